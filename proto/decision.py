@@ -1,0 +1,209 @@
+"""Events, fused advice, safety metrics, the decision, actuation and the trace of a tick."""
+
+from typing import Any, Literal
+
+import msgspec
+
+from proto.perception import Track
+from proto.rules import Citation, LegalLimit
+from proto.scene import Unit
+from proto.tools import Outcome
+
+EventKind = Literal[
+    "foreign_sign", "jurisdiction_change", "dynamic_limit_update", "speed_limit_change", "uncertain_sign",
+    "stop_required", "low_friction", "vehicle_fault", "closing_lead", "vulnerable_road_user", "overspeed",
+    "stale_fact", "driver_query",
+]  # fmt: skip
+DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
+Urgency = Literal["info", "advice", "warning", "alarm"]
+
+
+class Event(msgspec.Struct, frozen=True, kw_only=True):
+    """e_i: detector value g above threshold eta."""
+
+    kind: str
+    g: float
+    eta: float
+    detail: str = ""
+    confidence: float = 1.0
+    since_ns: int = 0
+
+
+class Reason(msgspec.Struct, frozen=True, kw_only=True):
+    """One reason behind a target, from one source."""
+
+    source: str
+    text: str
+    confidence: float = 1.0
+    citations: tuple[Citation, ...] = ()
+
+
+class Fused(msgspec.Struct, frozen=True, kw_only=True):
+    """What the experts' answers come to."""
+
+    target_mps: float | None
+    legal_limit: LegalLimit | None
+    headway_factor: float
+    directive: str
+    justification: str
+    confidence: float
+    urgency: Urgency
+    topic: str
+    """What the message is about; deduplication and nag rate count by it."""
+    hazard: str = ""
+    reasons: tuple[Reason, ...] = ()
+    citations: tuple[Citation, ...] = ()
+    mu_low: float | None = None
+    mu_high: float | None = None
+    language: str = "en"
+    unit: Unit = "km/h"
+    degraded: tuple[str, ...] = ()
+    new_information: bool = False
+    first_notice: bool = False
+    muted: bool = False
+
+
+class SafetyMetrics(msgspec.Struct, frozen=True, kw_only=True):
+    """The arbiter's numbers; an absent one is unknown."""
+
+    ttc_s: float | None = None
+    headway_s: float | None = None
+    gap_m: float | None = None
+    closing_mps: float | None = None
+    d_min_low_mu_m: float | None = None
+    d_min_high_mu_m: float | None = None
+    rss_viol_low_mu: bool | None = None
+    rss_viol_high_mu: bool | None = None
+    lateral_viol: bool | None = None
+    h: float | None = None
+    r: float = 0.0
+    u_act: float = 0.0
+    u_speak: float = 0.0
+    margin: float = 0.0
+    delta: float = 0.0
+    c_min: float = 0.0
+    lead_track_id: int | None = None
+
+
+class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
+    """What the orchestrator asks the arbiter."""
+
+    tick: int
+    stamp_ns: int
+    fused: Fused
+    ego_speed_mps: float | None
+    ego_acceleration_mps2: float | None
+    lead: Track | None
+    pedestrian: Track | None = None
+    h: float | None
+    brake_envelope: float | None = None
+    mu_low: float | None
+    mu_high: float | None
+    following_factor: float = 1.0
+    tool_timed_out: bool = False
+    degraded: tuple[str, ...] = ()
+    seconds_since_spoken: float | None = None
+
+
+class Decision(msgspec.Struct, frozen=True, kw_only=True):
+    """SILENT, SPEAK or ACT, and why."""
+
+    tick: int
+    kind: DecisionKind
+    reason: str
+    metrics: SafetyMetrics
+    act_withheld: str = ""
+    """Why an ACT was not carried out: `no grant`, `driver overrides`, ... Empty: nothing was withheld."""
+    brake_mps2: float = 0.0
+    profile: str = ""
+    profile_sha256: str = ""
+    state_sha256: str = ""
+
+
+class Advisory(msgspec.Struct, frozen=True, kw_only=True):
+    """What the driver is told, or that there is nothing to tell. One a tick."""
+
+    tick: int
+    snapshot_stamp_ns: int
+    kind: DecisionKind
+    directive: str
+    justification: str
+    urgency: Urgency
+    topic: str
+    hazard: str
+    target_mps: float | None
+    legal_limit: LegalLimit | None
+    unit: Unit
+    language: str
+    confidence: float
+    citations: tuple[Citation, ...] = ()
+    degraded: tuple[str, ...] = ()
+    event_to_advice_ms: float | None = None
+    snapshot_to_advice_ms: float | None = None
+    act_withheld: str = ""
+    late_tools: tuple[str, ...] = ()
+
+
+class BrakeCommand(msgspec.Struct, frozen=True, kw_only=True):
+    """A bounded longitudinal command; the receiver lets go on expiry and bounds it again."""
+
+    deceleration_mps2: float
+    jerk_mps3: float
+    grant_id: str
+    valid_for_ns: int = 200_000_000
+    tick: int = 0
+
+
+class Grant(msgspec.Struct, frozen=True, kw_only=True):
+    """Permission to actuate, made out of band and signed (Ed25519 over the canonical JSON without `signature`)."""
+
+    grant_id: str
+    vehicle: str
+    capability: str
+    max_deceleration_mps2: float
+    max_duration_s: float
+    expires_at: str
+    issued_at: str
+    key_id: str = ""
+    signature: str = ""
+
+
+class Feedback(msgspec.Struct, frozen=True, kw_only=True):
+    """A driver's or supervisor's label."""
+
+    label: Literal["late_warning", "false_positive", "override", "helpful", "annoying"]
+    tick: int = 0
+    note: str = ""
+
+
+class Preferences(msgspec.Struct, frozen=True, kw_only=True):
+    """How the driver wants to be spoken to."""
+
+    language: Literal["en", "de"] = "en"
+    unit: Unit = "km/h"
+    verbosity: Literal["short", "normal", "full"] = "normal"
+    tone: Literal["neutral", "friendly"] = "neutral"
+    muted: bool = False
+
+
+class TraceRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Everything one tick was decided from and came to: enough to decide it again."""
+
+    tick: int
+    stamp_ns: int
+    cause: Literal["snapshot", "watchdog", "query"]
+    inputs: dict[str, Any]
+    """Per topic: sequence, stamp, and the message itself where it is small (as JSON data)."""
+    events: tuple[Event, ...]
+    calls: tuple[Outcome, ...]
+    fused: Fused
+    request: ArbitrationRequest | None
+    decision: Decision
+    advisory: Advisory
+    state_sha256: str = ""
+    """SHA-256 of the orchestrator's state after the tick, as canonical JSON."""
+    state: dict[str, Any] | None = None
+    """The whole state, at the first tick and every hundred."""
+    versions: dict[str, str] = {}
+    """Rulepacks, profile, prompts, models, code."""
+    world: dict[str, Any] = {}

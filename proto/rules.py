@@ -1,0 +1,146 @@
+"""What the Rules and retrieval services are asked and answer."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from proto.scene import Candidate, Scope, Unit
+
+LegalAction = Literal[
+    "comply_with_limit", "reduce_speed", "stop", "yield", "proceed", "proceed_with_care", "no_overtaking", "no_entry",
+    "none", "unknown",
+]  # fmt: skip
+
+
+class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
+    """A limit as a sign shows it, and how it was seen."""
+
+    value: float
+    unit: Unit
+    scope: Scope = "permanent"
+    confidence: float = 1.0
+    plates: tuple[str, ...] = ()
+    reading: str = ""
+    age_s: float = 0.0
+
+
+class Situation(msgspec.Struct, frozen=True, kw_only=True):
+    """What Rules need to know of here and now. An absent field is unknown and never raises a limit."""
+
+    jurisdiction: Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3 code, for example DEU")] = None
+    road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street"] | None = None
+    vehicle_class: str = "car"
+    posted: tuple[PostedLimit, ...] = ()
+    ended: tuple[str, ...] = ()
+    wet: bool | None = None
+    visibility_m: float | None = None
+    snow: bool | None = None
+    time_of_day_h: float | None = None
+    zone: float | None = None
+    segment_id: str = ""
+    candidates: tuple[Candidate, ...] = ()
+    language: str = "en"
+    home_unit: Unit = "km/h"
+
+
+class Citation(msgspec.Struct, frozen=True, kw_only=True):
+    """Where an answer stands written: the excerpt equals the document's text between the offsets."""
+
+    document: str
+    start: int
+    end: int
+    excerpt: str
+    section: str
+    kind: Literal["statute", "sign_table", "guidance"] = "statute"
+    provision: str = ""
+
+
+class LegalLimit(msgspec.Struct, frozen=True, kw_only=True):
+    """A limit as posted beside SI."""
+
+    value: float
+    unit: Unit
+    mps: float
+    advisory: bool = False
+
+
+class RulesAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """`rules_out` of the paper, for limits, lookups and right of way."""
+
+    legal_action: LegalAction
+    limit: LegalLimit | None
+    citations: tuple[Citation, ...]
+    confidence: float
+    rulepack_version: str
+    """`DEU-v1@1.0.0#<first 12 of the content hash>`"""
+    note: str = ""
+    basis: str = ""
+    """`posted`, `gantry`, `zone`, `conditional`, `default`, `advisory`, `lookup`, `unknown`"""
+    degraded: tuple[str, ...] = ()
+    """What was missing: `retrieval`, `encoder`, `stale_rulepack`, `jurisdiction`."""
+
+
+class SignMeaning(msgspec.Struct, frozen=True, kw_only=True):
+    """What a sign means here, in the driver's language."""
+
+    reading: str
+    national_code: str
+    meaning: str
+    language: str
+    legal_action: LegalAction
+    limit: LegalLimit | None
+    citations: tuple[Citation, ...]
+    confidence: float
+    rulepack_version: str
+    note: str = ""
+
+
+class RightOfWayQuestion(msgspec.Struct, frozen=True, kw_only=True):
+    """A junction as seen: signs and light that face the ego, and whether there are other road users."""
+
+    jurisdiction: str | None = None
+    signs: tuple[str, ...] = ()
+    light: Literal["red", "red_amber", "amber", "green", "off"] | None = None
+    pedestrians_on_crossing: bool | None = None
+    traffic_from_priority_side: bool | None = None
+    language: str = "en"
+
+
+class RulepackInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """One loaded rulepack."""
+
+    pack_id: str
+    version: str
+    content_sha256: str
+    jurisdiction: str
+    units: Unit
+    traffic_side: Literal["left", "right"]
+    effective_from: str
+    provisions: int
+    signs: int
+    languages: tuple[str, ...]
+
+
+class Passage(msgspec.Struct, frozen=True, kw_only=True):
+    """A retrieved passage."""
+
+    passage_id: str
+    document: str
+    start: int
+    end: int
+    excerpt: str
+    section: str
+    kind: Literal["statute", "sign_table", "guidance"]
+    score: float
+    bm25: float
+    cosine: float | None
+    rulepack_version: str
+
+
+class Retrieved(msgspec.Struct, frozen=True, kw_only=True):
+    """The answer of the tool `retrieve`."""
+
+    passages: tuple[Passage, ...]
+    encoder: str
+    """The encoder in use, or `bm25-only (loading)` / `bm25-only (not installed)`."""
+    lambda_: float

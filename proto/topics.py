@@ -1,0 +1,194 @@
+"""The topic table: every topic with its type, rate, maximum age, publisher, and whether it is logged. Code reads the table."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Generic, Literal, TypeVar
+
+import msgspec
+
+from proto.decision import Advisory, BrakeCommand, Decision, TraceRecord
+from proto.health import ChainHead, ServiceHealth, ServiceLog
+from proto.perception import Boxes, Lanes, Tracks
+from proto.scene import Facts, SceneGraph
+from proto.sensors import Calibration, CameraFrame, CanFrames, ClockTick, GnssFix, LidarSweep, MapView, WeatherSensing
+from proto.tools import CallRecord
+from proto.truth import ScenarioState, Truth
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from proto.world import WorldState
+
+M = TypeVar("M", bound=msgspec.Struct)
+Encoding = Literal["msgpack", "json"]
+Logging = Literal["always", "foxglove_image", "never"]
+
+
+class Topic(msgspec.Struct, Generic[M], frozen=True, kw_only=True):
+    """One row. `name` may hold one `<id>`: a camera, a bus, a service."""
+
+    name: str
+    message: type[M]
+    rate_hz: float
+    """0: on change only; then neither age nor rate is judged."""
+    max_age_ms: float
+    publishers: tuple[str, ...]
+    readers: tuple[str, ...]
+    logged: Logging = "always"
+    encoding: Encoding = "msgpack"
+    keep: Literal["latest", "all"] = "all"
+    """What a slow subscriber may lose: `latest` keeps the newest only."""
+    private: bool = False
+    """Never to a guest or the gateway."""
+
+    @property
+    def has_id(self) -> bool:
+        """Whether the name holds `<id>`."""
+        return "<id>" in self.name
+
+
+_SEEING = ("perception", "drivelm", "logger")
+_ALL = ("*",)
+
+CLOCK = Topic(
+    name="clock",
+    message=ClockTick,
+    rate_hz=20,
+    max_age_ms=1000,
+    publishers=("simulator",),
+    readers=_ALL,
+    logged="never",
+)
+CAMERA = Topic(
+    name="sensor/camera/<id>", message=CameraFrame, rate_hz=10, max_age_ms=300, publishers=("simulator",),
+    readers=_SEEING, logged="foxglove_image",
+)  # fmt: skip
+CALIBRATION = Topic(
+    name="sensor/calibration/<id>",
+    message=Calibration,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=("simulator",),
+    readers=_SEEING,
+)
+LIDAR = Topic(
+    name="sensor/lidar/<id>", message=LidarSweep, rate_hz=10, max_age_ms=300, publishers=("simulator",),
+    readers=("perception", "logger"), logged="never", keep="latest",
+)  # fmt: skip
+GNSS = Topic(
+    name="sensor/gnss",
+    message=GnssFix,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("simulator",),
+    readers=("orchestrator", "logger"),
+)
+WEATHER_SENSING = Topic(
+    name="sensor/weather", message=WeatherSensing, rate_hz=1, max_age_ms=5000, publishers=("simulator",),
+    readers=("weather", "logger"),
+)  # fmt: skip
+MAP = Topic(
+    name="sensor/map", message=MapView, rate_hz=10, max_age_ms=500, publishers=("simulator",),
+    readers=("perception", "drivelm", "orchestrator", "logger"), logged="never",
+)  # fmt: skip
+CAN_RX = Topic(
+    name="can/<id>/rx", message=CanFrames, rate_hz=20, max_age_ms=300, publishers=("simulator",), readers=("can",), logged="never",
+    private=True,
+)  # fmt: skip
+CAN_TX = Topic(
+    name="can/<id>/tx", message=CanFrames, rate_hz=0, max_age_ms=0, publishers=("can",), readers=("simulator", "logger"),
+    private=True,
+)  # fmt: skip
+BOXES = Topic(
+    name="perception/boxes", message=Boxes, rate_hz=15, max_age_ms=400, publishers=("perception",),
+    readers=("drivelm", "logger"),
+)  # fmt: skip
+TRACKS = Topic(
+    name="perception/tracks", message=Tracks, rate_hz=10, max_age_ms=300, publishers=("perception",),
+    readers=("drivelm", "orchestrator", "arbiter", "logger"),
+)  # fmt: skip
+LANES = Topic(
+    name="perception/lanes", message=Lanes, rate_hz=10, max_age_ms=500, publishers=("perception",),
+    readers=("drivelm", "orchestrator", "arbiter", "logger"),
+)  # fmt: skip
+FACTS = Topic(
+    name="drivelm/facts",
+    message=Facts,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=("drivelm",),
+    readers=("orchestrator", "logger"),
+)
+GRAPH = Topic(
+    name="drivelm/graph", message=SceneGraph, rate_hz=1, max_age_ms=5000, publishers=("drivelm",), readers=("logger",),
+    encoding="json",
+)  # fmt: skip
+EGO = Topic(
+    name="can/ego", message=Ego, rate_hz=20, max_age_ms=200, publishers=("can",),
+    readers=("perception", "drivelm", "weather", "orchestrator", "arbiter", "logger"),
+)  # fmt: skip
+DEGRADATION = Topic(
+    name="can/degradation", message=Degradation, rate_hz=2, max_age_ms=2500, publishers=("can",),
+    readers=("weather", "orchestrator", "arbiter", "logger"),
+)  # fmt: skip
+CONDITIONS = Topic(
+    name="weather/conditions", message=Conditions, rate_hz=1, max_age_ms=5000, publishers=("weather",),
+    readers=("orchestrator", "arbiter", "logger"),
+)  # fmt: skip
+WORLD = Topic(
+    name="world_state", message=WorldState, rate_hz=10, max_age_ms=500, publishers=("orchestrator",), readers=("logger", "can"),
+    encoding="json", logged="never",
+)  # fmt: skip
+ADVISORY = Topic(
+    name="advisory", message=Advisory, rate_hz=10, max_age_ms=500, publishers=("orchestrator",),
+    readers=("simulator", "logger", "gateway"), encoding="json",
+)  # fmt: skip
+TRACE = Topic(
+    name="trace", message=TraceRecord, rate_hz=10, max_age_ms=500, publishers=("orchestrator",), readers=("logger",),
+    encoding="json", private=True,
+)  # fmt: skip
+DECISION = Topic(
+    name="arbiter/decision", message=Decision, rate_hz=10, max_age_ms=500, publishers=("arbiter",), readers=("logger",),
+    encoding="json",
+)  # fmt: skip
+BRAKE = Topic(
+    name="actuation/brake", message=BrakeCommand, rate_hz=0, max_age_ms=0, publishers=("arbiter",),
+    readers=("simulator", "logger"), private=True,
+)  # fmt: skip
+HEALTH = Topic(
+    name="health/<id>", message=ServiceHealth, rate_hz=1, max_age_ms=5000, publishers=_ALL, readers=("logger", "gateway"),
+    encoding="json", logged="always",
+)  # fmt: skip
+CALLS = Topic(
+    name="calls/<id>", message=CallRecord, rate_hz=0, max_age_ms=0, publishers=_ALL, readers=("logger",), private=True
+)
+LOG = Topic(
+    name="log/<id>",
+    message=ServiceLog,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=_ALL,
+    readers=("logger",),
+    encoding="json",
+    private=True,
+)
+CHAIN = Topic(
+    name="logger/chain",
+    message=ChainHead,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=("logger",),
+    readers=("gateway",),
+    logged="never",
+)
+SCENARIO = Topic(
+    name="scenario", message=ScenarioState, rate_hz=2, max_age_ms=2000, publishers=("simulator",), readers=("logger", "gateway"),
+    encoding="json",
+)  # fmt: skip
+TRUTH = Topic(
+    name="truth/state", message=Truth, rate_hz=20, max_age_ms=500, publishers=("simulator",), readers=("evaluation",),
+    encoding="json", logged="never", private=True,
+)  # fmt: skip
+
+TOPICS: tuple[Topic[msgspec.Struct], ...] = tuple(
+    value for name, value in list(globals().items()) if name.isupper() and isinstance(value, Topic)
+)
+BY_NAME: Mapping[str, Topic[msgspec.Struct]] = MappingProxyType({topic.name: topic for topic in TOPICS})

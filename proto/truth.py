@@ -1,0 +1,54 @@
+"""The simulator's truth, on keys that only evaluation may read."""
+
+from typing import Literal
+
+import msgspec
+
+
+class TrueActor(msgspec.Struct, frozen=True, kw_only=True):
+    """An actor as the simulator has it, in the ego frame."""
+
+    actor_id: int
+    kind: str
+    x_m: float
+    y_m: float
+    vx_mps: float
+    vy_mps: float
+    length_m: float
+    width_m: float
+    in_ego_path: bool = False
+
+
+class Truth(msgspec.Struct, frozen=True, kw_only=True):
+    """What is really so at one instant."""
+
+    time_s: float
+    distance_m: float
+    speed_mps: float
+    acceleration_mps2: float
+    law_limit_mps: float | None
+    jurisdiction: str
+    mu: float
+    gap_m: float | None
+    closing_mps: float | None
+    actors: tuple[TrueActor, ...] = ()
+    light: Literal["red", "red_amber", "amber", "green", "off"] | None = None
+    light_distance_m: float | None = None
+    signs: tuple[dict[str, str | float], ...] = ()
+    hazard: str = ""
+    hazard_onset_s: float | None = None
+    infraction: str = ""
+    collision: bool = False
+    driver: dict[str, str | float] = {}
+
+
+class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the scenario stands; the live line and the end of a drive read it."""
+
+    scenario: str
+    seed: int
+    time_s: float
+    duration_s: float
+    running: bool
+    finished: bool = False
+    late_frames: int = 0
