@@ -10,6 +10,7 @@ class Ego(msgspec.Struct, frozen=True, kw_only=True):
     acceleration_mps2: float | None = None
     yaw_rate_radps: float | None = None
     steering_angle_rad: float | None = None
+    """At the road wheels, positive to the left."""
     brake_pressure_bar: float | None = None
     brake_pedal: float | None = None
     accelerator_pedal: float | None = None
@@ -19,6 +20,7 @@ class Ego(msgspec.Struct, frozen=True, kw_only=True):
     esc_active: bool | None = None
     indicator: str | None = None
     lamps_on: bool | None = None
+    fog_lamp_rear: bool | None = None
     invalid: tuple[str, ...] = ()
     """Names of curated signals that were seen but are implausible, out of range or silent."""
 

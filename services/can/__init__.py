@@ -1,0 +1,1 @@
+"""The CAN service: frames of a vehicle bus turned into curated signals, health and diagnostics."""

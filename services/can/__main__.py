@@ -1,0 +1,5 @@
+from drivemcp.service import main
+
+from services.can.service import SERVICE
+
+main(SERVICE)
