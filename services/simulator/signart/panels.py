@@ -87,7 +87,8 @@ def town_exit(painter: Painter, sheet: Sheet, _: str) -> None:
     if sheet.country == "DEU":
         board(painter, sheet.paint.yellow, sheet.paint.black)
         painter.stroke([(0.03, 0.33), (0.97, 0.33)], 0.018, sheet.paint.black, flat=True)
-        write_centred(painter, sheet.letters, sheet.text or "Ort", Box(0.1, 0.41, 0.8, 0.14), sheet.paint.black)
+        name = (sheet.text or "Ort").partition("\n")[0]
+        write_centred(painter, sheet.letters, name, Box(0.1, 0.41, 0.8, 0.14), sheet.paint.black)
         painter.stroke([(0.05, 0.59), (0.95, 0.37)], 0.035, sheet.paint.red, flat=True)
         return
     _town(painter, sheet)

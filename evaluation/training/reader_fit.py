@@ -1,0 +1,97 @@
+"""Fitting, calibrating and exporting the reader's network; the only modules here that need torch."""
+
+import logging
+import time
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
+
+from evaluation.training.reader_net import ReaderNet
+from services.drivelm.classes import READER_CLASSES
+
+_log = logging.getLogger("reader")
+
+
+def fit(
+    crops: NDArray[np.uint8], labels: NDArray[np.int64], steps: int, batch: int, seed: int, peak_rate: float = 3e-3
+) -> ReaderNet:
+    """Train for ``steps`` batches with one rising and falling learning rate; ends with averaged weights."""
+    torch.set_num_threads(1)
+    torch.manual_seed(seed)
+    chance = np.random.default_rng([seed, 4])
+    network = ReaderNet(len(READER_CLASSES)).to(memory_format=torch.channels_last)
+    average = torch.optim.swa_utils.AveragedModel(
+        network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(0.995), use_buffers=True
+    )
+    optimiser = torch.optim.AdamW(network.parameters(), lr=peak_rate, weight_decay=0.02)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, peak_rate, total_steps=steps, pct_start=0.2)
+    losses, started = [], time.monotonic()
+    network.train()
+    for step in range(steps):
+        picked = np.sort(chance.integers(0, len(crops), batch))
+        loss = functional.cross_entropy(network(_varied(crops[picked], chance)), torch.from_numpy(labels[picked]))
+        optimiser.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        optimiser.step()
+        schedule.step()
+        average.update_parameters(network)
+        losses.append(float(loss.detach()))
+        if step % 200 == 199:
+            pace = (time.monotonic() - started) / (step + 1)
+            _log.info("step %d loss %.3f (%.0f ms a step)", step + 1, float(np.mean(losses[-200:])), 1000 * pace)
+    trained: ReaderNet = average.module.eval()
+    return trained
+
+
+def _varied(crops: NDArray[np.uint8], chance: np.random.Generator) -> Tensor:
+    """Small shifts and exposure changes, different each time a crop is met again."""
+    dy, dx = (int(v) for v in chance.integers(-2, 3, 2))
+    moved = torch.from_numpy(np.ascontiguousarray(crops)).permute(0, 3, 1, 2).float()
+    moved = functional.pad(moved, (2, 2, 2, 2), mode="replicate")[:, :, 2 + dy : 50 + dy, 2 + dx : 50 + dx]
+    gain = torch.from_numpy(chance.uniform(0.8, 1.2, (len(crops), 1, 1, 1)).astype(np.float32))
+    tint = torch.from_numpy(chance.uniform(0.94, 1.06, (len(crops), 3, 1, 1)).astype(np.float32))
+    return (moved * gain * tint).clamp(0, 255).contiguous(memory_format=torch.channels_last)
+
+
+def _scores(network: ReaderNet, crops: NDArray[np.uint8]) -> Tensor:
+    with torch.no_grad():
+        parts = [network(torch.from_numpy(part).permute(0, 3, 1, 2).float()) for part in np.array_split(crops, 32)]
+    return torch.cat(parts)
+
+
+def temperature(network: ReaderNet, crops: NDArray[np.uint8], labels: NDArray[np.int64]) -> float:
+    """The divisor of the scores that makes fresh crops' probabilities honest: least cross entropy on a fine grid."""
+    scores, truth = _scores(network, crops), torch.from_numpy(labels)
+    grid = np.exp(np.linspace(np.log(0.4), np.log(4.0), 120))
+    costs = [float(functional.cross_entropy(scores / float(value), truth)) for value in grid]
+    return float(grid[int(np.argmin(costs))])
+
+
+class _Calibrated(nn.Module):
+    def __init__(self, network: ReaderNet, divisor: float) -> None:
+        super().__init__()
+        self.network, self.divisor = network, divisor
+
+    def forward(self, crops: Tensor) -> Tensor:
+        return torch.softmax(self.network(crops) / self.divisor, dim=1)
+
+
+def export(network: ReaderNet, divisor: float, path: Path) -> None:
+    """Write one self-contained ONNX file with a free batch size."""
+    example = torch.zeros(2, 3, 48, 48)
+    program = torch.onnx.export(
+        _Calibrated(network, divisor).eval(),
+        (example,),
+        input_names=["crops"],
+        output_names=["probabilities"],
+        dynamic_shapes=({0: torch.export.Dim("count", min=1, max=256)},),
+        dynamo=True,
+        external_data=False,
+        verbose=False,
+    )
+    assert program is not None
+    program.save(str(path), external_data=False)

@@ -1,0 +1,38 @@
+"""The reader's network: about 0.4 million parameters, 48 x 48 RGB in, one score per class out."""
+
+from torch import Tensor, nn
+
+from services.drivelm.crops import CROP_PX
+
+
+def _block(channels_in: int, channels_out: int, size: int = 3, stride: int = 1) -> nn.Sequential:
+    convolution = nn.Conv2d(channels_in, channels_out, size, stride, size // 2, bias=False)
+    return nn.Sequential(convolution, nn.BatchNorm2d(channels_out), nn.ReLU(inplace=True))
+
+
+class ReaderNet(nn.Module):
+    """Plain convolutions; the last map keeps 3 x 3 places, because the order of digits matters.
+
+    Takes float32 N x 3 x 48 x 48 in [0, 255] (normalising is part of the network), gives N x classes scores.
+    """
+
+    def __init__(self, classes: int) -> None:
+        super().__init__()
+        self.features = nn.Sequential(
+            _block(3, 24, 5, 2),
+            _block(24, 48, 3, 2),
+            _block(48, 64),
+            _block(64, 64),
+            _block(64, 112, 3, 2),
+            _block(112, 128),
+            nn.MaxPool2d(2),
+        )
+        places = (CROP_PX // 16) ** 2
+        self.head = nn.Sequential(nn.Flatten(), nn.Dropout(0.15), nn.Linear(128 * places, classes))
+
+    def forward(self, crops: Tensor) -> Tensor:
+        """Scores before softmax. Each crop is scaled by its own mean and spread, so exposure and fog matter less."""
+        mean = crops.mean(dim=(1, 2, 3), keepdim=True)
+        spread = (crops - mean).pow(2).mean(dim=(1, 2, 3), keepdim=True).sqrt()
+        scores: Tensor = self.head(self.features((crops - mean) / (spread + 6.0)))
+        return scores

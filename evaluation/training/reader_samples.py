@@ -1,0 +1,91 @@
+"""Endless labelled crops for the reader: faces before backgrounds, distractors and near misses as ``other``."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.training.reader_backgrounds import background_bank, distractor
+from evaluation.training.reader_degrade import Chance, Conditions, View, any_conditions, seen_crop, view
+from evaluation.training.reader_faces import Face, draw_bank, drawable
+from evaluation.training.reader_fonts import letterings
+from services.drivelm.classes import OTHER, READER_CLASSES
+from services.drivelm.crops import Picture, Region, crop
+
+_GLOWING = ("led:", "light:")
+_INDEX = {label: index for index, label in enumerate(READER_CLASSES)}
+OTHER_SHARE = 0.16
+# How often a class is drawn, beside 1.0 for all others: numbers are what matters most and is hardest to tell apart.
+_WEIGHTS = {"limit:": 2.2, "led:": 1.4, "light:": 1.3, "border:": 0.6, "limit_end": 1.5}
+
+
+class Source:
+    """Draws crops of one split; ``train`` and ``test`` share no lettering, and half of the backgrounds' families."""
+
+    def __init__(self, split: str, seed: int, font_folders: tuple[Path, ...], each: int = 30) -> None:
+        self.letters = letterings(split, font_folders)
+        self.faces = draw_bank(drawable(), self.letters, each, seed + (1000 if split == "test" else 0))
+        self.grounds = background_bank(split, 400, seed)
+        self._labels = drawable()
+        weights = np.array([_weight(label) for label in self._labels])
+        self._share = weights / weights.sum()
+
+    def batch(
+        self, count: int, chance: Chance, hard: float = 1.0
+    ) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]:
+        """``count`` crops (uint8 N x 48 x 48 x 3 RGB), class indexes, and sizes in camera pixels (0 for ``other``)."""
+        drawn = [self.one(chance, hard) for _ in range(count)]
+        crops, labels, sizes = zip(*drawn, strict=True)
+        return np.stack(crops), np.array([_INDEX[label] for label in labels]), np.array(sizes, np.float32)
+
+    def one(self, chance: Chance, hard: float = 1.0) -> tuple[Picture, str, float]:
+        """One crop, its label, and the sign's true size."""
+        if chance.random() < OTHER_SHARE:
+            return self._other(chance), OTHER, 0.0
+        label = self._labels[int(chance.choice(len(self._labels), p=self._share))]
+        size = any_size(chance)
+        taken = self.view_of(label, size, any_conditions(chance, hard), chance)
+        return seen_crop(taken, chance), label, size
+
+    def view_of(self, label: str, size_px: float, now: Conditions, chance: Chance, face: Face | None = None) -> View:
+        """A picture of a class at a size under given conditions."""
+        chosen = face if face is not None else self.face(label, chance)
+        near = self.face(str(chance.choice(self._labels)), chance) if chance.random() < 0.3 else None
+        return view(chosen, self._ground(chance), size_px, now, chance, label.startswith(_GLOWING), near)
+
+    def face(self, label: str, chance: Chance) -> Face:
+        """Any face of a class."""
+        return self.faces[label][int(chance.integers(len(self.faces[label])))]
+
+    def _ground(self, chance: Chance) -> Picture:
+        return self.grounds[int(chance.integers(len(self.grounds)))]
+
+    def _other(self, chance: Chance) -> Picture:
+        now, size = any_conditions(chance), any_size(chance)
+        kind = chance.random()
+        if kind < 0.45:
+            return seen_crop(view(distractor(chance), self._ground(chance), size, now, chance, False), chance)
+        if kind < 0.65:  # nothing but background and perhaps a post
+            nothing = Face(np.zeros((32, 32, 4), np.uint8), float(chance.uniform(0.5, 2)))
+            return seen_crop(view(nothing, self._ground(chance), size, now, chance, False), chance, 0.2)
+        # A real sign that the box misses by more than half: beside, above, below, or a small corner of it.
+        label = self._labels[int(chance.integers(len(self._labels)))]
+        taken = self.view_of(label, size, now, chance)
+        cut = crop(taken.picture, _missed(taken.region, chance))
+        return cut if cut is not None else self._other(chance)
+
+
+def any_size(chance: Chance) -> float:
+    """Longer side of a sign in camera pixels: 9 to 75, most of them small."""
+    return float(np.exp(chance.uniform(np.log(9), np.log(75))))
+
+
+def _weight(label: str) -> float:
+    return next((weight for start, weight in _WEIGHTS.items() if label.startswith(start)), 1.0)
+
+
+def _missed(region: Region, chance: Chance) -> Region:
+    angle = chance.uniform(0, 2 * np.pi)
+    reach = chance.uniform(0.65, 1.1)
+    dx, dy = float(np.cos(angle)) * reach * region.width_px, float(np.sin(angle)) * reach * region.height_px
+    return Region(region.x0_px + dx, region.y0_px + dy, region.x1_px + dx, region.y1_px + dy)

@@ -1,0 +1,61 @@
+"""The reader's score table: how often right, how often believed and wrong, by size of the sign in the picture."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.drivelm.classes import READER_CLASSES
+
+_SIZES_PX = ((9, 14), (14, 20), (20, 30), (30, 45), (45, 76))
+SURE = 0.9
+"""A single crop counts as sure from here; the drive believes only several agreeing crops (see ``services.drivelm``)."""
+_GROUPS = {"limit": "limit:", "led": "led:", "light": "light:", "plate": "plate:"}
+
+
+class Measured(NamedTuple):
+    """Probabilities N x classes, true class indexes, true sizes in pixels (0: no sign)."""
+
+    probabilities: NDArray[np.float32]
+    labels: NDArray[np.int64]
+    sizes_px: NDArray[np.float32]
+
+
+def score_table(measured: Measured) -> dict[str, Any]:
+    """Rows by size for all signs and for each group, and how often ``other`` is taken for a sign with certainty."""
+    names = np.array(READER_CLASSES)
+    signs = measured.labels != 0
+    table: dict[str, Any] = {"all_signs": _rows(measured, signs)}
+    for group, start in _GROUPS.items():
+        table[group] = _rows(measured, np.char.startswith(names[measured.labels], start))
+    other = measured.probabilities[~signs]
+    table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}
+    table["calibration_error"] = round(calibration_error(measured), 4)
+    return table
+
+
+def _rows(measured: Measured, chosen: NDArray[np.bool_]) -> list[dict[str, Any]]:
+    rows = []
+    for low, high in _SIZES_PX:
+        part = chosen & (measured.sizes_px >= low) & (measured.sizes_px < high)
+        best, top = measured.probabilities[part].argmax(axis=1), measured.probabilities[part].max(axis=1, initial=0)
+        right, sure = best == measured.labels[part], (top > SURE) & (best != 0)
+        row = {"px": f"{low}-{high}", "crops": int(part.sum()), "right": _share(right)}
+        rows.append({**row, "sure_right": _share(right & sure), "sure_wrong": _share(~right & sure)})
+    return rows
+
+
+def _share(flags: NDArray[np.bool_]) -> float | None:
+    return round(float(flags.mean()), 4) if len(flags) else None
+
+
+def calibration_error(measured: Measured, bins: int = 10) -> float:
+    """Expected calibration error: mean distance of confidence and share of right answers over ``bins``."""
+    top, right = measured.probabilities.max(axis=1), measured.probabilities.argmax(axis=1) == measured.labels
+    place = np.minimum((top * bins).astype(int), bins - 1)
+    gaps = [
+        abs(top[place == b].mean() - right[place == b].mean()) * (place == b).mean()
+        for b in range(bins)
+        if (place == b).any()
+    ]
+    return float(np.sum(gaps))
