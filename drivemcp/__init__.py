@@ -1,0 +1,1 @@
+"""What every service shares: bus, tools, runner, configuration, clock, data paths, command line, testing helpers."""

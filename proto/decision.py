@@ -83,6 +83,8 @@ class SafetyMetrics(msgspec.Struct, frozen=True, kw_only=True):
     delta: float = 0.0
     c_min: float = 0.0
     lead_track_id: int | None = None
+    r_act: float = 0.0
+    """r at the upper bound of friction and of an undoubted actor; the margin is computed from it."""
 
 
 class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
@@ -103,6 +105,8 @@ class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
     tool_timed_out: bool = False
     degraded: tuple[str, ...] = ()
     seconds_since_spoken: float | None = None
+    feedback: tuple["Feedback", ...] = ()
+    """Labels given since the last tick; they move Delta and c_min within bounds."""
 
 
 class Decision(msgspec.Struct, frozen=True, kw_only=True):
@@ -118,6 +122,8 @@ class Decision(msgspec.Struct, frozen=True, kw_only=True):
     profile: str = ""
     profile_sha256: str = ""
     state_sha256: str = ""
+    own: dict[str, Any] = {}
+    """The arbiter's own reading, its state before, and its grant: with the request, enough to decide again."""
 
 
 class Advisory(msgspec.Struct, frozen=True, kw_only=True):

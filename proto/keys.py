@@ -8,7 +8,7 @@ _CHUNK = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 def chunk(text: str) -> str:
-    """`text` if it can stand as one chunk of a key expression. Raises ValueError otherwise (wildcards, slashes, too long)."""
+    """`text` if it can stand as one chunk of a key expression; ValueError on wildcards, slashes, excess length."""
     if _CHUNK.fullmatch(text) is None:
         raise ValueError(f"{text[:80]!r} is not a name: 1 to 64 of letters, digits, '_', '.', '-'")
     return text

@@ -19,7 +19,7 @@ class Candidate(msgspec.Struct, frozen=True, kw_only=True):
 class Fact(msgspec.Struct, frozen=True, kw_only=True):
     """A typed statement about the road, parsed from what the front end said of a picture.
 
-    `reading` is the sign code of the readers' table (`limit:80`, `stop`, `town_entry`, `led:60`, `national`, `end:80`, ...),
+    `reading` is the sign code of the readers' table (`limit:80`, `stop`, `town_entry`, `led:60`, `limit_end:80`, ...),
     `value` the number on a limit (None: no number), `believed` whether evidence over the track suffices.
     """
 

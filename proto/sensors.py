@@ -103,7 +103,7 @@ class StopLine(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class MapView(msgspec.Struct, frozen=True, kw_only=True):
-    """What a map knows ahead: lanes, stop lines, junctions. Never limits, signs, jurisdiction, units or traffic side."""
+    """What a map knows ahead: lanes, stop lines, junctions. Never limits, signs, jurisdiction, units, traffic side."""
 
     segment_id: str
     lanes: tuple[LanePath, ...]

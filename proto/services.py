@@ -1,4 +1,4 @@
-"""The service table: what each process is called, installs, serves and calls. Supervision, access control and compose read it."""
+"""The service table: each process, what it installs, serves and calls; supervision and access control read it."""
 
 import msgspec
 
@@ -21,19 +21,61 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 SERVICES: tuple[ServiceRow, ...] = (
-    ServiceRow(name="simulator", extra="simulator", tools=("start_scenario", "stop_scenario", "scenario_state"), step_order=0, start_order=3, memory_mb=900),
-    ServiceRow(name="can", extra="can", tools=(
-        "read_can_frames", "decode_can_frame", "filter_frames", "monitor_signal", "get_vehicle_snapshot", "send_obd_request",
-        "send_diagnostic_request", "activate_fault_scenario", "read_dtcs", "explain_dtc", "vehicle_health", "clear_dtcs",
-    ), step_order=10),
+    ServiceRow(
+        name="simulator",
+        extra="simulator",
+        tools=("start_scenario", "stop_scenario", "scenario_state"),
+        step_order=0,
+        start_order=3,
+        memory_mb=900,
+    ),
+    ServiceRow(
+        name="can",
+        extra="can",
+        tools=(
+            "read_can_frames",
+            "decode_can_frame",
+            "filter_frames",
+            "monitor_signal",
+            "get_vehicle_snapshot",
+            "send_obd_request",
+            "send_diagnostic_request",
+            "activate_fault_scenario",
+            "read_dtcs",
+            "explain_dtc",
+            "vehicle_health",
+            "clear_dtcs",
+        ),
+        step_order=10,
+    ),
     ServiceRow(name="weather", extra="weather", tools=("assess_weather",), step_order=20),
     ServiceRow(name="perception", extra="perception", tools=("list_tracks",), step_order=30, memory_mb=600),
     ServiceRow(name="drivelm", extra="drivelm", tools=("ask_scene", "describe_scene"), step_order=40, memory_mb=700),
     ServiceRow(name="retrieval", extra="retrieval", tools=("retrieve",), step_order=45, memory_mb=900),
-    ServiceRow(name="rules", extra="rules", tools=("lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"), calls=("retrieval",), step_order=46),
+    ServiceRow(
+        name="rules",
+        extra="rules",
+        tools=("lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"),
+        calls=("retrieval",),
+        step_order=46,
+    ),
     ServiceRow(name="arbiter", extra="arbiter", tools=("arbitrate", "explain_decision"), step_order=50),
-    ServiceRow(name="orchestrator", extra="orchestrator", tools=("ask", "feedback", "set_preferences"), calls=("*",), step_order=60, start_order=2),
-    ServiceRow(name="logger", extra="logger", tools=("recall", "remember", "find_traces"), step_order=70, start_order=0, memory_mb=700),
+    ServiceRow(
+        name="orchestrator",
+        extra="orchestrator",
+        tools=("ask", "feedback", "set_preferences"),
+        calls=("*",),
+        step_order=60,
+        start_order=2,
+    ),
+    ServiceRow(
+        name="logger",
+        extra="logger",
+        tools=("recall", "remember", "find_traces"),
+        step_order=70,
+        start_order=0,
+        memory_mb=700,
+    ),
     ServiceRow(name="gateway", extra="gateway", calls=("*",), step_order=80, start_order=2),
-)  # fmt: skip
+)
 BY_NAME = {row.name: row for row in SERVICES}

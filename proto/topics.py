@@ -1,4 +1,4 @@
-"""The topic table: every topic with its type, rate, maximum age, publisher, and whether it is logged. Code reads the table."""
+"""The topic table: every topic with its type, rate, maximum age, publishers, and whether it is logged."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -58,9 +58,14 @@ CLOCK = Topic(
     logged="never",
 )
 CAMERA = Topic(
-    name="sensor/camera/<id>", message=CameraFrame, rate_hz=10, max_age_ms=300, publishers=("simulator",),
-    readers=_SEEING, logged="foxglove_image",
-)  # fmt: skip
+    name="sensor/camera/<id>",
+    message=CameraFrame,
+    rate_hz=10,
+    max_age_ms=300,
+    publishers=("simulator",),
+    readers=_SEEING,
+    logged="foxglove_image",
+)
 CALIBRATION = Topic(
     name="sensor/calibration/<id>",
     message=Calibration,
@@ -70,9 +75,15 @@ CALIBRATION = Topic(
     readers=_SEEING,
 )
 LIDAR = Topic(
-    name="sensor/lidar/<id>", message=LidarSweep, rate_hz=10, max_age_ms=300, publishers=("simulator",),
-    readers=("perception", "logger"), logged="never", keep="latest",
-)  # fmt: skip
+    name="sensor/lidar/<id>",
+    message=LidarSweep,
+    rate_hz=10,
+    max_age_ms=300,
+    publishers=("simulator",),
+    readers=("perception", "logger"),
+    logged="never",
+    keep="latest",
+)
 GNSS = Topic(
     name="sensor/gnss",
     message=GnssFix,
@@ -82,33 +93,65 @@ GNSS = Topic(
     readers=("orchestrator", "logger"),
 )
 WEATHER_SENSING = Topic(
-    name="sensor/weather", message=WeatherSensing, rate_hz=1, max_age_ms=5000, publishers=("simulator",),
+    name="sensor/weather",
+    message=WeatherSensing,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=("simulator",),
     readers=("weather", "logger"),
-)  # fmt: skip
+)
 MAP = Topic(
-    name="sensor/map", message=MapView, rate_hz=10, max_age_ms=500, publishers=("simulator",),
-    readers=("perception", "drivelm", "orchestrator", "logger"), logged="never",
-)  # fmt: skip
+    name="sensor/map",
+    message=MapView,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("simulator",),
+    readers=("perception", "drivelm", "orchestrator", "logger"),
+    logged="never",
+)
 CAN_RX = Topic(
-    name="can/<id>/rx", message=CanFrames, rate_hz=20, max_age_ms=300, publishers=("simulator",), readers=("can",), logged="never",
+    name="can/<id>/rx",
+    message=CanFrames,
+    rate_hz=20,
+    max_age_ms=300,
+    publishers=("simulator",),
+    readers=("can",),
+    logged="never",
     private=True,
-)  # fmt: skip
+)
 CAN_TX = Topic(
-    name="can/<id>/tx", message=CanFrames, rate_hz=0, max_age_ms=0, publishers=("can",), readers=("simulator", "logger"),
+    name="can/<id>/tx",
+    message=CanFrames,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=("can",),
+    readers=("simulator", "logger"),
     private=True,
-)  # fmt: skip
+)
 BOXES = Topic(
-    name="perception/boxes", message=Boxes, rate_hz=15, max_age_ms=400, publishers=("perception",),
+    name="perception/boxes",
+    message=Boxes,
+    rate_hz=15,
+    max_age_ms=400,
+    publishers=("perception",),
     readers=("drivelm", "logger"),
-)  # fmt: skip
+)
 TRACKS = Topic(
-    name="perception/tracks", message=Tracks, rate_hz=10, max_age_ms=300, publishers=("perception",),
+    name="perception/tracks",
+    message=Tracks,
+    rate_hz=10,
+    max_age_ms=300,
+    publishers=("perception",),
     readers=("drivelm", "orchestrator", "arbiter", "logger"),
-)  # fmt: skip
+)
 LANES = Topic(
-    name="perception/lanes", message=Lanes, rate_hz=10, max_age_ms=500, publishers=("perception",),
+    name="perception/lanes",
+    message=Lanes,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("perception",),
     readers=("drivelm", "orchestrator", "arbiter", "logger"),
-)  # fmt: skip
+)
 FACTS = Topic(
     name="drivelm/facts",
     message=Facts,
@@ -118,45 +161,95 @@ FACTS = Topic(
     readers=("orchestrator", "logger"),
 )
 GRAPH = Topic(
-    name="drivelm/graph", message=SceneGraph, rate_hz=1, max_age_ms=5000, publishers=("drivelm",), readers=("logger",),
+    name="drivelm/graph",
+    message=SceneGraph,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=("drivelm",),
+    readers=("logger",),
     encoding="json",
-)  # fmt: skip
+)
 EGO = Topic(
-    name="can/ego", message=Ego, rate_hz=20, max_age_ms=200, publishers=("can",),
+    name="can/ego",
+    message=Ego,
+    rate_hz=20,
+    max_age_ms=200,
+    publishers=("can",),
     readers=("perception", "drivelm", "weather", "orchestrator", "arbiter", "logger"),
-)  # fmt: skip
+)
 DEGRADATION = Topic(
-    name="can/degradation", message=Degradation, rate_hz=2, max_age_ms=2500, publishers=("can",),
+    name="can/degradation",
+    message=Degradation,
+    rate_hz=2,
+    max_age_ms=2500,
+    publishers=("can",),
     readers=("weather", "orchestrator", "arbiter", "logger"),
-)  # fmt: skip
+)
 CONDITIONS = Topic(
-    name="weather/conditions", message=Conditions, rate_hz=1, max_age_ms=5000, publishers=("weather",),
+    name="weather/conditions",
+    message=Conditions,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=("weather",),
     readers=("orchestrator", "arbiter", "logger"),
-)  # fmt: skip
+)
 WORLD = Topic(
-    name="world_state", message=WorldState, rate_hz=10, max_age_ms=500, publishers=("orchestrator",), readers=("logger", "can"),
-    encoding="json", logged="never",
-)  # fmt: skip
-ADVISORY = Topic(
-    name="advisory", message=Advisory, rate_hz=10, max_age_ms=500, publishers=("orchestrator",),
-    readers=("simulator", "logger", "gateway"), encoding="json",
-)  # fmt: skip
-TRACE = Topic(
-    name="trace", message=TraceRecord, rate_hz=10, max_age_ms=500, publishers=("orchestrator",), readers=("logger",),
-    encoding="json", private=True,
-)  # fmt: skip
-DECISION = Topic(
-    name="arbiter/decision", message=Decision, rate_hz=10, max_age_ms=500, publishers=("arbiter",), readers=("logger",),
+    name="world_state",
+    message=WorldState,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("orchestrator",),
+    readers=("logger", "can"),
     encoding="json",
-)  # fmt: skip
+    logged="never",
+)
+ADVISORY = Topic(
+    name="advisory",
+    message=Advisory,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("orchestrator",),
+    readers=("simulator", "logger", "gateway"),
+    encoding="json",
+)
+TRACE = Topic(
+    name="trace",
+    message=TraceRecord,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("orchestrator",),
+    readers=("logger",),
+    encoding="json",
+    private=True,
+)
+DECISION = Topic(
+    name="arbiter/decision",
+    message=Decision,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("arbiter",),
+    readers=("logger",),
+    encoding="json",
+)
 BRAKE = Topic(
-    name="actuation/brake", message=BrakeCommand, rate_hz=0, max_age_ms=0, publishers=("arbiter",),
-    readers=("simulator", "logger"), private=True,
-)  # fmt: skip
+    name="actuation/brake",
+    message=BrakeCommand,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=("arbiter",),
+    readers=("simulator", "logger"),
+    private=True,
+)
 HEALTH = Topic(
-    name="health/<id>", message=ServiceHealth, rate_hz=1, max_age_ms=5000, publishers=_ALL, readers=("logger", "gateway"),
-    encoding="json", logged="always",
-)  # fmt: skip
+    name="health/<id>",
+    message=ServiceHealth,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=_ALL,
+    readers=("logger", "gateway"),
+    encoding="json",
+    logged="always",
+)
 CALLS = Topic(
     name="calls/<id>", message=CallRecord, rate_hz=0, max_age_ms=0, publishers=_ALL, readers=("logger",), private=True
 )
@@ -180,13 +273,25 @@ CHAIN = Topic(
     logged="never",
 )
 SCENARIO = Topic(
-    name="scenario", message=ScenarioState, rate_hz=2, max_age_ms=2000, publishers=("simulator",), readers=("logger", "gateway"),
+    name="scenario",
+    message=ScenarioState,
+    rate_hz=2,
+    max_age_ms=2000,
+    publishers=("simulator",),
+    readers=("logger", "gateway"),
     encoding="json",
-)  # fmt: skip
+)
 TRUTH = Topic(
-    name="truth/state", message=Truth, rate_hz=20, max_age_ms=500, publishers=("simulator",), readers=("evaluation",),
-    encoding="json", logged="never", private=True,
-)  # fmt: skip
+    name="truth/state",
+    message=Truth,
+    rate_hz=20,
+    max_age_ms=500,
+    publishers=("simulator",),
+    readers=("evaluation",),
+    encoding="json",
+    logged="never",
+    private=True,
+)
 
 TOPICS: tuple[Topic[msgspec.Struct], ...] = tuple(
     value for name, value in list(globals().items()) if name.isupper() and isinstance(value, Topic)

@@ -1,0 +1,236 @@
+"""The bus: a Zenoh session with explicit endpoints. This is the one module that knows Zenoh."""
+
+import json
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import zenoh
+from zenoh import handlers
+
+from drivemcp.config import BusConfig
+from drivemcp.errors import BusError
+
+OnSample = Callable[[str, bytes, bytes], None]
+OnLife = Callable[[str, bool], None]
+
+
+class Query:
+    """A query that waits for its reply. Always `answer`, `refuse` or `drop` it, or the caller waits out its timeout."""
+
+    __slots__ = ("_query", "attachment", "key", "payload")
+
+    def __init__(self, query: zenoh.Query) -> None:
+        self._query = query
+        self.key = str(query.key_expr)
+        self.payload = query.payload.to_bytes() if query.payload is not None else b""
+        self.attachment = query.attachment.to_bytes() if query.attachment is not None else b""
+
+    def answer(self, key: str, payload: bytes) -> None:
+        """Reply with data."""
+        with self._query:
+            self._query.reply(key, payload)
+
+    def refuse(self, payload: bytes) -> None:
+        """Reply with an error."""
+        with self._query:
+            self._query.reply_err(payload)
+
+    def drop(self) -> None:
+        """Give no reply."""
+        self._query.drop()  # type: ignore[no-untyped-call]
+
+
+class Reply:
+    """What one query brought: data, an error, or (neither) the end of replies."""
+
+    __slots__ = ("error", "key", "payload")
+
+    def __init__(self, key: str, payload: bytes | None, error: bytes | None) -> None:
+        self.key = key
+        self.payload = payload
+        self.error = error
+
+
+OnReply = Callable[[Reply | None], None]
+"""Called with every reply, then once with None when no more will come. On a Zenoh thread: hand over at once."""
+
+
+class Publisher:
+    """Puts bytes under one key."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, payload: bytes, attachment: bytes) -> None:
+        """Send."""
+        self._publisher.put(payload, attachment=attachment)
+
+    def matching(self) -> bool:
+        """Whether anyone subscribes."""
+        return bool(getattr(self._publisher.matching_status, "matching", False))
+
+
+class Querier:
+    """Asks one key again and again."""
+
+    def __init__(self, querier: zenoh.Querier) -> None:
+        self._querier = querier
+
+    def get(self, payload: bytes, attachment: bytes, on_reply: OnReply) -> None:
+        """Ask; replies come to `on_reply`."""
+        self._querier.get(
+            handlers.Callback(_to_reply(on_reply), lambda: on_reply(None), indirect=False),
+            payload=payload,
+            attachment=attachment,
+        )
+
+
+class Bus:
+    """One session. Several nodes of one process may share it; callbacks run on Zenoh's threads and only hand over."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+        self._lock = threading.Lock()
+        self._kept: list[object] = []
+        self._closed = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def publisher(self, key: str) -> Publisher:
+        """Declare a publisher; nothing is dropped under congestion, images excepted by the receiver's own inbox."""
+        publisher = self._session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP, express=True)
+        self._keep(publisher)
+        return Publisher(publisher)
+
+    def subscribe(self, key: str, on_sample: OnSample) -> None:
+        """Deliver (key, payload, attachment)."""
+
+        def deliver(sample: zenoh.Sample) -> None:
+            attachment = sample.attachment
+            on_sample(
+                str(sample.key_expr), sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes()
+            )
+
+        self._keep(self._session.declare_subscriber(key, handlers.Callback(deliver, indirect=False)))
+
+    def serve(self, key: str, on_query: Callable[[Query], None]) -> None:
+        """Answer queries on a key."""
+
+        def deliver(query: zenoh.Query) -> None:
+            on_query(Query(query))
+
+        self._keep(self._session.declare_queryable(key, handlers.Callback(deliver, indirect=False), complete=True))
+
+    def querier(self, key: str, timeout_s: float) -> Querier:
+        """Declare a querier of one key, to be asked again and again."""
+        querier = self._session.declare_querier(
+            key, timeout=timeout_s, consolidation=zenoh.ConsolidationMode.NONE, express=True
+        )
+        self._keep(querier)
+        return Querier(querier)
+
+    def get(
+        self, key: str, on_reply: OnReply, *, timeout_s: float, payload: bytes = b"", attachment: bytes = b""
+    ) -> None:
+        """Ask every server whose key matches."""
+        self._session.get(
+            key,
+            handlers.Callback(_to_reply(on_reply), lambda: on_reply(None), indirect=False),
+            payload=payload,
+            attachment=attachment,
+            timeout=timeout_s,
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+        )
+
+    def announce(self, key: str) -> None:
+        """Hold a liveliness token until the session closes or dies."""
+        self._keep(self._session.liveliness().declare_token(key))
+
+    def watch(self, key: str, on_life: OnLife) -> None:
+        """Deliver (key, alive) for every liveliness token, those already there first."""
+
+        def deliver(sample: zenoh.Sample) -> None:
+            on_life(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        self._keep(
+            self._session.liveliness().declare_subscriber(key, handlers.Callback(deliver, indirect=False), history=True)
+        )
+
+    def close(self) -> None:
+        """Close the session. Never call it from a callback."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def _keep(self, entity: object) -> None:
+        with self._lock:
+            self._kept.append(entity)
+
+
+def _to_reply(on_reply: OnReply) -> Callable[[zenoh.Reply], None]:
+    def deliver(reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            on_reply(Reply(str(reply.ok.key_expr), reply.ok.payload.to_bytes(), None))
+        elif reply.err is not None:
+            on_reply(Reply("", None, reply.err.payload.to_bytes()))
+
+    return deliver
+
+
+def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str, object] | None = None) -> zenoh.Config:
+    """Our settings as Zenoh's: explicit endpoints, no multicast unless asked, a lease of one second."""
+    settings: dict[str, object] = {
+        "mode": mode or config.mode,
+        "connect/endpoints": list(config.connect),
+        "listen/endpoints": list(config.listen),
+        "connect/timeout_ms": int(config.connect_timeout_s * 1000),
+        "connect/exit_on_failure": True,
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5},
+        "scouting/multicast/enabled": config.multicast,
+        "scouting/gossip/enabled": False,
+        "transport/link/tx/lease": 1000,
+        "timestamping/enabled": False,
+    }
+    if config.user:
+        password = Path(config.password_file).read_text(encoding="utf-8").strip()
+        settings["transport/auth/usrpwd/user"] = config.user
+        settings["transport/auth/usrpwd/password"] = password
+    settings.update(extra or {})
+    result = zenoh.Config()
+    for name, value in settings.items():
+        result.insert_json5(name, json.dumps(value))
+    return result
+
+
+def open_bus(config: BusConfig, *, mode: str | None = None, extra: dict[str, object] | None = None) -> Bus:
+    """Open a session. Raises BusError with what to do when nothing answers at the endpoints or a port is taken."""
+    zenoh.init_log_from_env_or("error")
+    try:
+        return Bus(zenoh.open(zenoh_config(config, mode=mode, extra=extra)))
+    except zenoh.ZError as error:
+        where = ", ".join((*config.connect, *config.listen)) or "in-process"
+        raise BusError(f"no bus at {where}: is the router running, is the port free? ({str(error)[:160]})") from None
+    except OSError as error:
+        raise BusError(f"cannot read the bus password {config.password_file}: {error.strerror}") from None
+
+
+def wait_settled(check: Callable[[], bool], timeout_s: float) -> bool:
+    """Poll a matching or liveliness condition until it holds; False after `timeout_s`."""
+    pause = threading.Event()
+    for _ in range(max(1, int(timeout_s / 0.005))):
+        if check():
+            return True
+        pause.wait(0.005)
+    return check()

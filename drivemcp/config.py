@@ -1,0 +1,82 @@
+"""Configuration: one frozen struct per service, read once, unknown keys refused."""
+
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+import msgspec
+
+from drivemcp.errors import ConfigError
+
+
+class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How to reach the others. Endpoints are explicit; nothing is searched for by multicast unless asked."""
+
+    mode: Literal["client", "peer"] = "client"
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    multicast: bool = False
+    user: str = ""
+    password_file: str = ""
+    connect_timeout_s: float = 20.0
+
+
+class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What every service may be told."""
+
+    vehicle: str = "ego"
+    bus: BusConfig = BusConfig()
+    lockstep: bool = False
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    out_dir: str = "out"
+    grant_file: str = ""
+    trusted_keys: tuple[str, ...] = ()
+    """Public keys (base64) whose grants count."""
+    tool_workers: int = 4
+    max_pending_calls: int = 16
+
+
+C = TypeVar("C", bound=ServiceConfig)
+
+
+def load_config(kind: type[C], file: str | None, settings: Sequence[str] = (), **overrides: Any) -> C:
+    """The configuration from a TOML or JSON file, `key=value` settings (dots descend) and keyword overrides, in this order.
+
+    Raises ConfigError naming the file and the field.
+    """
+    raw: dict[str, Any] = _read(Path(file)) if file else {}
+    for setting in settings:
+        _assign(raw, setting)
+    raw.update({name: value for name, value in overrides.items() if value is not None})
+    try:
+        return msgspec.convert(raw, kind, strict=False)
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"configuration of {kind.__name__}{f' in {file}' if file else ''}: {error}") from None
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"cannot read the configuration {path}: {error.strerror}") from None
+    try:
+        loaded: dict[str, Any] = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except ValueError as error:
+        raise ConfigError(f"{path} is no valid {path.suffix[1:] or 'TOML'}: {error}") from None
+    return loaded
+
+
+def _assign(raw: dict[str, Any], setting: str) -> None:
+    key, separator, text = setting.partition("=")
+    if not separator:
+        raise ConfigError(f"--set takes key=value, not {setting!r}")
+    try:
+        value: Any = json.loads(text)
+    except ValueError:
+        value = text
+    *path, last = key.split(".")
+    for part in path:
+        raw = raw.setdefault(part, {})
+    raw[last] = value

@@ -1,0 +1,104 @@
+"""What waits for a node's one worker thread: publications, timers, jobs. Zenoh's threads only put in; nothing here blocks them."""
+
+import heapq
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+INBOX_LIMIT = 4096
+"""Publications kept for a worker that is behind; the oldest go first and are counted."""
+
+
+class Parcel(NamedTuple):
+    """One publication as it came."""
+
+    key: str
+    payload: bytes
+    attachment: bytes
+    arrived_ns: int
+    deliver: Callable[["Parcel"], None]
+
+
+class Inbox:
+    """A queue with coalescing of `latest` keys and a bound."""
+
+    def __init__(self) -> None:
+        self._ready = threading.Condition()
+        self._parcels: deque[Parcel] = deque()
+        self._latest: dict[tuple[str, int], Parcel] = {}
+        self._jobs: deque[Callable[[], None]] = deque()
+        self._closed = False
+        self.dropped = 0
+
+    def put(self, parcel: Parcel, *, latest: bool) -> None:
+        """Add a publication; of a `latest` topic only the newest of a key is kept."""
+        with self._ready:
+            if latest:
+                slot = (parcel.key, id(parcel.deliver))
+                waiting = slot in self._latest
+                self._latest[slot] = parcel
+                if waiting:
+                    self.dropped += 1
+                    return
+            self._parcels.append(parcel)
+            if len(self._parcels) > INBOX_LIMIT:
+                self._parcels.popleft()
+                self.dropped += 1
+            self._ready.notify()
+
+    def put_job(self, job: Callable[[], None]) -> None:
+        """Add work for the worker thread itself."""
+        with self._ready:
+            self._jobs.append(job)
+            self._ready.notify()
+
+    def take(self, timeout_s: float) -> Parcel | Callable[[], None] | None:
+        """The next publication or job; None after the timeout or when closed."""
+        with self._ready:
+            if not self._parcels and not self._jobs and not self._closed:
+                self._ready.wait(timeout_s)
+            if self._jobs:
+                return self._jobs.popleft()
+            if not self._parcels:
+                return None
+            parcel = self._parcels.popleft()
+            return self._latest.pop((parcel.key, id(parcel.deliver)), parcel)
+
+    def close(self) -> None:
+        """Wake the worker for the last time."""
+        with self._ready:
+            self._closed = True
+            self._ready.notify_all()
+
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._closed
+
+
+class Timers:
+    """Periodic functions by due time on any clock. A period that was slept through fires once, not many times."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, int, int, Callable[[], None]]] = []
+        self._count = 0
+
+    def add(self, period_ns: int, first_ns: int, function: Callable[[], None]) -> None:
+        """Call `function` at `first_ns` and every `period_ns` after."""
+        self._count += 1
+        heapq.heappush(self._heap, (first_ns, self._count, period_ns, function))
+
+    def next_due_ns(self) -> int | None:
+        """When the next one is due."""
+        return self._heap[0][0] if self._heap else None
+
+    def due(self, now_ns: int) -> list[Callable[[], None]]:
+        """Those due now, in the order in which they were due."""
+        ready: list[Callable[[], None]] = []
+        while self._heap and self._heap[0][0] <= now_ns:
+            due_ns, order, period_ns, function = heapq.heappop(self._heap)
+            ready.append(function)
+            behind = (now_ns - due_ns) // period_ns
+            heapq.heappush(self._heap, (due_ns + (behind + 1) * period_ns, order, period_ns, function))
+        return ready

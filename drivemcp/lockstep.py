@@ -1,0 +1,111 @@
+"""Lockstep: publications are held until the conductor's step, then handled in an order that depends on the data alone."""
+
+import threading
+import time
+from collections.abc import Mapping
+
+import msgspec
+
+from drivemcp.bus import Bus, Reply
+from drivemcp.errors import LockstepError
+from drivemcp.inbox import Parcel
+from proto.keys import step_key
+from proto.services import BY_NAME
+from proto.wire import PubHead, StepReply, StepRequest
+
+STEP_BOUND_S = 30.0
+"""Wall time within which a service must finish one step; a longer one is a stuck run."""
+_HEAD = msgspec.msgpack.Decoder(PubHead)
+_REQUEST = msgspec.json.Encoder()
+_REPLY = msgspec.json.Decoder(StepReply)
+
+
+def matches(pattern: str, key: str) -> bool:
+    """Whether a key falls under a subscription whose chunks may be `*`."""
+    left, right = pattern.split("/"), key.split("/")
+    return len(left) == len(right) and all(a in ("*", b) for a, b in zip(left, right, strict=True))
+
+
+class HeldParcels:
+    """Publications that wait for the step in which they count."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._held: list[tuple[int, str, int, int, Parcel]] = []
+        self._seen: dict[str, int] = {}
+        self._patterns: set[str] = set()
+        self._count = 0
+
+    def subscribe(self, pattern: str) -> None:
+        """From now on keys under the pattern are waited for."""
+        self._patterns.add(pattern)
+
+    def put(self, parcel: Parcel) -> None:
+        """Hold one; called on the bus's threads."""
+        try:
+            head = _HEAD.decode(parcel.attachment)
+        except msgspec.MsgspecError:
+            return
+        with self._changed:
+            self._count += 1
+            self._held.append((head.stamp_ns, parcel.key, head.seq, self._count, parcel))
+            self._seen[parcel.key] = max(head.seq, self._seen.get(parcel.key, -1))
+            self._changed.notify_all()
+
+    def take(self, published: Mapping[str, int], timeout_s: float) -> list[Parcel]:
+        """All that was published up to the given numbers, by stamp, key and number. Raises LockstepError when some never come."""
+        wanted = {key: seq for key, seq in published.items() if any(matches(p, key) for p in self._patterns)}
+        deadline = time.monotonic() + timeout_s
+        with self._changed:
+            while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
+                if not self._changed.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:
+                    raise LockstepError(f"publications never arrived: {', '.join(missing[:4])}")
+            ready = [item for item in self._held if item[2] <= wanted.get(item[1], -1)]
+            self._held = [item for item in self._held if item[2] > wanted.get(item[1], -1)]
+        return [item[4] for item in sorted(ready, key=lambda item: item[:4])]
+
+
+class Conductor:
+    """Steps every service in the order of the data, and gathers what each has published."""
+
+    def __init__(self, bus: Bus, vehicle: str, name: str) -> None:
+        self._bus = bus
+        self._vehicle = vehicle
+        self._name = name
+        self._step = 0
+        self.published: dict[str, int] = {}
+
+    def step(self, services: set[str], now_ns: int, own: Mapping[str, int]) -> None:
+        """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck."""
+        self._step += 1
+        self.published.update(own)
+        order = sorted(
+            services - {self._name}, key=lambda name: (BY_NAME[name].step_order if name in BY_NAME else 48, name)
+        )
+        for service in order:
+            self._ask(service, now_ns, report_only=False)
+        for service in order:  # what tool calls made a service publish after its own turn
+            self._ask(service, now_ns, report_only=True)
+
+    def _ask(self, service: str, now_ns: int, *, report_only: bool) -> None:
+        done = threading.Event()
+        replies: list[Reply] = []
+
+        def on_reply(reply: Reply | None) -> None:
+            if reply is None:
+                done.set()
+            else:
+                replies.append(reply)
+
+        request = StepRequest(
+            step=self._step, now_ns=now_ns, published={} if report_only else self.published, report_only=report_only
+        )
+        key = step_key(self._vehicle, service)
+        self._bus.get(key, on_reply, timeout_s=STEP_BOUND_S, payload=_REQUEST.encode(request))
+        if not done.wait(STEP_BOUND_S + 1) or not replies or replies[0].payload is None:
+            why = (replies[0].error or b"").decode("utf-8", "replace")[:300] if replies else "no answer"
+            raise LockstepError(f"step {self._step}: {service} did not finish ({why or 'timeout'})")
+        reply = _REPLY.decode(replies[0].payload)
+        if reply.error:
+            raise LockstepError(f"step {self._step}: {service} failed: {reply.error}")
+        self.published.update(reply.published)

@@ -1,0 +1,305 @@
+"""Calls tools: in parallel, each with its deadline, never raising. Names are checked against the catalogue before any key is made."""
+
+import hashlib
+import logging
+import threading
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import msgspec
+
+from drivemcp.bus import Bus, Querier, Reply
+from proto import PROTO_VERSION
+from proto.keys import alive_key, catalogue_key, tool_key
+from proto.tools import BUSY, CallHead, CallRecord, CallResult, Catalogue, Outcome, ProtocolError, ToolEntry
+
+_CATALOGUE = msgspec.json.Decoder(Catalogue)
+_RESULT = msgspec.json.Decoder(CallResult)
+_PROBLEM = msgspec.json.Decoder(ProtocolError)
+_HEAD = msgspec.msgpack.Encoder()
+_ARGUMENTS = msgspec.json.Encoder(order="deterministic")
+LATE_GRACE_S = 2.0
+"""How long after its deadline a reply is still taken, to be used, with its age, in a later tick."""
+DISCOVERY_TIMEOUT_S = 1.0
+LOCKSTEP_BOUND_MS = 20_000.0
+"""In lockstep lateness is modelled; this wall bound only fails a stuck run."""
+DEFAULT_MODELLED_MS = 4.0
+
+Ask = tuple[str, Mapping[str, Any] | msgspec.Struct, float]
+
+
+class _Pending:
+    """One call under way."""
+
+    __slots__ = (
+        "arguments",
+        "call_id",
+        "deadline_ns",
+        "done",
+        "elapsed_ms",
+        "event",
+        "payload",
+        "reply",
+        "sent_ns",
+        "tool",
+    )
+
+    def __init__(self, tool: str, arguments: Any, payload: bytes, deadline_ms: float, event: threading.Event) -> None:
+        self.tool = tool
+        self.arguments = arguments
+        self.payload = payload
+        self.call_id = uuid.uuid4().hex
+        self.sent_ns = time.time_ns()
+        self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
+        self.event = event
+        self.reply: Reply | None = None
+        self.done = False
+        self.elapsed_ms = 0.0
+
+    def finished(self) -> bool:
+        """Whether all replies are in; set on the bus's thread."""
+        return self.done
+
+
+class ToolClient:
+    """Discovers every server on the bus and calls its tools."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        *,
+        vehicle: str,
+        caller: str,
+        log_call: Callable[[CallRecord], None],
+        logger: logging.Logger,
+        modelled_ms: Mapping[str, float] | None = None,
+    ) -> None:
+        self._bus = bus
+        self._vehicle = vehicle
+        self._caller = caller
+        self._log_call = log_call
+        self._logger = logger
+        self._modelled_ms = modelled_ms
+        self._lock = threading.Lock()
+        self._tools: dict[str, ToolEntry] = {}
+        self._queriers: dict[str, Querier] = {}
+        self._alive: set[str] = set()
+        self._late: deque[Outcome] = deque(maxlen=64)
+        self._watching = False
+        self._discovered_s = 0.0
+
+    def watch(self) -> None:
+        """Follow liveliness: a server that appears is asked for its catalogue, one that goes is unavailable at once."""
+        if not self._watching:
+            self._watching = True
+            self._bus.watch(alive_key(self._vehicle), self._on_life)
+
+    def alive(self) -> set[str]:
+        """Services with a liveliness token now."""
+        with self._lock:
+            return set(self._alive)
+
+    def catalogue(self) -> dict[str, ToolEntry]:
+        """All tools known, by their bare names."""
+        with self._lock:
+            return dict(self._tools)
+
+    def discover(self, timeout_s: float = DISCOVERY_TIMEOUT_S) -> dict[str, ToolEntry]:
+        """Ask every server on the bus, and wait for their answers."""
+        done = threading.Event()
+        self._fetch(catalogue_key(self._vehicle), lambda: done.set(), timeout_s)
+        done.wait(timeout_s + 0.2)
+        return self.catalogue()
+
+    def call_all(self, asks: Iterable[Ask], *, grant: str = "", confirmation: str = "") -> list[Outcome]:
+        """Issue all calls, then collect: the slowest decides, each has its own deadline (ms). One outcome per ask, in order."""
+        event = threading.Event()
+        started = [self._start(tool, arguments, limit, event, grant, confirmation) for tool, arguments, limit in asks]
+        return [self._collect(item) if isinstance(item, _Pending) else item for item in started]
+
+    def late(self) -> list[Outcome]:
+        """Replies that came after their deadline since the last look, with their age."""
+        found: list[Outcome] = []
+        while self._late:
+            found.append(self._late.popleft())
+        return found
+
+    def _on_life(self, key: str, alive: bool) -> None:
+        service = key.rsplit("/", 1)[1]
+        with self._lock:
+            (self._alive.add if alive else self._alive.discard)(service)
+        if alive:
+            self._fetch(catalogue_key(self._vehicle, service), lambda: None, DISCOVERY_TIMEOUT_S)
+
+    def _fetch(self, key: str, on_end: Callable[[], None], timeout_s: float) -> None:
+        def on_reply(reply: Reply | None) -> None:
+            if reply is None:
+                on_end()
+            elif reply.payload is not None:
+                self._learn(reply.payload)
+
+        self._bus.get(key, on_reply, timeout_s=timeout_s)
+
+    def _learn(self, payload: bytes) -> None:
+        try:
+            catalogue = _CATALOGUE.decode(payload)
+        except msgspec.MsgspecError as error:
+            self._logger.warning("a catalogue does not decode and is ignored: %s", error)
+            return
+        if catalogue.proto_major != PROTO_VERSION[0]:
+            self._logger.warning("server %s speaks another message version and is ignored", catalogue.server)
+            return
+        with self._lock:
+            for entry in catalogue.tools:
+                known = self._tools.get(entry.name)
+                if entry.meta.server != catalogue.server or (known and known.meta.server != catalogue.server):
+                    self._logger.warning("tool %s of %s is ignored: the name is taken", entry.name, catalogue.server)
+                    continue
+                self._tools[entry.name] = entry
+
+    def _start(
+        self,
+        tool: str,
+        arguments: Mapping[str, Any] | msgspec.Struct,
+        limit_ms: float,
+        event: threading.Event,
+        grant: str,
+        confirmation: str,
+    ) -> "_Pending | Outcome":
+        payload = _ARGUMENTS.encode(arguments)
+        querier = self._querier(tool)
+        if querier is None:
+            return self._without(tool, payload, f"no server offers the tool {tool!r}")
+        wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
+        pending = _Pending(tool, arguments, payload, wall_ms, event)
+        pending.elapsed_ms = limit_ms  # kept until the reply is known: the deadline asked for
+        head = CallHead(
+            call_id=pending.call_id,
+            caller=self._caller,
+            deadline_ns=pending.deadline_ns,
+            grant=grant,
+            confirmation=confirmation,
+        )
+        querier.get(payload, _HEAD.encode(head), lambda reply: self._on_reply(pending, reply))
+        return pending
+
+    def _querier(self, tool: str) -> Querier | None:
+        querier = self._queriers.get(tool)
+        if querier is not None:
+            return querier
+        with self._lock:
+            entry = self._tools.get(tool)
+        if entry is None:
+            entry = self._rediscover().get(tool)
+        if entry is None:
+            return None
+        querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), 10.0 + LATE_GRACE_S)
+        self._queriers[tool] = querier
+        return querier
+
+    def _rediscover(self) -> dict[str, ToolEntry]:
+        now_s = time.monotonic()
+        if now_s - self._discovered_s < 1.0:
+            return self.catalogue()
+        self._discovered_s = now_s
+        # a watched bus brings catalogues by itself: never wait for one within a tick
+        return self.catalogue() if self._watching and self._tools else self.discover()
+
+    def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
+        if reply is not None and pending.reply is None:
+            pending.reply = reply
+            now_ns = time.time_ns()
+            if now_ns > pending.deadline_ns and reply.payload is not None:
+                late = self._outcome(pending, (now_ns - pending.sent_ns) / 1e6)
+                age_ms = (now_ns - pending.sent_ns) / 1e6
+                self._late.append(msgspec.structs.replace(late, late=True, age_ms=age_ms))
+                return
+        pending.done = True
+        pending.event.set()
+
+    def _collect(self, pending: _Pending) -> Outcome:
+        while not pending.finished():
+            left_s = (pending.deadline_ns - time.time_ns()) / 1e9
+            if left_s <= 0 or not pending.event.wait(left_s):
+                break
+            if not pending.finished():
+                pending.event.clear()  # another call's reply; look once more before waiting again
+                if pending.finished():
+                    break
+        limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
+        if self._modelled_ms is not None and pending.done:
+            elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
+        outcome = self._outcome(pending, elapsed_ms)
+        if self._modelled_ms is not None and outcome.ok and elapsed_ms > limit_ms:
+            self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=elapsed_ms))
+            outcome = msgspec.structs.replace(
+                outcome, status="timeout", result=None, error="late by the modelled latency"
+            )
+        self._record(pending.sent_ns, outcome)
+        return outcome
+
+    def _outcome(self, pending: _Pending, elapsed_ms: float) -> Outcome:
+        base = Outcome(
+            tool=pending.tool,
+            status="timeout",
+            elapsed_ms=elapsed_ms,
+            call_id=pending.call_id if self._modelled_ms is None else "",
+            arguments=msgspec.to_builtins(pending.arguments),
+            arguments_sha256=hashlib.sha256(pending.payload).hexdigest(),
+        )
+        reply = pending.reply
+        if reply is None:
+            if not pending.done:
+                return msgspec.structs.replace(base, error="no answer before the deadline")
+            return msgspec.structs.replace(base, status="unavailable", error="nobody answered")
+        return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
+
+    def _without(self, tool: str, payload: bytes, error: str) -> Outcome:
+        outcome = Outcome(
+            tool=tool, status="unavailable", error=error, arguments_sha256=hashlib.sha256(payload).hexdigest()
+        )
+        self._record(time.time_ns(), outcome)
+        return outcome
+
+    def _record(self, sent_ns: int, outcome: Outcome) -> None:
+        self._log_call(
+            CallRecord(
+                call_id=outcome.call_id,
+                caller=self._caller,
+                tool=outcome.tool,
+                side="caller",
+                sent_ns=sent_ns,
+                done_ns=time.time_ns(),
+                status=outcome.status,
+                arguments_sha256=outcome.arguments_sha256,
+                result_sha256=outcome.result_sha256,
+                error=outcome.error[:200],
+            )
+        )
+
+
+def _with_error(base: Outcome, payload: bytes) -> Outcome:
+    try:
+        problem = _PROBLEM.decode(payload)
+    except msgspec.MsgspecError:
+        # Zenoh's own error: the timeout of the query, or the server went away while it worked
+        return msgspec.structs.replace(base, status="timeout", error=payload[:200].decode("utf-8", "replace"))
+    status = "busy" if problem.code == BUSY else "protocol_error"
+    return msgspec.structs.replace(base, status=status, error=f"{problem.code}: {problem.message}")
+
+
+def _with_result(base: Outcome, payload: bytes) -> Outcome:
+    digest = hashlib.sha256(payload).hexdigest()
+    try:
+        result = _RESULT.decode(payload)
+    except msgspec.MsgspecError as error:
+        return msgspec.structs.replace(
+            base, status="protocol_error", error=f"the result does not decode: {error}", result_sha256=digest
+        )
+    if result.isError or result.structuredContent is None:
+        text = " ".join(str(part.get("text", "")) for part in result.content) or "the tool failed without a word"
+        return msgspec.structs.replace(base, status="tool_error", error=text, result_sha256=digest)
+    return msgspec.structs.replace(base, status="ok", result=result.structuredContent, result_sha256=digest)

@@ -1,0 +1,166 @@
+"""Nodes on a real in-process Zenoh session."""
+
+import threading
+
+import msgspec
+import pytest
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ContractError, ToolFailed
+from drivemcp.node import Node
+from drivemcp.service import Service
+from drivemcp.testing import TestBus, bus
+from proto import topics
+from proto.vehicle import Ego
+from proto.weather import Conditions
+
+
+class Wetness(msgspec.Struct, frozen=True, kw_only=True):
+    """An answer."""
+
+    wet: bool
+    mu: float
+
+
+def build(config: ServiceConfig, node: Node) -> None:
+    """A small service for these tests."""
+    release = threading.Event()
+    node.on_close(release.set)
+
+    @node.tool(deadline_ms=40)
+    def how_wet(rain_mm_h: float, strict: bool = False) -> Wetness:
+        """How wet the road is."""
+        if rain_mm_h < 0:
+            raise ToolFailed("rain_mm_h is negative; give millimetres an hour")
+        return Wetness(wet=rain_mm_h > 0.1, mu=0.8 if strict else 0.5)
+
+    @node.tool(deadline_ms=40)
+    def hang() -> Wetness:
+        """Does not answer until the service closes."""
+        release.wait(20)
+        return Wetness(wet=True, mu=0.1)
+
+    @node.tool(deadline_ms=40)
+    def burst() -> Wetness:
+        """Raises what it should not."""
+        raise ZeroDivisionError
+
+    @node.tool(deadline_ms=40, capability="actuation")
+    def brake(value: float) -> Wetness:
+        """Must never run here."""
+        raise AssertionError
+
+
+WET = Service("wet", ServiceConfig, build)
+
+
+@pytest.fixture
+def wet_bus():  # type: ignore[no-untyped-def]
+    with bus() as test_bus:
+        test_bus.start(WET)
+        yield test_bus
+
+
+def test_a_published_message_arrives_with_its_number_and_stamp() -> None:
+    with bus() as b:
+        seen = b.collect(topics.EGO)
+        sender = b.node("can")
+        sender.publish(topics.EGO, Ego(speed_mps=12.5), stamp_ns=123)
+        sender.publish(topics.EGO, Ego(speed_mps=13.0))
+        seen.wait_count(2)
+        assert [m.speed_mps for m in seen.messages] == [12.5, 13.0]
+        assert seen.infos[0].stamp_ns == 123
+        assert [i.seq for i in seen.infos] == [1, 2]
+
+
+def test_a_wrong_type_on_a_topic_is_refused_at_its_sender() -> None:
+    with bus() as b, pytest.raises(ContractError, match="can/ego"):
+        b.node("can").publish(topics.EGO, topics.BRAKE)  # type: ignore[type-var]
+
+
+def test_a_malformed_payload_is_counted_and_dropped_and_the_next_message_arrives() -> None:
+    with bus() as b:
+        seen = b.collect(topics.EGO)
+        b.session.publisher("drivemcp/ego/can/ego").put(b"\xc1garbage", b"no head")
+        b.node("can").publish(topics.EGO, Ego(speed_mps=1.0))
+        assert seen.wait().speed_mps == 1.0
+        assert b.probe.health(topics.EGO).alive
+
+
+def test_a_tool_answers_with_structured_content_and_hashes(wet_bus: TestBus) -> None:
+    outcome = wet_bus.call("how_wet", {"rain_mm_h": 3})
+    assert outcome.ok
+    assert outcome.result == {"wet": True, "mu": 0.5}
+    assert len(outcome.arguments_sha256) == len(outcome.result_sha256) == 64
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "status", "word"),
+    [
+        ("how_wet", {"rain_mm_h": "much"}, "tool_error", "rain_mm_h"),
+        ("how_wet", {}, "tool_error", "rain_mm_h"),
+        ("how_wet", {"rain_mm_h": 1, "extra": 1}, "tool_error", "extra"),
+        ("how_wet", {"rain_mm_h": -1}, "tool_error", "negative"),
+        ("burst", {}, "tool_error", "ZeroDivisionError"),
+        ("brake", {"value": 3}, "protocol_error", "actuation is off"),
+        ("nowhere", {}, "unavailable", "nowhere"),
+        ("*", {}, "unavailable", "*"),
+        ("../how_wet", {}, "unavailable", "how_wet"),
+    ],
+)
+def test_a_bad_call_is_an_outcome_that_says_why(
+    wet_bus: TestBus, tool: str, arguments: dict[str, object], status: str, word: str
+) -> None:
+    outcome = wet_bus.call(tool, arguments)
+    assert outcome.status == status
+    assert word in outcome.error
+
+
+def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(wet_bus: TestBus) -> None:
+    wet_bus.call("how_wet", {"rain_mm_h": 1})
+    hung, answered = wet_bus.probe.call_all([("hang", {}, 60.0), ("how_wet", {"rain_mm_h": 1}, 5000.0)])
+    assert hung.status == "timeout"
+    assert hung.elapsed_ms < 3000
+    assert answered.ok
+
+
+def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: TestBus) -> None:
+    entry = wet_bus.probe.client.discover()["how_wet"]
+    assert entry.inputSchema["type"] == "object"
+    assert entry.inputSchema["required"] == ["rain_mm_h"]
+    assert set(entry.outputSchema["properties"]) == {"wet", "mu"}
+    assert entry.meta.capability == "context"
+    assert entry.meta.server == "wet"
+
+
+def test_every_call_is_logged_by_both_sides_with_the_same_hash(wet_bus: TestBus) -> None:
+    calls = wet_bus.collect(topics.CALLS)
+    outcome = wet_bus.call("how_wet", {"rain_mm_h": 1})
+    caller = calls.wait(lambda record: record.side == "caller" and record.tool == "how_wet")
+    server = calls.wait(lambda record: record.side == "server" and record.tool == "how_wet")
+    assert caller.arguments_sha256 == server.arguments_sha256 == outcome.arguments_sha256
+    assert caller.result_sha256 == server.result_sha256
+    assert caller.call_id == server.call_id
+
+
+def test_a_tool_without_docstring_or_types_is_refused_when_it_is_defined() -> None:
+    with bus() as b:
+        node = b.node("x")
+        with pytest.raises(ContractError, match="docstring"):
+            node.tools.add(lambda: None, deadline_ms=1, name="nameless")
+
+
+def test_latest_and_health_follow_a_subscribed_topic() -> None:
+    with bus() as b:
+        seen = b.collect(topics.CONDITIONS)
+        assert not b.probe.health(topics.CONDITIONS).alive
+        conditions = Conditions(
+            precipitation="rain", rain_mm_h=5.0, visibility_m=300.0, mu_low=0.4, mu_high=0.6, risk_level="moderate",
+            speed_factor=0.8, following_factor=1.4, confidence=0.9,
+        )  # fmt: skip
+        b.node("weather").publish(topics.CONDITIONS, conditions)
+        seen.wait()
+        latest = b.probe.latest(topics.CONDITIONS)
+        assert latest is not None
+        assert latest.message == conditions
+        assert b.probe.health(topics.CONDITIONS).ok
