@@ -1,0 +1,1 @@
+"""The log: hash-chained MCAP, long-term memory, live view."""
