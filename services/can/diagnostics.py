@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 from proto.sensors import CanFrame
 from services.can import gate, isotp, obd
-from services.can.errors import MalformedFrame, RequestRefused
+from services.can.errors import MalformedFrame
 
 GRACE_S = 0.1
 """After the last answer to a request to everybody, so long for another. ISO 15765-4 gives each unit 50 ms."""
@@ -124,6 +124,3 @@ class Diagnostics:
     def _transmit(self, arbitration_id: int, data: bytes, *, clearing: bool = False, faults: bool = False) -> None:
         gate.check(arbitration_id, data, clearing=clearing, faults=faults)
         self._send(arbitration_id, data)
-
-
-__all__ = ["Diagnostics", "Exchange", "RequestRefused"]

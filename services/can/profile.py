@@ -48,6 +48,13 @@ class VehicleRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     steering_ratio: float = 15.0
 
 
+class FaultRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A fault scenario of the simulated car's test unit."""
+
+    routine: int
+    description: str
+
+
 class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One kind of car."""
 
@@ -56,6 +63,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     vehicle: VehicleRow
     ecus: dict[str, str]
     fields: dict[str, FieldRule]
+    fault_scenarios: dict[str, FaultRow] = {}
+    """Empty on a real car."""
 
     @property
     def ecu_names(self) -> dict[int, str]:

@@ -1,0 +1,219 @@
+"""The CAN service: binds one car's bus to topics and tools; decides nothing."""
+
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.node import Node
+from drivemcp.paths import data
+from drivemcp.service import Service
+from proto import topics
+from proto.sensors import CanFrame
+from proto.vehicle import DtcText, VehicleHealth
+from services.can import answers, health, requests
+from services.can.answers import (
+    CodeReport,
+    DecodedFrame,
+    DiagnosticAnswer,
+    FaultAnswer,
+    FrameRow,
+    ObdAnswer,
+    Sample,
+    Snapshot,
+)
+from services.can.dbc import Dbc
+from services.can.dtc import DtcBook
+from services.can.errors import ProfileError
+from services.can.link import FrameLink, NodeLink, PythonCanLink
+from services.can.profile import load_profile
+from services.can.vehicle import Vehicle
+
+NS = 1_000_000_000
+REQUEST_DEADLINE_MS = 2600.0
+R = TypeVar("R")
+
+Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=600.0, description="length of the window that ends now, s")]
+Timeout = Annotated[float, msgspec.Meta(gt=0.0, le=5.0, description="longest wait for an answer, s")]
+Language = Annotated[str, msgspec.Meta(description="en or de")]
+
+
+class CanConfig(ServiceConfig, frozen=True, kw_only=True):
+    """Which bus, which car, and what may be sent."""
+
+    profile: str = "vehicles/sim/profile.toml"
+    bus_id: str = "can0"
+    interface: str = "zenoh"
+    """`zenoh`: frames on can/<bus_id>/rx and tx. Else a python-can interface: socketcan, virtual, udp_multicast, ..."""
+    channel: str = "can0"
+    interface_options: dict[str, str | int | bool] = msgspec.field(default_factory=dict)
+    ego_hz: float = 20.0
+    degradation_hz: float = 2.0
+    history_frames: int = 20_000
+    poll_dtcs_s: float | None = None
+    """How often trouble codes are asked for. Unset: every 4 s in simulation, never on a real bus, where nothing is
+    sent unasked.
+    """
+    allow_fault_scenarios: bool = False
+
+
+def build(config: CanConfig, node: Node) -> None:
+    """Wire one car."""
+    link = _link(config, node)
+
+    def send(arbitration_id: int, payload: bytes) -> None:
+        link.transmit((CanFrame(stamp_ns=node.clock.now_ns(), arbitration_id=arbitration_id, data=payload),))
+
+    vehicle = _vehicle(config, send)
+    _publish(config, node, vehicle)
+    _offer_reading(node, vehicle)
+    _offer_health(node, vehicle)
+    _offer_requests(config, node, vehicle)
+    link.listen(lambda frames: vehicle.ingest(frames, node.clock.now_ns()))
+
+
+def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
+    path = data(config.profile)
+    try:
+        profile = load_profile(path)
+        dbc = Dbc(path.parent / profile.dbc)
+        return Vehicle(dbc, profile, DtcBook.load(data("vehicles/dtc.toml")), send, history_limit=config.history_frames)
+    except ProfileError as error:
+        raise ConfigError(str(error)) from error
+
+
+def _link(config: CanConfig, node: Node) -> FrameLink:
+    if config.interface == "zenoh":
+        return NodeLink(node, config.bus_id)
+    import can
+
+    options: dict[str, Any] = dict(config.interface_options)
+    try:
+        bus = can.Bus(interface=config.interface, channel=config.channel, **options)
+    except (can.CanError, OSError, ValueError) as error:
+        raise ConfigError(f"cannot open {config.interface} {config.channel}: {error}") from error
+    return PythonCanLink(bus, node)
+
+
+def _publish(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
+    poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if config.interface == "zenoh" else 0.0)
+
+    def ego() -> None:
+        now_ns = node.clock.now_ns()
+        node.publish(topics.EGO, vehicle.ego(now_ns), stamp_ns=_stamp(vehicle, now_ns))
+
+    def degradation() -> None:
+        now_ns = node.clock.now_ns()
+        node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
+        node.detail["frames"] = str(vehicle.history.seen)
+        node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed)
+        if poll_s > 0:
+            vehicle.poll(now_ns, int(poll_s * NS))
+
+    node.every(1.0 / config.ego_hz, ego)
+    node.every(1.0 / config.degradation_hz, degradation)
+
+
+def _stamp(vehicle: Vehicle, now_ns: int) -> int:
+    """The source's stamp of the speed, where it may be used; an ego without one is stamped now and says what is
+    invalid.
+    """
+    reading = vehicle.board.read("speed_mps", now_ns)
+    return reading.stamp_ns if reading.value is not None else now_ns
+
+
+def _or_failed(function: Callable[[], R]) -> R:
+    """An unknown name or a bad number is the caller's to mend."""
+    try:
+        return function()
+    except (ProfileError, ValueError) as error:
+        raise ToolFailed(str(error)) from error
+
+
+def _offer_reading(node: Node, vehicle: Vehicle) -> None:
+    started_ns = node.clock.now_ns()
+
+    @node.tool(deadline_ms=200)
+    def read_can_frames(duration_s: Seconds = 1.0) -> list[FrameRow]:
+        """Frames heard on the bus in the last seconds, from the history, at once; at most the newest 2000."""
+        since_ns = answers.window_ns(duration_s, node.clock.now_ns())
+        return answers.frame_rows(vehicle.dbc, vehicle.history.since(since_ns, limit=answers.MAX_ROWS))
+
+    @node.tool(deadline_ms=40)
+    def decode_can_frame(arbitration_id: int | str, data: list[int]) -> DecodedFrame:
+        """Decode one frame by the car's bus description: id as a number or as hex text, data as bytes."""
+        return answers.decoded(vehicle.dbc, arbitration_id, data)
+
+    @node.tool(deadline_ms=200)
+    def filter_frames(
+        arbitration_id: int | str | None = None, signal_name: str | None = None, duration_s: Seconds = 1.0
+    ) -> list[FrameRow]:
+        """Frames heard in the last seconds with this id, or carrying this signal, with the signal's value."""
+        ids = _or_failed(lambda: answers.ids_of(vehicle, arbitration_id, signal_name))
+        since_ns = answers.window_ns(duration_s, node.clock.now_ns())
+        return answers.frame_rows(vehicle.dbc, vehicle.history.since(since_ns, ids, answers.MAX_ROWS), signal_name)
+
+    @node.tool(deadline_ms=200)
+    def monitor_signal(signal_name: str, duration_s: Seconds = 2.0) -> list[Sample]:
+        """The values of one signal over the last seconds, from the history, at once."""
+        since_ns = answers.window_ns(duration_s, node.clock.now_ns())
+        return _or_failed(lambda: answers.samples(vehicle, signal_name, since_ns))
+
+    @node.tool(deadline_ms=100)
+    def get_vehicle_snapshot() -> Snapshot:
+        """The newest value, unit, message and age of every signal heard on the bus."""
+        return answers.snapshot(vehicle, node.clock.now_ns(), started_ns)
+
+
+def _offer_health(node: Node, vehicle: Vehicle) -> None:
+    @node.tool(deadline_ms=40)
+    def read_dtcs(language: Language = "en") -> CodeReport:
+        """The trouble codes that the control units last reported, in words, with the warning lamps. Sends nothing."""
+        return answers.code_report(vehicle, language, node.clock.now_ns())
+
+    @node.tool(deadline_ms=40)
+    def explain_dtc(code: str, language: Language = "en") -> DtcText:
+        """A trouble code in words: system, severity, what it means, what to do next."""
+        return _or_failed(lambda: vehicle.book.explain(code, language))
+
+    @node.tool(deadline_ms=40)
+    def vehicle_health(language: Language = "en") -> VehicleHealth:
+        """Is the car fit to drive: degradation h, braking still to be had, faults, lamps, and advice."""
+        return health.advise(vehicle.table, vehicle.assessment, vehicle.book, language)
+
+
+def _offer_requests(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
+    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="diagnostic", read_only=True)
+    def send_obd_request(service: int, pid: int | None = None, timeout_s: Timeout = 2.0) -> ObdAnswer:
+        """Ask the control units by OBD-II (SAE J1979); reading services only, the answer matched by id, service and
+        pid.
+        """
+        return requests.send_obd(vehicle, service, pid, timeout_s)
+
+    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="diagnostic", read_only=True)
+    def send_diagnostic_request(
+        service_id: int, parameter_id: int = 0, data_field: int = 0, timeout_s: Timeout = 2.0
+    ) -> DiagnosticAnswer:
+        """Ask every control unit by ISO 14229: 0x22 reads an identifier, 0x19 trouble codes, 0x3E asks who is there."""
+        return requests.send_diagnostic(vehicle, service_id, parameter_id, data_field, timeout_s)
+
+    @node.tool(deadline_ms=2 * REQUEST_DEADLINE_MS, capability="diagnostic", read_only=False)
+    def activate_fault_scenario(preset: str | None = None, timeout_s: Timeout = 2.0) -> FaultAnswer:
+        """Give the simulated car a fault (overheat, abs_fault, low_fuel, low_tyre), or end all (none). Refused unless
+        configured.
+        """
+        return requests.activate_fault(
+            vehicle, preset, timeout_s, allowed=config.allow_fault_scenarios and config.interface == "zenoh"
+        )
+
+    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="actuation", idempotent=False)
+    def clear_dtcs(timeout_s: Timeout = 2.0) -> DiagnosticAnswer:
+        """Clear the trouble codes in every control unit. Takes a grant and a confirmation of this very command; the
+        car must stand.
+        """
+        return requests.clear_codes(vehicle, timeout_s)
+
+
+SERVICE = Service("can", CanConfig, build)
