@@ -1,0 +1,65 @@
+"""For whoever edits a pack: finds the offsets of every text again and writes the content hash.
+
+In a source document each text is the paragraph below a heading that ends in its id: `## StVO § 3 Abs. 1 [deu-speed-adapt]`.
+"""
+
+import json
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from services.rules.errors import PackError
+from services.rules.packs import content_hash, load
+
+_HEADING = re.compile(r"^## (?P<section>[^\n]*) \[(?P<id>[^\]\n]+)\]\n\n(?P<text>[^\n]+(?:\n[^\n]+)*)", re.M)
+_USAGE = "usage: python -m services.rules.packs hash|seal|check FOLDER"
+
+
+def paragraphs(text: str) -> dict[str, tuple[str, int, int]]:
+    """Section, start and end of the text below each heading, by id."""
+    return {m["id"]: (m["section"], m.start("text"), m.end("text")) for m in _HEADING.finditer(text)}
+
+
+def seal(folder: Path) -> str:
+    """Rewrite offsets, excerpts and the hash of a pack in place; the new hash. Raises PackError."""
+    for file, key, prefix in (("provisions.json", "id", ""), ("signs.json", "code", "sign:")):
+        path = folder / file
+        entries = json.loads(path.read_text(encoding="utf-8"))
+        for entry in entries:
+            _relocate(folder, entry, prefix + entry[key])
+        _write(path, entries)
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    manifest["content_sha256"] = content_hash(folder)
+    _write(folder / "manifest.json", manifest)
+    return str(manifest["content_sha256"])
+
+
+def _relocate(folder: Path, entry: dict[str, Any], name: str) -> None:
+    for source in entry["sources"]:
+        text = (folder / source["document"]).read_text(encoding="utf-8")
+        if name not in (found := paragraphs(text)):
+            raise PackError(f"{folder / source['document']}: no heading ends in [{name}]")
+        section, source["start"], source["end"] = found[name]
+        source["excerpt"] = text[source["start"] : source["end"]]
+    entry["section"] = section
+
+
+def _write(path: Path, content: Any) -> None:
+    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+
+
+def command(arguments: Sequence[str]) -> int:
+    """`hash` prints the content hash, `seal` renews offsets and hash, `check` loads the pack."""
+    if len(arguments) != 2 or arguments[0] not in ("hash", "seal", "check"):
+        sys.stderr.write(_USAGE + "\n")
+        return 2
+    folder = Path(arguments[1])
+    try:
+        said = {"hash": content_hash, "seal": seal, "check": lambda at: load(at).version}[arguments[0]](folder)
+    except (PackError, OSError, KeyError, ValueError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    sys.stdout.write(f"{said}\n")
+    return 0
