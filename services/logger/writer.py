@@ -1,0 +1,238 @@
+"""Writes the log on a thread of its own: `put` never waits for a disk, a full disk never stops a drive."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+
+from proto.health import ChainHead
+from services.logger import files
+from services.logger.file import DiskFile, LogFile, Origin, RawFile, Record
+from services.logger.forms import Gap, gap_record
+from services.logger.signing import Signer
+
+MAX_FLUSH_MS = 200.0
+"""What a kill -9 may cost at most (design 9); flushes come twice as often, so that a busy machine still keeps it."""
+_BATCH_BYTES = 8_000_000
+
+
+class WriterSettings(msgspec.Struct, frozen=True, kw_only=True):
+    """How the log is written."""
+
+    directory: Path
+    vehicle: str = "ego"
+    flush_ms: float = 100.0
+    fsync_s: float = 1.0
+    max_file_mb: float = 512.0
+    max_file_s: float = 3600.0
+    queue_mb: float = 64.0
+    retention: files.Retention = files.Retention()
+
+
+class Tally(msgspec.Struct, kw_only=True):
+    """What the writer has done; read by others, written by its thread (`lost` also by `put`)."""
+
+    messages: int = 0
+    stored_bytes: int = 0
+    lost: int = 0
+    failed_flushes: int = 0
+    worst_flush_ms: float = 0.0
+    trouble: str = ""
+    """The error that keeps it from writing now; empty when all is well."""
+    file: str = ""
+    files: int = 0
+
+
+class Listener(Protocol):
+    """Who is told, on the writer's thread."""
+
+    def sealed(self, head: ChainHead, n: int) -> None:
+        """A flush is in the file."""
+
+    def trouble(self, text: str) -> None:
+        """Writing fails, or works again."""
+
+    def retired(self, path: Path) -> None:
+        """An old file was deleted."""
+
+
+class LogWriter:
+    """Takes records from any thread, writes and seals them every `flush_ms`."""
+
+    def __init__(
+        self,
+        settings: WriterSettings,
+        signer: Signer,
+        listener: Listener,
+        *,
+        now_ns: Callable[[], int] = time.time_ns,
+        open_raw: Callable[[Path], RawFile] = DiskFile,
+    ) -> None:
+        self._settings, self._signer, self._listener = settings, signer, listener
+        self._now_ns, self._open_raw = now_ns, open_raw
+        self._started_ns = time.time_ns()
+        self._lock = threading.Lock()
+        self._waiting: list[Record] = []
+        self._waiting_bytes = 0
+        self._gap: Gap | None = None
+        self._gaps = 0
+        self._file: LogFile | None = None
+        self._opened_s = self._synced_s = 0.0
+        self._previous: files.Previous | None = None
+        self._stop = threading.Event()
+        self.tally = Tally()
+        self._thread = threading.Thread(target=self._run, name="log-writer", daemon=True)
+
+    def start(self) -> None:
+        """Begins to write."""
+        self._thread.start()
+
+    def put(self, record: Record) -> None:
+        """Hands a record over. Never waits; beyond `queue_mb` the newest are lost, and counted."""
+        with self._lock:
+            if self._waiting_bytes > self._settings.queue_mb * 1e6:
+                self.tally.lost += 1
+                self._gap = _widened(self._gap, record.log_time_ns, self.tally.trouble or "the writer is behind")
+                return
+            self._waiting.append(record)
+            self._waiting_bytes += len(record.data)
+
+    def close(self, timeout_s: float = 5.0) -> bool:
+        """Writes what waits, closes the file in order; whether that was done in time."""
+        self._stop.set()
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive() and not self.tally.trouble
+
+    @property
+    def running(self) -> bool:
+        """Whether the thread lives."""
+        return self._thread.is_alive()
+
+    def mb_per_hour(self) -> float:
+        """The size that this drive's log takes an hour, from what it took so far."""
+        elapsed_s = max(1.0, (time.time_ns() - self._started_ns) / 1e9)
+        return self.tally.stored_bytes / 1e6 / elapsed_s * 3600
+
+    def _run(self) -> None:
+        pause_s = min(self._settings.flush_ms, MAX_FLUSH_MS / 2) / 1e3
+        while not self._stop.wait(pause_s):
+            self._guarded(self._flush)
+        self._guarded(self._flush)
+        self._guarded(self._finish)
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        """Runs it; a disk that refuses is counted and told once, and tried again next time."""
+        started_s = time.monotonic()
+        try:
+            work()
+        except OSError as error:
+            self.tally.failed_flushes += 1
+            text = f"the log cannot be written: {error.strerror or error}"
+            if text != self.tally.trouble:
+                self.tally.trouble = text
+                self._listener.trouble(text)
+        else:
+            if self.tally.trouble:
+                self.tally.trouble = ""
+                self._listener.trouble("the log is written again")
+        self.tally.worst_flush_ms = max(self.tally.worst_flush_ms, (time.monotonic() - started_s) * 1e3)
+
+    def _flush(self) -> None:
+        with self._lock:
+            records, gap = list(self._waiting), self._gap
+        for batch in _batches(records):
+            self._append(batch)
+        if gap:
+            self._gaps += 1
+            self._append([gap_record(gap, sequence=self._gaps)], counted=0)
+            with self._lock:
+                self._gap = None if self._gap == gap else self._gap
+        if records or gap:
+            self._after()
+
+    def _append(self, batch: list[Record], *, counted: int | None = None) -> None:
+        """One flush into the file; only then do its records leave the queue."""
+        file = self._file or self._open()
+        before = file.size
+        head = file.append(batch, now_ns=self._now_ns())
+        done = len(batch) if counted is None else counted
+        with self._lock:
+            self._waiting_bytes -= sum(len(record.data) for record in self._waiting[:done])
+            del self._waiting[:done]
+        self.tally.messages += len(batch)
+        self.tally.stored_bytes += file.size - before
+        self._listener.sealed(head, file.chained - 1)
+
+    def _after(self) -> None:
+        """Durability and rotation."""
+        file, now_s = self._file, time.monotonic()
+        if file is None:
+            return
+        if now_s - self._synced_s >= self._settings.fsync_s:
+            self._synced_s = now_s
+            file.sync()
+        if file.size >= self._settings.max_file_mb * 1e6 or now_s - self._opened_s >= self._settings.max_file_s:
+            self._finish()
+
+    def _open(self) -> LogFile:
+        settings = self._settings
+        settings.directory.mkdir(parents=True, exist_ok=True)
+        if self._previous is None:
+            self._previous = files.previous(settings.directory, self._signer)
+        name = files.name(self._started_ns, self.tally.files)
+        origin = Origin(
+            file=name,
+            vehicle=settings.vehicle,
+            public_key=self._signer.public_hex,
+            previous_file=self._previous.file,
+            previous_head=self._previous.head,
+        )
+        raw = self._open_raw(settings.directory / name)
+        try:
+            self._file = LogFile(raw, origin, self._signer)
+        except OSError:
+            raw.close()
+            (settings.directory / name).unlink(missing_ok=True)
+            raise
+        self.tally.files += 1
+        self._opened_s = self._synced_s = time.monotonic()
+        self.tally.file = name
+        files.retire(settings.directory, settings.retention, now_s=time.time(), spare=name, gone=self._listener.retired)
+        return self._file
+
+    def _finish(self) -> None:
+        """Closes the file in order; the next begins from its head. A file that cannot be closed stays unclosed."""
+        file, self._file = self._file, None
+        if file is None:
+            return
+        self._previous = files.Previous(file=file.origin.file, head=file.head.head_sha256)
+        try:
+            head = file.append([], now_ns=self._now_ns(), closed=True)
+            self._previous = files.Previous(file=file.origin.file, head=head.head_sha256)
+            file.finish()
+        except OSError:
+            file.abandon()
+            raise
+        self._listener.sealed(head, file.chained - 1)
+
+
+def _batches(records: list[Record]) -> Iterator[list[Record]]:
+    """Parts of bounded size, so that what piled up does not become one giant chunk."""
+    batch, size = list[Record](), 0
+    for record in records:
+        batch.append(record)
+        size += len(record.data)
+        if size >= _BATCH_BYTES:
+            yield batch
+            batch, size = [], 0
+    if batch:
+        yield batch
+
+
+def _widened(gap: Gap | None, now_ns: int, reason: str) -> Gap:
+    if gap is None:
+        return Gap(lost=1, from_ns=now_ns, until_ns=now_ns, reason=reason)
+    return msgspec.structs.replace(gap, lost=gap.lost + 1, until_ns=max(gap.until_ns, now_ns))
