@@ -13,6 +13,7 @@ import msgspec
 
 from drivemcp.errors import UserError
 from proto.decision import Grant
+from proto.tools import CallHead
 
 
 class GrantRefused(UserError, PermissionError):
@@ -112,3 +113,20 @@ def _unb64(text: str) -> bytes:
         return base64.b64decode(text, validate=True)
     except ValueError:
         raise GrantRefused(f"{text[:40]!r} is no base64 text") from None
+
+
+def authorize_call(tool: str, head: CallHead, payload: bytes, *, vehicle: str, trusted_keys: Iterable[str]) -> str:
+    """Why a call of an actuation tool is refused; empty: a grant names it, and the call confirms this very command."""
+    if head.confirmation != confirmation_of(tool, payload):
+        return f"confirm this very command: confirmation must be {confirmation_of(tool, payload)!r}"
+    try:
+        grant = read_grant(head.grant.encode())
+        verify_grant(grant, trusted_keys, vehicle=vehicle, capability=f"tool:{tool}", now=datetime.now(UTC))
+    except GrantRefused as error:
+        return str(error)
+    return ""
+
+
+def confirmation_of(tool: str, payload: bytes) -> str:
+    """What a caller must repeat to confirm one command: the tool and the SHA-256 of its arguments as sent."""
+    return f"{tool} {hashlib.sha256(payload).hexdigest()}"

@@ -211,7 +211,7 @@ class Node:
 
     # -- tools -----------------------------------------------------------------------------------------------------
 
-    def tool(self, function: F | None = None, **options: Any) -> Any:
+    def tool(self, **options: Any) -> Callable[[F], F]:
         """Decorator: offer a function as a tool (`deadline_ms`, `capability`, `title`, `answers`, `effect`, ...)."""
         options.setdefault("deadline_ms", 40.0)
 
@@ -219,7 +219,7 @@ class Node:
             self.tools.add(target, **options)
             return target
 
-        return register(function) if function is not None else register
+        return register
 
     def call(self, tool: str, arguments: Mapping[str, Any] | msgspec.Struct, *, deadline_ms: float) -> Outcome:
         """Call one tool by its bare name; never raises."""

@@ -16,7 +16,9 @@ from drivemcp.errors import BusError, DriveMcpError, UserError
 from drivemcp.guard import check_proto
 from drivemcp.logs import set_up_logging
 from drivemcp.node import Node
+from drivemcp.tooldef import Tool
 from drivemcp.toolserver import Authorize
+from proto.tools import CallHead
 
 C = TypeVar("C", bound=ServiceConfig)
 
@@ -44,7 +46,7 @@ class Service(Generic[C]):
 def authorize_by_grant(config: ServiceConfig) -> Authorize:
     """Actuation tools need a grant that names vehicle and tool, and the confirmation of that very command."""
 
-    def authorize(tool: Any, head: Any, payload: bytes) -> str:
+    def authorize(tool: Tool, head: CallHead, payload: bytes) -> str:
         if not config.trusted_keys:
             return "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"
         from drivemcp.grants import authorize_call  # cryptography is loaded where actuation is asked for

@@ -11,6 +11,7 @@ from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
 from proto import topics
+from proto.sensors import GnssFix
 from proto.vehicle import Ego
 from proto.weather import Conditions
 
@@ -75,7 +76,7 @@ def test_a_published_message_arrives_with_its_number_and_stamp() -> None:
 
 def test_a_wrong_type_on_a_topic_is_refused_at_its_sender() -> None:
     with bus() as b, pytest.raises(ContractError, match="can/ego"):
-        b.node("can").publish(topics.EGO, topics.BRAKE)  # type: ignore[type-var]
+        b.node("can").publish(topics.EGO, GnssFix(x_m=0, y_m=0, heading_rad=0, sigma_m=1))  # type: ignore[misc]
 
 
 def test_a_malformed_payload_is_counted_and_dropped_and_the_next_message_arrives() -> None:
