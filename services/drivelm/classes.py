@@ -82,8 +82,8 @@ READER_CLASSES: tuple[str, ...] = (OTHER, *SIGNS, *PLATES, *PANELS, *LIGHTS)
 
 # Which classes make sense for a box of each kind; everything else is set aside before the scores are normalised.
 BY_KIND: dict[str, tuple[str, ...]] = {
-    "sign": (OTHER, *SIGNS, *PLATES),
+    "sign": (OTHER, *SIGNS, *PLATES, *PANELS),
     "plate": (OTHER, *PLATES),
-    "panel": (OTHER, *PANELS),
+    "panel": (OTHER, *PANELS, *SIGNS),
     "light": (OTHER, *LIGHTS),
 }

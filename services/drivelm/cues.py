@@ -1,0 +1,131 @@
+"""Which country we drive in, told by its signs: cues add up, and a change of mind needs clear evidence (hysteresis)."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from services.drivelm.jurisdictions import JURISDICTIONS
+
+TAKE_OVER = 0.85
+"""Posterior that another country must reach to replace the one believed."""
+KEEP_ABOVE = 0.35
+"""Below this posterior the believed country is given up even without a successor."""
+_CAP = 7.0
+_REMEMBERED = 256
+_BORDER = 6.0
+_SIDE_CUE = 0.5
+
+Cues = Mapping[str, float]
+
+
+def _all(side: str, amount: float) -> Cues:
+    return {country: amount for country, row in JURISDICTIONS.items() if row.side == side}
+
+
+def _unit(unit: str, amount: float) -> Cues:
+    return {country: amount for country, row in JURISDICTIONS.items() if row.unit == unit}
+
+
+def _town(ground: str) -> Cues:
+    return {country: 2.0 for country, row in JURISDICTIONS.items() if row.town_ground == ground}
+
+
+def _language(language: str) -> Cues:
+    return {country: 2.0 for country, row in JURISDICTIONS.items() if row.plate_language == language}
+
+
+_CONTINENTAL = _all("right", 1.5)
+_TABLE: dict[str, Cues] = {
+    **{f"town_{way}:{ground}": _town(ground) for way in ("entry", "exit") for ground in ("yellow", "white", "dark")},
+    **{f"plate:when_wet:{language}": _language(language) for language in ("de", "en", "fr", "nl")},
+    "national": {"GBR": 3.0},
+    "keep_left": _all("left", 2.5),
+    "keep_right": _all("right", 2.5),
+    "info:units_mph": _unit("mph", 4.0),
+    "info:units_kmh": _unit("km/h", 4.0),
+    "info:side_left": _all("left", 4.0),
+    "info:side_right": _all("right", 4.0),
+    "all_end": _CONTINENTAL,
+    "limit_end": _CONTINENTAL,
+    "priority_road": _CONTINENTAL,
+    "no_overtaking_end": _CONTINENTAL,
+}
+
+
+def cues_of(reading: str) -> Cues:
+    """What a believed sign says about the country, in log-odds per country; a border sign is treated apart."""
+    head, _, tail = reading.partition(":")
+    if head in {"limit", "zone", "led"} and tail.isdigit():
+        value = int(tail)
+        return {country: -2.0 for country, row in JURISDICTIONS.items() if value not in row.limits}
+    return _TABLE.get(reading, {})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whereabouts:
+    """The belief about the country: log-scores, and the one believed now with its confidence."""
+
+    scores: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(JURISDICTIONS, 0.0))
+    believed: str | None = None
+    counted: tuple[tuple[str, int], ...] = ()
+    """Tracks whose cue is in already: each sign counts once."""
+
+    @classmethod
+    def at_home(cls, country: str) -> "Whereabouts":
+        """Start from a home setting: a weak prior that a single strong cue outweighs; empty: know nothing."""
+        if country not in JURISDICTIONS:
+            return cls()
+        scores = dict.fromkeys(JURISDICTIONS, 0.0)
+        scores[country] = 2.8
+        return cls(scores=scores, believed=country)
+
+    def posterior(self, country: str | None) -> float:
+        """How probable a country is."""
+        return self._share({country}) if country is not None and country in self.scores else 0.0
+
+    def of_unit(self, unit: str) -> float:
+        """How probable it is that signs speak in this unit."""
+        return self._share({country for country, row in JURISDICTIONS.items() if row.unit == unit})
+
+    def of_side(self, side: str) -> float:
+        """How probable it is that traffic keeps to this side."""
+        return self._share({country for country, row in JURISDICTIONS.items() if row.side == side})
+
+    def with_cue(self, key: tuple[str, int], cues: Cues) -> "Whereabouts":
+        """With a cue from a track; a track already counted changes nothing."""
+        if key in self.counted or not cues:
+            return self
+        scores = {country: _capped(score + cues.get(country, 0.0)) for country, score in self.scores.items()}
+        return replace(self, scores=scores, counted=(*self.counted, key)[-_REMEMBERED:])._decided()
+
+    def past_border(self, key: tuple[str, int], country: str) -> "Whereabouts":
+        """A believed border sign was passed: that country, whatever was believed before."""
+        if key in self.counted or country not in self.scores:
+            return self
+        scores = dict.fromkeys(self.scores, 0.0)
+        scores[country] = _BORDER
+        return replace(self, scores=scores, believed=country, counted=(*self.counted, key)[-_REMEMBERED:])
+
+    def _decided(self) -> "Whereabouts":
+        best = max(self.scores, key=lambda country: (self.scores[country], country))
+        if best != self.believed and self.posterior(best) >= TAKE_OVER:
+            return replace(self, believed=best)
+        if self.believed is not None and self.posterior(self.believed) < KEEP_ABOVE:
+            return replace(self, believed=None)
+        return self
+
+    def _share(self, countries: set[str]) -> float:
+        top = max(self.scores.values())
+        masses = {country: math.exp(score - top) for country, score in self.scores.items()}
+        return sum(masses[country] for country in countries) / sum(masses.values())
+
+
+def oncoming_cue(lateral_m: float) -> Cues:
+    """An oncoming vehicle well to one side of the ego's path tells on which side traffic keeps."""
+    if abs(lateral_m) < 1.5:
+        return {}
+    return _all("right" if lateral_m > 0 else "left", _SIDE_CUE)
+
+
+def _capped(score: float) -> float:
+    return max(-_CAP, min(_CAP, score))

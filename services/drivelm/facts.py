@@ -1,0 +1,86 @@
+"""From a track's belief to the fact that is published."""
+
+from typing import NamedTuple
+
+from proto.scene import Candidate, Fact, Scope
+from services.drivelm.classes import OTHER
+from services.drivelm.evidence import Belief
+from services.drivelm.jurisdictions import unit_of
+from services.drivelm.parser import Statement, admitted, statement_of
+from services.drivelm.sentences import SENTENCES
+from services.drivelm.tracks import SignTrack
+
+LANE_WIDTH_M = 3.5
+
+
+class Here(NamedTuple):
+    """What else is known at the moment: the country, and the ego's lane."""
+
+    jurisdiction: str | None = None
+    jurisdiction_confidence: float = 0.0
+    ego_lane_id: str = ""
+    lateral_offset_m: float = 0.0
+    lane_width_m: float = LANE_WIDTH_M
+
+
+def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | None:
+    """The fact of a track: believed, or a doubted candidate; None where there is nothing worth saying."""
+    best = track.belief()
+    statement = statement_of(best.reading)
+    believed = track.believed(best) and admitted(statement, here.jurisdiction)
+    if statement.kind == "plate" or not (believed or track.doubted(best)) or best.reading == OTHER:
+        return None
+    plates = track.plates()
+    return Fact(
+        kind=statement.kind,
+        reading=public_code(best.reading),
+        confidence=round(best.probability, 4) if admitted(statement, here.jurisdiction) else 0.0,
+        frame_stamp_ns=track.seen_ns,
+        track_id=track.track_id,
+        camera=track.camera,
+        value=statement.value,
+        unit=statement.unit or (unit_of(here.jurisdiction) if statement.value is not None else None),
+        scope=_scope(statement, plates),
+        believed=believed,
+        distance_m=_ahead(track),
+        lateral_m=round(track.place.lateral_m, 2) if track.place else None,
+        candidates=() if believed else _candidates(best),
+        plates=plates,
+        sentence=SENTENCES[best.reading],
+        lane_id=_lane(track, here) if best.reading.startswith("led:") else "",
+        disc_px=round(track.region.height_px, 1),
+        passed=passed,
+    )
+
+
+def public_code(reading: str) -> str:
+    """The code that others know: the ground of a town sign matters only for the country."""
+    return reading.partition(":")[0] if reading.startswith("town_") else reading
+
+
+def _scope(statement: Statement, plates: tuple[str, ...]) -> Scope:
+    if any(plate.startswith("plate:when_wet") for plate in plates) and statement.scope == "permanent":
+        return "when_wet"
+    if "plate:end" in plates and statement.kind == "limit":
+        return "end"
+    return statement.scope
+
+
+def _candidates(best: Belief) -> tuple[Candidate, ...]:
+    return tuple(
+        Candidate(reading=public_code(reading), confidence=round(share, 4))
+        for reading, share in best.ranked
+        if reading != OTHER and share >= 0.02
+    )
+
+
+def _ahead(track: SignTrack) -> float | None:
+    return round(track.place.distance_m - track.travelled_m, 1) if track.place else None
+
+
+def _lane(track: SignTrack, here: Here) -> str:
+    """The lane below a panel: the ego's lane by name, others by their offset (`offset:+1` is one to the left)."""
+    if track.place is None:
+        return ""
+    lanes_left = round((track.place.lateral_m + here.lateral_offset_m) / here.lane_width_m)
+    return here.ego_lane_id if lanes_left == 0 else f"offset:{lanes_left:+d}"

@@ -1,0 +1,48 @@
+"""What is plausible on signs where: the allow-lists that a reading must pass, and what a country's signs give away."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Literal, NamedTuple
+
+from proto.scene import Unit
+
+Side = Literal["left", "right"]
+
+
+class Jurisdiction(NamedTuple):
+    """Signs of one country. Numbers as posted, in its own unit."""
+
+    unit: Unit
+    side: Side
+    limits: frozenset[int]
+    town_ground: str
+    plate_language: str
+
+
+_KMH = frozenset(range(10, 140, 10)) | {5}
+_MPH = frozenset({5, 10, 15, 20, 30, 40, 50, 60, 70})
+
+JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType(
+    {
+        "DEU": Jurisdiction("km/h", "right", _KMH, "yellow", "de"),
+        "AUT": Jurisdiction("km/h", "right", _KMH, "white", "de"),
+        "FRA": Jurisdiction("km/h", "right", _KMH, "white", "fr"),
+        "NLD": Jurisdiction("km/h", "right", _KMH, "dark", "nl"),
+        "POL": Jurisdiction("km/h", "right", _KMH | {140}, "dark", ""),
+        "GBR": Jurisdiction("mph", "left", _MPH, "white", "en"),
+    }
+)
+
+
+def allowed_limits(jurisdiction: str | None, unit: Unit | None) -> frozenset[int]:
+    """The numbers that a limit sign may show here; without a known country, those common to all that fit the unit."""
+    if (here := JURISDICTIONS.get(jurisdiction or "")) is not None:
+        return here.limits if unit in (None, here.unit) else frozenset()
+    fitting = [row.limits for row in JURISDICTIONS.values() if unit in (None, row.unit)]
+    return frozenset.union(*fitting) if fitting else frozenset()
+
+
+def unit_of(jurisdiction: str | None) -> Unit | None:
+    """The unit in which a country's signs speak; None where the country is unknown."""
+    row = JURISDICTIONS.get(jurisdiction or "")
+    return row.unit if row else None

@@ -1,0 +1,36 @@
+"""A plate belongs to its sign: it hangs below it on the same post."""
+
+from collections.abc import Sequence
+
+from services.drivelm.crops import Region
+
+TALL = 1.35
+"""A sign box taller than this for its width holds the sign and its plate in one."""
+_PLATE_ASPECT = 0.55  # height over width
+_GAP = 0.02
+
+
+def split(region: Region) -> tuple[Region, Region]:
+    """The sign's own part of a box, and the part where its plate is or would be."""
+    if region.height_px > TALL * region.width_px:
+        seam = region.y0_px + region.width_px
+        return region._replace(y1_px=seam), region._replace(y0_px=seam)
+    top = region.y1_px + _GAP * region.height_px
+    return region, Region(region.x0_px, top, region.x1_px, top + _PLATE_ASPECT * region.width_px)
+
+
+def below(sign: Region, others: Sequence[Region]) -> int | None:
+    """Which of the other boxes is the plate of this sign: the nearest one right below it; None without one."""
+    fitting = [(other.y0_px - sign.y1_px, index) for index, other in enumerate(others) if _hangs_under(sign, other)]
+    return min(fitting)[1] if fitting else None
+
+
+def _hangs_under(sign: Region, other: Region) -> bool:
+    middle, width = (sign.x0_px + sign.x1_px) / 2, sign.width_px
+    aside = abs((other.x0_px + other.x1_px) / 2 - middle)
+    gap = other.y0_px - sign.y1_px
+    return (
+        aside < 0.4 * width
+        and -0.3 * sign.height_px < gap < 0.6 * sign.height_px
+        and 0.5 < other.width_px / width < 2.0
+    )

@@ -1,0 +1,84 @@
+"""What is known of one sign, panel or light over the frames in which it was seen."""
+
+from dataclasses import dataclass, field, replace
+
+from services.drivelm.classes import OTHER
+from services.drivelm.crops import Region
+from services.drivelm.evidence import Belief, Evidence, belief, fused
+from services.drivelm.geometry import Place
+
+BELIEVE = 0.97
+"""Posterior from which a reading is believed; measured in ``models/reader.json`` (`tracks`)."""
+CLEAR_FRAMES = 2.0
+"""Clear frames (see ``evidence.CLEAR``) that belief needs besides."""
+PLATE_BELIEVE = 0.95
+DOUBT = 0.30
+"""Posterior from which a reading that is not believed is worth reporting as a candidate."""
+DOUBT_PX = 16.0
+KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.5}
+"""Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
+_LIGHT_CLEAR = 1.4  # with half forgotten each frame, two clear frames in a row give 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignTrack:
+    """One tracked traffic element; values are replaced, never changed."""
+
+    camera: str
+    track_id: int
+    kind: str
+    first_ns: int
+    seen_ns: int
+    region: Region
+    evidence: Evidence = field(default_factory=Evidence)
+    plate: Evidence = field(default_factory=Evidence)
+    place: Place | None = None
+    travelled_m: float = 0.0
+    """How far the ego went since the element was last seen."""
+    moved_ns: int = 0
+    said: tuple[object, ...] = ()
+    said_ns: int = 0
+
+    def belief(self) -> Belief:
+        """The best reading so far."""
+        return belief(self.evidence)
+
+    def believed(self, best: Belief) -> bool:
+        """Whether the evidence suffices."""
+        clear = _LIGHT_CLEAR if self.kind == "light" else CLEAR_FRAMES
+        return best.reading != OTHER and best.probability >= BELIEVE and best.clear_frames >= clear
+
+    def doubted(self, best: Belief) -> bool:
+        """Whether there is probably something, yet not surely what."""
+        something = sum(share for reading, share in best.ranked if reading != OTHER)
+        readable = self.region.height_px >= DOUBT_PX and self.evidence.frames >= 2
+        return readable and something >= 0.5 and best.probability >= DOUBT
+
+    def plates(self) -> tuple[str, ...]:
+        """The believed plate below, if any."""
+        best = belief(self.plate)
+        sure = best.reading != OTHER and best.probability >= PLATE_BELIEVE and best.clear_frames >= CLEAR_FRAMES
+        return (best.reading,) if sure else ()
+
+    @property
+    def settled(self) -> bool:
+        """Nothing more to learn: very sure, of a thing that does not change, its plate question answered too."""
+        best, plate = self.belief(), belief(self.plate)
+        plate_known = self.plate.frames >= 4 and plate.probability >= PLATE_BELIEVE
+        return self.kind == "sign" and best.probability >= 0.999 and best.clear_frames >= 5 and plate_known
+
+    def read(self, ranked: tuple[tuple[str, float], ...], region: Region, stamp_ns: int) -> "SignTrack":
+        """With one more frame's readings."""
+        keep = KEEP[self.kind]
+        evidence = fused(self.evidence, ranked, min(region.height_px, region.width_px), keep)
+        return replace(self, evidence=evidence, region=region, seen_ns=stamp_ns)
+
+    def read_plate(self, ranked: tuple[tuple[str, float], ...], height_px: float) -> "SignTrack":
+        """With one more frame's readings of the plate below; a plate is half as high as it is wide, so count its width."""
+        return replace(self, plate=fused(self.plate, ranked, height_px))
+
+    def moved(self, stamp_ns: int, speed_mps: float) -> "SignTrack":
+        """With the way the ego went since."""
+        since_ns = max(self.moved_ns, self.seen_ns)
+        step_m = max(0.0, speed_mps) * max(0, stamp_ns - since_ns) * 1e-9
+        return replace(self, travelled_m=self.travelled_m + step_m, moved_ns=stamp_ns)
