@@ -1,0 +1,186 @@
+"""Graphics resources that outlive a scenario: context, programs, textures, actor models, plant variants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from services.simulator.render import buildings, overlays, plants, shaders, textures
+from services.simulator.render.context import open_context
+from services.simulator.render.faces import FaceAtlas
+from services.simulator.render.mesh import VERTEX_FORMAT, VERTEX_NAMES, Builder, Mesh
+from services.simulator.render.models import Model, build_model, model_key
+from services.simulator.scene import Actor
+
+MODEL_CACHE = 160
+Uniform = float | int | tuple[float, ...] | bytes
+
+OBJECT_SOURCES = (shaders.OBJECT_VERTEX, shaders.OBJECT_FRAGMENT)
+ID_SOURCES = (shaders.OBJECT_VERTEX, shaders.ID_FRAGMENT)
+GROUND_SOURCES = (shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
+PROGRAMS: dict[str, tuple[tuple[str, str], tuple[str, ...]]] = {
+    "object": (OBJECT_SOURCES, ()),
+    "plant": (OBJECT_SOURCES, ("INSTANCED", "LEAFY")),
+    "furniture": (OBJECT_SOURCES, ("INSTANCED",)),
+    "id_object": (ID_SOURCES, ()),
+    "id_plant": (ID_SOURCES, ("INSTANCED", "LEAFY")),
+    "id_furniture": (ID_SOURCES, ("INSTANCED",)),
+    "ground": (GROUND_SOURCES, ()),
+    "line": (GROUND_SOURCES, ("LINE",)),
+    "sky": ((shaders.SKY_VERTEX, shaders.SKY_FRAGMENT), ()),
+    "face": ((shaders.FACE_VERTEX, shaders.FACE_FRAGMENT), ()),
+    "id_face": ((shaders.FACE_ID_VERTEX, shaders.FACE_ID_FRAGMENT), ()),
+    "glow": ((shaders.GLOW_VERTEX, shaders.GLOW_FRAGMENT), ()),
+    "shade": ((shaders.SHADE_VERTEX, shaders.SHADE_FRAGMENT), ()),
+    "blob": ((shaders.BLOB_VERTEX, shaders.BLOB_FRAGMENT), ()),
+    "post": ((shaders.POST_VERTEX, shaders.POST_FRAGMENT), ()),
+}
+SAMPLERS = {"u_surfaces": 0, "u_faces": 1, "u_image": 2, "u_grain": 3, "u_streaks": 4, "u_drops": 5}
+FACE_DTYPE = np.dtype(
+    [("centre", "<f4", 3), ("right", "<f4", 3), ("up", "<f4", 3), ("box", "<f4", 4), ("glow", "<f4", 3), ("id", "<f4")]
+)
+TREES, CONIFERS, HEDGES = 8, 5, 3  # variants; the last of each is for held-out scenes
+
+
+@dataclass(slots=True, eq=False)
+class Drawable:
+    """A mesh on the device with one vertex array per program that draws it."""
+
+    vaos: dict[str, moderngl.VertexArray]
+    buffers: tuple[moderngl.Buffer, ...]
+    instances: moderngl.Buffer | None = None
+    model: Model | None = None
+
+    def release(self) -> None:
+        """Free the device memory."""
+        for vao in self.vaos.values():
+            vao.release()
+        for buffer in self.buffers:
+            buffer.release()
+
+
+class Kit:
+    """Everything that is made once per process; several renderers may share one (on one thread)."""
+
+    def __init__(self) -> None:
+        self.ctx = open_context()
+        self.programs = {name: self._program(sources, defines) for name, (sources, defines) in PROGRAMS.items()}
+        self.corners = self.ctx.buffer(np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype="<f4").tobytes())
+        self.surfaces = self._surfaces()
+        self.faces = FaceAtlas(self.ctx)
+        self.grain = self._overlay(overlays.grain())
+        self.streaks = self._overlay(overlays.streaks())
+        self.streaks.build_mipmaps()
+        self._models: dict[tuple[object, ...], Drawable] = {}
+        self.plants = self._plants()
+        self.furniture = self._furniture()
+        self.face_buffer, self.face_vaos = self._face_arrays()
+        self.glow_buffer = self.ctx.buffer(reserve=4096 * 36, dynamic=True)
+        self.glow_vao = self._sprite("glow", self.glow_buffer, "3f 3f 3f/i", ("in_centre", "in_size", "in_colour"))
+        self.blob_buffer = self.ctx.buffer(reserve=2048 * 32, dynamic=True)
+        self.blob_vao = self._sprite("blob", self.blob_buffer, "4f 4f/i", ("in_place", "in_size"))
+        self.sky_vao = self.ctx.vertex_array(self.programs["sky"], [(self.corners, "2f", "in_corner")])
+        self.post_vao = self.ctx.vertex_array(self.programs["post"], [(self.corners, "2f", "in_corner")])
+
+    def _program(self, sources: tuple[str, str], defines: tuple[str, ...]) -> moderngl.Program:
+        vertex, fragment = sources
+        program = self.ctx.program(
+            vertex_shader=shaders.program(vertex, *defines), fragment_shader=shaders.program(fragment, *defines)
+        )
+        for name, unit in SAMPLERS.items():
+            if name in program:
+                program[name] = unit
+        return program
+
+    def _surfaces(self) -> moderngl.TextureArray:
+        stack = textures.all_layers()
+        array = self.ctx.texture_array((textures.SIZE, textures.SIZE, len(stack)), 4, stack.tobytes())
+        array.build_mipmaps(0, 6)
+        array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        array.anisotropy = 1.0
+        return array
+
+    def _overlay(self, picture: NDArray[np.uint8]) -> moderngl.Texture:
+        texture = self.ctx.texture((picture.shape[1], picture.shape[0]), picture.shape[2], picture.tobytes(), alignment=1)
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        return texture
+
+    def drops(self, seed: int) -> moderngl.Texture:
+        """A texture of drops on the lens."""
+        return self._overlay(overlays.drops(seed))
+
+    def upload(self, mesh: Mesh, programs: tuple[str, ...], instanced: bool = False, model: Model | None = None) -> Drawable:
+        """A mesh's buffers with a vertex array for each named program."""
+        vertices = self.ctx.buffer(mesh.vertices.tobytes())
+        indices = self.ctx.buffer(mesh.indices.tobytes())
+        buffers: tuple[moderngl.Buffer, ...] = (vertices, indices)
+        instances = self.ctx.buffer(reserve=32 * 1024, dynamic=True) if instanced else None
+        vaos = {}
+        for name in programs:
+            content: list[tuple[object, ...]] = [(vertices, VERTEX_FORMAT, *VERTEX_NAMES)]
+            if instances is not None:
+                content.append((instances, "4f 4f/i", "in_place", "in_look"))
+            vaos[name] = self.ctx.vertex_array(self.programs[name], content, indices, skip_errors=True)
+        if instances is not None:
+            buffers += (instances,)
+        return Drawable(vaos, buffers, instances, model)
+
+    def model(self, actor: Actor) -> Drawable:
+        """The drawable of an actor's mesh, built on first sight; the least recently used is dropped when full."""
+        key = model_key(actor)
+        found = self._models.pop(key, None)
+        if found is None:
+            model = build_model(actor)
+            found = self.upload(model.mesh, ("object", "id_object", "shade"), model=model)
+            if len(self._models) >= MODEL_CACHE:
+                self._models.pop(next(iter(self._models))).release()
+        self._models[key] = found
+        return found
+
+    def _plants(self) -> dict[str, list[Drawable]]:
+        makers = {"tree": (plants.tree, TREES), "conifer": (plants.conifer, CONIFERS), "hedge": (plants.hedge, HEDGES)}
+        return {
+            kind: [self.upload(make(seed).build(), ("plant", "id_plant"), instanced=True) for seed in range(count)]
+            for kind, (make, count) in makers.items()
+        }
+
+    def _furniture(self) -> dict[str, Drawable]:
+        out = {}
+        for kind in ("lamp", "post"):
+            builder = Builder()
+            if kind == "lamp":
+                buildings.lamp(builder, buildings.LAMP_HEIGHT_M, 0.2 * buildings.LAMP_HEIGHT_M)
+            else:
+                buildings.marker_post(builder, 1.0)
+            out[kind] = self.upload(builder.build(), ("furniture", "id_furniture"), instanced=True)
+        return out
+
+    def _face_arrays(self) -> tuple[moderngl.Buffer, dict[str, moderngl.VertexArray]]:
+        buffer = self.ctx.buffer(reserve=1024 * FACE_DTYPE.itemsize, dynamic=True)
+        names = ("in_centre", "in_right", "in_up", "in_box", "in_glow", "in_id")
+        vaos = {name: self._sprite(name, buffer, "3f 3f 3f 4f 3f 1f/i", names) for name in ("face", "id_face")}
+        return buffer, vaos
+
+    def _sprite(self, name: str, buffer: moderngl.Buffer, layout: str, names: tuple[str, ...]) -> moderngl.VertexArray:
+        content = [(self.corners, "2f", "in_corner"), (buffer, layout, *names)]
+        return self.ctx.vertex_array(self.programs[name], content, skip_errors=True)
+
+    def set(self, program: str, values: Mapping[str, Uniform]) -> moderngl.Program:
+        """Set those uniforms that the program has."""
+        target = self.programs[program]
+        for name, value in values.items():
+            if name in target:
+                member = target[name]
+                if isinstance(value, bytes):
+                    member.write(value)
+                else:
+                    member.value = value
+        return target
+
+    def close(self) -> None:
+        """Free the context and all in it."""
+        self.ctx.release()

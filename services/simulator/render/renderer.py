@@ -1,0 +1,155 @@
+"""The renderer's face to the rest: a scene and a camera in, a picture or labels out."""
+
+from __future__ import annotations
+
+import zlib
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from services.simulator.render import frame, glow
+from services.simulator.render.annotate import annotate
+from services.simulator.render.frame import Cast
+from services.simulator.render.kit import Kit, Uniform
+from services.simulator.render.labels import Label
+from services.simulator.render.light import light_of
+from services.simulator.render.targets import Targets
+from services.simulator.render.view import View
+from services.simulator.render.world import World
+from services.simulator.scene import CameraSpec, Scene, StaticWorld
+
+BLEND = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
+ADD = (moderngl.ONE, moderngl.ONE)
+SHADE_REACH_M = 90.0
+
+
+class Renderer:
+    """Draws scenes of one static world; ``load`` changes the world and keeps all that was compiled.
+
+    Not thread-safe: use it on the thread that made it. The same seed, scene and camera give the same picture.
+    Raises ``RendererUnavailable`` where there is no OpenGL by EGL.
+    """
+
+    def __init__(self, static: StaticWorld, seed: int = 0) -> None:
+        self._kit, self._seed = Kit(), seed
+        self._world = World(self._kit, static)
+        self._targets = Targets(self._kit.ctx)
+        self._drops = self._kit.drops(seed)
+
+    def load(self, static: StaticWorld) -> None:
+        """Replace the static world."""
+        self._world.release()
+        self._world = World(self._kit, static)
+
+    def render(self, scene: Scene, camera: CameraSpec) -> NDArray[np.uint8]:
+        """The camera's picture, RGB (height_px, width_px, 3)."""
+        cast = self._cast(scene, camera)
+        raw, final = self._targets.picture(camera.width_px, camera.height_px)
+        self._draw(cast, raw)
+        self._develop(cast, raw, final)
+        data = final.read(components=3, alignment=1)
+        return np.frombuffer(data, dtype=np.uint8).reshape(camera.height_px, camera.width_px, 3)
+
+    def render_labels(self, scene: Scene, camera: CameraSpec) -> list[Label]:
+        """All labelled objects with at least one visible pixel, nearest first."""
+        cast = self._cast(scene, camera)
+        shared = frame.common(cast, self._world)
+        return annotate(self._kit, self._world, cast, self._targets, shared)
+
+    def close(self) -> None:
+        """Free the graphics context; the renderer is of no use afterwards."""
+        self._kit.close()
+
+    def _cast(self, scene: Scene, camera: CameraSpec) -> Cast:
+        if scene.static is not self._world.static:
+            self.load(scene.static)
+        return frame.cast(self._kit, self._world, scene, View.of(camera, scene.ego), light_of(scene.atmosphere))
+
+    def _draw(self, cast: Cast, target: moderngl.Framebuffer) -> None:
+        kit, world, ctx = self._kit, self._world, self._kit.ctx
+        shared = frame.common(cast, world)
+        target.use()
+        fog = np.sqrt(cast.light.fog)
+        target.clear(float(fog[0]), float(fog[1]), float(fog[2]), 1.0, depth=1.0)
+        kit.surfaces.use(0)
+        kit.faces.texture.use(1)
+        ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+        frame.draw_sky(kit, cast, shared)
+        ctx.enable(moderngl.BLEND)
+        ctx.blend_func = BLEND
+        frame.draw_ground(kit, world, cast, shared)
+        self._shade(cast, shared)
+        ctx.disable(moderngl.BLEND)
+        ctx.enable(moderngl.DEPTH_TEST)
+        self._solids(cast, shared)
+        ctx.enable(moderngl.BLEND)
+        ctx.blend_func = BLEND
+        frame.draw_faces(kit, frame.face_rows(kit, cast, 1), "face", shared)
+        self._glare(cast, target, shared)
+
+    def _shade(self, cast: Cast, shared: dict[str, Uniform]) -> None:
+        """Shadows go to the target's alpha by minimum, so that overlaps do not add up; white leaves the colours."""
+        kit, ctx = self._kit, self._kit.ctx
+        ctx.blend_equation = moderngl.MIN
+        count = glow.upload_blobs(kit, glow.blobs(self._world, cast))
+        if count:
+            kit.set("blob", shared)
+            kit.blob_vao.render(moderngl.TRIANGLE_STRIP, instances=count)
+        if cast.light.shadow > 0.05:
+            kit.set("shade", shared | {"u_shade": cast.light.shadow})
+            near = [a for a in cast.actors if np.hypot(a.pose.x_m - cast.view.eye[0], a.pose.y_m - cast.view.eye[1]) < SHADE_REACH_M]
+            for actor in near:
+                if actor.kind != "pedestrian":
+                    frame.draw_actor(kit, actor, cast, "shade")
+        ctx.blend_equation = moderngl.FUNC_ADD
+
+    def _solids(self, cast: Cast, shared: dict[str, Uniform]) -> None:
+        kit, world = self._kit, self._world
+        kit.set("object", shared)
+        for actor in cast.actors:
+            frame.draw_actor(kit, actor, cast, "object")
+        for item in cast.lights:
+            frame.draw_light(kit, item, "object")
+        frame.draw_solid(kit, world, cast, "object", shared)
+        frame.draw_plants(kit, world, cast, "", shared)
+
+    def _glare(self, cast: Cast, target: moderngl.Framebuffer, shared: dict[str, Uniform]) -> None:
+        kit, spec = self._kit, cast.view.spec
+        count = glow.upload_glows(kit, glow.glows(self._world, cast))
+        if not count:
+            return
+        kit.ctx.blend_func = ADD
+        target.depth_mask = False
+        target.use()
+        aspect = (2 * spec.focal_px / spec.width_px, 2 * spec.focal_px / spec.height_px)
+        kit.set("glow", shared | {"u_aspect": aspect})
+        kit.glow_vao.render(moderngl.TRIANGLE_STRIP, instances=count)
+        target.depth_mask = True
+        target.use()
+
+    def _develop(self, cast: Cast, raw: moderngl.Framebuffer, final: moderngl.Framebuffer) -> None:
+        """From the drawn frame to the sensor's picture: shadows, blur, rain, drops, vignette, noise."""
+        kit, light, scene = self._kit, cast.light, cast.scene
+        stamp = zlib.crc32(f"{self._seed}/{cast.view.spec.id}/{scene.time_s:.4f}".encode())
+        rng = np.random.default_rng(stamp)
+        rain = float(np.clip(scene.atmosphere.rain_mm_h / 14, 0, 1)) ** 0.6
+        streak = np.sqrt(np.clip(np.array(light.fog) * 1.15 + 0.02, 0, 1))
+        final.use()
+        kit.ctx.disable(moderngl.DEPTH_TEST | moderngl.BLEND)
+        for unit, texture in ((2, raw.color_attachments[0]), (3, kit.grain), (4, kit.streaks), (5, self._drops)):
+            texture.use(unit)
+        kit.set(
+            "post",
+            {
+                "u_texel": (1 / raw.width, 1 / raw.height),
+                "u_shift": (float(rng.uniform()), float(rng.uniform())),
+                "u_rain": (0.55 * rain, float(rng.uniform()), float(rng.uniform())),
+                "u_noise": light.noise,
+                "u_drop": min(1.0, rain * 1.2),
+                "u_streak_colour": (float(streak[0]), float(streak[1]), float(streak[2])),
+                "u_grain_scale": (raw.width / 256, raw.height / 256),
+                "u_gain": light.gain,
+            },
+        )
+        kit.post_vao.render(moderngl.TRIANGLE_STRIP)

@@ -1,0 +1,35 @@
+"""Framebuffers by size: the picture's two stages and the integer target for labels."""
+
+from __future__ import annotations
+
+import moderngl
+
+
+class Targets:
+    """Made on first use of a size and kept."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._pictures: dict[tuple[int, int], tuple[moderngl.Framebuffer, moderngl.Framebuffer]] = {}
+        self._ids: dict[tuple[int, int], moderngl.Framebuffer] = {}
+
+    def picture(self, width_px: int, height_px: int) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
+        """The drawn frame (colour, shade, depth) and the developed picture."""
+        size = (width_px, height_px)
+        if size not in self._pictures:
+            raw_colour = self._ctx.texture(size, 4)
+            raw_colour.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            raw_colour.repeat_x = raw_colour.repeat_y = False
+            raw = self._ctx.framebuffer([raw_colour], self._ctx.depth_renderbuffer(size))
+            final = self._ctx.framebuffer([self._ctx.texture(size, 4)])
+            self._pictures[size] = raw, final
+        return self._pictures[size]
+
+    def ids(self, width_px: int, height_px: int) -> moderngl.Framebuffer:
+        """Two unsigned integers per pixel: instance id, distance in centimetres; with depth."""
+        size = (width_px, height_px)
+        if size not in self._ids:
+            colour = self._ctx.texture(size, 2, dtype="u4")
+            colour.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._ids[size] = self._ctx.framebuffer([colour], self._ctx.depth_renderbuffer(size))
+        return self._ids[size]
