@@ -175,7 +175,7 @@ EGO = Topic(
     rate_hz=20,
     max_age_ms=200,
     publishers=("can",),
-    readers=("perception", "drivelm", "weather", "orchestrator", "arbiter", "logger"),
+    readers=("perception", "drivelm", "weather", "orchestrator", "arbiter", "logger", "evaluation"),
 )
 DEGRADATION = Topic(
     name="can/degradation",
@@ -209,7 +209,7 @@ ADVISORY = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("orchestrator",),
-    readers=("simulator", "logger", "gateway"),
+    readers=("simulator", "logger", "gateway", "evaluation"),
     encoding="json",
 )
 TRACE = Topic(
@@ -228,7 +228,7 @@ DECISION = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("arbiter",),
-    readers=("logger",),
+    readers=("logger", "evaluation"),
     encoding="json",
 )
 BRAKE = Topic(
@@ -246,12 +246,18 @@ HEALTH = Topic(
     rate_hz=1,
     max_age_ms=5000,
     publishers=_ALL,
-    readers=("logger", "gateway"),
+    readers=("logger", "gateway", "evaluation"),
     encoding="json",
     logged="always",
 )
 CALLS = Topic(
-    name="calls/<id>", message=CallRecord, rate_hz=0, max_age_ms=0, publishers=_ALL, readers=("logger",), private=True
+    name="calls/<id>",
+    message=CallRecord,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=_ALL,
+    readers=("logger", "evaluation"),
+    private=True,
 )
 LOG = Topic(
     name="log/<id>",
@@ -269,7 +275,7 @@ CHAIN = Topic(
     rate_hz=0,
     max_age_ms=0,
     publishers=("logger",),
-    readers=("gateway",),
+    readers=("gateway", "evaluation"),
     logged="never",
 )
 SCENARIO = Topic(
@@ -278,7 +284,7 @@ SCENARIO = Topic(
     rate_hz=2,
     max_age_ms=2000,
     publishers=("simulator",),
-    readers=("logger", "gateway"),
+    readers=("logger", "gateway", "evaluation"),
     encoding="json",
 )
 TRUTH = Topic(

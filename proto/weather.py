@@ -23,3 +23,7 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
     visibility_risk: Literal["low", "moderate", "high", "unknown"] = "unknown"
     reason: str = ""
     sources: tuple[str, ...] = ()
+    safe_speed_mps: float | None = None
+    """The speed from which one stops within sight at `mu_low`: a ceiling whatever the limit; None: sight unknown."""
+    reference_speed_mps: float | None = None
+    """The speed that the two factors were worked out for."""

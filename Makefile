@@ -1,0 +1,69 @@
+# make demo: set up and drive. make test: everything. See README.md.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+SOURCES := proto drivemcp services evaluation benchmarks examples tests
+ARGS   ?=
+
+.DEFAULT_GOAL := help
+.PHONY: help demo install check format test stack bench images clean
+
+help:
+	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
+	@echo "make install  the full environment, all extras, in $(VENV)"
+	@echo "make check    format, lint, types, layers"
+	@echo "make test     all tests but the long ones"
+	@echo "make stack    whole processes and containers (needs a Docker engine for the latter)"
+	@echo "make bench    ours beside what one would pick instead, in one run"
+
+$(VENV)/.made:
+	@$(PYTHON) -c 'import sys; sys.exit("DriveMCP needs Python 3.11 or newer; this is %d.%d: make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install -q --upgrade pip
+	@touch $@
+
+$(VENV)/.demo: $(VENV)/.made pyproject.toml
+	@echo "installing what a drive needs (a few minutes; no torch)"
+	$(BIN)/pip install --progress-bar on -e '.[demo]' | grep -v '^Requirement already satisfied' || true
+	@$(BIN)/python -c 'import zenoh, msgspec, cv2, onnxruntime, highway_env, moderngl, mcap, rerun' \
+		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }
+	@touch $@
+
+$(VENV)/.full: $(VENV)/.made pyproject.toml
+	@echo "installing the full environment (several minutes)"
+	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch]' | grep -v '^Requirement already satisfied' || true
+	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch' \
+		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }
+	@touch $(VENV)/.demo $@
+
+demo: $(VENV)/.demo
+	@scripts/system-packages
+	@$(BIN)/drivemcp up --scenario urb-rain --seconds 60 $(ARGS)
+
+install: $(VENV)/.full
+	@scripts/system-packages
+
+check: $(VENV)/.full
+	$(BIN)/ruff format --check $(SOURCES)
+	$(BIN)/ruff check $(SOURCES)
+	$(BIN)/mypy $(SOURCES)
+	$(BIN)/lint-imports
+
+format: $(VENV)/.full
+	$(BIN)/ruff format $(SOURCES)
+	$(BIN)/ruff check --fix $(SOURCES)
+
+test: $(VENV)/.full
+	@scripts/system-packages
+	$(BIN)/pytest -m 'not stack' $(ARGS)
+
+stack: $(VENV)/.full
+	@scripts/system-packages
+	$(BIN)/pytest -m stack $(ARGS)
+
+bench: $(VENV)/.full
+	@scripts/system-packages
+	$(BIN)/python -m benchmarks $(ARGS)
+
+clean:
+	rm -rf $(VENV) .venv-peers build dist out .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,71 @@
+"""The console command. Subcommands are found through the entry-point group `drivemcp.commands`."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import entry_points, version
+
+from drivemcp.errors import BusError, DriveMcpError, UserError
+from drivemcp.guard import check_proto
+
+GROUP = "drivemcp.commands"
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser with every subcommand that is installed."""
+    parser = argparse.ArgumentParser(
+        prog="drivemcp",
+        description="A driver-assistance layer: typed world state, cited traffic law, RSS-based arbitration, a log that replays.",
+        epilog="Research software; no certified safety system. Start with: drivemcp up",
+    )
+    parser.add_argument("--version", action="version", version=f"drivemcp {version('drivemcp')}")
+    subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            register = point.load()
+        except ModuleNotFoundError as error:
+            _register_absent(subparsers, point.name, error.name or "?")
+        else:
+            register(subparsers)
+    return parser
+
+
+def _register_absent(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]", name: str, module: str) -> None:
+    parser = subparsers.add_parser(name, help=f"(not installed: needs {module})")
+    parser.add_argument("rest", nargs="*")
+
+    def refuse(_: argparse.Namespace) -> int:
+        raise UserError(f"`drivemcp {name}` needs the module {module!r}: pip install 'drivemcp[demo]', or make install")
+
+    parser.set_defaults(run=refuse)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and exit: 0 well, 1 the command's own failure, 2 a user's mistake, 130 interrupted."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """As `main`, returning the exit status."""
+    try:
+        check_proto()
+        flags = make_parser().parse_args(arguments)
+        status: int = flags.run(flags)
+    except (UserError, BusError) as error:
+        sys.stderr.write(f"drivemcp: {error}\n")
+        return 2
+    except DriveMcpError as error:
+        sys.stderr.write(f"drivemcp: {error}\n")
+        return 1
+    except KeyboardInterrupt:
+        sys.stderr.write("drivemcp: interrupted\n")
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status
+
+
+if __name__ == "__main__":
+    main()

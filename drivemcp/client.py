@@ -1,0 +1,74 @@
+"""A short-lived node for commands: joins a running stack, asks, and leaves."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from drivemcp.bus import open_bus
+from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.errors import UserError
+from drivemcp.node import Node
+
+
+class RunningStack(msgspec.Struct, frozen=True, kw_only=True):
+    """What `drivemcp up` leaves for other commands while it runs."""
+
+    endpoint: str
+    vehicle: str
+    folder: str
+    pid: int
+    viewer: str = ""
+    user: str = ""
+    password_file: str = ""
+
+
+def state_file() -> Path:
+    """Where the running stack is noted: in the user's runtime folder."""
+    base = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("TMPDIR") or "/tmp"
+    return Path(base) / f"drivemcp-{os.getuid()}" / "stack.json"
+
+
+def note_stack(stack: RunningStack) -> None:
+    """Note the running stack, readable by this user alone."""
+    path = state_file()
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    path.write_bytes(msgspec.json.encode(stack))
+
+
+def forget_stack(pid: int) -> None:
+    """Remove the note if it is still ours."""
+    stack = read_stack()
+    if stack is not None and stack.pid == pid:
+        state_file().unlink(missing_ok=True)
+
+
+def read_stack() -> RunningStack | None:
+    """The running stack, if one is noted and its process lives."""
+    try:
+        stack = msgspec.json.decode(state_file().read_bytes(), type=RunningStack)
+        os.kill(stack.pid, 0)
+    except (OSError, msgspec.MsgspecError):
+        return None
+    return stack
+
+
+@contextmanager
+def join(connect: str | None = None, vehicle: str | None = None, name: str = "cli") -> Iterator[Node]:
+    """A node on the given router, or on the stack that `drivemcp up` runs. Raises UserError when there is none."""
+    stack = read_stack()
+    if connect is None and stack is None:
+        raise UserError("no stack is running here; start one with `drivemcp up`, or say where: --connect tcp/HOST:PORT")
+    endpoint = connect or (stack.endpoint if stack else "")
+    user, password = (stack.user, stack.password_file) if stack and stack.endpoint == endpoint else ("", "")
+    bus_config = BusConfig(connect=(endpoint,), connect_timeout_s=5.0, user=user, password_file=password)
+    config = ServiceConfig(vehicle=vehicle or (stack.vehicle if stack else "ego"), bus=bus_config)
+    with open_bus(bus_config) as bus:
+        node = Node(bus, name, config)
+        node.open(announce=False)
+        try:
+            yield node
+        finally:
+            node.close()

@@ -1,0 +1,1 @@
+"""Commands of the runtime's own layer."""

@@ -1,0 +1,81 @@
+"""`drivemcp grant`: permission to actuate, made out of band, signed, bounded and short-lived."""
+
+import argparse
+import os
+import secrets
+import sys
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+
+from drivemcp.errors import UserError
+from proto.decision import Grant
+from proto.topics import BRAKE
+
+
+def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "grant",
+        help="make a signing key, or sign a grant to brake",
+        description="First: drivemcp grant --make-key KEYFILE. Then: drivemcp grant --key KEYFILE --vehicle NAME --out GRANT. "
+        "A stack brakes only with: drivemcp up --grant GRANT --trust PUBLICKEY",
+    )
+    parser.add_argument(
+        "--make-key", metavar="FILE", help="write a new private key (mode 600) and print the public one"
+    )
+    parser.add_argument("--key", metavar="FILE", help="private key to sign with")
+    parser.add_argument("--vehicle", default="ego")
+    parser.add_argument(
+        "--capability", default=BRAKE.name, help="`actuation/brake`, or `tool:NAME` for one actuation tool"
+    )
+    parser.add_argument("--max-deceleration", type=float, default=4.0, metavar="M_PER_S2")
+    parser.add_argument("--max-duration", type=float, default=2.0, metavar="S")
+    parser.add_argument("--valid", type=float, default=8.0, metavar="HOURS")
+    parser.add_argument("--out", metavar="FILE", help="where the grant goes; standard output otherwise")
+    parser.set_defaults(run=command)
+
+
+def command(flags: argparse.Namespace) -> int:
+    """Make a key or a grant."""
+    from drivemcp.grants import make_key, sign_grant
+
+    if flags.make_key:
+        pair = make_key()
+        _write_private(Path(flags.make_key), pair.private)
+        sys.stdout.write(pair.public + "\n")
+        return 0
+    if not flags.key:
+        raise UserError("a grant is signed: --key FILE (make one with --make-key FILE)")
+    now = datetime.now(UTC)
+    grant = Grant(
+        grant_id=secrets.token_hex(8),
+        vehicle=flags.vehicle,
+        capability=flags.capability,
+        max_deceleration_mps2=flags.max_deceleration,
+        max_duration_s=flags.max_duration,
+        issued_at=now.isoformat(timespec="seconds"),
+        expires_at=(now + timedelta(hours=flags.valid)).isoformat(timespec="seconds"),
+    )
+    try:
+        private = Path(flags.key).read_text(encoding="ascii").strip()
+    except OSError as error:
+        raise UserError(f"cannot read the key {flags.key}: {error.strerror}") from None
+    text = msgspec.json.format(msgspec.json.encode(sign_grant(grant, private))).decode() + "\n"
+    if flags.out:
+        Path(flags.out).write_text(text, encoding="utf-8")
+    else:
+        sys.stdout.write(text)
+    return 0
+
+
+def _write_private(path: Path, private: str) -> None:
+    try:
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        raise UserError(f"{path} exists; a key is never overwritten") from None
+    except OSError as error:
+        raise UserError(f"cannot write {path}: {error.strerror}") from None
+    with os.fdopen(descriptor, "w", encoding="ascii") as file:
+        file.write(private + "\n")

@@ -1,0 +1,188 @@
+"""Looks after the processes of one stack: router and services, ready in order, restarted with back-off, ended together."""
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import msgspec
+
+from drivemcp.errors import DriveMcpError
+
+STOP_GRACE_S = 6.0
+_BACKOFF_S = (0.05, 0.2, 0.5, 1.0, 2.0)
+_CALM_S = 20.0
+_ENVIRONMENT = {
+    "LP_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "SDL_VIDEODRIVER": "dummy",
+    "PYTHONUNBUFFERED": "1",
+    "PYGAME_HIDE_SUPPORT_PROMPT": "1",
+}
+
+
+class StackFailed(DriveMcpError, RuntimeError):
+    """A process of the stack does not start; the message ends with the end of its log."""
+
+
+def free_port(host: str = "127.0.0.1") -> int:
+    """A TCP port that is free now."""
+    with socket.socket() as probe:
+        probe.bind((host, 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+class Child:
+    """One process that should be running."""
+
+    def __init__(self, name: str, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
+        self.name = name
+        self.restarts = 0
+        self._command = list(command)
+        self._log = log
+        self._environment = {**os.environ, **environment}
+        self._process: subprocess.Popen[bytes] | None = None
+        self._started_s = 0.0
+        self._due_s: float | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """The process id while it runs."""
+        return self._process.pid if self._process is not None and self._process.poll() is None else None
+
+    def start(self) -> None:
+        """Start the process, appending to its log."""
+        self._log.parent.mkdir(parents=True, exist_ok=True)
+        with self._log.open("ab") as sink:
+            self._process = subprocess.Popen(
+                self._command, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, env=self._environment,
+                start_new_session=True,
+            )  # fmt: skip
+        self._started_s = time.monotonic()
+
+    def look_after(self, say: Callable[[str], None]) -> None:
+        """Restart the process if it has ended, later each time."""
+        if self._process is None or self._process.poll() is None:
+            return
+        now_s = time.monotonic()
+        if self._due_s is None:
+            if now_s - self._started_s > _CALM_S:
+                self.restarts = 0
+            wait_s = _BACKOFF_S[min(self.restarts, len(_BACKOFF_S) - 1)]
+            say(f"{self.name} ended with {self._process.returncode}; starting it again in {wait_s} s")
+            self._due_s = now_s + wait_s
+        elif now_s >= self._due_s:
+            self._due_s = None
+            self.restarts += 1
+            self.start()
+
+    def failed(self) -> bool:
+        """Whether it has ended by itself."""
+        return self._process is not None and self._process.poll() is not None
+
+    def terminate(self) -> None:
+        """Ask it to end."""
+        if self.pid is not None and self._process is not None:
+            self._process.terminate()
+
+    def end(self, timeout_s: float) -> None:
+        """Wait for it to end; kill it when it does not."""
+        if self._process is None:
+            return
+        try:
+            self._process.wait(max(0.05, timeout_s))
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait(2.0)
+
+    def log_tail(self, lines: int = 12) -> str:
+        """The end of its log."""
+        try:
+            return "\n".join(self._log.read_text(errors="replace").splitlines()[-lines:])
+        except OSError:
+            return "(no log)"
+
+
+class Supervisor:
+    """The processes of one stack under one folder: `config/`, `log/`, and what the services write."""
+
+    def __init__(self, folder: Path, say: Callable[[str], None] = lambda _: None) -> None:
+        self.folder = folder
+        self._say = say
+        self._children: dict[str, Child] = {}
+        self._lock = threading.Lock()
+        self._stopping = threading.Event()
+        self._watcher = threading.Thread(target=self._watch, name="supervisor", daemon=True)
+        self._watcher.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def run(self, name: str, module: str, arguments: Sequence[str]) -> Child:
+        """Start `python -m module arguments` and keep it running."""
+        command = [sys.executable, "-m", module, *arguments]
+        child = Child(name, command, self.folder / "log" / f"{name}.log", _ENVIRONMENT)
+        child.start()
+        with self._lock:
+            self._children[name] = child
+        return child
+
+    def run_service(self, name: str, module: str, config: Mapping[str, Any]) -> Child:
+        """Write the service's configuration and start it."""
+        path = self.folder / "config" / f"{name}.json"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(msgspec.json.format(msgspec.json.encode(config)))
+        return self.run(name, module, ["--config", str(path)])
+
+    def child(self, name: str) -> Child:
+        """One of the processes."""
+        with self._lock:
+            return self._children[name]
+
+    @property
+    def children(self) -> tuple[Child, ...]:
+        """All processes, in the order in which they were started."""
+        with self._lock:
+            return tuple(self._children.values())
+
+    def wait_until(self, ready: Callable[[], bool], what: str, timeout_s: float) -> None:
+        """Wait for a condition. Raises StackFailed when a process keeps ending, or the time is over."""
+        deadline_s = time.monotonic() + timeout_s
+        while not ready():
+            broken = next((child for child in self.children if child.restarts >= 2 and child.failed()), None)
+            if broken is not None or time.monotonic() > deadline_s:
+                raise StackFailed(f"{what} did not come up\n{(broken or self.children[-1]).log_tail()}")
+            if self._stopping.wait(0.02):
+                raise KeyboardInterrupt
+
+    def stop(self) -> None:
+        """End all, last started first; nothing is left running."""
+        if self._stopping.is_set():
+            return
+        self._stopping.set()
+        self._watcher.join(2.0)
+        children = self.children[::-1]
+        router_last = [child for child in children if child.name != "router"]
+        for child in router_last:
+            child.terminate()
+        deadline_s = time.monotonic() + STOP_GRACE_S
+        for child in router_last:
+            child.end(deadline_s - time.monotonic())
+        for child in children:
+            child.terminate()
+            child.end(2.0)
+
+    def _watch(self) -> None:
+        while not self._stopping.wait(0.02):
+            for child in self.children:
+                child.look_after(self._say)

@@ -1,0 +1,1 @@
+"""One drive: the stack as processes, the live line, the summary."""

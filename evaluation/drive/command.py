@@ -1,0 +1,213 @@
+"""`drivemcp up` and what it shares with `drivemcp play`: start, watch, stop, sum up, verify."""
+
+import argparse
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from drivemcp.errors import UserError
+from drivemcp.node import Node
+from drivemcp.paths import has_data
+from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
+from evaluation.drive.summary import Summary, Tally
+from evaluation.drive.words import live_line, summary_lines
+from proto import topics
+from services.logger.verify import verify
+
+LIVE_PERIOD_S = 0.25
+END_GRACE_S = 3.0
+
+
+def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `drivemcp up`."""
+    parser = subparsers.add_parser("up", help="start the whole stack and drive a scenario")
+    parser.add_argument(
+        "--scenario", default="urb-rain", metavar="NAME|FILE", help="urb-rain, cross-border, dynamic-vsl, or a file"
+    )
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
+    add_common(parser)
+    parser.set_defaults(run=command)
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """Flags of every drive."""
+    parser.add_argument("--headless", action="store_true", help="no web viewer; a recording beside the log instead")
+    parser.add_argument("--keep", action="store_true", help="leave the stack up at the end, until Ctrl-C")
+    parser.add_argument("--vehicle", default="", metavar="NAME", help="name on the bus; one of its own by default")
+    parser.add_argument("--json", action="store_true", help="the summary as JSON, as the last line")
+    parser.add_argument("--out", default="out", metavar="FOLDER", help="where logs go")
+    parser.add_argument("--port", type=int, default=0, help="the router's port; a free one by default")
+    parser.add_argument("--grant", default="", metavar="FILE", help="a signed grant to brake (drivemcp grant)")
+    parser.add_argument("--trust", action="append", default=[], metavar="KEY", help="public key whose grants count")
+    parser.add_argument(
+        "--with", dest="extra", action="append", default=[], metavar="SERVICE", help="a third-party expert"
+    )
+    parser.add_argument("--without", action="append", default=[], metavar="SERVICE", help="leave a service out")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="one setting of one service"
+    )
+
+
+def command(flags: argparse.Namespace) -> int:
+    """Drive a scenario."""
+    if not flags.scenario.endswith(".toml") and not has_data(f"scenarios/{flags.scenario}.toml"):
+        raise UserError(
+            f"no scenario {flags.scenario!r}; there are urb-rain, cross-border, dynamic-vsl, or give a FILE.toml"
+        )
+    if flags.scenario.endswith(".toml") and not Path(flags.scenario).is_file():
+        raise UserError(f"no such scenario file: {flags.scenario}")
+    name = Path(flags.scenario).stem
+    scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
+    source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
+    return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)
+
+
+def drive(
+    flags: argparse.Namespace,
+    name: str,
+    source: str,
+    source_settings: dict[str, Any],
+    seconds: float,
+    *,
+    lockstep: bool,
+) -> int:
+    """Start, watch, stop, sum up, verify. 0: well; 1: the log does not verify or the drive broke off; 130: interrupted twice."""
+    stop = threading.Event()
+    previous = [signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        return _drive(flags, name, source, source_settings, seconds, lockstep, stop)
+    finally:
+        for number, handler in zip((signal.SIGINT, signal.SIGTERM), previous, strict=True):
+            signal.signal(number, handler)
+
+
+def _drive(
+    flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], seconds: float, lockstep: bool,
+    stop: threading.Event,
+) -> int:  # fmt: skip
+    screen = Screen()
+    settings = settings_of(flags.set)
+    settings[source] = {**source_settings, **settings.get(source, {})}
+    settings["logger"] = {"live_view": not flags.headless, **settings.get("logger", {})}
+    if flags.grant:
+        settings["arbiter"] = {
+            "grant_file": str(Path(flags.grant).resolve()), "trusted_keys": flags.trust, **settings.get("arbiter", {}),
+        }  # fmt: skip
+    plan = StackPlan(
+        folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep},
+        without=tuple(flags.without), extra=tuple(flags.extra), vehicle=flags.vehicle, port=flags.port,
+    )  # fmt: skip
+    tally = Tally()
+    screen.say(f"starting the stack in {plan.folder}")
+    with Stack(plan, screen.say) as stack:
+        node = stack.start()
+        follow(node, tally)
+        if not stop.is_set():
+            _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
+        restarts = stack.restarts()
+    log = _log_of(Path(plan.folder))
+    verified, complaint = _verify(log)
+    summary = tally.summary(restarts=restarts, log=str(log or ""), verified=verified)
+    _print(summary, screen, as_json=flags.json)
+    if complaint:
+        sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
+    return 0 if verified else 1
+
+
+def follow(node: Node, tally: Tally) -> None:
+    """Add up what passes."""
+    node.subscribe(topics.TRUTH, lambda message, _: tally.add_truth(message))
+    node.subscribe(topics.ADVISORY, lambda message, _: tally.add_advisory(message))
+    node.subscribe(topics.DECISION, lambda message, _: tally.add_decision(message))
+    node.subscribe(topics.CALLS, lambda message, _: tally.add_call(message))
+    node.subscribe(topics.HEALTH, lambda message, _: tally.add_health(message))
+    node.subscribe(topics.SCENARIO, lambda message, _: tally.add_scenario(message))
+
+
+def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: threading.Event, *, keep: bool) -> None:
+    stack.wait_for_source()
+    viewer = ""
+    ended_s: float | None = None
+    while not stop.wait(LIVE_PERIOD_S):
+        if not viewer and tally.detail("logger", "viewer") not in ("unknown", ""):
+            viewer = tally.detail("logger", "viewer")
+            screen.say(f"live view: {viewer}")
+        screen.live(live_line(tally))
+        finished = tally.scenario is not None and tally.scenario.finished
+        if finished and ended_s is None:
+            ended_s = time.monotonic()
+        if ended_s is not None and not keep and time.monotonic() - ended_s > 0.5:
+            break
+    screen.end_live()
+    screen.say("stopping")
+
+
+def _log_of(folder: Path) -> Path | None:
+    files = sorted(folder.rglob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    return files[-1] if files else None
+
+
+def _verify(log: Path | None) -> tuple[bool | None, str]:
+    if log is None:
+        return None, "no log was written; see the folder's log/logger.log"
+    report = verify(log)
+    return report.intact, "" if report.intact else str(report.first_bad or "an expected head is missing")
+
+
+def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:
+    for line in summary_lines(summary):
+        screen.say(line)
+    if as_json:
+        sys.stdout.write(msgspec.json.encode(summary).decode() + "\n")
+        sys.stdout.flush()
+
+
+class Screen:
+    """A live line that is redrawn on a terminal, and printed now and then elsewhere."""
+
+    def __init__(self, write: Callable[[str], object] = sys.stderr.write) -> None:
+        self._write = write
+        self._tty = sys.stderr.isatty()
+        self._last_s = 0.0
+        self._drawn = 0
+        self._lock = threading.Lock()
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        with self._lock:
+            self._clear()
+            self._write(text + "\n")
+            sys.stderr.flush()
+
+    def live(self, text: str) -> None:
+        """The live line."""
+        now_s = time.monotonic()
+        with self._lock:
+            if self._tty:
+                self._clear()
+                self._write(text)
+                self._drawn = len(text)
+            elif now_s - self._last_s >= 5.0:
+                self._last_s = now_s
+                self._write(text + "\n")
+            sys.stderr.flush()
+
+    def end_live(self) -> None:
+        """Leave the live line where it is."""
+        with self._lock:
+            if self._drawn:
+                self._write("\n")
+                self._drawn = 0
+
+    def _clear(self) -> None:
+        if self._drawn:
+            self._write("\r" + " " * self._drawn + "\r")
+            self._drawn = 0

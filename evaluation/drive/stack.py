@@ -1,0 +1,178 @@
+"""The stack of one drive: router and services as processes on loopback with free ports and a vehicle name of its own."""
+
+import json
+import os
+import secrets
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import msgspec
+
+from drivemcp.bus import Bus, open_bus
+from drivemcp.client import RunningStack, forget_stack, note_stack
+from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.errors import BusError, UserError
+from drivemcp.node import Node
+from drivemcp.registry import module_of, service_rows
+from drivemcp.supervisor import Child, Supervisor, free_port
+from proto.services import ServiceRow
+
+READY_S = 60.0
+SOURCES = ("simulator", "player")
+
+
+class StackPlan(msgspec.Struct, frozen=True, kw_only=True):
+    """What to start. `source` brings the sensors: the simulator or the player of recordings."""
+
+    folder: str
+    source: str = "simulator"
+    settings: dict[str, dict[str, Any]] = {}
+    """Settings by service."""
+    common: dict[str, Any] = {}
+    """Settings for every service."""
+    without: tuple[str, ...] = ()
+    extra: tuple[str, ...] = ()
+    """Third-party services to start as well."""
+    vehicle: str = ""
+    port: int = 0
+
+
+class Stack:
+    """Started by `with`; ended, whatever happens, at its end."""
+
+    def __init__(self, plan: StackPlan, say: Callable[[str], None]) -> None:
+        self._plan = plan
+        self._say = say
+        self.vehicle = plan.vehicle or f"car-{secrets.token_hex(3)}"
+        self.endpoint = f"tcp/127.0.0.1:{plan.port or free_port()}"
+        self.folder = Path(plan.folder).resolve()
+        self.supervisor = Supervisor(self.folder, say)
+        self._bus_config = BusConfig(connect=(self.endpoint,))
+        self._session: Bus | None = None
+        self.node: Node | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def rows(self) -> list[ServiceRow]:
+        """The services of this plan, in the order in which they start; the source last."""
+        table = service_rows()
+        unknown = [name for name in self._plan.extra if name not in table]
+        if unknown:
+            raise UserError(f"no service {unknown[0]!r} is installed; pip install its distribution first")
+        builtin = {name for name, row in table.items() if not row.module}
+        other_sources = set(SOURCES) - {self._plan.source}
+        chosen = (builtin | set(self._plan.extra)) - set(self._plan.without) - other_sources
+        return sorted(
+            (table[name] for name in chosen), key=lambda row: (row.name == self._plan.source, row.start_order)
+        )
+
+    def start(self) -> Node:
+        """Router, then services; returns a node on the bus once all but the source are alive, and starts the source."""
+        self.supervisor.run("router", "drivemcp.router", ["--listen", self.endpoint])
+        node = self._join()
+        rows = self.rows()
+        for row in rows:
+            if row.name != self._plan.source:
+                self._run(row)
+        wanted = {row.name for row in rows} - {self._plan.source}
+        self._wait_alive(node, wanted)
+        for row in rows:
+            if row.name == self._plan.source:
+                self._run(row)
+        note_stack(RunningStack(endpoint=self.endpoint, vehicle=self.vehicle, folder=str(self.folder), pid=os.getpid()))
+        return node
+
+    def wait_for_source(self) -> None:
+        """Wait until the simulator or player is alive."""
+        assert self.node is not None
+        self._wait_alive(self.node, {self._plan.source})
+
+    def child(self, name: str) -> Child:
+        """One process."""
+        return self.supervisor.child(name)
+
+    def restarts(self) -> dict[str, int]:
+        """How often each process that ended was started again."""
+        return {child.name: child.restarts for child in self.supervisor.children if child.restarts}
+
+    def close(self) -> None:
+        """End everything."""
+        forget_stack(os.getpid())
+        if self.node is not None:
+            self.node.close()
+        if self._session is not None:
+            self._session.close()
+        self.supervisor.stop()
+
+    def _join(self) -> Node:
+        deadline_s = time.monotonic() + 15.0
+        while self._session is None:
+            try:
+                self._session = open_bus(msgspec.structs.replace(self._bus_config, connect_timeout_s=2.0))
+            except BusError:
+                if time.monotonic() > deadline_s:
+                    raise UserError(f"the router did not come up:\n{self.child('router').log_tail()}") from None
+        self.node = Node(self._session, "evaluation", ServiceConfig(vehicle=self.vehicle, bus=self._bus_config))
+        self.node.watch_services()
+        self.node.open(announce=False)
+        return self.node
+
+    def _run(self, row: ServiceRow) -> None:
+        self.supervisor.run_service(row.name, module_of(row), self._config(row))
+
+    def _config(self, row: ServiceRow) -> Mapping[str, Any]:
+        return {
+            "vehicle": self.vehicle,
+            "bus": {"mode": "client", "connect": [self.endpoint]},
+            "out_dir": str(self.folder),
+            **self._plan.common,
+            **self._plan.settings.get(row.name, {}),
+        }
+
+    def _wait_alive(self, node: Node, wanted: set[str]) -> None:
+        said: set[str] = set()
+
+        def ready() -> bool:
+            alive = node.alive_services() & wanted
+            for name in sorted(alive - said):
+                said.add(name)
+                self._say(f"{name} is up ({len(said)} of {len(wanted)})")
+            return alive == wanted
+
+        self.supervisor.wait_until(ready, f"{', '.join(sorted(wanted)) if len(wanted) < 3 else 'the stack'}", READY_S)
+
+
+def folder_for(name: str, root: str = "out") -> str:
+    """A new folder for one drive: `out/<time>-<name>`."""
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    path = Path(root) / f"{stamp}-{name}"
+    number = 1
+    while path.exists():
+        number += 1
+        path = Path(root) / f"{stamp}-{name}-{number}"
+    try:
+        path.mkdir(parents=True)
+    except OSError as error:
+        raise UserError(f"cannot make the folder {path}: {error.strerror}") from None
+    return str(path)
+
+
+def settings_of(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """`service.key=value` settings by service. Raises UserError."""
+    found: dict[str, dict[str, Any]] = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        service, dot, name = key.partition(".")
+        if not separator or not dot:
+            raise UserError(f"--set takes service.key=value, not {pair!r}")
+        try:
+            found.setdefault(service, {})[name] = json.loads(text)
+        except ValueError:
+            found.setdefault(service, {})[name] = text
+    return found

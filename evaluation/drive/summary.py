@@ -1,0 +1,193 @@
+"""What a drive came to, added up from the messages as they pass. Pure: messages in, numbers out."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+
+import msgspec
+
+from proto.decision import Advisory, Decision
+from proto.health import ServiceHealth
+from proto.tools import CallRecord
+from proto.truth import ScenarioState, Truth
+
+_URGENT = ("warning", "alarm")
+SPOKEN = ("SPEAK", "ACT")
+
+
+class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
+    """Median and 99th percentile in ms, and of how many."""
+
+    p50: float | None
+    p99: float | None
+    count: int
+
+
+class Summary(msgspec.Struct, frozen=True, kw_only=True):
+    """The end of a drive. Absent numbers could not be measured: no truth, no hazard, nothing closing."""
+
+    scenario: str
+    seed: int
+    seconds: float
+    distance_m: float | None
+    infractions: dict[str, int] | None
+    collisions: int | None
+    overspeed_pct: float | None
+    """Mean over time of the share above the true limit, in percent (the paper's overspeed, against the true limit)."""
+    ticks: int
+    messages: int
+    silent_share: float | None
+    acts_done: int
+    acts_withheld: int
+    hazards: int | None
+    hazard_response_s: list[float]
+    """Onset to the first warning that names a hazard, per hazard that was warned of."""
+    ttc_first_warning_s: float | None
+    advisory_latency_ms: Percentiles
+    """Event detection to advisory, as the paper defines it."""
+    sensor_to_advice_ms: Percentiles
+    """Snapshot stamp to advisory."""
+    deadline_misses: dict[str, int]
+    tool_calls: dict[str, int]
+    degraded_ticks: int
+    late_frames: int
+    encoder: str
+    detector: str
+    log: str = ""
+    log_verified: bool | None = None
+    restarts: dict[str, int] = {}
+
+
+class Tally:
+    """Counts while the drive goes on."""
+
+    def __init__(self) -> None:
+        self.truth: Truth | None = None
+        self.advisory: Advisory | None = None
+        self.scenario: ScenarioState | None = None
+        self.health: dict[str, ServiceHealth] = {}
+        self._overspeed: list[float] = []
+        self._infractions: Counter[str] = Counter()
+        self._collisions = 0
+        self._collided = False
+        self._infraction = ""
+        self._kinds: Counter[str] = Counter()
+        self._withheld = 0
+        self._degraded = 0
+        self._event_ms: list[float] = []
+        self._snapshot_ms: list[float] = []
+        self._misses: Counter[str] = Counter()
+        self._calls: Counter[str] = Counter()
+        self._hazards: dict[str, float] = {}
+        self._responses: dict[str, float] = {}
+        self._ttc: float | None = None
+
+    def add_truth(self, truth: Truth) -> None:
+        """One instant of the simulator's truth."""
+        self.truth = truth
+        if truth.law_limit_mps:
+            self._overspeed.append(max(0.0, truth.speed_mps / truth.law_limit_mps - 1.0) * 100)
+        if truth.infraction and truth.infraction != self._infraction:
+            self._infractions[truth.infraction] += 1
+        self._infraction = truth.infraction
+        self._collisions += truth.collision and not self._collided
+        self._collided = truth.collision
+        if truth.hazard and truth.hazard_onset_s is not None:
+            self._hazards.setdefault(truth.hazard, truth.hazard_onset_s)
+
+    def add_advisory(self, advisory: Advisory) -> None:
+        """The end of one tick."""
+        self.advisory = advisory
+        self._kinds[advisory.kind] += 1
+        self._withheld += bool(advisory.act_withheld)
+        self._degraded += bool(advisory.degraded)
+        if advisory.event_to_advice_ms is not None:
+            self._event_ms.append(advisory.event_to_advice_ms)
+        if advisory.snapshot_to_advice_ms is not None:
+            self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
+        if advisory.kind in SPOKEN and advisory.urgency in _URGENT and advisory.hazard:
+            self._warned()
+
+    def _warned(self) -> None:
+        truth = self.truth
+        if truth is None:
+            return
+        for hazard, onset_s in self._hazards.items():
+            self._responses.setdefault(hazard, max(0.0, truth.time_s - onset_s))
+        if self._ttc is None and truth.gap_m is not None and truth.closing_mps is not None and truth.closing_mps > 0.1:
+            self._ttc = truth.gap_m / truth.closing_mps
+
+    def add_decision(self, decision: Decision) -> None:
+        """The arbiter's own record; kept for its count of decisions."""
+        self._kinds[f"arbiter:{decision.kind}"] += 1
+
+    def add_call(self, record: CallRecord) -> None:
+        """One call, as its caller saw it."""
+        if record.side != "caller":
+            return
+        self._calls[record.tool] += 1
+        self._misses[record.tool] += record.status in ("timeout", "busy")
+
+    def add_health(self, health: ServiceHealth) -> None:
+        """A service's word of itself."""
+        self.health[health.service] = health
+
+    def add_scenario(self, state: ScenarioState) -> None:
+        """Where the scenario stands."""
+        self.scenario = state
+
+    def detail(self, service: str, name: str) -> str:
+        """A detail of a service's health."""
+        health = self.health.get(service)
+        return health.detail.get(name, "unknown") if health else "unknown"
+
+    def latency(self) -> Percentiles:
+        """Snapshot to advisory so far."""
+        return percentiles(self._snapshot_ms)
+
+    def summary(
+        self, *, restarts: dict[str, int] | None = None, log: str = "", verified: bool | None = None
+    ) -> Summary:
+        """The numbers so far."""
+        truth, scenario = self.truth, self.scenario
+        ticks = sum(count for kind, count in self._kinds.items() if ":" not in kind)
+        return Summary(
+            scenario=scenario.scenario if scenario else "",
+            seed=scenario.seed if scenario else 0,
+            seconds=truth.time_s if truth else (scenario.time_s if scenario else 0.0),
+            distance_m=truth.distance_m if truth else None,
+            infractions=dict(self._infractions) if truth else None,
+            collisions=self._collisions if truth else None,
+            overspeed_pct=math.fsum(self._overspeed) / len(self._overspeed) if self._overspeed else None,
+            ticks=ticks,
+            messages=sum(self._kinds[kind] for kind in SPOKEN),
+            silent_share=self._kinds["SILENT"] / ticks if ticks else None,
+            acts_done=self._kinds["ACT"],
+            acts_withheld=self._withheld,
+            hazards=len(self._hazards) if truth else None,
+            hazard_response_s=[round(value, 3) for value in self._responses.values()],
+            ttc_first_warning_s=self._ttc,
+            advisory_latency_ms=percentiles(self._event_ms),
+            sensor_to_advice_ms=percentiles(self._snapshot_ms),
+            deadline_misses={tool: count for tool, count in sorted(self._misses.items()) if count},
+            tool_calls=dict(sorted(self._calls.items())),
+            degraded_ticks=self._degraded,
+            late_frames=scenario.late_frames if scenario else 0,
+            encoder=self.detail("retrieval", "encoder"),
+            detector=self.detail("perception", "detector"),
+            log=log,
+            log_verified=verified,
+            restarts=restarts or {},
+        )
+
+
+def percentiles(values: Iterable[float]) -> Percentiles:
+    """Nearest-rank median and 99th percentile."""
+    ordered = sorted(values)
+    if not ordered:
+        return Percentiles(p50=None, p99=None, count=0)
+
+    def rank(share: float) -> float:
+        return round(ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1)], 2)
+
+    return Percentiles(p50=rank(0.5), p99=rank(0.99), count=len(ordered))

@@ -1,0 +1,96 @@
+"""The live line and the summary in words."""
+
+from evaluation.drive.summary import Percentiles, Summary, Tally
+
+_KMH = 3.6
+_MPH = 2.236936
+
+
+def live_line(tally: Tally, width: int = 120) -> str:
+    """Speed, limit, target, last advice, tick latency; what is unknown is shown as such."""
+    advisory, truth = tally.advisory, tally.truth
+    unit, factor = ("mph", _MPH) if advisory is not None and advisory.unit == "mph" else ("km/h", _KMH)
+    limit = advisory.legal_limit if advisory else None
+    parts = [
+        f"{truth.time_s if truth else 0.0:5.1f} s",
+        f"{_speed(truth.speed_mps if truth else None, factor)} {unit}",
+        f"limit {f'{limit.value:g}' if limit else '?'}",
+        f"target {_speed(advisory.target_mps if advisory else None, factor).strip()}",
+        f"{_milliseconds(tally.latency().p50)}",
+    ]
+    said = ""
+    if advisory is not None:
+        said = advisory.directive if advisory.kind != "SILENT" else ""
+        parts.append(f"{advisory.kind:6}{' degraded' if advisory.degraded else ''}")
+    return f"{' | '.join(parts)} | {said}"[:width]
+
+
+def _speed(value_mps: float | None, factor: float) -> str:
+    return "  ?" if value_mps is None else f"{value_mps * factor:3.0f}"
+
+
+def _milliseconds(value: float | None) -> str:
+    return "tick ? ms" if value is None else f"tick {value:.0f} ms"
+
+
+def summary_lines(summary: Summary) -> list[str]:
+    """The summary, a line each."""
+    rows = [
+        ("scenario", f"{summary.scenario or 'recording'}, seed {summary.seed}, {summary.seconds:.1f} s"),
+        ("distance", _or_unknown(summary.distance_m, "{:.0f} m")),
+        ("infractions", _counts(summary.infractions)),
+        ("collisions", _or_unknown(summary.collisions, "{}")),
+        ("overspeed", _or_unknown(summary.overspeed_pct, "{:.2f} % above the true limit, mean over time")),
+        (
+            "messages",
+            f"{summary.messages} in {summary.ticks} ticks, silent share {_or_unknown(summary.silent_share, '{:.1%}')}",
+        ),
+        ("ACT", f"{summary.acts_done} done, {summary.acts_withheld} withheld"),
+        ("hazard response", _hazards(summary)),
+        ("TTC at first warning", _or_unknown(summary.ttc_first_warning_s, "{:.2f} s", "nothing was closing")),
+        ("advisory latency", _latency(summary.advisory_latency_ms, "event to advisory")),
+        ("sensor to advice", _latency(summary.sensor_to_advice_ms, "snapshot to advisory")),
+        ("deadline misses", _misses(summary)),
+        ("degraded ticks", f"{summary.degraded_ticks}"),
+        ("late frames", f"{summary.late_frames}"),
+        ("encoder", summary.encoder),
+        ("detector", summary.detector),
+    ]
+    if summary.restarts:
+        rows.append(("restarts", _counts(summary.restarts)))
+    rows.append(("log", f"{summary.log or 'none'}{_verified(summary.log_verified)}"))
+    return [f"{name:21} {text}" for name, text in rows]
+
+
+def _or_unknown(value: float | int | None, pattern: str, unknown: str = "unknown") -> str:
+    return unknown if value is None else pattern.format(value)
+
+
+def _counts(counts: dict[str, int] | None) -> str:
+    if counts is None:
+        return "unknown"
+    return ", ".join(f"{count} {name}" for name, count in counts.items()) or "0"
+
+
+def _hazards(summary: Summary) -> str:
+    if summary.hazards is None:
+        return "unknown"
+    if not summary.hazards:
+        return "no hazard came"
+    times = ", ".join(f"{value:.2f} s" for value in summary.hazard_response_s) or "none warned of"
+    return f"{times} ({len(summary.hazard_response_s)} of {summary.hazards} hazards)"
+
+
+def _latency(value: Percentiles, what: str) -> str:
+    if value.p50 is None:
+        return "nothing measured"
+    return f"p50 {value.p50:.1f} ms, p99 {value.p99:.1f} ms ({what}, {value.count} ticks)"
+
+
+def _misses(summary: Summary) -> str:
+    calls = sum(summary.tool_calls.values())
+    return f"{_counts(summary.deadline_misses)} of {calls} calls"
+
+
+def _verified(verified: bool | None) -> str:
+    return {True: " (verified)", False: " (NOT verified)", None: ""}[verified]
