@@ -1,0 +1,249 @@
+"""Binds the log, the long-term memory and the live view to the bus; decides nothing."""
+
+import sqlite3
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ToolFailed, UserError
+from drivemcp.node import Node
+from drivemcp.received import Received
+from drivemcp.service import Service
+from proto import topics
+from proto.topics import Topic
+from services.logger import signing
+from services.logger.files import Retention
+from services.logger.forms import LOGGED
+from services.logger.memory import Kind, Memory, MemoryStore, TraceQuery, TraceRow
+from services.logger.pictures import PictureGate, Pictures
+from services.logger.recorder import Recorder
+from services.logger.view.pipe import ViewPipe
+from services.logger.view.settings import Said, ViewSettings
+from services.logger.writer import LogWriter, WriterSettings
+
+T = TypeVar("T")
+
+
+class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
+    """Settings of the logger. Empty paths lie under `out_dir`: logs/, secrets/, memory.sqlite."""
+
+    log_dir: str = ""
+    secret_dir: str = ""
+    memory_file: str = ""
+    pictures: Pictures = "all"
+    pictures_before_s: float = 5.0
+    pictures_after_s: float = 5.0
+    flush_ms: float = 100.0
+    """At most 100 counts; a flush is half of what a kill -9 may cost."""
+    fsync_s: float = 1.0
+    """How much a loss of power may cost; a kill of the process does not wait for it."""
+    max_file_mb: float = 512.0
+    max_file_s: float = 3600.0
+    max_total_mb: float = 20_000.0
+    max_age_days: float = 0.0
+    queue_mb: float = 64.0
+    view: ViewSettings = ViewSettings()
+
+
+class Recalled(msgspec.Struct, frozen=True, kw_only=True):
+    """What was remembered, newest first."""
+
+    entries: tuple[Memory, ...]
+
+
+class Remembered(msgspec.Struct, frozen=True, kw_only=True):
+    """The number of the new memory."""
+
+    id: int
+
+
+class FoundTraces(msgspec.Struct, frozen=True, kw_only=True):
+    """Ticks that fit, newest first."""
+
+    traces: tuple[TraceRow, ...]
+
+
+def build(config: LoggerConfig, node: Node) -> None:
+    """Starts the writer and the view, subscribes to what the topic table wants logged, offers memory as tools."""
+    out = Path(config.out_dir)
+    memory = _open_memory(Path(config.memory_file) if config.memory_file else out / "memory.sqlite", node)
+    view = _start_view(config, node)
+    recorder = Recorder(
+        memory=memory,
+        pictures=PictureGate(
+            config.pictures,
+            before_ns=int(config.pictures_before_s * 1e9),
+            after_ns=int(config.pictures_after_s * 1e9),
+        ),
+        show=view.offer if view else lambda topic, record: None,
+        warn=node.log.warning,
+    )
+    log_dir = Path(config.log_dir) if config.log_dir else out / "logs"
+    writer = LogWriter(
+        _writer_settings(config, log_dir),
+        _signer(Path(config.secret_dir) if config.secret_dir else out / "secrets"),
+        recorder,
+        now_ns=node.clock.now_ns,
+    )
+    recorder.put = writer.put
+    writer.start()
+    for topic in LOGGED:
+        node.subscribe_raw(topic, _take(topic, recorder, node, config.vehicle))
+    if memory is not None:
+        _offer_tools(node, memory)
+    node.every(1.0, lambda: _report(node, log_dir, recorder, writer, view))
+    node.on_close(lambda: _close(node, recorder, writer, view, memory))
+
+
+def _take(
+    topic: Topic[msgspec.Struct], recorder: Recorder, node: Node, vehicle: str
+) -> Callable[[Received[Any]], None]:
+    prefix = len(f"drivemcp/{vehicle}/")
+
+    def take(info: Received[Any]) -> None:
+        recorder.take(
+            topic,
+            info.key[prefix:],
+            info.payload,
+            sequence=info.seq,
+            stamp_ns=info.stamp_ns,
+            now_ns=node.clock.now_ns(),
+        )
+
+    return take
+
+
+def _offer_tools(node: Node, memory: MemoryStore) -> None:
+    @node.tool(deadline_ms=100, title="Recall from long-term memory")
+    def recall(
+        kind: Annotated[Kind, msgspec.Meta(description="what kind of memory")],
+        key: Annotated[str, msgspec.Meta(description="its key; empty: every key")] = "",
+        limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 20,
+    ) -> Recalled:
+        """What long-term memory holds of a kind, newest first: the newest counts, the older are its history."""
+        return Recalled(entries=_asked(lambda: memory.recall(kind, key, limit=limit)))
+
+    @node.tool(
+        deadline_ms=100, title="Remember for later drives", capability="diagnostic", read_only=False, idempotent=False
+    )
+    def remember(
+        kind: Annotated[Kind, msgspec.Meta(description="what kind of memory")],
+        key: Annotated[str, msgspec.Meta(min_length=1, max_length=200)],
+        value: Annotated[dict[str, Any], msgspec.Meta(description="an object of at most 64 KiB")],
+    ) -> Remembered:
+        """Keeps something for later drives. Nothing is overwritten: the newest of a key counts."""
+        return Remembered(id=_asked(lambda: memory.remember(kind, key, value, stamp_ns=node.clock.now_ns())))
+
+    @node.tool(deadline_ms=200, title="Find traces of past ticks")
+    def find_traces(
+        event: Annotated[str, msgspec.Meta(description="kind of an event of the tick, for example overspeed")] = "",
+        decision: Annotated[str, msgspec.Meta(description="SILENT, SPEAK or ACT")] = "",
+        text: Annotated[str, msgspec.Meta(description="part of what was said")] = "",
+        after_ns: int = 0,
+        before_ns: int = 0,
+        limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 20,
+    ) -> FoundTraces:
+        """Ticks by event, decision, words and time, newest first, with the log file that holds each whole trace."""
+        query = TraceQuery(
+            event=event, decision=decision, text=text, after_ns=after_ns, before_ns=before_ns, limit=limit
+        )
+        return FoundTraces(traces=_asked(lambda: memory.find_traces(query)))
+
+
+def _asked(question: Callable[[], T]) -> T:
+    try:
+        return question()
+    except (sqlite3.Error, ValueError) as error:
+        raise ToolFailed(f"long-term memory does not answer: {error}") from error
+
+
+def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, view: ViewPipe | None) -> None:
+    """Once a second: the newest head onto the bus, the state of the log into this service's health."""
+    tally = writer.tally
+    node.detail.update(
+        log=str(log_dir / tally.file) if tally.file else "",
+        log_messages=str(tally.messages),
+        log_lost=str(tally.lost),
+        log_malformed=str(recorder.malformed.total()),
+        log_mb_per_hour=f"{writer.mb_per_hour():.0f}",
+        log_worst_flush_ms=f"{tally.worst_flush_ms:.0f}",
+        log_trouble=tally.trouble if writer.running else "the writer has stopped",
+    )
+    if view is not None:
+        node.detail["view_dropped"] = str(view.dropped)
+    if recorder.head is not None:
+        node.publish(topics.CHAIN, recorder.head)
+
+
+def _close(
+    node: Node, recorder: Recorder, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None
+) -> None:
+    if not writer.close():
+        node.log.error("the log was not closed in order: %s", writer.tally.trouble or "the disk is too slow")
+    if view is not None:
+        view.close()
+    if memory is not None:
+        memory.close()
+    node.log.info(
+        "log closed",
+        extra={"fields": {"messages": writer.tally.messages, "lost": writer.tally.lost, "file": writer.tally.file}},
+    )
+
+
+def _writer_settings(config: LoggerConfig, log_dir: Path) -> WriterSettings:
+    return WriterSettings(
+        directory=log_dir,
+        vehicle=config.vehicle,
+        flush_ms=config.flush_ms,
+        fsync_s=config.fsync_s,
+        max_file_mb=config.max_file_mb,
+        max_file_s=config.max_file_s,
+        queue_mb=config.queue_mb,
+        retention=Retention(max_total_mb=config.max_total_mb, max_age_days=config.max_age_days),
+    )
+
+
+def _signer(directory: Path) -> signing.Signer:
+    try:
+        return signing.load_or_make(directory)
+    except (OSError, ValueError) as error:
+        raise UserError(
+            f"no key to sign the log with in {directory}: {error}; set secret_dir to a folder of yours"
+        ) from None
+
+
+def _open_memory(path: Path, node: Node) -> MemoryStore | None:
+    """Without its database the service still logs, and says so."""
+    try:
+        return MemoryStore(path)
+    except (sqlite3.Error, OSError) as error:
+        node.log.error("no long-term memory: %s cannot be used: %s", path, error)
+        node.detail["memory"] = f"unusable: {error}"
+        return None
+
+
+def _start_view(config: LoggerConfig, node: Node) -> ViewPipe | None:
+    settings = config.view
+    if settings.mode == "off":
+        return None
+    if settings.mode == "file" and not settings.recording:
+        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime())
+        Path(config.out_dir).mkdir(parents=True, exist_ok=True)
+        settings = msgspec.structs.replace(settings, recording=str(Path(config.out_dir) / f"view-{stamp}.rrd"))
+
+    def said(what: Said) -> None:
+        if what.viewer:
+            node.detail["viewer"] = what.viewer
+            node.log.info("live view", extra={"fields": {"viewer": what.viewer}})
+        else:
+            node.detail["viewer_problem"] = what.problem
+            node.log.warning("live view: %s", what.problem)
+
+    return ViewPipe(settings, said=said)
+
+
+SERVICE = Service("logger", LoggerConfig, build)
