@@ -1,0 +1,146 @@
+"""Access control on a real router: what a row does not say is denied, whoever asks."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from drivemcp.bus import Bus, open_bus, wait_settled
+from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.errors import BusError
+from drivemcp.node import Node
+from proto import topics
+from proto.decision import BrakeCommand
+from proto.vehicle import Ego
+from tests.stack.conftest import wait_for_router
+
+pytestmark = pytest.mark.stack
+StartRouter = Callable[..., str]
+
+
+@pytest.fixture
+def guarded(start_router: StartRouter, secrets_folder: Path) -> str:
+    """A router with generated access control."""
+    return start_router(
+        "--access", str(secrets_folder / "access.json"), "--credentials", str(secrets_folder / "users.txt"),
+        ready=lambda endpoint: wait_for_router(endpoint, "logger", str(secrets_folder / "logger.password")),
+    )  # fmt: skip
+
+
+@contextmanager
+def member(endpoint: str, secrets: Path, name: str, user: str | None = None) -> Iterator[Node]:
+    """A node with the credentials of a service."""
+    user = user or name
+    config = BusConfig(connect=(endpoint,), user=user, password_file=str(secrets / f"{user}.password"))
+    with open_bus(config) as bus, opened(bus, name) as node:
+        yield node
+
+
+@contextmanager
+def opened(bus: Bus, name: str) -> Iterator[Node]:
+    """A node on a bus."""
+    node = Node(bus, name, ServiceConfig())
+    yield node
+    node.close()
+
+
+def test_a_service_reads_what_its_row_says(guarded: str, secrets_folder: Path) -> None:
+    with member(guarded, secrets_folder, "can") as can, member(guarded, secrets_folder, "weather") as weather:
+        weather.subscribe(topics.EGO)
+        weather.open(announce=False)
+        can.open()
+
+        def arrives() -> bool:
+            can.publish(topics.EGO, Ego(speed_mps=3.0))
+            return weather.latest(topics.EGO) is not None
+
+        assert wait_settled(arrives, 5.0)
+
+
+def test_a_guest_without_or_with_wrong_credentials_reads_nothing_and_reaches_no_tool(
+    guarded: str, secrets_folder: Path, tmp_path: Path
+) -> None:
+    wrong = tmp_path / "wrong"
+    wrong.write_text("wrong")
+    with pytest.raises(BusError):
+        open_bus(BusConfig(connect=(guarded,), user="logger", password_file=str(wrong), connect_timeout_s=2.0))
+    with member(guarded, secrets_folder, "can") as can:
+        serve_ping(can)
+        try:
+            guest_bus = open_bus(BusConfig(connect=(guarded,), connect_timeout_s=2.0))
+        except BusError:
+            return  # not even let in
+        with guest_bus, opened(guest_bus, "guest") as guest:
+            guest.subscribe(topics.EGO)
+            guest.open(announce=False)
+            can.publish(topics.EGO, Ego(speed_mps=3.0))
+            assert guest.client.discover(0.5) == {}
+            assert guest.latest(topics.EGO) is None
+
+
+def serve_ping(node: Node) -> None:
+    """Offer `vehicle_health` and go live."""
+
+    @node.tool(deadline_ms=1000)
+    def vehicle_health() -> dict[str, str]:
+        """Who answers."""
+        return {"from": node.name}
+
+    node.open()
+
+
+def test_the_orchestrator_cannot_actuate_and_the_arbiter_can(guarded: str, secrets_folder: Path) -> None:
+    with (
+        member(guarded, secrets_folder, "simulator") as simulator,
+        member(guarded, secrets_folder, "orchestrator") as orchestrator,
+        member(guarded, secrets_folder, "arbiter") as arbiter,
+    ):
+        simulator.subscribe(topics.BRAKE)
+        simulator.open()
+        command = BrakeCommand(deceleration_mps2=3.0, jerk_mps3=5.0, grant_id="none")
+        for _ in range(20):
+            orchestrator.publish(topics.BRAKE, command)
+
+        def arrives() -> bool:
+            arbiter.publish(topics.BRAKE, command)
+            return simulator.latest(topics.BRAKE) is not None
+
+        assert wait_settled(arrives, 5.0)
+        latest = simulator.latest(topics.BRAKE)
+        assert latest is not None
+        assert latest.publisher == "arbiter"
+        assert simulator.health(topics.BRAKE).alive
+
+
+def test_a_rogue_server_is_never_asked(guarded: str, secrets_folder: Path) -> None:
+    with (
+        member(guarded, secrets_folder, "can", user="weather") as rogue,
+        member(guarded, secrets_folder, "can") as can,
+        member(guarded, secrets_folder, "orchestrator") as orchestrator,
+    ):
+        asked: list[str] = []
+
+        @rogue.tool(deadline_ms=1000)
+        def vehicle_health() -> dict[str, str]:
+            """The rogue's own."""
+            asked.append("rogue")
+            return {"from": "rogue"}
+
+        rogue.open()
+        serve_ping(can)
+        orchestrator.watch_services()
+        orchestrator.open()
+        assert wait_settled(lambda: "vehicle_health" in orchestrator.catalogue(), 5.0)
+        answers = [orchestrator.call("vehicle_health", {}, deadline_ms=2000) for _ in range(20)]
+        assert all(answer.result == {"from": "can"} for answer in answers)
+        assert asked == []
+
+
+def test_rules_may_ask_retrieval_and_nobody_else(guarded: str, secrets_folder: Path) -> None:
+    with member(guarded, secrets_folder, "can") as can, member(guarded, secrets_folder, "rules") as rules:
+        serve_ping(can)
+        assert wait_settled(lambda: True, 0.1)
+        rules.open(announce=False)
+        assert rules.client.discover(0.5) == {}
+        assert rules.call("vehicle_health", {}, deadline_ms=500).status == "unavailable"
