@@ -140,23 +140,24 @@ def draw_sky(kit: Kit, cast_: Cast, shared: dict[str, Uniform]) -> None:
             "u_low": max(-1.0, min(1.0, view.horizon_ndc() - 0.08)),
         },
     )
-    kit.sky_vao.render(moderngl.TRIANGLE_STRIP)
+    kit.screen.vao("sky").render(moderngl.TRIANGLE_STRIP)
 
 
 def draw_ground(kit: Kit, world: World, cast_: Cast, shared: dict[str, Uniform]) -> None:
-    """Meadow, strips, lanes and markings, painted over one another without a depth test."""
-    view = cast_.view
-    shift = (float(np.round(view.eye[0] / 50) * 50), float(np.round(view.eye[1] / 50) * 50))
-    kit.set("ground", shared | {"u_shift": shift})
-    world.meadow.vaos["ground"].render()
-    kit.set("ground", {"u_shift": (0.0, 0.0)})
-    kit.set("line", shared | {"u_shift": (0.0, 0.0)})
-    pieces = world.ground
-    if pieces.drawable is None:
-        return
-    seen = view.sees(pieces.centres, pieces.radii, 500.0)
-    for first, count, line in pieces.runs(seen):
-        pieces.drawable.vaos["line" if line else "ground"].render(vertices=count, first=first)
+    """Surfaces from the uppermost layer down, each pixel shaded once; then the lines, blended over them."""
+    view, pieces = cast_.view, world.ground
+    still = {"u_shift": (0.0, 0.0)}
+    kit.set("ground", shared | still)
+    kit.set("line", shared | still)
+    runs = pieces.runs(view.sees(pieces.centres, pieces.radii, 500.0)) if pieces.drawable is not None else []
+    for wanted in (False, True):
+        for first, count, line in runs if wanted else reversed(runs):
+            if line == wanted and pieces.drawable is not None:
+                pieces.drawable.vao("line" if line else "ground").render(vertices=count, first=first)
+        if not wanted:
+            shift = (float(np.round(view.eye[0] / 50) * 50), float(np.round(view.eye[1] / 50) * 50))
+            kit.set("ground", {"u_shift": shift})
+            world.meadow.vao("ground").render()
 
 
 def draw_plants(kit: Kit, world: World, cast_: Cast, prefix: str, shared: dict[str, Uniform]) -> None:
@@ -168,7 +169,7 @@ def draw_plants(kit: Kit, world: World, cast_: Cast, prefix: str, shared: dict[s
         for grove in groves:
             count = instances(grove, cast_.view.sees(grove.centres, grove.radii, grove.reach_m))
             if count:
-                grove.drawable.vaos[prefix + program].render(instances=count)
+                grove.drawable.vao(prefix + program).render(instances=count)
 
 
 def draw_solid(kit: Kit, world: World, cast_: Cast, name: str, shared: dict[str, Uniform]) -> None:
@@ -177,7 +178,7 @@ def draw_solid(kit: Kit, world: World, cast_: Cast, name: str, shared: dict[str,
         return
     kit.set(name, shared | {"u_model": IDENTITY, "u_lamp": bytes(64), "u_phase": 0.0, "u_id": 0})
     for first, count, _ in world.solid.runs(cast_.solid):
-        world.solid.drawable.vaos[name].render(vertices=count, first=first)
+        world.solid.drawable.vao(name).render(vertices=count, first=first)
 
 
 def draw_actor(kit: Kit, actor: Actor, cast_: Cast, name: str, instance: int = 0) -> None:
@@ -192,7 +193,7 @@ def draw_actor(kit: Kit, actor: Actor, cast_: Cast, name: str, instance: int = 0
             "u_id": instance,
         },
     )
-    cast_.models[actor.id].vaos[name].render()
+    cast_.models[actor.id].vao(name).render()
 
 
 def draw_light(kit: Kit, item: tuple[TrafficLight, Drawable, LightState], name: str, instance: int = 0) -> None:
@@ -205,7 +206,7 @@ def draw_light(kit: Kit, item: tuple[TrafficLight, Drawable, LightState], name: 
     matrix = np.array([[c, -s, 0, light.pose.x_m], [s, c, 0, light.pose.y_m], [0, 0, 1, light.pose.z_m], [0, 0, 0, 1]])
     model = np.ascontiguousarray(matrix.T, dtype="<f4").tobytes()
     kit.set(name, {"u_model": model, "u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": instance})
-    drawable.vaos[name].render()
+    drawable.vao(name).render()
 
 
 def face_rows(kit: Kit, cast_: Cast, first_id: int) -> np.ndarray:
@@ -228,4 +229,4 @@ def draw_faces(kit: Kit, rows: np.ndarray, name: str, shared: dict[str, Uniform]
         return
     kit.set(name, shared)
     kit.face_buffer.write(rows[:1024].tobytes())
-    kit.face_vaos[name].render(moderngl.TRIANGLE_STRIP, instances=min(len(rows), 1024))
+    kit.face_sprites.vao(name).render(moderngl.TRIANGLE_STRIP, instances=min(len(rows), 1024))

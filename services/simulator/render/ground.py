@@ -1,5 +1,6 @@
 """Everything flat: lanes, strips, kerbs, markings, stop lines, crossings, as chunks in drawing order.
 
+A later layer (meta's third byte, see ``LAYERS``) covers an earlier one, whatever the order of drawing.
 Uses the common vertex format. For surfaces uv is in metres and alpha the place across (0 to 1). A marking's vertex lies
 on its centre line, its normal points across, uv is (place along in metres, signed half width in metres): the shader
 widens lines thinner than a pixel and fades them instead, so that they do not crumble at a distance.
@@ -27,6 +28,7 @@ SURFACES: dict[str, tuple[int, Colour]] = {
     "pavement": (Layer.PAVEMENT, (1.0, 1.0, 1.0)),
     "verge": (Layer.GRASS, (1.0, 1.0, 1.0)),
 }
+LAYERS = {"meadow": 0, "strip": 1, "kerb": 2, "pavement": 3, "lane": 4, "marking": 5, "patch": 6, "bar": 7}
 LANE_FLAG, LINE_FLAG = Material.PAINT, Material.RETRO  # meta.y in the ground shader: lane wear, painted line
 
 
@@ -55,16 +57,17 @@ def across(line: Floats) -> Floats:
     return np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
 
 
-def _chunk(builder: Builder, line: bool = False) -> Chunk:
+def _chunk(builder: Builder, layer: str, line: bool = False) -> Chunk:
     mesh = builder.build()
+    mesh.vertices["meta"][:, 2] = LAYERS[layer]
     points = mesh.vertices["pos"][:, :2]
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.linalg.norm(points - centre, axis=1).max())
     return Chunk(mesh, (float(centre[0]), float(centre[1])), radius, line)
 
 
-def _ribbon(line: Floats, width: float, layer: int, colour: Colour, z: float, flag: int) -> list[Chunk]:
-    points, side = line, across(line)
+def _ribbon(line: Floats, width: float, layer: int, colour: Colour, z: float, place: str) -> list[Chunk]:
+    points, side, flag = line, across(line), LANE_FLAG if place == "lane" else Material.PLAIN
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     chunks = []
     for start in range(0, len(points) - 1, CHUNK_POINTS):
@@ -76,7 +79,7 @@ def _ribbon(line: Floats, width: float, layer: int, colour: Colour, z: float, fl
         builder = Builder()
         alpha = np.tile([0.0, 1.0], len(rows))
         builder.add(pos, np.tile((0, 0, 1), (len(pos), 1)), uv, grid_triangles(len(rows), 2), colour, layer, flag, alpha)
-        chunks.append(_chunk(builder))
+        chunks.append(_chunk(builder, place))
     return chunks
 
 
@@ -84,11 +87,11 @@ def _strip(strip: Strip) -> list[Chunk]:
     layer, colour = SURFACES[strip.surface]
     line = resampled(np.asarray(strip.centre_m), 4.0)
     if strip.surface != "pavement":
-        return _ribbon(line, strip.width_m, layer, colour, 0.0, Material.PLAIN)
+        return _ribbon(line, strip.width_m, layer, colour, 0.0, "strip")
     chunks = []
     for sense in (1.0, -1.0):
         chunks += _kerb(line + across(line) * sense * strip.width_m / 2, sense)
-    return chunks + _ribbon(line, strip.width_m, layer, colour, KERB_M, Material.PLAIN)
+    return chunks + _ribbon(line, strip.width_m, layer, colour, KERB_M, "pavement")
 
 
 def _kerb(edge: Floats, sense: float) -> list[Chunk]:
@@ -106,7 +109,7 @@ def _kerb(edge: Floats, sense: float) -> list[Chunk]:
         normals[:, 2, 2] = 1.0
         uv = np.stack([np.repeat(np.arange(len(low)) * 2.0, 3), np.tile([0, 0.1, 0.2], len(low))], axis=1)
         builder.add(rows.reshape(-1, 3), normals.reshape(-1, 3), uv, grid_triangles(len(low), 3), (0.92, 0.92, 0.9), Layer.CONCRETE)
-        chunks.append(_chunk(builder))
+        chunks.append(_chunk(builder, "kerb"))
     return chunks
 
 
@@ -118,7 +121,7 @@ def _line(points: Floats, width: float) -> list[Chunk]:
         part = slice(start, min(start + CHUNK_POINTS + 1, len(points)))
         builder = Builder()
         _line_quads(builder, points[part], side[part], s[part], width)
-        chunks.append(_chunk(builder, line=True))
+        chunks.append(_chunk(builder, "marking", line=True))
     return chunks
 
 
@@ -139,9 +142,9 @@ def _dashes(line: Floats, width: float) -> list[Chunk]:
         _line_quads(builder, points[part], side[part], np.arange(start, start + DASH_M + 1.0)[: len(points[part])], width)
         filled += 1
         if filled == 6:
-            chunks.append(_chunk(builder, line=True))
+            chunks.append(_chunk(builder, "marking", line=True))
             builder, filled = Builder(), 0
-    return chunks + ([_chunk(builder, line=True)] if filled else [])
+    return chunks + ([_chunk(builder, "marking", line=True)] if filled else [])
 
 
 def _markings(lane: Lane) -> list[Chunk]:
@@ -170,7 +173,7 @@ def _bar(builder: Builder, x: float, y: float, yaw: float, along: float, wide: f
 def _stop(line: StopLine) -> Chunk:
     builder = Builder()
     _bar(builder, line.pose.x_m, line.pose.y_m, line.pose.yaw_rad + np.pi / 2, line.width_m, line.depth_m)
-    return _chunk(builder, line=True)
+    return _chunk(builder, "bar", line=True)
 
 
 def _zebra(zebra: Zebra) -> Chunk:
@@ -179,7 +182,7 @@ def _zebra(zebra: Zebra) -> Chunk:
     for offset in np.arange(-zebra.span_m / 2 + 0.5, zebra.span_m / 2, 1.0):
         x, y = np.array([zebra.pose.x_m, zebra.pose.y_m]) + left * offset
         _bar(builder, float(x), float(y), yaw, zebra.depth_m, 0.5)
-    return _chunk(builder, line=True)
+    return _chunk(builder, "bar", line=True)
 
 
 def _patch(patch: Patch) -> Chunk:
@@ -189,7 +192,7 @@ def _patch(patch: Patch) -> Chunk:
     fan = [(0, k, k + 1) for k in range(1, len(outline) - 1)]
     pos = np.hstack([outline, np.zeros((len(outline), 1))])
     builder.add(pos, np.tile((0, 0, 1), (len(pos), 1)), outline, fan, colour, layer, Material.PLAIN, 0.5)
-    return _chunk(builder)
+    return _chunk(builder, "patch")
 
 
 def chunks(road: Road) -> list[Chunk]:
@@ -199,7 +202,7 @@ def chunks(road: Road) -> list[Chunk]:
         out += _strip(strip)
     for lane in road.lanes:
         line = resampled(np.asarray(lane.centre_m), 4.0)
-        out += _ribbon(line, lane.width_m + 0.06, *SURFACES["asphalt"], 0.0, LANE_FLAG)
+        out += _ribbon(line, lane.width_m + 0.06, *SURFACES["asphalt"], 0.0, "lane")
     for lane in road.lanes:
         out += _markings(lane)
     out += [_patch(patch) for patch in road.patches]

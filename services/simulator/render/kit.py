@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -46,21 +44,47 @@ FACE_DTYPE = np.dtype(
 TREES, CONIFERS, HEDGES = 8, 5, 3  # variants; the last of each is for held-out scenes
 
 
-@dataclass(slots=True, eq=False)
-class Drawable:
-    """A mesh on the device with one vertex array per program that draws it."""
+TRAITS: dict[str, tuple[str, ...]] = {
+    "object": ("NIGHT",),
+    "plant": ("NIGHT",),
+    "furniture": ("NIGHT",),
+    "ground": ("NIGHT", "WET"),
+    "line": ("NIGHT", "WET"),
+    "face": ("NIGHT",),
+    "post": ("RAIN",),
+}  # which traits of a scene make a program another one
 
-    vaos: dict[str, moderngl.VertexArray]
-    buffers: tuple[moderngl.Buffer, ...]
-    instances: moderngl.Buffer | None = None
-    model: Model | None = None
+
+class Drawable:
+    """Buffers with one vertex array per program that draws them, made when first needed."""
+
+    def __init__(
+        self,
+        kit: Kit,
+        content: list[tuple[object, ...]],
+        indices: moderngl.Buffer | None = None,
+        instances: moderngl.Buffer | None = None,
+        model: Model | None = None,
+    ) -> None:
+        self._kit, self._content, self._indices = kit, content, indices
+        self._vaos: dict[str, moderngl.VertexArray] = {}
+        self.instances, self.model = instances, model
+
+    def vao(self, name: str) -> moderngl.VertexArray:
+        """The vertex array for a program in the kit's present traits."""
+        key = self._kit.key(name)
+        if key not in self._vaos:
+            program = self._kit.program(key)
+            self._vaos[key] = self._kit.ctx.vertex_array(program, self._content, self._indices, skip_errors=True)
+        return self._vaos[key]
 
     def release(self) -> None:
-        """Free the device memory."""
-        for vao in self.vaos.values():
+        """Free the device memory; corner buffers that others share stay."""
+        for vao in self._vaos.values():
             vao.release()
-        for buffer in self.buffers:
-            buffer.release()
+        for buffer in {entry[0] for entry in self._content if entry[0] is not self._kit.corners} | {self._indices}:
+            if isinstance(buffer, moderngl.Buffer):
+                buffer.release()
 
 
 class Kit:
@@ -68,7 +92,10 @@ class Kit:
 
     def __init__(self) -> None:
         self.ctx = open_context()
-        self.programs = {name: self._program(sources, defines) for name, (sources, defines) in PROGRAMS.items()}
+        self._programs: dict[str, moderngl.Program] = {}
+        self._members: dict[str, dict[str, moderngl.Uniform]] = {}
+        self._keys: dict[str, str] = {}
+        self.use(frozenset())
         self.corners = self.ctx.buffer(np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)], dtype="<f4").tobytes())
         self.surfaces = self._surfaces()
         self.faces = FaceAtlas(self.ctx)
@@ -78,23 +105,41 @@ class Kit:
         self._models: dict[tuple[object, ...], Drawable] = {}
         self.plants = self._plants()
         self.furniture = self._furniture()
-        self.face_buffer, self.face_vaos = self._face_arrays()
+        self.face_buffer = self.ctx.buffer(reserve=1024 * FACE_DTYPE.itemsize, dynamic=True)
+        names = ("in_centre", "in_right", "in_up", "in_box", "in_glow", "in_id")
+        self.face_sprites = self._sprite(self.face_buffer, "3f 3f 3f 4f 3f 1f/i", names)
         self.glow_buffer = self.ctx.buffer(reserve=4096 * 36, dynamic=True)
-        self.glow_vao = self._sprite("glow", self.glow_buffer, "3f 3f 3f/i", ("in_centre", "in_size", "in_colour"))
+        self.glow_sprites = self._sprite(self.glow_buffer, "3f 3f 3f/i", ("in_centre", "in_size", "in_colour"))
         self.blob_buffer = self.ctx.buffer(reserve=2048 * 32, dynamic=True)
-        self.blob_vao = self._sprite("blob", self.blob_buffer, "4f 4f/i", ("in_place", "in_size"))
-        self.sky_vao = self.ctx.vertex_array(self.programs["sky"], [(self.corners, "2f", "in_corner")])
-        self.post_vao = self.ctx.vertex_array(self.programs["post"], [(self.corners, "2f", "in_corner")])
+        self.blob_sprites = self._sprite(self.blob_buffer, "4f 4f/i", ("in_place", "in_size"))
+        self.screen = Drawable(self, [(self.corners, "2f", "in_corner")])
 
-    def _program(self, sources: tuple[str, str], defines: tuple[str, ...]) -> moderngl.Program:
-        vertex, fragment = sources
-        program = self.ctx.program(
-            vertex_shader=shaders.program(vertex, *defines), fragment_shader=shaders.program(fragment, *defines)
-        )
-        for name, unit in SAMPLERS.items():
-            if name in program:
-                program[name] = unit
-        return program
+    def use(self, traits: frozenset[str]) -> None:
+        """Choose the programs for a scene's traits (``NIGHT``, ``WET``, ``RAIN``)."""
+        self._keys = {
+            name: "|".join((name, *(trait for trait in TRAITS.get(name, ()) if trait in traits))) for name in PROGRAMS
+        }
+
+    def key(self, name: str) -> str:
+        """A program's name with the present traits that matter to it."""
+        return self._keys[name]
+
+    def program(self, key: str) -> moderngl.Program:
+        """The compiled program of a key."""
+        if key not in self._programs:
+            name, *traits = key.split("|")
+            (vertex, fragment), defines = PROGRAMS[name]
+            program = self.ctx.program(
+                vertex_shader=shaders.program(vertex, *defines, *traits),
+                fragment_shader=shaders.program(fragment, *defines, *traits),
+            )
+            members = {member: program[member] for member in program}
+            self._members[key] = {k: m for k, m in members.items() if isinstance(m, moderngl.Uniform)}
+            for sampler, unit in SAMPLERS.items():
+                if sampler in self._members[key]:
+                    self._members[key][sampler].value = unit
+            self._programs[key] = program
+        return self._programs[key]
 
     def _surfaces(self) -> moderngl.TextureArray:
         stack = textures.all_layers()
@@ -113,21 +158,14 @@ class Kit:
         """A texture of drops on the lens."""
         return self._overlay(overlays.drops(seed))
 
-    def upload(self, mesh: Mesh, programs: tuple[str, ...], instanced: bool = False, model: Model | None = None) -> Drawable:
-        """A mesh's buffers with a vertex array for each named program."""
+    def upload(self, mesh: Mesh, instanced: bool = False, model: Model | None = None) -> Drawable:
+        """A mesh on the device."""
         vertices = self.ctx.buffer(mesh.vertices.tobytes())
-        indices = self.ctx.buffer(mesh.indices.tobytes())
-        buffers: tuple[moderngl.Buffer, ...] = (vertices, indices)
+        content: list[tuple[object, ...]] = [(vertices, VERTEX_FORMAT, *VERTEX_NAMES)]
         instances = self.ctx.buffer(reserve=32 * 1024, dynamic=True) if instanced else None
-        vaos = {}
-        for name in programs:
-            content: list[tuple[object, ...]] = [(vertices, VERTEX_FORMAT, *VERTEX_NAMES)]
-            if instances is not None:
-                content.append((instances, "4f 4f/i", "in_place", "in_look"))
-            vaos[name] = self.ctx.vertex_array(self.programs[name], content, indices, skip_errors=True)
         if instances is not None:
-            buffers += (instances,)
-        return Drawable(vaos, buffers, instances, model)
+            content.append((instances, "4f 4f/i", "in_place", "in_look"))
+        return Drawable(self, content, self.ctx.buffer(mesh.indices.tobytes()), instances, model)
 
     def model(self, actor: Actor) -> Drawable:
         """The drawable of an actor's mesh, built on first sight; the least recently used is dropped when full."""
@@ -135,7 +173,7 @@ class Kit:
         found = self._models.pop(key, None)
         if found is None:
             model = build_model(actor)
-            found = self.upload(model.mesh, ("object", "id_object", "shade"), model=model)
+            found = self.upload(model.mesh, model=model)
             if len(self._models) >= MODEL_CACHE:
                 self._models.pop(next(iter(self._models))).release()
         self._models[key] = found
@@ -144,7 +182,7 @@ class Kit:
     def _plants(self) -> dict[str, list[Drawable]]:
         makers = {"tree": (plants.tree, TREES), "conifer": (plants.conifer, CONIFERS), "hedge": (plants.hedge, HEDGES)}
         return {
-            kind: [self.upload(make(seed).build(), ("plant", "id_plant"), instanced=True) for seed in range(count)]
+            kind: [self.upload(make(seed).build(), instanced=True) for seed in range(count)]
             for kind, (make, count) in makers.items()
         }
 
@@ -156,30 +194,25 @@ class Kit:
                 buildings.lamp(builder, buildings.LAMP_HEIGHT_M, 0.2 * buildings.LAMP_HEIGHT_M)
             else:
                 buildings.marker_post(builder, 1.0)
-            out[kind] = self.upload(builder.build(), ("furniture", "id_furniture"), instanced=True)
+            out[kind] = self.upload(builder.build(), instanced=True)
         return out
 
-    def _face_arrays(self) -> tuple[moderngl.Buffer, dict[str, moderngl.VertexArray]]:
-        buffer = self.ctx.buffer(reserve=1024 * FACE_DTYPE.itemsize, dynamic=True)
-        names = ("in_centre", "in_right", "in_up", "in_box", "in_glow", "in_id")
-        vaos = {name: self._sprite(name, buffer, "3f 3f 3f 4f 3f 1f/i", names) for name in ("face", "id_face")}
-        return buffer, vaos
+    def _sprite(self, buffer: moderngl.Buffer, layout: str, names: tuple[str, ...]) -> Drawable:
+        return Drawable(self, [(self.corners, "2f", "in_corner"), (buffer, layout, *names)])
 
-    def _sprite(self, name: str, buffer: moderngl.Buffer, layout: str, names: tuple[str, ...]) -> moderngl.VertexArray:
-        content = [(self.corners, "2f", "in_corner"), (buffer, layout, *names)]
-        return self.ctx.vertex_array(self.programs[name], content, skip_errors=True)
-
-    def set(self, program: str, values: Mapping[str, Uniform]) -> moderngl.Program:
-        """Set those uniforms that the program has."""
-        target = self.programs[program]
-        for name, value in values.items():
-            if name in target:
-                member = target[name]
-                if isinstance(value, bytes):
-                    member.write(value)
-                else:
-                    member.value = value
-        return target
+    def set(self, name: str, values: Mapping[str, Uniform]) -> None:
+        """Set those uniforms that the program has, in its present traits."""
+        key = self._keys[name]
+        self.program(key)
+        members = self._members[key]
+        for uniform, value in values.items():
+            member = members.get(uniform)
+            if member is None:
+                continue
+            if isinstance(value, bytes):
+                member.write(value)
+            else:
+                member.value = value
 
     def close(self) -> None:
         """Free the context and all in it."""

@@ -64,7 +64,10 @@ class Renderer:
     def _cast(self, scene: Scene, camera: CameraSpec) -> Cast:
         if scene.static is not self._world.static:
             self.load(scene.static)
-        return frame.cast(self._kit, self._world, scene, View.of(camera, scene.ego), light_of(scene.atmosphere))
+        light = light_of(scene.atmosphere)
+        traits = {"NIGHT": light.night > 0, "WET": light.wet > 0.02, "RAIN": scene.atmosphere.rain_mm_h > 0}
+        self._kit.use(frozenset(name for name, holds in traits.items() if holds))
+        return frame.cast(self._kit, self._world, scene, View.of(camera, scene.ego), light)
 
     def _draw(self, cast: Cast, target: moderngl.Framebuffer) -> None:
         kit, world, ctx = self._kit, self._world, self._kit.ctx
@@ -74,15 +77,15 @@ class Renderer:
         target.clear(float(fog[0]), float(fog[1]), float(fog[2]), 1.0, depth=1.0)
         kit.surfaces.use(0)
         kit.faces.texture.use(1)
-        ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
-        frame.draw_sky(kit, cast, shared)
+        ctx.disable(moderngl.CULL_FACE | moderngl.BLEND)
+        ctx.enable(moderngl.DEPTH_TEST)
+        self._solids(cast, shared)
         ctx.enable(moderngl.BLEND)
         ctx.blend_func = BLEND
         frame.draw_ground(kit, world, cast, shared)
         self._shade(cast, shared)
         ctx.disable(moderngl.BLEND)
-        ctx.enable(moderngl.DEPTH_TEST)
-        self._solids(cast, shared)
+        frame.draw_sky(kit, cast, shared)
         ctx.enable(moderngl.BLEND)
         ctx.blend_func = BLEND
         frame.draw_faces(kit, frame.face_rows(kit, cast, 1), "face", shared)
@@ -95,7 +98,7 @@ class Renderer:
         count = glow.upload_blobs(kit, glow.blobs(self._world, cast))
         if count:
             kit.set("blob", shared)
-            kit.blob_vao.render(moderngl.TRIANGLE_STRIP, instances=count)
+            kit.blob_sprites.vao("blob").render(moderngl.TRIANGLE_STRIP, instances=count)
         if cast.light.shadow > 0.05:
             kit.set("shade", shared | {"u_shade": cast.light.shadow})
             near = [a for a in cast.actors if np.hypot(a.pose.x_m - cast.view.eye[0], a.pose.y_m - cast.view.eye[1]) < SHADE_REACH_M]
@@ -124,7 +127,7 @@ class Renderer:
         target.use()
         aspect = (2 * spec.focal_px / spec.width_px, 2 * spec.focal_px / spec.height_px)
         kit.set("glow", shared | {"u_aspect": aspect})
-        kit.glow_vao.render(moderngl.TRIANGLE_STRIP, instances=count)
+        kit.glow_sprites.vao("glow").render(moderngl.TRIANGLE_STRIP, instances=count)
         target.depth_mask = True
         target.use()
 
@@ -143,13 +146,12 @@ class Renderer:
             "post",
             {
                 "u_texel": (1 / raw.width, 1 / raw.height),
-                "u_shift": (float(rng.uniform()), float(rng.uniform())),
+                "u_shift": (int(rng.integers(256)), int(rng.integers(256))),
                 "u_rain": (0.55 * rain, float(rng.uniform()), float(rng.uniform())),
                 "u_noise": light.noise,
                 "u_drop": min(1.0, rain * 1.2),
                 "u_streak_colour": (float(streak[0]), float(streak[1]), float(streak[2])),
-                "u_grain_scale": (raw.width / 256, raw.height / 256),
                 "u_gain": light.gain,
             },
         )
-        kit.post_vao.render(moderngl.TRIANGLE_STRIP)
+        kit.screen.vao("post").render(moderngl.TRIANGLE_STRIP)

@@ -1,5 +1,9 @@
 """GLSL programs. Colours are squared before lighting and rooted after it (a gamma of 2).
 
+Software rasterising runs every branch of a shader: what night, wet roads and rain need is compiled in only for them
+(``NIGHT``, ``WET``, ``RAIN``). Flat ground, its shadows and the sky are drawn after all upright things, at fixed depths
+behind them (0.9999 the sky, 0.9996 and nearer by layer the ground, 0.9993 shadows), so that no pixel is shaded twice.
+
 The colour target's alpha holds the ground's shade (1 open, less in shadow); ``POST`` multiplies it in.
 """
 
@@ -10,11 +14,12 @@ HEADER = "#version 330\n"
 COMMON = """
 uniform vec3 u_eye; uniform vec3 u_sun_dir; uniform vec3 u_sun; uniform vec3 u_sky; uniform vec3 u_earth;
 uniform vec3 u_fog; uniform float u_beta; uniform vec3 u_zenith; uniform vec3 u_horizon;
-uniform vec3 u_beam_pos; uniform vec3 u_beam_dir; uniform float u_beam; uniform float u_night; uniform float u_wet;
+uniform float u_wet;
+#ifdef NIGHT
+uniform vec3 u_beam_pos; uniform vec3 u_beam_dir; uniform float u_beam;
 uniform vec4 u_street[6]; uniform int u_streets;
 
 float headlight(vec3 p) {
-  if (u_beam <= 0.0) return 0.0;
   vec3 d = p - u_beam_pos;
   float x = dot(d.xy, u_beam_dir.xy);
   if (x < 0.3) return 0.0;
@@ -34,6 +39,7 @@ vec3 street(vec3 p, vec3 n) {
   }
   return sum;
 }
+#endif
 vec3 fogged(vec3 c, float dist) { return mix(u_fog, c, exp(-u_beta * dist)); }
 """
 
@@ -104,8 +110,12 @@ void main() {
 #endif
   float floor_shade = 0.72 + 0.28 * clamp(v_pos.z * 1.2, 0.0, 1.0);
   vec3 light = mix(u_earth, u_sky, n.z * 0.5 + 0.5) * floor_shade + u_sun * sun;
-  if (u_night > 0.0) light += vec3(1.0, 0.97, 0.9) * headlight(v_pos) * (0.25 + 0.75 * max(dot(n, to_eye), 0.0)) + street(v_pos, n);
+#ifdef NIGHT
+  float beam = headlight(v_pos);
+  light += vec3(1.0, 0.97, 0.9) * beam * (0.25 + 0.75 * max(dot(n, to_eye), 0.0)) + street(v_pos, n);
+#endif
   vec3 c = base * light;
+#ifndef LEAFY
   if (v_kind.y > 0.0) {
     vec3 r = reflect(-to_eye, n);
     float f = 1.0 - max(dot(n, to_eye), 0.0);
@@ -117,15 +127,20 @@ void main() {
     glint *= glint; glint *= glint; glint *= glint; glint *= glint; glint *= glint;
     c += u_sun * glint * 0.5 * v_kind.y;
   }
-  if (v_kind.z > 0.5 && v_kind.z < 1.5 && u_night > 0.0) c += base * headlight(v_pos) * 3.0;
+#ifdef NIGHT
+  if (v_kind.z > 0.5 && v_kind.z < 1.5) c += base * beam * 3.0;
+#endif
   if (v_kind.z > 1.5 && texel.a < 0.5) {
     vec3 r = reflect(-to_eye, n);
     float f = 1.0 - max(dot(n, to_eye), 0.0);
     c = mix(c, mix(u_horizon, u_zenith, clamp(r.z, 0.0, 1.0)), 0.25 + 0.4 * f * f);
+#ifdef NIGHT
     float cell = fract(sin(dot(floor(v_uv.xy), vec2(12.9898, 78.233))) * 43758.547);
-    if (u_night > 0.0 && cell > 0.62) c += u_night * vec3(0.75, 0.55, 0.28) * (0.25 + cell * 0.6) * (0.5 + texel.g);
+    if (cell > 0.62) c += vec3(0.75, 0.55, 0.28) * (0.25 + cell * 0.6) * (0.5 + texel.g);
+#endif
   }
   c += base * v_kind.x * 2.2;
+#endif
   colour = vec4(sqrt(fogged(c, dist)), 1.0);
 }
 """
@@ -150,6 +165,7 @@ void main() {
   v_pos = p; v_uv = in_uv + u_shift; v_rgba = in_rgba;
   v_kind = vec3(floor(in_meta.x * 255.0 + 0.5), floor(in_meta.y * 255.0 + 0.5), 0.0);
   gl_Position = u_clip * vec4(p, 1.0);
+  gl_Position.z = (0.9996 - 1e-5 * floor(in_meta.z * 255.0 + 0.5)) * gl_Position.w;
 }
 """
 
@@ -162,7 +178,7 @@ out vec4 colour;
 void main() {
   vec3 to_eye = u_eye - v_pos;
   float dist = length(to_eye);
-  vec4 broad = texture(u_surfaces, vec3(v_pos.xy * 0.021, 1.0));
+  vec4 broad = texture(u_surfaces, vec3(v_pos.xy * 0.011, 1.0));
   float cover = v_cover;
 #ifdef LINE
   vec3 base = v_rgba.rgb * (0.80 + 0.22 * broad.g);
@@ -173,9 +189,8 @@ void main() {
   vec3 base = texture(u_surfaces, vec3(v_uv * scale, v_kind.x)).rgb * v_rgba.rgb * (0.78 + 0.44 * broad.r);
   if (v_kind.x == 5.0) base *= mix(vec3(1.0), vec3(1.12, 1.03, 0.8), broad.b);
   if (v_kind.x == 2.0) {
-    vec4 worn = texture(u_surfaces, vec3(v_pos.xy * 0.006, 1.0));
-    base *= mix(0.74, 1.24, smoothstep(0.44, 0.56, worn.g));
-    float patchy = smoothstep(0.60, 0.62, worn.r) * smoothstep(0.3, 0.35, broad.a);
+    base *= mix(0.76, 1.22, smoothstep(0.44, 0.56, broad.g));
+    float patchy = smoothstep(0.66, 0.675, broad.b);
     base *= 1.0 - 0.32 * patchy;
     if (v_kind.y == 2.0) {
       float track = abs(abs(v_rgba.a - 0.5) - 0.24);
@@ -185,18 +200,26 @@ void main() {
 #endif
   base *= base;
   float hard = v_kind.x == 5.0 ? 0.35 : 1.0;
+#ifdef WET
   base *= 1.0 - 0.55 * u_wet * hard;
+#endif
   vec3 n = vec3(v_normal);
   vec3 light = mix(u_earth, u_sky, n.z * 0.5 + 0.5) + u_sun * max(dot(n, u_sun_dir), 0.0);
-  if (u_night > 0.0) {
+#ifdef NIGHT
+  {
     float beam = headlight(v_pos);
 #ifdef LINE
     beam *= 1.9;
 #endif
-    light += vec3(1.0, 0.97, 0.9) * beam * (1.0 - 0.45 * u_wet * hard) + street(v_pos, n);
+#ifdef WET
+    beam *= 1.0 - 0.45 * u_wet * hard;
+#endif
+    light += vec3(1.0, 0.97, 0.9) * beam + street(v_pos, n);
   }
+#endif
   vec3 c = base * light;
-  if (u_wet > 0.0 && hard > 0.5) {
+#ifdef WET
+  if (hard > 0.5) {
     float f = 1.0 - to_eye.z / dist;
     float f2 = f * f;
     float puddle = smoothstep(0.60 - 0.14 * u_wet, 0.74, broad.a * 0.6 + broad.b * 0.4);
@@ -207,6 +230,7 @@ void main() {
     rx = max(rx, 0.0); rx *= rx; rx *= rx; rx *= rx; rx *= rx;
     c += u_sun * rx * u_wet * 0.25;
   }
+#endif
   colour = vec4(sqrt(fogged(c, dist)), cover);
 }
 """
@@ -277,14 +301,18 @@ void main() {
   base = min(base, vec3(1.0)); base *= base;
   vec3 n = gl_FrontFacing ? v_normal : -v_normal;
   vec3 light = mix(u_earth, u_sky, 0.55 + n.z * 0.5) + u_sun * max(dot(n, u_sun_dir), 0.0);
-  if (u_night > 0.0) light += street(v_pos, n) + headlight(v_pos) * 0.6;
+#ifdef NIGHT
+  light += street(v_pos, n) + headlight(v_pos) * 0.6;
+#endif
   vec3 c = base * light;
   if (gl_FrontFacing) {
-    if (u_night > 0.0) {
+#ifdef NIGHT
+    {
       float facing = max(dot(n, to_eye) / dist, 0.0);
       float back = v_glow.y * u_beam * facing * 260.0 / (160.0 + dist * dist * 0.10);
       c += base * min(back, 1.15);
     }
+#endif
     if (v_glow.x > 0.0) c = base * v_glow.x + vec3(0.004);
   }
   colour = vec4(sqrt(fogged(c, dist)), texel.a);
@@ -330,6 +358,7 @@ void main() {
   world.z = 0.0;
   v_shade = 1.0 - u_shade * exp(-u_beta * distance(world.xyz, u_eye));
   gl_Position = u_clip * world;
+  gl_Position.z = 0.9993 * gl_Position.w;
 }
 """
 
@@ -349,6 +378,7 @@ void main() {
   vec3 world = vec3(c * q.x - s * q.y, s * q.x + c * q.y, 0.0) + in_place.xyz;
   v_spot = in_corner; v_look = vec3(in_size.z * exp(-u_beta * distance(world, u_eye)), in_size.w, in_size.x / in_size.y);
   gl_Position = u_clip * vec4(world, 1.0);
+  gl_Position.z = 0.9993 * gl_Position.w;
 }
 """
 
@@ -397,28 +427,26 @@ void main() { v_uv = vec2(in_corner.x, -in_corner.y) * 0.5 + 0.5; gl_Position = 
 
 POST_FRAGMENT = """
 uniform sampler2D u_image; uniform sampler2D u_grain; uniform sampler2D u_streaks; uniform sampler2D u_drops;
-uniform vec2 u_texel; uniform vec2 u_shift; uniform vec3 u_rain; uniform float u_noise; uniform float u_drop;
-uniform vec3 u_streak_colour; uniform vec2 u_grain_scale; uniform float u_gain;
+uniform vec2 u_texel; uniform ivec2 u_shift; uniform vec3 u_rain; uniform float u_noise; uniform float u_drop;
+uniform vec3 u_streak_colour; uniform float u_gain;
 in vec2 v_uv; out vec4 colour;
 vec3 tap(vec2 uv) { vec4 t = texture(u_image, uv); return t.rgb * t.a; }
 void main() {
   vec2 uv = v_uv;
-  vec3 lens = vec3(0.5, 0.5, 0.0);
-  if (u_drop > 0.0) {
-    lens = texture(u_drops, v_uv).rgb;
-    uv = clamp(uv + (lens.xy - 0.502) * 0.16 * u_drop, 0.0, 1.0);
-  }
-  vec3 c = tap(uv) * 0.5 + 0.125 * (tap(uv + u_texel * vec2(0.75, 0.3)) + tap(uv + u_texel * vec2(-0.3, 0.75))
-    + tap(uv + u_texel * vec2(-0.75, -0.3)) + tap(uv + u_texel * vec2(0.3, -0.75)));
-  if (u_rain.x > 0.0) {
-    float near = texture(u_streaks, v_uv * vec2(1.1, 0.75) + u_rain.yz).r;
-    float far = texture(u_streaks, v_uv * vec2(2.3, 1.6) + u_rain.zy).g;
-    c = mix(c, u_streak_colour, min(u_rain.x * (near * 0.62 + far * 0.45), 0.7));
-  }
+#ifdef RAIN
+  vec3 lens = texture(u_drops, v_uv).rgb;
+  uv = clamp(uv + (lens.xy - 0.502) * 0.16 * u_drop, 0.0, 1.0);
+#endif
+  vec3 c = 0.5 * (tap(uv + u_texel * vec2(0.36, 0.30)) + tap(uv - u_texel * vec2(0.36, 0.30)));
+#ifdef RAIN
+  float near = texture(u_streaks, v_uv * vec2(1.1, 0.75) + u_rain.yz).r;
+  float far = texture(u_streaks, v_uv * vec2(2.3, 1.6) + u_rain.zy).g;
+  c = mix(c, u_streak_colour, min(u_rain.x * (near * 0.62 + far * 0.45), 0.7));
   c *= 1.0 + lens.z * 0.12 * u_drop;
+#endif
   vec2 q = v_uv - 0.5;
   c *= u_gain * (1.03 - 0.42 * dot(q, q));
-  vec3 grain = texture(u_grain, v_uv * u_grain_scale + u_shift).rgb - 0.5;
+  vec3 grain = texelFetch(u_grain, (ivec2(gl_FragCoord.xy) + u_shift) & 255, 0).rgb - 0.5;
   c += (grain.g + 0.35 * grain) * u_noise * (1.15 - 0.6 * c.g);
   colour = vec4(c, 1.0);
 }

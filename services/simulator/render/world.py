@@ -70,13 +70,13 @@ class Grove:
     reach_m: float
 
 
-def _pieces(kit: Kit, meshes: list[Mesh], lines: list[bool], programs: tuple[str, ...]) -> Pieces:
+def _pieces(kit: Kit, meshes: list[Mesh], lines: list[bool]) -> Pieces:
     counts = np.array([len(mesh.indices) for mesh in meshes], dtype=int)
     firsts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(int) if len(counts) else counts
     boxes = [(mesh.vertices["pos"].min(axis=0), mesh.vertices["pos"].max(axis=0)) for mesh in meshes]
     centres = np.array([(low + high) / 2 for low, high in boxes]).reshape(-1, 3)
     radii = np.array([float(np.linalg.norm(high - low)) / 2 for low, high in boxes])
-    drawable = kit.upload(merge(meshes), programs) if meshes else None
+    drawable = kit.upload(merge(meshes)) if meshes else None
     return Pieces(drawable, firsts, counts, centres.astype(np.float64), radii, np.array(lines, dtype=bool))
 
 
@@ -180,14 +180,13 @@ class World:
     def __init__(self, kit: Kit, static: StaticWorld) -> None:
         self.static = static
         parts = ground.chunks(static.road)
-        programs = ("ground", "line")
-        self.ground = _pieces(kit, [part.mesh for part in parts], [part.line for part in parts], programs)
-        self.meadow = kit.upload(_meadow(), ("ground",))
+        self.ground = _pieces(kit, [part.mesh for part in parts], [part.line for part in parts])
+        self.meadow = kit.upload(_meadow())
         solid = [_house(item) for item in static.scenery if item.kind in ("house", "tower")]
         solid += [_gantry(gantry) for gantry in static.gantries] + [_post(post) for post in static.signs]
         solid += [_pole(light) for light in static.lights]
-        self.solid = _pieces(kit, solid, [False] * len(solid), ("object", "id_object"))
-        self.lights = [(light, kit.upload(light_mesh(light), ("object", "id_object"))) for light in static.lights]
+        self.solid = _pieces(kit, solid, [False] * len(solid))
+        self.lights = [(light, kit.upload(light_mesh(light))) for light in static.lights]
         self.faces = [spot for post in static.signs for spot in post_faces(post)]
         self.faces += [spot for gantry in static.gantries for spot in gantry_faces(gantry)]
         self.plants = _groves(kit, static)
