@@ -1,0 +1,146 @@
+"""The Weather service: gathers what weather sensing and the car report, publishes conditions, offers the assessment
+as a tool.
+"""
+
+from typing import Annotated
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.node import Node
+from drivemcp.service import Service
+from proto import topics
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from services.weather.assess import assess
+from services.weather.senses import Memory, Senses
+
+NS = 1_000_000_000
+G_MPS2 = 9.81
+ABS_DECELERATION_MPS2 = 0.3
+"""Below this an anti-lock system at work says nothing of grip: the car hardly brakes."""
+
+Rain = Annotated[float | None, msgspec.Meta(description="rain, mm/h; unset: as sensed")]
+Snow = Annotated[float | None, msgspec.Meta(description="snowfall as water, mm/h; unset: as sensed")]
+Sight = Annotated[float | None, msgspec.Meta(description="visibility, m; unset: as sensed")]
+Celsius = Annotated[float | None, msgspec.Meta(description="temperature, degC; unset: as sensed")]
+Film = Annotated[float | None, msgspec.Meta(description="water film on the road, mm; unset: as sensed")]
+Stage = Annotated[int | None, msgspec.Meta(description="wiper stage 0 to 3; unset: as sensed")]
+Speed = Annotated[float | None, msgspec.Meta(description="speed to judge grip at, m/s; unset: the ego's")]
+Limit = Annotated[float | None, msgspec.Meta(description="limit that the speed factor will scale, m/s; unset: unknown")]
+
+
+class WeatherConfig(ServiceConfig, frozen=True, kw_only=True):
+    """How often conditions are published, and how old an input may be."""
+
+    conditions_hz: float = 2.0
+    sensing_max_age_s: float = 5.0
+    ego_max_age_s: float = 1.0
+    degradation_max_age_s: float = 5.0
+
+
+class _Inputs:
+    """The newest messages, judged by age when they are read."""
+
+    def __init__(self, config: WeatherConfig, node: Node) -> None:
+        self._config, self._node = config, node
+        node.subscribe(topics.WEATHER_SENSING)
+        node.subscribe(topics.EGO, self._on_ego)
+        node.subscribe(topics.DEGRADATION)
+        self._abs: tuple[float, int] | None = None
+
+    def _on_ego(self, ego: Ego, info: object) -> None:
+        deceleration = -(ego.acceleration_mps2 or 0.0)
+        if ego.abs_active and deceleration > ABS_DECELERATION_MPS2:
+            self._abs = (deceleration / G_MPS2, self._node.clock.now_ns())
+
+    def senses(self, now_ns: int) -> Senses:
+        """What is known now."""
+        sensing = self._fresh(topics.WEATHER_SENSING, self._config.sensing_max_age_s, now_ns)
+        ego = self._fresh(topics.EGO, self._config.ego_max_age_s, now_ns) or Ego()
+        health = self._fresh(topics.DEGRADATION, self._config.degradation_max_age_s, now_ns)
+        senses = Senses(
+            wiper_stage=ego.wiper_stage,
+            outside_c=ego.outside_temperature_c,
+            speed_mps=ego.speed_mps,
+            fog_lamp_rear=ego.fog_lamp_rear,
+            tyre_low=_tyre_low(health),
+            abs_mu=self._abs_mu(now_ns),
+        )
+        if sensing is None:
+            return senses
+        return msgspec.structs.replace(
+            senses,
+            rain_mm_h=sensing.rain_mm_h,
+            snow_mm_h=sensing.snow_mm_h,
+            visibility_m=sensing.visibility_m,
+            air_c=sensing.air_temperature_c,
+            road_c=sensing.road_temperature_c,
+            film_mm=sensing.water_film_mm,
+        )
+
+    def _abs_mu(self, now_ns: int) -> float | None:
+        if self._abs is None or now_ns - self._abs[1] > NS:
+            return None
+        return self._abs[0]
+
+    def _fresh(self, topic: topics.Topic[topics.M], max_age_s: float, now_ns: int) -> topics.M | None:
+        received = self._node.latest(topic)
+        if received is None or abs(now_ns - received.stamp_ns) > max_age_s * NS:
+            return None
+        return received.message
+
+
+def _tyre_low(health: Degradation | None) -> float | None:
+    if health is None or "tyre_pressure_low" in health.unknown:
+        return None
+    return next((each.value for each in health.indicators if each.name == "tyre_pressure_low"), 0.0)
+
+
+def build(config: WeatherConfig, node: Node) -> None:
+    """Wire inputs, publication and tool."""
+    inputs = _Inputs(config, node)
+    state = {"memory": Memory()}
+
+    def publish() -> None:
+        now_ns = node.clock.now_ns()
+        assessed = assess(inputs.senses(now_ns), state["memory"], now_ns)
+        state["memory"] = assessed.memory
+        node.publish(topics.CONDITIONS, assessed.conditions)
+
+    node.every(1.0 / config.conditions_hz, publish)
+
+    @node.tool(deadline_ms=40)
+    def assess_weather(
+        rain_mm_h: Rain = None,
+        snow_mm_h: Snow = None,
+        visibility_m: Sight = None,
+        air_temperature_c: Celsius = None,
+        road_temperature_c: Celsius = None,
+        water_film_mm: Film = None,
+        wiper_stage: Stage = None,
+        speed_mps: Speed = None,
+        limit_mps: Limit = None,
+    ) -> Conditions:
+        """Grip, sight and risk here and now, and what they ask of speed and following distance.
+
+        An argument takes the place of what is sensed, for a question of the kind "what if"; without arguments it is the
+        weather as it is.
+        """
+        given = {
+            "rain_mm_h": rain_mm_h,
+            "snow_mm_h": snow_mm_h,
+            "visibility_m": visibility_m,
+            "air_c": air_temperature_c,
+            "road_c": road_temperature_c,
+            "film_mm": water_film_mm,
+            "wiper_stage": wiper_stage,
+            "speed_mps": speed_mps,
+        }
+        now_ns = node.clock.now_ns()
+        changes = {name: value for name, value in given.items() if value is not None}
+        senses = msgspec.structs.replace(inputs.senses(now_ns), **changes)
+        return assess(senses, state["memory"], now_ns, limit_mps).conditions
+
+
+SERVICE = Service("weather", WeatherConfig, build)
