@@ -72,7 +72,14 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         points = world_points(model, actor)
         kind: LabelKind = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
         label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
-        out.append(Candidate(lambda a=actor, n=number: frame.draw_actor(kit, a, cast, "id_object", n), points, points.mean(axis=0), label))
+        out.append(
+            Candidate(
+                lambda a=actor, n=number: frame.draw_actor(kit, a, cast, "id_object", n),
+                points,
+                points.mean(axis=0),
+                label,
+            )
+        )
     for item in cast.lights:
         number, centre = len(out) + 1, np.array(light_centre(item[0]))
         points = _box_points(centre, item[0].pose.yaw_rad, 0.16, 0.46, 1.10)
@@ -88,7 +95,9 @@ def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform
         points = np.array([centre + a * right + b * up for a in (-1, 1) for b in (-1, 1)])
         depth = float(cast.view.camera_points(centre[None])[0, 2])
         disc = cast.view.spec.focal_px * spot.height_m / max(depth, NEAR_M)
-        label = _blank(spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc)
+        label = _blank(
+            spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc
+        )
         row = rows[k : k + 1]
         out.append(Candidate(lambda r=row: frame.draw_faces(kit, r, "id_face", shared), points, centre, label))
     return out

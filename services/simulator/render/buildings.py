@@ -76,7 +76,9 @@ def _walls(
         _gable(builder, depth, sense * wide / 2, eaves, 0.28 * depth + 0.6, sense, tint, plain)
 
 
-def _gable(builder: Builder, depth: float, y: float, eaves: float, rise: float, sense: float, tint: Colour, layer: int) -> None:
+def _gable(
+    builder: Builder, depth: float, y: float, eaves: float, rise: float, sense: float, tint: Colour, layer: int
+) -> None:
     points = [(-depth / 2, y, eaves), (depth / 2, y, eaves), (0, y, eaves + rise)]
     uv = [(0, 0), (depth / BAY_M, 0), (depth / BAY_M / 2, rise / STOREY_M)]
     builder.add(points, np.tile((0, sense, 0), (3, 1)), uv, [(0, 1, 2)], tint, layer)
@@ -85,7 +87,9 @@ def _gable(builder: Builder, depth: float, y: float, eaves: float, rise: float, 
 def _barn(builder: Builder, depth: float, wide: float, eaves: float, rng: np.random.Generator) -> None:
     lower = eaves * float(rng.uniform(0.3, 0.5))
     builder.box((0, 0, lower / 2), (depth, wide, lower), (0.85, 0.84, 0.82), Layer.PLASTER, uv_m=4.0)
-    builder.box((0, 0, (eaves + lower) / 2), (depth + 0.06, wide + 0.06, eaves - lower), (1, 0.95, 0.9), Layer.WOOD, uv_m=2.5)
+    builder.box(
+        (0, 0, (eaves + lower) / 2), (depth + 0.06, wide + 0.06, eaves - lower), (1, 0.95, 0.9), Layer.WOOD, uv_m=2.5
+    )
     for sense in (1.0, -1.0):
         _gable(builder, depth, sense * (wide / 2 + 0.03), eaves, 0.28 * depth + 0.6, sense, (1, 0.95, 0.9), Layer.WOOD)
     gate = depth / 2 + 0.05
@@ -98,10 +102,20 @@ def _roof(builder: Builder, depth: float, wide: float, eaves: float, rise: float
     low, high, y = eaves - over * slope, eaves + rise + 0.06, wide / 2 + over
     run = float(np.hypot(half, high - low))
     for sense in (1.0, -1.0):
-        corners = [(sense * half, -y * sense, low), (sense * half, y * sense, low), (0, y * sense, high), (0, -y * sense, high)]
+        corners = [
+            (sense * half, -y * sense, low),
+            (sense * half, y * sense, low),
+            (0, y * sense, high),
+            (0, -y * sense, high),
+        ]
         uv = [(0, 0), (2 * y / 3, 0), (2 * y / 3, run / 3), (0, run / 3)]
         builder.quad(corners, colour, Layer.ROOF, Material.PLAIN, uv)
-        edge = [(sense * half, -y, low - 0.16), (sense * half, y, low - 0.16), (sense * half, y, low), (sense * half, -y, low)]
+        edge = [
+            (sense * half, -y, low - 0.16),
+            (sense * half, y, low - 0.16),
+            (sense * half, y, low),
+            (sense * half, -y, low),
+        ]
         builder.quad(edge, (0.85, 0.84, 0.8), normal=(sense, 0, 0))
 
 
@@ -136,7 +150,12 @@ def lamp(builder: Builder, height: float, reach: float) -> None:
     builder.tube((0, 0, height - 0.05), (reach, 0, height + 0.12), 0.045, STEEL, 0.04, 6)
     builder.box((reach + 0.25, 0, height + 0.12), (0.7, 0.26, 0.12), (0.4, 0.41, 0.42))
     builder.quad(
-        [(reach + 0.55, -0.1, height + 0.05), (reach - 0.05, -0.1, height + 0.05), (reach - 0.05, 0.1, height + 0.05), (reach + 0.55, 0.1, height + 0.05)],
+        [
+            (reach + 0.55, -0.1, height + 0.05),
+            (reach - 0.05, -0.1, height + 0.05),
+            (reach - 0.05, 0.1, height + 0.05),
+            (reach + 0.55, 0.1, height + 0.05),
+        ],
         (1.0, 0.86, 0.62),
         material=Material.STREET,
         normal=(0, 0, -1),
@@ -147,7 +166,17 @@ def marker_post(builder: Builder, height: float) -> None:
     """A delineator at the roadside with its reflector towards x."""
     builder.box((0, 0, height / 2), (0.09, 0.12, height), (0.93, 0.93, 0.92))
     builder.box((0, 0, height * 0.85), (0.094, 0.124, 0.22), (0.06, 0.06, 0.06))
-    builder.quad([(0.05, -0.04, height * 0.8), (0.05, 0.04, height * 0.8), (0.05, 0.04, height * 0.9), (0.05, -0.04, height * 0.9)], (0.9, 0.6, 0.2), 0, Material.RETRO)
+    builder.quad(
+        [
+            (0.05, -0.04, height * 0.8),
+            (0.05, 0.04, height * 0.8),
+            (0.05, 0.04, height * 0.9),
+            (0.05, -0.04, height * 0.9),
+        ],
+        (0.9, 0.6, 0.2),
+        0,
+        Material.RETRO,
+    )
 
 
 def gantry(builder: Builder, span: float, clearance: float, panels: list[tuple[float, float, float]]) -> None:

@@ -41,7 +41,9 @@ class FaceAtlas:
         else:
             full = len(self._cells) >= COLUMNS * ROWS
             cell = self._cells.pop(next(iter(self._cells))) if full else len(self._cells)
-            self._paint(cell, draw_face(key.country, key.code, text=key.text, font=key.font, size_px=CELL, seed=key.seed))
+            self._paint(
+                cell, draw_face(key.country, key.code, text=key.text, font=key.font, size_px=CELL, seed=key.seed)
+            )
             self._cells[key] = cell
         column, row = self._cells[key] % COLUMNS, self._cells[key] // COLUMNS
         return column / COLUMNS, row / ROWS, (column + 1) / COLUMNS, (row + 1) / ROWS

@@ -57,7 +57,9 @@ def cast(kit: Kit, world: World, scene: Scene, view: View, light: Light) -> Cast
             if view.sees(np.array([[item.pose.x_m, item.pose.y_m, 2.5]]), np.array([6.0]), REACH_M)[0]
         ],
         _seen_faces(world, scene, view),
-        view.sees(world.solid.centres, world.solid.radii, SOLID_REACH_M) if len(world.solid.counts) else np.zeros(0, bool),
+        view.sees(world.solid.centres, world.solid.radii, SOLID_REACH_M)
+        if len(world.solid.counts)
+        else np.zeros(0, bool),
     )
 
 

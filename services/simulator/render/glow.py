@@ -83,7 +83,19 @@ def _sprite(
     wet = cast_.light.wet
     if wet > 0.1 and place[2] < 6.0:
         k = 0.45 * wet
-        rows.append((place[0], place[1], -place[2] * 0.9, size_m * 0.55, size_m * 1.1 + place[2] * 0.9, 0.0, r * k, g * k, b * k))
+        rows.append(
+            (
+                place[0],
+                place[1],
+                -place[2] * 0.9,
+                size_m * 0.55,
+                size_m * 1.1 + place[2] * 0.9,
+                0.0,
+                r * k,
+                g * k,
+                b * k,
+            )
+        )
     return rows
 
 
@@ -94,7 +106,18 @@ def blobs(world: World, cast_: Cast) -> Floats:
     for actor in cast_.actors:
         pose, small = actor.pose, actor.kind == "pedestrian"
         half_l, half_w = (0.38, 0.38) if small else (actor.length_m / 2 + 0.35, actor.width_m / 2 + 0.35)
-        rows.append((pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad, half_l, half_w, contact * (0.7 if small else 1.0), 0.0 if small else 0.45))
+        rows.append(
+            (
+                pose.x_m,
+                pose.y_m,
+                pose.z_m,
+                pose.yaw_rad,
+                half_l,
+                half_w,
+                contact * (0.7 if small else 1.0),
+                0.0 if small else 0.45,
+            )
+        )
     for item in world.buildings:
         half_l, half_w = (item.length_m or 10.0) / 2 + 1.2, (item.width_m or 12.0) / 2 + 1.2
         rows.append((item.pose.x_m, item.pose.y_m, 0.0, item.pose.yaw_rad, half_l, half_w, 0.4, 0.7))
@@ -112,7 +135,9 @@ def _plant_blobs(world: World, cast_: Cast) -> list[tuple[float, ...]]:
             if cast_.light.shadow > 0.05:
                 reach = 5.5 * high * math.hypot(sun[0], sun[1]) * stretch
                 x, y = row[0] - math.cos(azimuth) * reach, row[1] - math.sin(azimuth) * reach
-                rows.append((float(x), float(y), 0.0, azimuth, 3.3 * wide * stretch, 3.0 * wide, cast_.light.shadow, 0.12))
+                rows.append(
+                    (float(x), float(y), 0.0, azimuth, 3.3 * wide * stretch, 3.0 * wide, cast_.light.shadow, 0.12)
+                )
     return rows
 
 

@@ -150,7 +150,9 @@ class Kit:
         return array
 
     def _overlay(self, picture: NDArray[np.uint8]) -> moderngl.Texture:
-        texture = self.ctx.texture((picture.shape[1], picture.shape[0]), picture.shape[2], picture.tobytes(), alignment=1)
+        texture = self.ctx.texture(
+            (picture.shape[1], picture.shape[0]), picture.shape[2], picture.tobytes(), alignment=1
+        )
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return texture
 

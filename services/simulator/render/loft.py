@@ -36,7 +36,9 @@ class Profile:
     side_layer: int = Layer.CAR_SIDE
 
 
-def _ring(length: float, width: float, height: float, profile: Profile, station: tuple[float, float, float, str]) -> Floats:
+def _ring(
+    length: float, width: float, height: float, profile: Profile, station: tuple[float, float, float, str]
+) -> Floats:
     x, deck, roof, _ = station
     end = np.clip((abs(x) - 0.36) / 0.14, 0, 1) ** 2
     taper = 1 - end * (1 - (profile.nose_taper if x > 0 else profile.tail_taper))
@@ -57,7 +59,9 @@ def _ring(length: float, width: float, height: float, profile: Profile, station:
     return np.array([(x * length, y, z * height) for y, z in points])
 
 
-def body(builder: Builder, length: float, width: float, height: float, profile: Profile, paint: Colour, roof: Colour) -> None:
+def body(
+    builder: Builder, length: float, width: float, height: float, profile: Profile, paint: Colour, roof: Colour
+) -> None:
     """The painted shell with its windows; end caps and wheels come from their own functions."""
     rings = np.stack([_ring(length, width, height, profile, station) for station in profile.stations])
     centre = (0.0, 0.0, height * 0.45)
@@ -101,7 +105,14 @@ def wheel(builder: Builder, x: float, side: float, width: float, radius: float) 
 
 
 def end_quad(
-    builder: Builder, x: float, sense: float, y: tuple[float, float], z: tuple[float, float], colour: Colour, material: int, layer: int = 0
+    builder: Builder,
+    x: float,
+    sense: float,
+    y: tuple[float, float],
+    z: tuple[float, float],
+    colour: Colour,
+    material: int,
+    layer: int = 0,
 ) -> None:
     """A lamp or plate on a car's end at ``x`` (sense 1 front, -1 rear), from y[0] to y[1] and z[0] to z[1]."""
     left, right = (min(y), max(y)) if sense > 0 else (max(y), min(y))

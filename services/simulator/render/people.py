@@ -14,7 +14,13 @@ from services.simulator.render.textures import Layer
 HIP, KNEE, SHOULDER = 0.51, 0.28, 0.80
 STRIDE_RAD, KNEE_RAD, ARM_RAD = 0.48, 0.75, 0.42
 SKINS: tuple[Colour, ...] = ((0.87, 0.68, 0.56), (0.76, 0.56, 0.43), (0.56, 0.38, 0.27), (0.36, 0.24, 0.17))
-HAIRS: tuple[Colour, ...] = ((0.12, 0.09, 0.07), (0.28, 0.18, 0.10), (0.55, 0.42, 0.24), (0.6, 0.6, 0.58), (0.4, 0.16, 0.08))
+HAIRS: tuple[Colour, ...] = (
+    (0.12, 0.09, 0.07),
+    (0.28, 0.18, 0.10),
+    (0.55, 0.42, 0.24),
+    (0.6, 0.6, 0.58),
+    (0.4, 0.16, 0.08),
+)
 
 
 def _cloth(rng: np.random.Generator, bright: float) -> Colour:

@@ -10,7 +10,9 @@ from services.simulator.render.textures import Layer
 TREE_HEIGHT_M, CONIFER_HEIGHT_M, HEDGE_LENGTH_M = 9.0, 11.0, 4.0
 
 
-def _clump(builder: Builder, centre: Floats, middle: Floats, size: float, tone: Colour, rng: np.random.Generator) -> None:
+def _clump(
+    builder: Builder, centre: Floats, middle: Floats, size: float, tone: Colour, rng: np.random.Generator
+) -> None:
     """One leafy card, turned at random, lit as if it belonged to the crown's round surface."""
     outward = centre - middle
     outward /= max(float(np.linalg.norm(outward)), 1e-6)

@@ -101,7 +101,11 @@ class Renderer:
             kit.blob_sprites.vao("blob").render(moderngl.TRIANGLE_STRIP, instances=count)
         if cast.light.shadow > 0.05:
             kit.set("shade", shared | {"u_shade": cast.light.shadow})
-            near = [a for a in cast.actors if np.hypot(a.pose.x_m - cast.view.eye[0], a.pose.y_m - cast.view.eye[1]) < SHADE_REACH_M]
+            near = [
+                a
+                for a in cast.actors
+                if np.hypot(a.pose.x_m - cast.view.eye[0], a.pose.y_m - cast.view.eye[1]) < SHADE_REACH_M
+            ]
             for actor in near:
                 if actor.kind != "pedestrian":
                     frame.draw_actor(kit, actor, cast, "shade")

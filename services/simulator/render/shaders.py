@@ -186,12 +186,12 @@ void main() {
   cover *= 0.95 - 0.75 * smoothstep(0.66, 0.85, flake + 0.12 * (broad.b - 0.5));
 #else
   float scale = v_kind.x == 5.0 ? 0.22 : (v_kind.x == 4.0 ? 0.5 : 0.3);
-  vec3 base = texture(u_surfaces, vec3(v_uv * scale, v_kind.x)).rgb * v_rgba.rgb * (0.78 + 0.44 * broad.r);
+  vec3 base = texture(u_surfaces, vec3(v_uv * scale, v_kind.x)).rgb * v_rgba.rgb * (0.86 + 0.28 * broad.r);
   if (v_kind.x == 5.0) base *= mix(vec3(1.0), vec3(1.12, 1.03, 0.8), broad.b);
   if (v_kind.x == 2.0) {
-    base *= mix(0.76, 1.22, smoothstep(0.44, 0.56, broad.g));
+    base *= mix(0.86, 1.12, smoothstep(0.42, 0.58, broad.g));
     float patchy = smoothstep(0.66, 0.675, broad.b);
-    base *= 1.0 - 0.32 * patchy;
+    base *= 1.0 - 0.22 * patchy;
     if (v_kind.y == 2.0) {
       float track = abs(abs(v_rgba.a - 0.5) - 0.24);
       base *= 1.0 - 0.14 * exp(-track * track * 240.0) - 0.10 * exp(-pow((v_rgba.a - 0.5) * 9.0, 2.0));
@@ -406,9 +406,11 @@ void main() {
 }
 """
 
-FACE_ID_VERTEX = FACE_VERTEX.replace("in vec3 in_glow;", "in vec3 in_glow; in float in_id;").replace(
-    "flat out vec4 v_box;", "flat out vec4 v_box; flat out uint v_id;"
-).replace("v_glow = in_glow;", "v_glow = in_glow; v_id = uint(in_id + 0.5);")
+FACE_ID_VERTEX = (
+    FACE_VERTEX.replace("in vec3 in_glow;", "in vec3 in_glow; in float in_id;")
+    .replace("flat out vec4 v_box;", "flat out vec4 v_box; flat out uint v_id;")
+    .replace("v_glow = in_glow;", "v_glow = in_glow; v_id = uint(in_id + 0.5);")
+)
 
 FACE_ID_FRAGMENT = """
 uniform sampler2D u_faces; uniform vec3 u_eye;

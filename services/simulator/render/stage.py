@@ -9,7 +9,7 @@ the held-out family and font in every object, so that a score on it is a score o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -71,6 +71,7 @@ class Place:
     pavement_m: float
     verge_m: float
     side: float  # +1: we drive on the right, so that our kerb lies at negative lateral offsets
+    origin: Pose
 
     def at(self, s: float, lateral: float, turn: float = 0.0, z: float = 0.0) -> Pose:
         """A pose ``s`` metres on, ``lateral`` metres to the left of the middle, turned from the road's course."""
@@ -78,8 +79,13 @@ class Place:
         heading = k * s
         x = math.sin(heading) / k if abs(k) > 1e-9 else s
         y = (1 - math.cos(heading)) / k if abs(k) > 1e-9 else 0.0
+        x, y = x - math.sin(heading) * lateral, y + math.cos(heading) * lateral
+        c, sn = math.cos(self.origin.yaw_rad), math.sin(self.origin.yaw_rad)
         return Pose(
-            x_m=x - math.sin(heading) * lateral, y_m=y + math.cos(heading) * lateral, z_m=z, yaw_rad=heading + turn
+            x_m=self.origin.x_m + c * x - sn * y,
+            y_m=self.origin.y_m + sn * x + c * y,
+            z_m=z,
+            yaw_rad=self.origin.yaw_rad + heading + turn,
         )
 
     @property
@@ -131,6 +137,9 @@ def _place(rng: np.random.Generator) -> Place:
         pavement_m=float(rng.uniform(1.8, 3.5)) if town else 0.0,
         verge_m=float(rng.choice([0.0, 0.6, 1.4])) if town else 1.5,
         side=-1.0 if country in LEFT_HAND else 1.0,
+        origin=Pose(
+            x_m=float(rng.uniform(-500, 500)), y_m=float(rng.uniform(-500, 500)), yaw_rad=float(rng.uniform(-3, 3))
+        ),
     )
 
 
@@ -154,8 +163,14 @@ def _road(place: Place, rng: np.random.Generator, junction: float) -> Road:
         if place.town:
             offset = sense * (place.edge_m + place.verge_m + place.pavement_m / 2)
             for start, end in _around(junction, place):
-                strips.append(Strip(surface="pavement", centre_m=place.line(offset, start, end), width_m=place.pavement_m))
-    zebras = [Zebra(pose=place.at(float(rng.uniform(12, 60)), 0.0), span_m=2 * place.edge_m)] if place.town and rng.uniform() < 0.3 else []
+                strips.append(
+                    Strip(surface="pavement", centre_m=place.line(offset, start, end), width_m=place.pavement_m)
+                )
+    zebras = (
+        [Zebra(pose=place.at(float(rng.uniform(12, 60)), 0.0), span_m=2 * place.edge_m)]
+        if place.town and rng.uniform() < 0.3
+        else []
+    )
     if not junction:
         return Road(lanes=tuple(lanes), strips=tuple(strips), zebras=tuple(zebras))
     return _crossed(place, junction, lanes, strips, zebras)
@@ -174,11 +189,22 @@ def _crossed(place: Place, junction: float, lanes: list[Lane], strips: list[Stri
         points = np.array([(p.x_m, p.y_m) for p in (place.at(junction, lat) for lat in laterals)])
         strips.append(Strip(surface="asphalt", centre_m=points, width_m=2 * half))
         lanes.append(Lane(centre_m=points[2:], width_m=2 * half - 0.2, left="edge", right="edge"))
-    corners = [(junction - half, -place.edge_m), (junction + half, -place.edge_m), (junction + half, place.edge_m), (junction - half, place.edge_m)]
+    corners = [
+        (junction - half, -place.edge_m),
+        (junction + half, -place.edge_m),
+        (junction + half, place.edge_m),
+        (junction - half, place.edge_m),
+    ]
     outline = np.array([(p.x_m, p.y_m) for p in (place.at(s, lat) for s, lat in corners)])
     width = place.lane_m * place.lanes - 0.2
     stop = StopLine(pose=place.at(junction - half - 1.5, -place.side * place.lane_m * place.lanes / 2), width_m=width)
-    return Road(lanes=tuple(lanes), strips=tuple(strips), patches=(Patch(surface="asphalt", outline_m=outline),), stop_lines=(stop,), zebras=tuple(zebras))
+    return Road(
+        lanes=tuple(lanes),
+        strips=tuple(strips),
+        patches=(Patch(surface="asphalt", outline_m=outline),),
+        stop_lines=(stop,),
+        zebras=tuple(zebras),
+    )
 
 
 def _font(rng: np.random.Generator, split: Split) -> int:
@@ -230,7 +256,15 @@ def _gantries(place: Place, rng: np.random.Generator, split: Split) -> tuple[Gan
             )
             for lane in range(place.lanes)
         ]
-        out.append(Gantry(id=2900 + k, pose=pose, span_m=2 * place.edge_m + 3, panels=tuple(panels), clearance_m=float(rng.uniform(4.8, 5.8))))
+        out.append(
+            Gantry(
+                id=2900 + k,
+                pose=pose,
+                span_m=2 * place.edge_m + 3,
+                panels=tuple(panels),
+                clearance_m=float(rng.uniform(4.8, 5.8)),
+            )
+        )
     return tuple(out)
 
 
@@ -243,7 +277,11 @@ def _lights(place: Place, rng: np.random.Generator, junction: float) -> tuple[Tr
     out = [TrafficLight(id=3000, pose=place.at(s, -place.side * lateral, math.pi), state=state)]
     if rng.uniform() < 0.5:
         arm = place.side * lateral * -1.0 + place.side * place.lane_m / 2
-        out.append(TrafficLight(id=3001, pose=place.at(s, -place.side * (lateral + 0.3), math.pi), state=state, height_m=5.3, arm_m=-arm))
+        out.append(
+            TrafficLight(
+                id=3001, pose=place.at(s, -place.side * (lateral + 0.3), math.pi), state=state, height_m=5.3, arm_m=-arm
+            )
+        )
     if rng.uniform() < 0.6:
         out.append(TrafficLight(id=3002, pose=place.at(s + 10, place.side * lateral, math.pi), state=state))
     if rng.uniform() < 0.5:
@@ -267,16 +305,24 @@ def _scenery(place: Place, rng: np.random.Generator, split: Split, junction: flo
                 depth = float(rng.uniform(8, 12))
                 lateral = sense * (free + float(rng.uniform(2.5, 7)) + depth / 2)
                 pose = place.at(s + wide / 2, lateral, -sense * math.pi / 2)
-                items.append(Scenery(kind=kind, pose=pose, length_m=depth, width_m=wide, look_seed=int(rng.integers(10000))))
+                items.append(
+                    Scenery(kind=kind, pose=pose, length_m=depth, width_m=wide, look_seed=int(rng.integers(10000)))
+                )
                 s += wide + float(rng.uniform(1, 10))
             else:
                 items.append(_plant(place, rng, split, s, sense * (free + 3.2 + float(rng.exponential(6)))))
                 s += float(rng.uniform(2.5, 11))
-        items += [_plant(place, rng, split, float(rng.uniform(60, 330)), sense * float(rng.uniform(30, 110))) for _ in range(18)]
+        items += [
+            _plant(place, rng, split, float(rng.uniform(60, 330)), sense * float(rng.uniform(30, 110)))
+            for _ in range(18)
+        ]
         if rng.uniform() < 0.6:
             items += _lamps(place, rng, sense)
         if not place.town:
-            items += [Scenery(kind="post", pose=place.at(at, sense * (place.edge_m + 0.8), math.pi)) for at in np.arange(5.0, 200, 25)]
+            items += [
+                Scenery(kind="post", pose=place.at(at, sense * (place.edge_m + 0.8), math.pi))
+                for at in np.arange(5.0, 200, 25)
+            ]
     return tuple(items)
 
 
@@ -284,19 +330,27 @@ def _plant(place: Place, rng: np.random.Generator, split: Split, s: float, later
     kind: SceneryKind = rng.choice(["tree", "tree", "tree", "conifer", "hedge"])
     count = {"tree": TREES, "conifer": CONIFERS, "hedge": HEDGES}[kind]
     variant = int(rng.integers(count - 1)) if split == "train" else count - 1
-    return Scenery(kind=kind, pose=place.at(s, lateral, float(rng.uniform(0, 6)) if kind != "hedge" else 0.0), look_seed=variant + count * int(rng.integers(100)))
+    return Scenery(
+        kind=kind,
+        pose=place.at(s, lateral, float(rng.uniform(0, 6)) if kind != "hedge" else 0.0),
+        look_seed=variant + count * int(rng.integers(100)),
+    )
 
 
 def _lamps(place: Place, rng: np.random.Generator, sense: float) -> list[Scenery]:
     height, start = float(rng.uniform(6, 9)), float(rng.uniform(0, 20))
     return [
-        Scenery(kind="lamp", pose=place.at(float(s), sense * (place.edge_m + 0.7), -sense * math.pi / 2), height_m=height)
+        Scenery(
+            kind="lamp", pose=place.at(float(s), sense * (place.edge_m + 0.7), -sense * math.pi / 2), height_m=height
+        )
         for s in np.arange(start, 220, 32)
     ]
 
 
 def _atmosphere(rng: np.random.Generator) -> Atmosphere:
-    kind = rng.choice(["clear", "overcast", "rain", "fog", "low", "night", "wet_night"], p=[0.27, 0.16, 0.19, 0.08, 0.06, 0.15, 0.09])
+    kind = rng.choice(
+        ["clear", "overcast", "rain", "fog", "low", "night", "wet_night"], p=[0.27, 0.16, 0.19, 0.08, 0.06, 0.15, 0.09]
+    )
     night = bool(kind in ("night", "wet_night"))
     rain = float(rng.uniform(1, 18)) if kind in ("rain", "wet_night") else 0.0
     fog = float(rng.uniform(50, 250)) if kind == "fog" else (float(rng.uniform(300, 2500)) if rain else 20_000.0)
@@ -329,9 +383,13 @@ def _actor(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, po
     )
 
 
-def _actors(place: Place, rng: np.random.Generator, split: Split, own_lane: float, atmosphere: Atmosphere) -> tuple[Actor, ...]:
+def _actors(
+    place: Place, rng: np.random.Generator, split: Split, own_lane: float, atmosphere: Atmosphere
+) -> tuple[Actor, ...]:
     kinds, weights = [kind for kind, _ in TRAFFIC], [weight for _, weight in TRAFFIC]
-    lit_share = 0.97 if atmosphere.night else (0.7 if atmosphere.rain_mm_h or atmosphere.fog_visibility_m < 500 else 0.3)
+    lit_share = (
+        0.97 if atmosphere.night else (0.7 if atmosphere.rain_mm_h or atmosphere.fog_visibility_m < 500 else 0.3)
+    )
     actors: list[Actor] = []
     for sense in (1.0, -1.0):
         for k in range(place.lanes):
@@ -344,17 +402,33 @@ def _actors(place: Place, rng: np.random.Generator, split: Split, own_lane: floa
                 if rng.uniform() < 0.04:
                     turn += float(rng.uniform(-1.2, 1.2))
                 lit = bool(rng.uniform() < lit_share)
-                reach = SIZES[kind][0][1]
+                reach = SIZES[kind][0][1]  # the longest of its kind: no two overlap
                 pose = place.at(s + reach / 2, lateral + float(rng.normal(0, 0.25)), turn)
                 actors.append(_actor(rng, split, len(actors) + 1, kind, pose, lit))
                 s += reach + float(rng.gamma(2.0, 9.0)) + 1.5
-    return tuple(actors + _people(place, rng, split, len(actors) + 1))
+    if place.town and rng.uniform() < 0.5:
+        actors += _parked(place, rng, split, len(actors) + 1)
+    return tuple(actors + _people(place, rng, split, actors))
 
 
-def _people(place: Place, rng: np.random.Generator, split: Split, first: int) -> list[Actor]:
-    count = int(rng.integers(2, 11)) if place.town else int(rng.integers(0, 3))
-    out = []
-    for k in range(count):
+def _parked(place: Place, rng: np.random.Generator, split: Split, first: int) -> list[Actor]:
+    """Cars along one kerb, half on the pavement, lamps off."""
+    sense = float(rng.choice([-1.0, 1.0]))
+    out: list[Actor] = []
+    s = float(rng.uniform(4, 25))
+    while s < 80 and len(out) < 8:
+        kind: ActorKind = rng.choice(["saloon", "estate", "van"], p=[0.5, 0.35, 0.15])
+        turn = 0.0 if sense * place.side < 0 else math.pi
+        pose = place.at(s + 2.5, sense * (place.edge_m + place.verge_m + 0.3), turn + float(rng.normal(0, 0.03)))
+        out.append(replace(_actor(rng, split, first + len(out), kind, pose, False), braking=False, indicator="off"))
+        s += 6.0 + float(rng.exponential(5.0))
+    return out
+
+
+def _people(place: Place, rng: np.random.Generator, split: Split, vehicles: list[Actor]) -> list[Actor]:
+    count = int(rng.integers(2, 13)) if place.town else int(rng.integers(0, 4))
+    out: list[Actor] = []
+    for _ in range(count):
         sense = float(rng.choice([-1.0, 1.0]))
         raised = 0.11 if place.town else 0.0
         if rng.uniform() < 0.28:  # on the road
@@ -363,8 +437,15 @@ def _people(place: Place, rng: np.random.Generator, split: Split, first: int) ->
             lateral = sense * (place.edge_m + place.verge_m + float(rng.uniform(0.3, max(place.pavement_m, 1.5) - 0.3)))
             turn = float(rng.choice([0.0, math.pi]) + rng.normal(0, 0.5))
         pose = place.at(float(rng.uniform(5, 55)), lateral, turn, raised)
-        out.append(_actor(rng, split, first + k, "pedestrian", pose, False))
+        if all(_clear(pose, vehicle) for vehicle in vehicles):
+            out.append(_actor(rng, split, len(vehicles) + len(out) + 1, "pedestrian", pose, False))
     return out
+
+
+def _clear(pose: Pose, vehicle: Actor) -> bool:
+    dx, dy = pose.x_m - vehicle.pose.x_m, pose.y_m - vehicle.pose.y_m
+    c, s = math.cos(vehicle.pose.yaw_rad), math.sin(vehicle.pose.yaw_rad)
+    return abs(c * dx + s * dy) > vehicle.length_m / 2 + 0.5 or abs(c * dy - s * dx) > vehicle.width_m / 2 + 0.4
 
 
 assert set(SIZES) == set(get_args(ActorKind))

@@ -80,7 +80,7 @@ def _noise() -> Bytes:
 
 
 def _asphalt() -> Bytes:
-    grey = 0.40 + 0.045 * noise(5, 0.3) + 0.02 * noise(6, 1.4)
+    grey = 0.47 + 0.045 * noise(5, 0.3) + 0.02 * noise(6, 1.4)
     rng = np.random.default_rng(7)
     image = _tinted(grey, (1.0, 0.99, 0.98))
     for _ in range(160):  # light stones
@@ -216,13 +216,13 @@ def _leafy(seed: int, count: int, long: tuple[int, int], thin: float, colour: tu
 def _needles() -> Bytes:
     rng = np.random.default_rng(31)
     image = np.zeros((SIZE, SIZE, 4))
-    image[:, :, :3] = (38, 58, 40)
+    image[:, :, :3] = (48, 74, 50)
     for _ in range(900):  # twigs hang from a branch along the upper half
         x = rng.uniform(8, SIZE - 8)
         reach = 1 - abs(x / SIZE - 0.5) * 1.5
         y, tone = rng.uniform(0.05, 0.55) * SIZE, rng.uniform(0.55, 1.4)
         end = (int(x + rng.normal(0, 12)), int(y + rng.uniform(10, 100) * max(reach, 0.2)))
-        cv2.line(image, (int(x), int(y)), end, (44 * tone, 72 * tone, 46 * tone, 255), 3)
+        cv2.line(image, (int(x), int(y)), end, (58 * tone, 90 * tone, 58 * tone, 255), 3)
     return image.clip(0, 255).astype(np.uint8)
 
 
@@ -354,7 +354,7 @@ PAINTERS: dict[Layer, Callable[[], Bytes]] = {
     Layer.TOWER: lambda: _tower(25, (1.0, 0.98, 0.95)),
     Layer.TOWER_2: lambda: _tower(26, (0.8, 0.72, 0.66)),
     Layer.SHOP: _shop,
-    Layer.LEAVES: lambda: _leafy(30, 700, (5, 12), 0.5, (70, 98, 44)),
+    Layer.LEAVES: lambda: _leafy(30, 700, (5, 12), 0.5, (92, 124, 56)),
     Layer.NEEDLES: _needles,
     Layer.BARK: _bark,
     Layer.CAR_SIDE: _car_side,

@@ -167,11 +167,22 @@ def _lamps(
         outer = side * half_front * 0.95
         head = outer - side * width * 0.2
         end_quad(builder, front, 1, (outer, head), (lamp_top - 0.10 * height, lamp_top), HEAD, Material.HEAD)
-        end_quad(builder, front, 1, (outer, head), (lamp_top - 0.135 * height, lamp_top - 0.105 * height), AMBER, indicator)
+        end_quad(
+            builder, front, 1, (outer, head), (lamp_top - 0.135 * height, lamp_top - 0.105 * height), AMBER, indicator
+        )
     layer = Layer.PLATE_YELLOW if rng.uniform() < 0.3 else Layer.PLATE_WHITE
     plate_z = float(rng.uniform(0.30, 0.42)) * height if not tall else 0.25 * height
     end_quad(builder, rear - 0.004, -1, (-0.26, 0.26), (plate_z, plate_z + 0.115), (1, 1, 1), Material.RETRO, layer)
-    end_quad(builder, front + 0.004, 1, (-0.26, 0.26), (0.22 * height, 0.22 * height + 0.115), (1, 1, 1), Material.RETRO, Layer.PLATE_WHITE)
+    end_quad(
+        builder,
+        front + 0.004,
+        1,
+        (-0.26, 0.26),
+        (0.22 * height, 0.22 * height + 0.115),
+        (1, 1, 1),
+        Material.RETRO,
+        Layer.PLATE_WHITE,
+    )
     _third_brake(builder, size_m, profile)
 
 
@@ -203,7 +214,9 @@ def _trim(
         z0, z1 = 0.60 * height, 0.86 * height
         if rng.uniform() < 0.7:
             end_quad(builder, -length / 2 - 0.008, -1, (-width * 0.36, width * 0.36), (z0, z1), GLASS, Material.GLASS)
-        end_quad(builder, -length / 2 - 0.01, -1, (-0.012, 0.012), (0.3 * height, 0.93 * height), RUBBER, Material.PLAIN)
+        end_quad(
+            builder, -length / 2 - 0.01, -1, (-0.012, 0.012), (0.3 * height, 0.93 * height), RUBBER, Material.PLAIN
+        )
     if rng.uniform() < 0.10:
         _stripe(builder, length, profile, height, pick_paint(rng), float(rng.uniform(0.12, 0.22)) * width)
 
@@ -213,7 +226,12 @@ def _stripe(builder: Builder, length: float, profile: Profile, height: float, co
         if a[3] == "w":
             continue
         za, zb = a[2] * height + 0.022, b[2] * height + 0.022
-        corners = [(a[0] * length, half, za), (b[0] * length, half, zb), (b[0] * length, -half, zb), (a[0] * length, -half, za)]
+        corners = [
+            (a[0] * length, half, za),
+            (b[0] * length, half, zb),
+            (b[0] * length, -half, zb),
+            (a[0] * length, -half, za),
+        ]
         builder.quad(corners, colour, Layer.PAINT, Material.PAINT, normal=(0, 0, 1))
     x, z0, z1 = -length / 2 - 0.006, 0.3 * height, profile.stations[-1][2] * height
     end_quad(builder, x, -1, (-half, half), (z0, z1), colour, Material.PAINT, Layer.PAINT)

@@ -98,7 +98,20 @@ def post_faces(post: SignPost) -> list[FaceSpot]:
         z -= height / 2 + 0.03 if part else 0.0
         centre = (post.pose.x_m, post.pose.y_m, z)
         out.append(
-            FaceSpot(post.id, part, face.country, face.code, face.text, face.font, face.look_seed, centre, post.pose.yaw_rad, width, height, False)
+            FaceSpot(
+                post.id,
+                part,
+                face.country,
+                face.code,
+                face.text,
+                face.font,
+                face.look_seed,
+                centre,
+                post.pose.yaw_rad,
+                width,
+                height,
+                False,
+            )
         )
         z -= height / 2
     return out
@@ -123,7 +136,22 @@ def gantry_faces(gantry: Gantry) -> list[FaceSpot]:
             gantry.pose.y_m + s * x + c * y,
             gantry.pose.z_m + gantry.clearance_m + 0.75,
         )
-        out.append(FaceSpot(panel.id, 0, panel.country, panel.code, "", panel.font, 0, centre, gantry.pose.yaw_rad, width, height, True))
+        out.append(
+            FaceSpot(
+                panel.id,
+                0,
+                panel.country,
+                panel.code,
+                "",
+                panel.font,
+                0,
+                centre,
+                gantry.pose.yaw_rad,
+                width,
+                height,
+                True,
+            )
+        )
     return out
 
 
@@ -267,5 +295,3 @@ def instances(grove: Grove, seen: np.ndarray) -> int:
         rows = rows[: grove.drawable.instances.size // 32]
         grove.drawable.instances.write(np.ascontiguousarray(rows).tobytes())
     return len(rows)
-
-
