@@ -1,0 +1,1 @@
+"""The simulated world: road, traffic, people, weather, driver and sensors."""

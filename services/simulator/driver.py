@@ -1,0 +1,237 @@
+"""The driver: follows by the intelligent driver model, reads signs imperfectly, obeys advice after his reaction time.
+
+Without advice he does what he noticed and understood himself; that is what the assistant is for. Pure: the view of the
+road and the time come in, a wish for acceleration goes out. SI units, seconds since the start.
+"""
+
+import zlib
+from dataclasses import dataclass, field
+
+from services.simulator.driver_profile import Attention, Dice, DriverProfile
+from services.simulator.kinematics import (
+    FREE,
+    GRAVITY_MPS2,
+    following_mps2,
+    free_road_mps2,
+    stopping_mps2,
+)
+
+NO_LIMIT_MPS = 130 / 3.6
+GENTLE_MPS2 = -2.5
+"""What he does without being startled; more takes his reaction time first."""
+ADVICE_HOLDS_S = 25.0
+WARNED_FACTOR = 0.6
+"""A warned driver reacts in this share of his reaction time."""
+ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
+JERK_UP_MPS3, JERK_DOWN_MPS3, JERK_EMERGENCY_MPS3 = 3.0, 8.0, 30.0
+SLOWEST_ADVICE_MPS = 2.0
+STAND_M = 2.5
+ENGINE_DRAG_MPS2 = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Advice:
+    """A spoken message, as the driver hears it."""
+
+    topic: str
+    target_mps: float | None
+    limit_mps: float | None = None
+    warns: bool = False
+    """Whether it points out a hazard."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopAhead:
+    """A line at which one has to stop now, and which one it is."""
+
+    key: int
+    distance_m: float
+    missable: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """The road as it is for the driver; what he makes of it is his."""
+
+    time_s: float
+    speed_mps: float
+    mu: float
+    wet: bool
+    bend_mps: float = FREE
+    gap_m: float | None = None
+    lead_mps: float = 0.0
+    stop: StopAhead | None = None
+    person_m: float | None = None
+    passed: tuple[tuple[int, float | None, bool], ...] = ()
+    """Posts just passed: number, the limit that now holds, whether he can understand the sign."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What he does: acceleration in m/s^2 and the pedals that go with it, 0 to 1."""
+
+    acceleration_mps2: float
+    accelerator: float
+    brake: float
+
+
+@dataclass(slots=True)
+class _Standing:
+    target_mps: float
+    from_s: float
+    until_s: float
+
+
+@dataclass(slots=True)
+class Driver:
+    """The driver's mind; `hear` and `drive` are all that is done to it."""
+
+    profile: DriverProfile
+    believed_mps: float | None
+    """The limit that he believes in; None: none."""
+    heard: int = 0
+    obeyed: int = 0
+    _standing: dict[str, _Standing] = field(default_factory=dict)
+    _beliefs: list[tuple[float, float]] = field(default_factory=list)
+    _noticed_s: dict[str, float] = field(default_factory=dict)
+    _warned_s: float = -1e9
+    _acceleration: float = 0.0
+    _attention: Attention = field(init=False)
+    _dice: Dice = field(init=False)
+    _answers: dict[tuple[str, int], bool] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._attention, self._dice = Attention(self.profile), Dice(self.profile.seed)
+
+    def hear(self, advice: Advice, time_s: float) -> None:
+        """A message is spoken; he acts on it, or not, after his reaction time."""
+        self.heard += 1
+        acts_s = time_s + self.profile.reaction_s
+        if advice.warns:
+            self._warned_s = time_s
+            self._hasten(time_s + WARNED_FACTOR * self.profile.reaction_s)
+        if not self._complies(advice):
+            return
+        self.obeyed += 1
+        if advice.limit_mps is not None:
+            self._beliefs.append((acts_s, advice.limit_mps))
+        if advice.target_mps is not None:
+            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), acts_s)
+
+    def drive(self, view: View, dt: float) -> Wish:
+        """His next wish."""
+        self._read_signs(view)
+        self._take_over_beliefs(view.time_s)
+        wanted = self._bounded(self._demand(view), view)
+        jerk = JERK_EMERGENCY_MPS3 if wanted < -4.0 else JERK_DOWN_MPS3 if wanted < self._acceleration else JERK_UP_MPS3
+        change = min(max(wanted - self._acceleration, -jerk * dt), jerk * dt)
+        self._acceleration += change
+        return pedals(self._acceleration)
+
+    def wanted_mps(self, view: View) -> float:
+        """The speed he would drive on a free road."""
+        own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
+        own *= self.profile.wet_slowdown if view.wet else 1.0
+        told = [each.target_mps for each in self._standing.values() if each.from_s <= view.time_s < each.until_s]
+        return min([own, view.bend_mps, *told])
+
+    def distracted(self, time_s: float) -> bool:
+        """Whether he looks elsewhere."""
+        return self._attention.distracted(time_s)
+
+    # What he does about each thing ---------------------------------------------------------------------------------
+
+    def _demand(self, view: View) -> float:
+        free = free_road_mps2(view.speed_mps, self.wanted_mps(view), ACCELERATION_MPS2)
+        demands = [free, self._for_stop(view), self._for_person(view)]
+        if view.gap_m is not None:
+            demands.append(max(free, 0.0) + self._for_lead(view, view.gap_m))
+        return min(demands)
+
+    def _for_lead(self, view: View, gap_m: float) -> float:
+        demand = following_mps2(
+            view.speed_mps,
+            view.lead_mps,
+            gap_m,
+            headway_s=self.profile.headway_s,
+            stand_m=STAND_M,
+            a_mps2=ACCELERATION_MPS2,
+            b_mps2=BRAKING_MPS2,
+        )
+        if demand > GENTLE_MPS2:
+            self._forget("lead", demand > -1.5)
+            return demand
+        return demand if self._reacts("lead", view.time_s) else GENTLE_MPS2
+
+    def _for_stop(self, view: View) -> float:
+        if view.stop is None:
+            return FREE
+        key = f"stop{view.stop.key}"
+        warned = self._warned_s > view.time_s - 10.0
+        missed = view.stop.missable and self._dice.says(self.profile.misses_stop, 1, view.stop.key) and not warned
+        if missed or not self._reacts(key, view.time_s):
+            return FREE
+        return stopping_mps2(view.speed_mps, view.stop.distance_m, 1.6)
+
+    def _for_person(self, view: View) -> float:
+        if view.person_m is None:
+            self._forget("person", True)
+            return FREE
+        if not self._reacts("person", view.time_s):
+            return FREE
+        return stopping_mps2(view.speed_mps, view.person_m - STAND_M, 0.5)
+
+    def _bounded(self, demand: float, view: View) -> float:
+        limit = view.mu * GRAVITY_MPS2
+        return min(max(demand, -limit), limit)
+
+    # Noticing -------------------------------------------------------------------------------------------------------
+
+    def _reacts(self, what: str, time_s: float) -> bool:
+        """Whether he has noticed something and his reaction time is over; the first question starts it."""
+        if what not in self._noticed_s:
+            warned = self._warned_s > time_s - 3.0
+            starts = time_s if warned else self._attention.back_on_the_road_s(time_s)
+            self._noticed_s[what] = starts + self.profile.reaction_s * (WARNED_FACTOR if warned else 1.0)
+        return time_s >= self._noticed_s[what]
+
+    def _forget(self, what: str, over: bool) -> None:
+        if over:
+            self._noticed_s.pop(what, None)
+
+    def _hasten(self, by_s: float) -> None:
+        for what, at_s in self._noticed_s.items():
+            self._noticed_s[what] = min(at_s, by_s)
+
+    def _read_signs(self, view: View) -> None:
+        for number, limit_mps, understood in view.passed:
+            chance = self.profile.notices * (0.3 if self.distracted(view.time_s) else 1.0)
+            if understood and self._dice.says(chance, 2, number):
+                self.believed_mps = limit_mps
+                self._standing.clear()
+
+    # Advice ---------------------------------------------------------------------------------------------------------
+
+    def _complies(self, advice: Advice) -> bool:
+        # The same message said again meets the same mind.
+        key = (advice.topic, -1 if advice.target_mps is None else round(advice.target_mps))
+        if key not in self._answers:
+            self._answers[key] = self._dice.says(self.profile.compliance, 3, zlib.crc32(repr(key).encode()))
+        return self._answers[key]
+
+    def _stand_by(self, topic: str, target_mps: float, acts_s: float) -> None:
+        known = self._standing.get(topic)
+        same = known is not None and abs(known.target_mps - target_mps) < 0.3 and known.until_s > acts_s
+        from_s = min(known.from_s, acts_s) if known is not None and same else acts_s
+        self._standing[topic] = _Standing(target_mps, from_s, acts_s + ADVICE_HOLDS_S)
+
+    def _take_over_beliefs(self, time_s: float) -> None:
+        for acts_s, limit_mps in [each for each in self._beliefs if each[0] <= time_s]:
+            self.believed_mps = limit_mps
+            self._beliefs.remove((acts_s, limit_mps))
+
+
+def pedals(acceleration_mps2: float) -> Wish:
+    """The pedals for an acceleration: the engine holds back a little by itself."""
+    push = acceleration_mps2 + ENGINE_DRAG_MPS2
+    return Wish(acceleration_mps2, min(max(push / 4.0, 0.0), 1.0), min(max(-push / 8.0, 0.0), 1.0))

@@ -1,0 +1,110 @@
+"""The road as highway-env knows it, and the edge where its y (to the right) becomes ours (to the left)."""
+
+import os
+from collections.abc import Iterable
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # highway-env draws with pygame elsewhere; no screen is needed here
+
+import numpy as np
+from highway_env.road.lane import AbstractLane
+from highway_env.road.road import Road, RoadNetwork
+
+from services.simulator.cross_section import CrossSection, Direction, LaneLine, lane_line
+from services.simulator.scene import Pose
+from services.simulator.spine import Array, Spine
+
+LaneIndex = tuple[str, str, int]
+_NODES: dict[Direction, tuple[str, str]] = {"forward": ("start", "end"), "oncoming": ("end", "start")}
+_REMEMBERED = 2048
+
+
+def to_pose(position: Array, heading_rad: float) -> Pose:
+    """Our pose of a highway-env place."""
+    return Pose(x_m=float(position[0]), y_m=-float(position[1]), yaw_rad=-float(heading_rad))
+
+
+def from_world(x_m: float, y_m: float) -> Array:
+    """highway-env's place of a world point."""
+    return np.array([x_m, -y_m])
+
+
+class Projector:
+    """Spine coordinates of highway-env places; all lanes ask for the same places many times a step."""
+
+    def __init__(self, spine: Spine) -> None:
+        self.spine = spine
+        self._known: dict[tuple[float, float], tuple[float, float]] = {}
+
+    def __call__(self, position: Array) -> tuple[float, float]:
+        """(s, d) with d to the left."""
+        key = (float(position[0]), float(position[1]))
+        found = self._known.get(key)
+        if found is None:
+            if len(self._known) > _REMEMBERED:
+                self._known.clear()
+            found = self._known[key] = self.spine.project(key[0], -key[1])
+        return found
+
+
+class RouteLane(AbstractLane):  # type: ignore[misc]
+    """One lane along the whole route; its longitudinal coordinate is the spine's s, from its own start."""
+
+    def __init__(self, line: LaneLine, projector: Projector) -> None:
+        self.line, self._project = line, projector
+        self.length = line.spine.length_m
+        self.forbidden, self.speed_limit, self.priority = False, None, 0
+        self._back = line.direction == "oncoming"
+
+    def s_of(self, longitudinal: float) -> float:
+        """The spine's s of a longitudinal coordinate, and the other way round."""
+        return float(self.length - longitudinal if self._back else longitudinal)
+
+    def position(self, longitudinal: float, lateral: float) -> Array:
+        s = self.s_of(longitudinal)
+        side = lateral if self._back else -lateral
+        return from_world(*self.line.spine.place(s, self.line.offset_at(s) + side))
+
+    def local_coordinates(self, position: Array) -> tuple[float, float]:
+        s, d = self._project(position)
+        left = d - self.line.offset_at(s)
+        return self.s_of(s), left if self._back else -left
+
+    def heading_at(self, longitudinal: float) -> float:
+        return -self.line.yaw_at(self.s_of(longitudinal))
+
+    def width_at(self, longitudinal: float) -> float:
+        return self.line.width_m
+
+    def to_config(self) -> dict[str, object]:
+        raise NotImplementedError("made from a scenario file, not from a configuration")
+
+
+def build_road(section: CrossSection, seed: int) -> Road:
+    """The network: every lane of both directions as one edge between the route's ends."""
+    network, projector = RoadNetwork(), Projector(section.spine)
+    for direction, (start, end) in _NODES.items():
+        for lane in range(section.lanes):
+            network.add_lane(start, end, RouteLane(lane_line(section, direction, lane), projector))
+    return Road(network=network, vehicles=[], np_random=np.random.RandomState(seed))
+
+
+def lane_index(direction: Direction, lane: int) -> LaneIndex:
+    """highway-env's name of a lane."""
+    return (*_NODES[direction], lane)
+
+
+def direction_of(index: LaneIndex) -> Direction:
+    """Which way a lane runs."""
+    return "forward" if index[0] == "start" else "oncoming"
+
+
+def lane_of(road: Road, index: LaneIndex) -> RouteLane:
+    """The lane of that name."""
+    lane: RouteLane = road.network.get_lane(index)
+    return lane
+
+
+def all_lanes(road: Road) -> Iterable[RouteLane]:
+    """Every lane."""
+    lanes: Iterable[RouteLane] = road.network.lanes_list()
+    return lanes
