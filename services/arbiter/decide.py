@@ -1,0 +1,209 @@
+"""SILENT, SPEAK or ACT: pure, from the request, the arbiter's own reading, its state, its profile and its grant."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import msgspec
+
+from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
+from services.arbiter import act, adapt, attention
+from services.arbiter.act import Permission
+from services.arbiter.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.guard import Case, case, objections
+from services.arbiter.profiles import Profile
+from services.arbiter.reading import Reading
+from services.arbiter.risk import Utilities, utilities
+from services.arbiter.state import ArbiterState, Attention, Intervention, digest
+
+
+class Inputs(msgspec.Struct, frozen=True, kw_only=True):
+    """All that a decision depends on, the profile apart; logged with the decision."""
+
+    reading: Reading
+    state: ArbiterState
+    permission: Permission = Permission()
+    now_ns: int
+    delta: float | None = None
+    """The Delta that feedback relaxes to, where it is not the profile's own."""
+
+
+class Verdict(NamedTuple):
+    """The decision, the state after it, and the command if the car is to brake."""
+
+    decision: Decision
+    state: ArbiterState
+    command: BrakeCommand | None
+
+
+class Weighed(NamedTuple):
+    """The numbers, before anything is decided."""
+
+    case: Case
+    speak: Numbers | None
+    metrics: SafetyMetrics
+    utilities: Utilities
+    objections: tuple[str, ...]
+
+
+def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Verdict:
+    """One tick's verdict."""
+    state = _prepare(request, inputs, profile)
+    weighed = weigh(request, inputs.reading, state, profile)
+    hazard = hazard_of(request, weighed, inputs.reading, profile)
+    intervention, command, withheld = _intervene(weighed, state, inputs, profile)
+    kind, reason, attended = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
+    after = msgspec.structs.replace(state, attention=attended, intervention=intervention)
+    decision = Decision(
+        tick=request.tick,
+        kind=kind,
+        reason=reason,
+        metrics=weighed.metrics,
+        act_withheld=withheld,
+        brake_mps2=command.deceleration_mps2 if command is not None else 0.0,
+        profile=profile.name,
+        profile_sha256=profile.sha256,
+        state_sha256=digest(after),
+        own=msgspec.json.decode(msgspec.json.encode(inputs)),
+    )
+    return Verdict(decision, after, msgspec.structs.replace(command, tick=request.tick) if command else None)
+
+
+def redecide(request: ArbitrationRequest, logged: Decision, profile: Profile) -> Verdict:
+    """Decide again from a trace: the request as it was, and what the arbiter had beside it."""
+    inputs = msgspec.convert(logged.own, Inputs)
+    if inputs.delta is not None:
+        profile = msgspec.structs.replace(profile, delta=inputs.delta)
+    return decide(request, inputs, profile)
+
+
+def request_view(request: ArbitrationRequest) -> View:
+    """What the orchestrator sees."""
+    return View(
+        ego_speed_mps=request.ego_speed_mps,
+        ego_acceleration_mps2=request.ego_acceleration_mps2,
+        actors=tuple(track for track in (request.lead, request.pedestrian) if track is not None),
+        h=request.h,
+        brake_envelope=request.brake_envelope,
+        mu_low=request.mu_low,
+        mu_high=request.mu_high,
+        following_factor=request.following_factor,
+    )
+
+
+def weigh(request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile) -> Weighed:
+    """Risk, utilities and objections; ACT by the less risky of the two views, SPEAK by the riskier."""
+    view = request_view(request)
+    speak = max(
+        (worst(v, speak_bounds(v, profile), profile) for v in (view, reading.view)),
+        key=lambda n: -1.0 if n is None else n.r,
+    )
+    checked = case(request, view, reading, state.adapted.c_min, profile)
+    r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
+    gains = utilities(r_act, profile)
+    numbers = msgspec.structs.replace(
+        metrics(speak, checked.own, view, profile),
+        r_act=r_act,
+        u_act=gains.u_act,
+        u_speak=gains.u_speak,
+        margin=gains.margin,
+        delta=state.adapted.delta,
+        c_min=state.adapted.c_min,
+        lateral_viol=lateral_violation(reading.neighbours, reading.view.ego_speed_mps, profile)
+        if reading.lateral_neighbours_known
+        else None,
+    )
+    return Weighed(checked, speak, numbers, gains, objections(checked))
+
+
+def wants_act(weighed: Weighed, delta: float) -> bool:
+    """The paper's rule, (U_act - U_speak) > Delta and rss_viol, with every objection heard."""
+    return not weighed.objections and weighed.utilities.margin > delta
+
+
+def hazard_of(request: ArbitrationRequest, weighed: Weighed, reading: Reading, profile: Profile) -> str:
+    """What must be spoken whatever the budget: the orchestrator's hazard, or one that the arbiter sees itself."""
+    if request.fused.hazard:
+        return request.fused.hazard
+    speak = weighed.speak
+    if speak is None or speak.ttc_s is None:
+        return ""
+    # A doubted actor may be spoken of, a ghost of one frame may not.
+    near = speak.ttc_s < profile.tau_hazard_s and speak.closing_mps > 0.5
+    return f"{speak.track.kind}_close" if near and speak.track.age_s >= profile.act_track_age_s else ""
+
+
+def _prepare(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
+    adapted = adapt.learn(adapt.relax(inputs.state.adapted, inputs.now_ns, profile), request.feedback, profile)
+    attended = attention.refill(inputs.state.attention, inputs.now_ns, profile)
+    return msgspec.structs.replace(inputs.state, adapted=adapted, attention=attended)
+
+
+def _intervene(
+    weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
+) -> tuple[Intervention, BrakeCommand | None, str]:
+    running = state.intervention
+    own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
+    if not wants_act(weighed, state.adapted.delta) or own is None or ego is None:
+        return act.let_go(running, inputs.now_ns), None, ""
+    if inputs.permission.refused:
+        return act.let_go(running, inputs.now_ns), None, inputs.permission.refused
+    needed = act.needed_mps2(own, ego, profile)
+    return act.brake(running, needed, inputs.permission, inputs.reading.pedals, inputs.now_ns, profile)
+
+
+class _Saying(NamedTuple):
+    request: ArbitrationRequest
+    hazard: str
+    fresh_hazard: bool
+    c_min: float
+    messages: float
+
+
+Row = tuple[Callable[[_Saying], bool], DecisionKind, str]
+_ROWS: tuple[Row, ...] = (
+    (lambda s: bool(s.hazard) and s.fresh_hazard, "SPEAK", "hazard"),
+    (lambda s: s.request.fused.first_notice, "SPEAK", "first notice"),
+    (lambda s: bool(s.hazard), "SILENT", "the hazard was just told"),
+    (lambda s: s.request.fused.muted, "SILENT", "muted by the driver"),
+    (lambda s: not s.request.fused.directive, "SILENT", "nothing to say"),
+    (lambda s: not s.request.fused.new_information, "SILENT", "nothing new"),
+    (lambda s: s.request.fused.confidence < s.c_min, "SILENT", "less sure than c_min"),
+    (lambda s: s.messages < 1.0, "SILENT", "attention budget spent"),
+    (lambda s: True, "SPEAK", "new advice"),
+)
+"""First row that holds decides. Hazards and first notices stand before mute, confidence and budget."""
+
+
+def _say(
+    request: ArbitrationRequest,
+    weighed: Weighed,
+    state: ArbiterState,
+    hazard: str,
+    command: BrakeCommand | None,
+    withheld: str,
+    now_ns: int,
+    profile: Profile,
+) -> tuple[DecisionKind, str, Attention]:
+    attended = state.attention
+    if command is not None:
+        return "ACT", _act_reason(weighed, state), attention.told(attended, hazard, now_ns)
+    if withheld:
+        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns)
+    saying = _Saying(
+        request=request,
+        hazard=hazard,
+        fresh_hazard=attention.fresh_hazard(attended, hazard, now_ns, profile),
+        c_min=state.adapted.c_min,
+        messages=attended.messages,
+    )
+    kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
+    if kind == "SPEAK" and reason == "hazard":
+        return kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns)
+    if not hazard and attended.hazard:
+        # A hazard that is over may come back and is then told at once.
+        attended = msgspec.structs.replace(attended, hazard="", hazard_ns=None)
+    return kind, reason, attention.spend(attended) if kind == "SPEAK" and reason == "new advice" else attended
+
+
+def _act_reason(weighed: Weighed, state: ArbiterState) -> str:
+    return f"U_act - U_speak = {weighed.utilities.margin:.3f} > Delta = {state.adapted.delta:.3f} and RSS is violated"

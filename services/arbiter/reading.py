@@ -1,0 +1,86 @@
+"""The arbiter's own reading of the road: the checker beside the doer."""
+
+from typing import TypeVar
+
+import msgspec
+
+from proto.perception import Track, Tracks
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from services.arbiter.assess import View
+
+M = TypeVar("M", bound=msgspec.Struct)
+
+
+class Pedals(msgspec.Struct, frozen=True, kw_only=True):
+    """What the driver does with feet and hands; None: not seen."""
+
+    brake: float | None = None
+    accelerator: float | None = None
+    steering_rad: float | None = None
+
+
+class Reading(msgspec.Struct, frozen=True, kw_only=True):
+    """What the arbiter read itself, and how old each part is."""
+
+    view: View = View()
+    neighbours: tuple[Track, ...] = ()
+    lateral_neighbours_known: bool = False
+    pedals: Pedals = Pedals()
+    tracks_age_s: float | None = None
+    ego_age_s: float | None = None
+
+
+class Latest(msgspec.Struct, frozen=True, kw_only=True):
+    """The newest message of each of the arbiter's own subscriptions, with its stamp (ns)."""
+
+    tracks: tuple[Tracks, int] | None = None
+    ego: tuple[Ego, int] | None = None
+    conditions: tuple[Conditions, int] | None = None
+    degradation: tuple[Degradation, int] | None = None
+
+
+def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
+    """One reading; tracks and ego older than `max_age_s` are unknown, friction and health stay as last read."""
+    tracks, tracks_age = _fresh(latest.tracks, now_ns, max_age_s)
+    ego, ego_age = _fresh(latest.ego, now_ns, max_age_s)
+    conditions = latest.conditions[0] if latest.conditions is not None else None
+    degradation = latest.degradation[0] if latest.degradation is not None else None
+    view = View(
+        ego_speed_mps=ego.speed_mps if ego is not None else None,
+        ego_acceleration_mps2=ego.acceleration_mps2 if ego is not None else None,
+        actors=in_path(tracks),
+        h=degradation.h if degradation is not None else None,
+        brake_envelope=degradation.brake_envelope if degradation is not None else None,
+        mu_low=conditions.mu_low if conditions is not None else None,
+        mu_high=conditions.mu_high if conditions is not None else None,
+        following_factor=conditions.following_factor if conditions is not None else 1.0,
+    )
+    return Reading(
+        view=view,
+        neighbours=tuple(track for track in tracks.tracks if abs(track.x_m) < 15.0) if tracks is not None else (),
+        lateral_neighbours_known=tracks is not None,
+        pedals=_pedals(ego),
+        tracks_age_s=tracks_age,
+        ego_age_s=ego_age,
+    )
+
+
+def in_path(tracks: Tracks | None) -> tuple[Track, ...]:
+    """Whoever is ahead in the ego's path, the lead that perception named among them."""
+    if tracks is None:
+        return ()
+    return tuple(t for t in tracks.tracks if t.x_m > 0.0 and (t.in_ego_path or t.track_id == tracks.lead_track_id))
+
+
+def _fresh(pair: tuple[M, int] | None, now_ns: int, max_age_s: float) -> tuple[M | None, float | None]:
+    if pair is None:
+        return None, None
+    age = (now_ns - pair[1]) / 1e9
+    return (pair[0] if -max_age_s <= age <= max_age_s else None), age
+
+
+def _pedals(ego: Ego | None) -> Pedals:
+    if ego is None:
+        return Pedals()
+    return Pedals(brake=ego.brake_pedal, accelerator=ego.accelerator_pedal, steering_rad=ego.steering_angle_rad)

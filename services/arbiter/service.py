@@ -1,0 +1,193 @@
+"""Binds the decision to the bus: own subscriptions, two tools, the decision topic, and braking under a grant."""
+
+import threading
+from collections import OrderedDict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.node import Node
+from drivemcp.service import Service
+from proto import topics
+from proto.decision import ArbitrationRequest, Decision, Grant
+from proto.topics import Topic
+from services.arbiter import store
+from services.arbiter.act import Permission
+from services.arbiter.decide import Inputs, Verdict, decide
+from services.arbiter.errors import ProfileError
+from services.arbiter.explain import Explanation, explain
+from services.arbiter.profiles import Profile, load, reachability
+from services.arbiter.reading import Latest, M, Reading, read
+from services.arbiter.state import ArbiterState, fresh
+
+KEPT_DECISIONS = 600
+"""A minute of them can still be explained."""
+
+
+class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
+    """Which profile, which Delta (None: the profile's), and where feedback is kept (empty: `out_dir/arbiter.json`)."""
+
+    profile: str = "calibrated"
+    delta: float | None = None
+    state_file: str = ""
+
+
+class Arbiter:
+    """State and grant of the running service; one decision at a time."""
+
+    def __init__(self, config: ArbiterConfig, profile: Profile, node: Node) -> None:
+        self.profile = profile
+        self._config = config
+        self._node = node
+        self._lock = threading.Lock()
+        self._file = _state_file(config)
+        self._state = self._begin()
+        self._grant, self._refused = _grant(config)
+        self._decided: OrderedDict[int, tuple[ArbitrationRequest, Inputs]] = OrderedDict()
+
+    def arbitrate(self, request: ArbitrationRequest) -> Verdict:
+        """Decide, remember, and keep what is needed to explain it."""
+        with self._lock:
+            now_ns = self._node.clock.now_ns()
+            inputs = Inputs(
+                reading=self._reading(now_ns),
+                state=self._state,
+                permission=self._permission(),
+                now_ns=now_ns,
+                delta=self.profile.delta,
+            )
+            verdict = decide(request, inputs, self.profile)
+            self._state = verdict.state
+            self._decided[request.tick] = (request, inputs)
+            self._decided.move_to_end(request.tick)
+            while len(self._decided) > KEPT_DECISIONS:
+                self._decided.popitem(last=False)
+        if request.feedback:
+            self.save()
+        return verdict
+
+    def explain(self, tick: int | None) -> Explanation:
+        """Explain the decision of a tick, or the last one."""
+        with self._lock:
+            key = next(reversed(self._decided), None) if tick is None else tick
+            kept = self._decided.get(key) if key is not None else None
+        if kept is None:
+            raise ToolFailed(f"no decision of tick {tick} is kept; the last {KEPT_DECISIONS} are")
+        return explain(*kept, self.profile)
+
+    def save(self) -> None:
+        """Keep what feedback has moved; a disk that refuses costs the memory, not the drive."""
+        if self._file is None:
+            return
+        try:
+            store.save(self._file, self._state.adapted, self.profile)
+        except OSError as error:
+            self._node.log.warning("feedback is not kept: %s", error)
+
+    def _begin(self) -> ArbiterState:
+        state = fresh(self.profile)
+        if self._file is None:
+            return state
+        return msgspec.structs.replace(state, adapted=store.load(self._file, self.profile))
+
+    def _reading(self, now_ns: int) -> Reading:
+        latest = Latest(
+            tracks=self._pair(topics.TRACKS),
+            ego=self._pair(topics.EGO),
+            conditions=self._pair(topics.CONDITIONS),
+            degradation=self._pair(topics.DEGRADATION),
+        )
+        return read(latest, now_ns, self.profile.act_reading_age_s)
+
+    def _pair(self, topic: Topic[M]) -> tuple[M, int] | None:
+        received = self._node.latest(topic)
+        # A topic whose last message broke or whose clock is off is not read at all.
+        if received is None or not self._node.health(topic).valid:
+            return None
+        return received.message, received.stamp_ns
+
+    def _permission(self) -> Permission:
+        if self._grant is None:
+            return Permission(refused=self._refused)
+        from drivemcp.grants import in_time
+
+        if not in_time(self._grant, datetime.now(UTC)):
+            return Permission(refused="the grant has expired")
+        return Permission(
+            grant_id=self._grant.grant_id,
+            max_deceleration_mps2=self._grant.max_deceleration_mps2,
+            max_duration_s=self._grant.max_duration_s,
+            refused="",
+        )
+
+
+def build(config: ArbiterConfig, node: Node) -> None:
+    """Wire the arbiter to a node."""
+    profile = _profile(config)
+    node.log.info(reachability(profile).text)
+    own: tuple[Topic[Any], ...] = (topics.TRACKS, topics.EGO, topics.CONDITIONS, topics.DEGRADATION)
+    for topic in own:
+        node.subscribe(topic)
+    arbiter = Arbiter(config, profile, node)
+    node.detail["profile"] = f"{profile.name} {profile.sha256[:12]}"
+    node.detail["reach"] = reachability(profile).text
+
+    @node.tool(deadline_ms=20, read_only=False, idempotent=False)
+    def arbitrate(request: ArbitrationRequest) -> Decision:
+        """SILENT, SPEAK or ACT for one tick, with the numbers behind it. Brakes only under a grant and on its own reading."""
+        verdict = arbiter.arbitrate(request)
+        node.publish(topics.DECISION, verdict.decision)
+        if verdict.command is not None:
+            node.publish(topics.BRAKE, verdict.command)
+        return verdict.decision
+
+    @node.tool(deadline_ms=1000)
+    def explain_decision(
+        tick: Annotated[int | None, msgspec.Meta(description="tick of the decision; absent: the last one")] = None,
+    ) -> Explanation:
+        """Why a decision came out so: numbers, objections to acting, and the smallest change that would flip it."""
+        return arbiter.explain(tick)
+
+    node.on_close(arbiter.save)
+
+
+def _profile(config: ArbiterConfig) -> Profile:
+    try:
+        profile = load(config.profile)
+    except (ProfileError, OSError) as error:
+        raise ConfigError(f"profile {config.profile!r} of the arbiter: {error}") from None
+    if config.delta is None:
+        return profile
+    if not profile.delta_low <= config.delta <= profile.delta_high:
+        raise ConfigError(f"delta must lie in [{profile.delta_low}, {profile.delta_high}], not {config.delta}")
+    return msgspec.structs.replace(profile, delta=config.delta)
+
+
+def _state_file(config: ArbiterConfig) -> Path | None:
+    if config.state_file:
+        return Path(config.state_file)
+    # Two lockstep runs with one seed must agree: nothing is carried over from the run before.
+    return None if config.lockstep else Path(config.out_dir) / "arbiter.json"
+
+
+def _grant(config: ArbiterConfig) -> tuple[Grant | None, str]:
+    if not config.grant_file:
+        return None, "no grant"
+    from drivemcp.grants import GrantRefused, read_grant, verify_grant
+
+    try:
+        grant = read_grant(Path(config.grant_file).read_bytes())
+        now = datetime.now(UTC)
+        verify_grant(grant, config.trusted_keys, vehicle=config.vehicle, capability=topics.BRAKE.name, now=now)
+    except GrantRefused as error:
+        return None, str(error)
+    except OSError as error:
+        raise ConfigError(f"cannot read the grant {config.grant_file}: {error.strerror}") from None
+    return grant, ""
+
+
+SERVICE = Service("arbiter", ArbiterConfig, build)

@@ -1,0 +1,63 @@
+"""Time to collision, by the paper's formula and with accelerations.
+
+A braking car stops at zero and stays there: it does not drive backwards, as the plain quadratic would have it.
+"""
+
+import math
+
+
+def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:
+    """The paper's TTC = d / max(epsilon, closing speed)."""
+    return gap_m / max(epsilon_mps, closing_mps)
+
+
+def relative_ttc_s(gap_m: float, closing_mps: float, closing_mps2: float = 0.0) -> float | None:
+    """TTC from relative motion alone, where nobody's own speed is known; None: they never meet."""
+    return _first_root(gap_m, -closing_mps, -closing_mps2, 0.0, math.inf)
+
+
+def ttc_s(gap_m: float, ego_mps: float, lead_mps: float, ego_mps2: float = 0.0, lead_mps2: float = 0.0) -> float | None:
+    """When the gap (m) is used up if both keep their accelerations until they stand; None: never."""
+    if gap_m <= 0.0:
+        return 0.0
+    lead_halt, ego_halt = _halt_s(lead_mps, lead_mps2), _halt_s(ego_mps, ego_mps2)
+    start, gap = 0.0, gap_m
+    for end in sorted((lead_halt, ego_halt, math.inf)):
+        lead_speed, lead_accel = _motion(lead_mps, lead_mps2, lead_halt, start)
+        ego_speed, ego_accel = _motion(ego_mps, ego_mps2, ego_halt, start)
+        speed, accel = lead_speed - ego_speed, lead_accel - ego_accel
+        root = _first_root(gap, speed, accel, 0.0, end - start)
+        if root is not None:
+            return start + root
+        if math.isinf(end):
+            return None
+        span = end - start
+        gap += speed * span + 0.5 * accel * span * span
+        start = end
+    return None
+
+
+def _halt_s(speed_mps: float, accel_mps2: float) -> float:
+    if accel_mps2 >= 0.0:
+        return math.inf if accel_mps2 > 0.0 or speed_mps > 0.0 else 0.0
+    return max(0.0, speed_mps) / -accel_mps2
+
+
+def _motion(speed_mps: float, accel_mps2: float, halt_s: float, now_s: float) -> tuple[float, float]:
+    return (0.0, 0.0) if now_s >= halt_s else (max(0.0, speed_mps) + accel_mps2 * now_s, accel_mps2)
+
+
+def _first_root(gap: float, speed: float, accel: float, low: float, high: float) -> float | None:
+    """Smallest t in [low, high] at which gap + speed t + accel t^2 / 2 <= 0."""
+    if gap <= 0.0:
+        return low
+    half = 0.5 * accel
+    discriminant = speed * speed - 4.0 * half * gap
+    if discriminant < 0.0 or (speed >= 0.0 and half >= 0.0):
+        return None
+    # The form without cancellation: accelerations near zero are the common case.
+    approach = math.sqrt(discriminant) - speed
+    if approach <= 0.0:
+        return None
+    root = 2.0 * gap / approach
+    return root if low <= root <= high else None

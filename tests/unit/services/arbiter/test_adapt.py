@@ -1,0 +1,58 @@
+"""Feedback moves Delta and c_min within bounds, and wears off."""
+
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.decision import Feedback
+from services.arbiter import store
+from services.arbiter.adapt import STEPS, learn, relax
+from services.arbiter.state import Adapted
+from tests.unit.services.arbiter.support import CALIBRATED, PAPER, SECOND
+
+START = Adapted(delta=CALIBRATED.delta, c_min=CALIBRATED.c_min, updated_ns=0)
+labels = st.lists(st.sampled_from(sorted(STEPS)).map(lambda label: Feedback(label=label)), max_size=60)  # type: ignore[arg-type]
+
+
+def test_a_late_warning_makes_the_car_act_sooner_and_a_false_one_later() -> None:
+    late = learn(START, (Feedback(label="late_warning"),), CALIBRATED)
+    false = learn(START, (Feedback(label="false_positive"),), CALIBRATED)
+    assert late.delta == START.delta - CALIBRATED.k_late
+    assert late.c_min == START.c_min
+    assert false.c_min == START.c_min + CALIBRATED.k_fp
+
+
+@given(labels)
+def test_no_sequence_of_labels_leaves_the_bounds(feedback: list[Feedback]) -> None:
+    after = learn(START, tuple(feedback), CALIBRATED)
+    assert CALIBRATED.delta_low <= after.delta <= CALIBRATED.delta_high
+    assert CALIBRATED.c_min_low <= after.c_min <= CALIBRATED.c_min_high
+
+
+@given(labels, st.floats(0.0, 1e5))
+def test_time_only_leads_back_to_the_calibrated_values(feedback: list[Feedback], seconds: float) -> None:
+    moved = learn(START, tuple(feedback), CALIBRATED)
+    later = relax(moved, int(seconds * SECOND), CALIBRATED)
+    assert abs(later.delta - CALIBRATED.delta) <= abs(moved.delta - CALIBRATED.delta) + 1e-12
+    assert abs(later.c_min - CALIBRATED.c_min) <= abs(moved.c_min - CALIBRATED.c_min) + 1e-12
+
+
+def test_half_an_hour_forgets_most() -> None:
+    moved = learn(START, (Feedback(label="late_warning"),) * 5, CALIBRATED)
+    later = relax(moved, 1800 * SECOND, CALIBRATED)
+    assert 0.36 < (CALIBRATED.delta - later.delta) / (CALIBRATED.delta - moved.delta) < 0.38
+
+
+def test_it_is_kept_between_drives_under_its_own_profile_only(tmp_path: Path) -> None:
+    file = tmp_path / "deep" / "arbiter.json"
+    store.save(file, Adapted(delta=0.1, c_min=0.6), CALIBRATED)
+    assert store.load(file, CALIBRATED).delta == 0.1
+    assert store.load(file, PAPER).delta == PAPER.delta
+
+
+def test_a_damaged_or_impossible_file_counts_for_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "arbiter.json"
+    for content in (b"", b"{", b'{"profile":"calibrated","delta":-9,"c_min":0.5}'):
+        file.write_bytes(content)
+        assert store.load(file, CALIBRATED).delta == CALIBRATED.delta

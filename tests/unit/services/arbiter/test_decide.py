@@ -1,0 +1,372 @@
+"""SILENT, SPEAK or ACT."""
+
+from collections.abc import Callable
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.decision import ArbitrationRequest, Feedback
+from services.arbiter.act import Permission
+from services.arbiter.decide import decide, redecide
+from services.arbiter.guard import objections
+from services.arbiter.profiles import Profile
+from services.arbiter.reading import Pedals
+from services.arbiter.state import Attention
+from tests.unit.services.arbiter.support import (
+    CALIBRATED,
+    FEW,
+    HANDS_OFF,
+    SECOND,
+    fused,
+    mirror,
+    probability,
+    request,
+    requests,
+    track,
+    with_view,
+)
+
+replace = msgspec.structs.replace
+
+
+def acts(asked: ArbitrationRequest, inputs: object = None, profile: Profile = CALIBRATED) -> bool:
+    """Whether the arbiter would brake, grant or no grant."""
+    verdict = decide(asked, inputs or mirror(asked), profile)  # type: ignore[arg-type]
+    return verdict.decision.kind == "ACT" or verdict.decision.act_withheld != ""
+
+
+CRITICAL = request(track(gap_m=15.0, closing_mps=12.0))
+
+
+def test_a_car_close_ahead_is_braked_for_under_a_grant() -> None:
+    verdict = decide(CRITICAL, mirror(CRITICAL), CALIBRATED)
+    assert verdict.decision.kind == "ACT"
+    assert verdict.command is not None
+    assert verdict.command.grant_id == "g-1"
+    assert verdict.command.tick == CRITICAL.tick
+    assert verdict.command.valid_for_ns == 200_000_000
+
+
+def test_without_a_grant_the_act_is_withheld_and_spoken() -> None:
+    verdict = decide(CRITICAL, mirror(CRITICAL, permission=Permission()), CALIBRATED)
+    assert (verdict.decision.kind, verdict.decision.act_withheld) == ("SPEAK", "no grant")
+    assert verdict.command is None
+
+
+@pytest.mark.parametrize(
+    "pedals",
+    [
+        replace(HANDS_OFF, brake=0.2),
+        replace(HANDS_OFF, accelerator=0.9),
+        Pedals(),
+    ],
+)
+def test_the_drivers_pedals_win(pedals: Pedals) -> None:
+    inputs = mirror(CRITICAL)
+    inputs = replace(inputs, reading=replace(inputs.reading, pedals=pedals))
+    verdict = decide(CRITICAL, inputs, CALIBRATED)
+    assert verdict.command is None
+    assert verdict.decision.kind == "SPEAK"
+    assert "driver" in verdict.decision.act_withheld
+
+
+@pytest.mark.parametrize(
+    ("change", "objection"),
+    [
+        ({"tool_timed_out": True}, "timed out"),
+        ({"degraded": ("perception/tracks",)}, "degraded"),
+        ({"fused": fused(confidence=0.3)}, "c_min"),
+        ({"ego_acceleration_mps2": None}, "unknown to the orchestrator"),
+        ({"lead": track(gap_m=15.0, confidence=0.5)}, "no undoubted actor"),
+        ({"lead": track(gap_m=15.0, unseen_s=0.5)}, "no undoubted actor"),
+        ({"lead": track(gap_m=15.0, age_s=0.1)}, "no undoubted actor"),
+    ],
+)
+def test_less_than_all_evidence_in_the_request_forbids_act(change: dict[str, object], objection: str) -> None:
+    asked = replace(CRITICAL, **change)
+    inputs = mirror(CRITICAL)
+    assert not acts(asked, inputs)
+    from services.arbiter.decide import weigh
+
+    found = objections(weigh(asked, inputs.reading, inputs.state, CALIBRATED).case)
+    assert any(objection in text for text in found)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"actors": ()},
+        {"actors": (track(gap_m=60.0, closing_mps=0.0),)},
+        {"actors": (track(gap_m=15.0, confidence=0.2),)},
+        {"ego_speed_mps": None},
+        {"ego_acceleration_mps2": None},
+    ],
+)
+def test_the_arbiter_brakes_for_nothing_it_does_not_see_itself(change: dict[str, object]) -> None:
+    inputs = with_view(mirror(CRITICAL), **change)
+    assert acts(CRITICAL)
+    assert not acts(CRITICAL, inputs)
+
+
+def test_stale_own_tracks_forbid_act() -> None:
+    inputs = mirror(CRITICAL)
+    assert not acts(CRITICAL, replace(inputs, reading=replace(inputs.reading, tracks_age_s=0.5)))
+    assert not acts(CRITICAL, replace(inputs, reading=replace(inputs.reading, ego_age_s=None)))
+
+
+def test_a_further_actor_that_only_one_side_sees_does_not_stop_braking_for_the_one_both_see() -> None:
+    ghost = track(gap_m=8.0, closing_mps=15.0, track_id=9)
+    assert acts(replace(CRITICAL, pedestrian=ghost), mirror(CRITICAL))
+
+
+def test_ordinary_following_is_no_violation_though_the_papers_distance_says_so() -> None:
+    asked = request(track(gap_m=40.0, closing_mps=0.0), ego_speed_mps=25.0)
+    metrics = decide(asked, mirror(asked), CALIBRATED).decision.metrics
+    assert metrics.rss_viol_high_mu is False
+    paper = decide(asked, mirror(asked), replace(CALIBRATED, rss="paper")).decision.metrics
+    assert paper.rss_viol_high_mu is True
+
+
+def test_the_act_test_takes_the_upper_bound_of_friction_and_speak_the_lower() -> None:
+    asked = request(track(gap_m=40.0, closing_mps=5.0), mu_low=0.2, mu_high=0.9)
+    metrics = decide(asked, mirror(asked), CALIBRATED).decision.metrics
+    assert metrics.rss_viol_low_mu is True
+    assert metrics.rss_viol_high_mu is False
+    assert metrics.r > metrics.r_act
+
+
+SPOKEN = (
+    (fused(hazard="closing_lead", urgency="alarm"), "hazard"),
+    (fused(first_notice=True, topic="overspeed"), "first notice"),
+)
+
+
+@pytest.mark.parametrize(("said", "reason"), SPOKEN)
+@pytest.mark.parametrize("confidence", [0.0, 0.9])
+@pytest.mark.parametrize("muted", [False, True])
+@pytest.mark.parametrize("messages", [0.0, 4.0])
+def test_neither_budget_nor_c_min_nor_mute_silences_a_hazard_or_a_first_notice(
+    said: object, reason: str, confidence: float, muted: bool, messages: float
+) -> None:
+    asked = request(fused=replace(said, confidence=confidence, muted=muted, new_information=False))  # type: ignore[type-var]
+    inputs = mirror(asked)
+    inputs = replace(inputs, state=replace(inputs.state, attention=Attention(messages=messages)))
+    decision = decide(asked, inputs, CALIBRATED).decision
+    assert decision.kind == "SPEAK"
+    assert reason in decision.reason
+
+
+@pytest.mark.parametrize(
+    ("said", "reason"),
+    [
+        (fused(new_information=False), "nothing new"),
+        (fused(directive=""), "nothing to say"),
+        (fused(muted=True), "muted"),
+        (fused(confidence=0.1), "c_min"),
+    ],
+)
+def test_silence_is_a_decision_with_a_reason(said: object, reason: str) -> None:
+    asked = request(fused=said)
+    decision = decide(asked, mirror(asked), CALIBRATED).decision
+    assert decision.kind == "SILENT"
+    assert reason in decision.reason
+
+
+def test_the_attention_budget_runs_out_and_comes_back() -> None:
+    state, kinds = mirror(request()).state, []
+    for tick in range(6):
+        verdict = decide(request(tick=tick), mirror(request(), state=state, now_ns=(10 + tick) * SECOND), CALIBRATED)
+        kinds.append(verdict.decision.kind)
+        state = verdict.state
+    assert kinds == ["SPEAK"] * 4 + ["SILENT"] * 2
+    later = decide(request(), mirror(request(), state=state, now_ns=60 * SECOND), CALIBRATED)
+    assert later.decision.kind == "SPEAK"
+
+
+def test_a_standing_hazard_is_said_again_but_not_every_tick() -> None:
+    asked = request(fused=fused(hazard="closing_lead"))
+    state, spoken = mirror(asked).state, 0
+    for tick in range(41):
+        verdict = decide(asked, mirror(asked, state=state, now_ns=10 * SECOND + tick * SECOND // 10), CALIBRATED)
+        spoken += verdict.decision.kind == "SPEAK"
+        state = verdict.state
+    assert spoken == 3
+
+
+def test_the_arbiter_warns_of_what_only_it_sees() -> None:
+    asked = request(fused=fused(directive="", new_information=False))
+    inputs = with_view(mirror(asked), actors=(track(gap_m=20.0, closing_mps=12.0),))
+    decision = decide(asked, inputs, CALIBRATED).decision
+    assert decision.kind == "SPEAK"
+    assert decision.reason == "hazard: vehicle_close"
+
+
+def test_a_decision_can_be_decided_again_from_its_log() -> None:
+    asked = request(track(gap_m=18.0), feedback=(Feedback(label="late_warning"),))
+    logged = decide(asked, mirror(asked), CALIBRATED).decision
+    wire = msgspec.json.decode(msgspec.json.encode(logged), type=type(logged))
+    assert redecide(asked, wire, CALIBRATED).decision == logged
+
+
+@FEW
+@given(requests())
+def test_every_situation_gets_a_decision_that_survives_the_wire(asked: ArbitrationRequest) -> None:
+    decision = decide(asked, mirror(asked), CALIBRATED).decision
+    assert msgspec.json.decode(msgspec.json.encode(decision), type=type(decision)) == decision
+
+
+# -- known worse: never a lower r -------------------------------------------------------------------------------------
+
+
+@FEW
+@given(requests(), st.floats(0.0, 0.9))
+def test_less_friction_never_lowers_r(asked: ArbitrationRequest, less: float) -> None:
+    if asked.mu_low is None or asked.mu_high is None:
+        return
+    worse = replace(asked, mu_low=max(0.05, asked.mu_low - less), mu_high=max(0.05, asked.mu_high - less))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), probability)
+def test_more_degradation_never_lowers_r(asked: ArbitrationRequest, more: float) -> None:
+    if asked.h is None:
+        return
+    worse = replace(asked, h=min(1.0, asked.h + more))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), probability)
+def test_weaker_brakes_never_lower_r(asked: ArbitrationRequest, less: float) -> None:
+    if asked.brake_envelope is None:
+        return
+    worse = replace(asked, brake_envelope=max(0.0, asked.brake_envelope - less))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), st.floats(0.0, 50.0))
+def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) -> None:
+    if asked.lead is None:
+        return
+    # Still ahead: an actor behind the ego's centre is no longer in front of it.
+    worse = replace(asked, lead=replace(asked.lead, x_m=max(0.1, asked.lead.x_m - nearer)))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r - 1e-12
+    assert after.r_act >= before.r_act - 1e-12
+
+
+# -- less information: never from SPEAK to ACT -------------------------------------------------------------------------
+
+
+def _less_sure(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, fused=replace(a.fused, confidence=a.fused.confidence * x))
+
+
+def _wider_friction(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    if a.mu_low is None or a.mu_high is None:
+        return a
+    return replace(a, mu_low=a.mu_low * x, mu_high=a.mu_high + (1.0 - a.mu_high) * (1.0 - x))
+
+
+def _doubted_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, lead=replace(a.lead, confidence=a.lead.confidence * x)) if a.lead is not None else a
+
+
+def _older_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, lead=replace(a.lead, unseen_s=a.lead.unseen_s + x)) if a.lead is not None else a
+
+
+def _vaguer_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    if a.lead is None:
+        return a
+    return replace(a, lead=replace(a.lead, sigma_x_m=a.lead.sigma_x_m + x, sigma_vx_mps=a.lead.sigma_vx_mps + x))
+
+
+LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
+    "lower confidence": _less_sure,
+    "wider friction interval": _wider_friction,
+    "doubted actor": _doubted_lead,
+    "actor not seen for longer": _older_lead,
+    "actor measured less exactly": _vaguer_lead,
+    "no friction": lambda a, x: replace(a, mu_low=None, mu_high=None),
+    "no upper bound of friction": lambda a, x: replace(a, mu_high=None),
+    "no degradation": lambda a, x: replace(a, h=None),
+    "no brake envelope": lambda a, x: replace(a, brake_envelope=None),
+    "no ego speed": lambda a, x: replace(a, ego_speed_mps=None),
+    "no ego acceleration": lambda a, x: replace(a, ego_acceleration_mps2=None),
+    "no lead": lambda a, x: replace(a, lead=None),
+    "no pedestrian": lambda a, x: replace(a, pedestrian=None),
+    "a tool timed out": lambda a, x: replace(a, tool_timed_out=True),
+    "sight degraded": lambda a, x: replace(a, degraded=("perception/tracks",)),
+}
+
+
+@pytest.mark.parametrize("way", list(LESS))
+@FEW
+@given(asked=requests(), x=probability)
+def test_less_information_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
+    fewer = LESS[way](asked, x)
+    if not acts(asked):
+        assert not acts(fewer)
+        assert not acts(fewer, mirror(asked)), "seen by the arbiter, lost on the orchestrator"
+        assert not acts(asked, mirror(fewer)), "seen by the orchestrator, lost on the arbiter"
+
+
+critical = st.builds(
+    lambda gap, closing, h: request(track(gap_m=gap, closing_mps=closing), h=h),
+    st.floats(0.5, 25.0),
+    st.floats(5.0, 20.0),
+    probability,
+)
+
+
+@pytest.mark.parametrize("way", list(LESS))
+@FEW
+@given(asked=critical, x=probability)
+def test_less_information_in_danger_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
+    fewer = LESS[way](asked, x)
+    if not acts(asked):
+        assert not acts(fewer)
+
+
+@FEW
+@given(critical)
+def test_a_smaller_delta_acts_wherever_a_larger_one_does(asked: ArbitrationRequest) -> None:
+    acted = [acts(asked, mirror(asked, profile=p), p) for p in (replace(CALIBRATED, delta=d / 10) for d in range(5))]
+    assert acted == sorted(acted, reverse=True)
+
+
+def test_delta_trades_interventions_against_time() -> None:
+    """Approaching a standing car at 14 m/s: the time to collision at which each Delta first acts."""
+
+    def first_act_s(delta: float) -> float:
+        profile = replace(CALIBRATED, delta=delta)
+        for gap in range(80, 0, -1):
+            asked = request(track(gap_m=float(gap), closing_mps=14.0), ego_speed_mps=14.0)
+            if acts(asked, mirror(asked, profile=profile), profile):
+                return gap / 14.0
+        return 0.0
+
+    times = [first_act_s(delta / 10) for delta in range(5)]
+    assert times == sorted(times, reverse=True)
+    assert len(set(times)) >= 4
+
+
+@FEW
+@given(st.text(max_size=200), st.text(max_size=200))
+def test_no_text_moves_the_decision(directive: str, justification: str) -> None:
+    asked = request(track(gap_m=30.0, closing_mps=3.0))
+    said = replace(asked, fused=fused(directive="x" + directive, justification=justification, topic=directive))
+    assert (
+        decide(said, mirror(said), CALIBRATED).decision.kind == decide(asked, mirror(asked), CALIBRATED).decision.kind
+    )

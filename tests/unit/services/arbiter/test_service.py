@@ -1,0 +1,150 @@
+"""The arbiter on a real in-process bus."""
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from drivemcp.errors import ConfigError
+from drivemcp.grants import make_key, sign_grant
+from drivemcp.node import Node
+from drivemcp.testing import TestBus, bus
+from proto import topics
+from proto.decision import BrakeCommand, Decision, Feedback, Grant
+from proto.perception import Tracks
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from services.arbiter.service import SERVICE, ArbiterConfig
+from tests.unit.services.arbiter.support import request, track
+
+LEAD = track(gap_m=15.0, closing_mps=12.0)
+CRITICAL = request(LEAD)
+
+
+def show(node: Node, gap_m: float = 15.0) -> None:
+    """What perception, CAN and weather would publish."""
+    lead = track(gap_m=gap_m, closing_mps=12.0)
+    node.publish(topics.EGO, Ego(speed_mps=20.0, acceleration_mps2=0.0, brake_pedal=0.0, accelerator_pedal=0.2,
+                                 steering_angle_rad=0.0))  # fmt: skip
+    node.publish(topics.DEGRADATION, Degradation(h=0.0, brake_envelope=1.0))
+    node.publish(
+        topics.CONDITIONS,
+        Conditions(precipitation="rain", rain_mm_h=5.0, visibility_m=900.0, mu_low=0.5, mu_high=0.6,
+                   risk_level="moderate", speed_factor=0.9, following_factor=1.0, confidence=0.9),
+    )  # fmt: skip
+    node.publish(topics.TRACKS, Tracks(camera="front", frame=1, tracks=(lead,), lead_track_id=lead.track_id))
+
+
+def arbitrate(b: TestBus, node: Node, tick: int = 1) -> Decision:
+    """The decision, once the arbiter has read the road itself."""
+    for attempt in range(50):
+        show(node)
+        outcome = b.call("arbitrate", {"request": msgspec.structs.replace(CRITICAL, tick=tick + attempt)})
+        assert outcome.ok, outcome.error
+        decision = msgspec.convert(outcome.result, Decision)
+        if decision.own["reading"]["view"]["actors"] and decision.own["reading"]["view"]["ego_speed_mps"] is not None:
+            return decision
+    raise AssertionError("the arbiter never read its own topics")
+
+
+def grant_file(folder: Path, private: str, **fields: object) -> str:
+    now = datetime.now(UTC)
+    given = {
+        "grant_id": "g-test", "vehicle": "ego", "capability": "actuation/brake", "max_deceleration_mps2": 3.0,
+        "max_duration_s": 2.0, "issued_at": (now - timedelta(hours=1)).isoformat(),
+        "expires_at": (now + timedelta(hours=1)).isoformat(), **fields,
+    }  # fmt: skip
+    file = folder / "grant.json"
+    file.write_bytes(msgspec.json.encode(sign_grant(msgspec.convert(given, Grant), private)))
+    return str(file)
+
+
+def test_without_a_grant_it_speaks_and_says_what_was_withheld(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, ArbiterConfig(out_dir=str(tmp_path)))
+        decision = arbitrate(b, b.node("probe"))
+        assert (decision.kind, decision.act_withheld) == ("SPEAK", "no grant")
+
+
+def test_under_a_grant_it_publishes_bounded_braking(tmp_path: Path) -> None:
+    key = make_key()
+    config = ArbiterConfig(
+        out_dir=str(tmp_path), grant_file=grant_file(tmp_path, key.private), trusted_keys=(key.public,)
+    )
+    with bus() as b:
+        b.start(SERVICE, config)
+        commands = b.collect(topics.BRAKE)
+        decision = arbitrate(b, b.node("probe"))
+        assert decision.kind == "ACT"
+        command: BrakeCommand = commands.wait()
+        assert command.grant_id == "g-test"
+        assert 0.0 < command.deceleration_mps2 <= 3.0
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"vehicle": "other"},
+        {"capability": "tool:clear_dtcs"},
+        {"expires_at": (datetime.now(UTC) - timedelta(minutes=1)).isoformat()},
+    ],
+)
+def test_a_grant_for_something_else_is_none(tmp_path: Path, fields: dict[str, object]) -> None:
+    key = make_key()
+    config = ArbiterConfig(
+        out_dir=str(tmp_path), grant_file=grant_file(tmp_path, key.private, **fields), trusted_keys=(key.public,)
+    )
+    with bus() as b:
+        b.start(SERVICE, config)
+        assert arbitrate(b, b.node("probe")).act_withheld.startswith("grant 'g-test' is")
+
+
+def test_a_grant_by_a_stranger_is_none(tmp_path: Path) -> None:
+    config = ArbiterConfig(
+        out_dir=str(tmp_path), grant_file=grant_file(tmp_path, make_key().private), trusted_keys=(make_key().public,)
+    )
+    with bus() as b:
+        b.start(SERVICE, config)
+        assert "no trusted key" in arbitrate(b, b.node("probe")).act_withheld
+
+
+def test_a_request_alone_never_brakes(tmp_path: Path) -> None:
+    """Nobody publishes tracks: whatever a caller claims, the arbiter has not seen it."""
+    key = make_key()
+    config = ArbiterConfig(
+        out_dir=str(tmp_path), grant_file=grant_file(tmp_path, key.private), trusted_keys=(key.public,)
+    )
+    with bus() as b:
+        b.start(SERVICE, config)
+        outcome = b.call("arbitrate", {"request": CRITICAL})
+        assert outcome.result is not None
+        assert outcome.result["kind"] == "SPEAK"
+
+
+def test_the_last_decision_can_be_explained(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, ArbiterConfig(out_dir=str(tmp_path)))
+        decision = arbitrate(b, b.node("probe"))
+        outcome = b.call("explain_decision", {})
+        assert outcome.result is not None
+        assert outcome.result["decision"]["tick"] == decision.tick
+        assert "Smallest change" in outcome.result["text"]
+        assert b.call("explain_decision", {"tick": 99999}).status == "tool_error"
+
+
+def test_feedback_outlives_the_service(tmp_path: Path) -> None:
+    config = ArbiterConfig(out_dir=str(tmp_path))
+    for count in (1, 2):
+        with bus() as b:
+            b.start(SERVICE, config)
+            asked = msgspec.structs.replace(CRITICAL, feedback=(Feedback(label="late_warning"),))
+            outcome = b.call("arbitrate", {"request": asked})
+            assert outcome.result is not None
+            assert outcome.result["metrics"]["delta"] == pytest.approx(0.2 - 0.02 * count, abs=1e-3)
+
+
+@pytest.mark.parametrize("settings", [{"profile": "nowhere"}, {"delta": 0.9}])
+def test_a_profile_that_is_none_is_a_users_mistake(settings: dict[str, object]) -> None:
+    with bus() as b, pytest.raises(ConfigError):
+        b.start(SERVICE, msgspec.convert(settings, ArbiterConfig))
