@@ -7,8 +7,10 @@ Memories are never overwritten; the newest of a key counts, the older ones are i
 import sqlite3
 import threading
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Literal
+from urllib.parse import quote
 
 import msgspec
 
@@ -214,3 +216,10 @@ def _trace_row(row: tuple[Any, ...]) -> TraceRow:
         target_mps=target_mps,
         file=file,
     )
+
+
+def kept_head(database: Path, file: str) -> str:
+    """The newest head of a log file that a memory keeps, read without touching it; empty without one. Raises sqlite3.Error."""
+    with closing(sqlite3.connect(f"file:{quote(str(database))}?mode=ro", uri=True, timeout=2.0)) as db:
+        row = db.execute("SELECT head FROM heads WHERE file = ? ORDER BY n DESC LIMIT 1", (file,)).fetchone()
+    return str(row[0]) if row else ""

@@ -1,5 +1,6 @@
 """Reading a log that may be cut, damaged or forged: no length is trusted, nothing raises but `Unreadable` and `Cut`."""
 
+import mmap
 import struct
 from collections.abc import Iterator
 
@@ -15,7 +16,7 @@ _CHUNK_HEAD = struct.Struct("<QQQII")
 _U16 = struct.Struct("<H")
 _U64 = struct.Struct("<Q")
 
-Buffer = bytes | memoryview
+Buffer = bytes | memoryview | mmap.mmap
 
 
 class Unreadable(ValueError):

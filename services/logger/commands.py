@@ -1,0 +1,156 @@
+"""`drivemcp audit verify FILE...` and `drivemcp view FILE`."""
+
+import argparse
+import itertools
+import sqlite3
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from drivemcp.errors import UserError
+from services.logger import chain, signing
+from services.logger.memory import kept_head
+from services.logger.report import Report
+from services.logger.verify import verify
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+
+def audit(subparsers: "Subparsers") -> None:
+    """Add `drivemcp audit`."""
+    parser = subparsers.add_parser("audit", help="check that a log is as it was written")
+    kinds = parser.add_subparsers(metavar="COMMAND", required=True)
+    check = kinds.add_parser(
+        "verify",
+        help="verify log files; names the first changed, dropped, inserted or reordered record",
+        description="Several files are also checked to continue each other, in the order given. "
+        "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, 2 cannot be read.",
+    )
+    check.add_argument("files", metavar="FILE", nargs="+")
+    check.add_argument("--expect-head", metavar="HEX", default="", help="a head that the last file must reach")
+    check.add_argument("--key", metavar="HEX|FILE", default="", help="the public key that must have signed")
+    check.add_argument(
+        "--memory", metavar="FILE", help="the drive's memory.sqlite, whose signed heads settle a lost tail; "
+        "found by itself where it lies beside the folder of logs",
+    )  # fmt: skip
+    check.add_argument("--closed", action="store_true", help="an unclosed file is not good enough")
+    check.add_argument("--json", action="store_true")
+    check.set_defaults(run=_verify)
+
+
+def _verify(flags: argparse.Namespace) -> int:
+    key = _public_key(flags.key)
+    reports = list[Report]()
+    for i, name in enumerate(flags.files):
+        expected = flags.expect_head.lower() if i == len(flags.files) - 1 else ""
+        reports.append(_verified(Path(name), expected or _kept_head(Path(name), flags.memory), key))
+    broken = _broken_links(reports)
+    if flags.json:
+        sys.stdout.write(msgspec.json.encode({"files": reports, "continuity": broken}).decode() + "\n")
+    else:
+        sys.stdout.write("\n".join([*(line for report in reports for line in lines(report)), *broken]) + "\n")
+    unclosed = flags.closed and not all(report.closed for report in reports)
+    return int(bool(broken) or unclosed or not all(report.intact for report in reports))
+
+
+def _verified(path: Path, expected_head: str, key: str) -> Report:
+    try:
+        return verify(path, expected_head=expected_head, public_key=key)
+    except FileNotFoundError:
+        raise UserError(f"no such file: {path}") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def lines(report: Report) -> list[str]:
+    """A report in words."""
+    counts = f"{report.messages} messages, {report.chained} chain records"
+    if report.first_bad is not None:
+        return [f"{report.file}: NOT AS WRITTEN: {report.first_bad}", f"  before that: {counts} verify"]
+    if report.expected_head_missing:
+        return [f"{report.file}: TAIL LOST: {counts} verify, but the expected head is not among theirs"]
+    state = "verified" if report.closed else "UNCLOSED, verified as far as it goes"
+    found = [f"{report.file}: {state}: {counts}", f"  head {report.head}, signed by key {report.key_id or '(none)'}"]
+    if report.tail_bytes:
+        found.append(f"  {report.tail_bytes} bytes behind the last chain record are a flush that was cut")
+    return found
+
+
+def _broken_links(reports: Sequence[Report]) -> list[str]:
+    """Where a file does not go on from the one before it."""
+    broken = []
+    for before, after in itertools.pairwise(reports):
+        start = after.origin.previous_head if after.origin else chain.ZERO
+        if start != before.head:
+            broken.append(
+                f"{after.file} does not go on from the head of {before.file}: files or a tail are missing between"
+            )
+    return broken
+
+
+def _public_key(given: str) -> str:
+    """The key as hex, from itself or from a file."""
+    text = Path(given).read_text(encoding="ascii").strip() if given and Path(given).is_file() else given
+    try:
+        signing.key_id(text)
+    except ValueError:
+        raise UserError(
+            f"--key takes 64 hex digits or a file with them, such as secrets/{signing.PUBLIC_NAME}"
+        ) from None
+    return text.lower()
+
+
+def _kept_head(path: Path, memory: str | None) -> str:
+    """The newest head that memory keeps of a file; empty where there is no memory."""
+    database = Path(memory) if memory else path.resolve().parent.parent / "memory.sqlite"
+    if not database.is_file():
+        if memory:
+            raise UserError(f"no such file: {memory}")
+        return ""
+    try:
+        head = kept_head(database, path.name)
+    except sqlite3.Error as error:
+        if memory:
+            raise UserError(f"{database} cannot be read: {error}") from None
+        return ""
+    return head
+
+
+def view(subparsers: "Subparsers") -> None:
+    """Add `drivemcp view`."""
+    parser = subparsers.add_parser("view", help="show an old log in the viewer, or write it as a Rerun recording")
+    parser.add_argument("file", metavar="FILE", help="a log (.mcap)")
+    parser.add_argument("--recording", metavar="FILE", default="", help="write a .rrd file instead of serving")
+    parser.add_argument(
+        "--bind", default="127.0.0.1", help="address to serve on; other than loopback shows it to the network"
+    )
+    parser.add_argument("--port", type=int, default=0, help="port of the page; a free one by default")
+    parser.add_argument(
+        "--image-hz", type=float, default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
+    )
+    parser.set_defaults(run=_view)
+
+
+def _view(flags: argparse.Namespace) -> int:
+    from services.logger.view.old import show  # the view's packages are large
+
+    path = Path(flags.file)
+    if not path.is_file():
+        raise UserError(f"no such file: {path}")
+    return show(
+        path,
+        recording=flags.recording,
+        bind=flags.bind,
+        web_port=flags.port,
+        image_hz=flags.image_hz,
+        say=_say,
+    )
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
