@@ -37,19 +37,16 @@ class TopicMonitor:
         self.received = 0
         self.lost = 0
         self.malformed = 0
-        self._seq: dict[tuple[str, int], int] = {}
+        self._seq: dict[tuple[str, str], tuple[int, int]] = {}
         self._arrivals: deque[int] = deque(maxlen=_WINDOW)
         self._valid = True
 
-    def saw(self, head: PubHead, now_ns: int, *, wall: bool) -> None:
-        """A publication arrived: count gaps, judge its clock."""
-        origin = (head.publisher, head.epoch)
-        last = self._seq.get(origin)
-        if last is None:
-            self._seq = {origin: head.seq}
-        else:
+    def saw(self, key: str, head: PubHead, now_ns: int, *, wall: bool) -> None:
+        """A publication arrived: count gaps by key and publisher (a restarted one begins anew), judge its clock."""
+        epoch, last = self._seq.get((key, head.publisher), (head.epoch, head.seq - 1))
+        if epoch == head.epoch:
             self.lost += max(0, head.seq - last - 1)
-            self._seq[origin] = head.seq
+        self._seq[key, head.publisher] = (head.epoch, head.seq)
         self.received += 1
         self._arrivals.append(now_ns)
         skewed = wall and head.sent_ns - time.time_ns() > SKEW_LIMIT_NS

@@ -194,7 +194,9 @@ class Node:
         except msgspec.MsgspecError:
             monitor.broken()
             return None
-        monitor.saw(head, self.clock.now_ns() if self.lockstep else parcel.arrived_ns, wall=not self.lockstep)
+        monitor.saw(
+            parcel.key, head, self.clock.now_ns() if self.lockstep else parcel.arrived_ns, wall=not self.lockstep
+        )
         return head
 
     def _open(self, topic: Topic[M], parcel: Parcel, monitor: TopicMonitor) -> Received[M] | None:

@@ -96,7 +96,7 @@ def _drive(
     screen = Screen()
     settings = settings_of(flags.set)
     settings[source] = {**source_settings, **settings.get(source, {})}
-    settings["logger"] = {"live_view": not flags.headless, **settings.get("logger", {})}
+    settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
         settings["arbiter"] = {
             "grant_file": str(Path(flags.grant).resolve()), "trusted_keys": flags.trust, **settings.get("arbiter", {}),
@@ -113,9 +113,9 @@ def _drive(
         if not stop.is_set():
             _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
         restarts = stack.restarts()
-    log = _log_of(Path(plan.folder))
-    verified, complaint = _verify(log)
-    summary = tally.summary(restarts=restarts, log=str(log or ""), verified=verified)
+    logs = _logs_of(Path(plan.folder))
+    verified, complaint = _verify(logs)
+    summary = tally.summary(restarts=restarts, log=str(logs[-1]) if logs else "", verified=verified)
     _print(summary, screen, as_json=flags.json)
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
@@ -150,16 +150,19 @@ def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: t
     screen.say("stopping")
 
 
-def _log_of(folder: Path) -> Path | None:
-    files = sorted(folder.rglob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    return files[-1] if files else None
+def _logs_of(folder: Path) -> list[Path]:
+    return sorted((folder / "logs").glob("*.mcap"))
 
 
-def _verify(log: Path | None) -> tuple[bool | None, str]:
-    if log is None:
+def _verify(logs: list[Path]) -> tuple[bool | None, str]:
+    """Every file of the drive; a logger that was restarted goes on in another one."""
+    if not logs:
         return None, "no log was written; see the folder's log/logger.log"
-    report = verify(log)
-    return report.intact, "" if report.intact else str(report.first_bad or "an expected head is missing")
+    for log in logs:
+        report = verify(log)
+        if not report.intact:
+            return False, f"{log}: {report.first_bad or 'an expected head is missing'}"
+    return True, ""
 
 
 def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:

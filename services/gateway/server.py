@@ -1,0 +1,44 @@
+"""The official SDK's low-level server over the bus: lists what the catalogue holds, calls what is in it."""
+
+from typing import Any
+
+import anyio.to_thread
+from mcp import types
+from mcp.server import ServerRequestContext
+from mcp.server.lowlevel import Server
+from mcp.shared.exceptions import MCPError
+
+from drivemcp.node import Node
+from proto.tools import INVALID_PARAMS
+from services.gateway.face import as_result, as_tool
+
+GRACE_MS = 2000.0
+"""Added to a tool's own deadline: a client at the gateway drives no tick, and a slow answer still serves it."""
+_INSTRUCTIONS = (
+    "Tools of a running DriveMCP vehicle: traffic law with citations, weather and traction, CAN and diagnostics, the scene as "
+    "seen, decisions and their reasons. Tools whose capability is `actuation` are refused without a grant."
+)
+
+
+def make_server(node: Node) -> Server[Any]:
+    """A server bound to a node that watches the bus."""
+
+    async def list_tools(
+        _: ServerRequestContext[Any], __: types.PaginatedRequestParams | None
+    ) -> types.ListToolsResult:
+        entries = sorted(node.catalogue().values(), key=lambda entry: entry.name)
+        return types.ListToolsResult(tools=[as_tool(entry) for entry in entries], ttl_ms=1000, cache_scope="private")
+
+    async def call_tool(_: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
+        entry = node.catalogue().get(params.name)
+        if entry is None:
+            raise MCPError(INVALID_PARAMS, f"no tool {params.name[:80]!r}")
+        limit_ms = entry.meta.deadline_ms + GRACE_MS
+        outcome = await anyio.to_thread.run_sync(
+            lambda: node.call(params.name, params.arguments or {}, deadline_ms=limit_ms)
+        )
+        return as_result(outcome)
+
+    return Server(
+        "drivemcp", version="0.1.0", instructions=_INSTRUCTIONS, on_list_tools=list_tools, on_call_tool=call_tool
+    )

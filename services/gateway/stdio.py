@@ -1,0 +1,33 @@
+"""`drivemcp mcp`: the running stack as an MCP server over stdio, for clients that start their servers themselves."""
+
+import argparse
+
+import anyio
+from mcp.server.stdio import stdio_server
+
+from drivemcp.client import join
+from drivemcp.node import Node
+from services.gateway.server import make_server
+
+
+def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the command."""
+    parser = subparsers.add_parser("mcp", help="speak MCP over stdio for the running stack")
+    parser.add_argument("--connect", metavar="ENDPOINT")
+    parser.add_argument("--vehicle", metavar="NAME")
+    parser.set_defaults(run=command)
+
+
+def command(flags: argparse.Namespace) -> int:
+    """Serve until standard input ends."""
+    with join(flags.connect, flags.vehicle, name="gateway-stdio") as node:
+        node.watch_services()
+        node.client.discover()
+        anyio.run(_serve, node)
+    return 0
+
+
+async def _serve(node: Node) -> None:
+    server = make_server(node)
+    async with stdio_server() as (read, write):
+        await server.run(read, write, server.create_initialization_options())
