@@ -25,8 +25,8 @@ from services.weather.interval import Interval, between
 
 DRY = Interval(0.70, 0.95)
 SNOW = Interval(0.15, 0.45)
-ICE = Interval(0.10, 0.30)
-WET_ICE = Interval(0.05, 0.15)
+ICE = Interval(0.05, 0.30)
+"""From wet to cold black ice: which of them it is, no temperature sensor tells."""
 FROST_LOW = 0.30
 """A dry road that may carry hoar frost."""
 UNKNOWN = Interval(0.30, 0.95)
@@ -89,5 +89,4 @@ def frozen(base: Interval, road_c: Interval, *, wet_possible: bool) -> Interval:
         return base
     if not wet_possible:
         return Interval(min(base.low, FROST_LOW), base.high)
-    worst = WET_ICE.low if road_c.high > -3.0 else ICE.low
-    return Interval(min(base.low, worst), ICE.high if road_c.high <= 0.0 else base.high)
+    return Interval(min(base.low, ICE.low), ICE.high if road_c.high <= 0.0 else base.high)
