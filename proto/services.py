@@ -29,6 +29,7 @@ SERVICES: tuple[ServiceRow, ...] = (
         start_order=3,
         memory_mb=900,
     ),
+    ServiceRow(name="player", extra="player", step_order=0, start_order=3, memory_mb=400),
     ServiceRow(
         name="can",
         extra="can",

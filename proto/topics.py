@@ -53,7 +53,7 @@ CLOCK = Topic(
     message=ClockTick,
     rate_hz=20,
     max_age_ms=1000,
-    publishers=("simulator",),
+    publishers=("simulator", "player"),
     readers=_ALL,
     logged="never",
 )
@@ -62,7 +62,7 @@ CAMERA = Topic(
     message=CameraFrame,
     rate_hz=10,
     max_age_ms=300,
-    publishers=("simulator",),
+    publishers=("simulator", "player"),
     readers=_SEEING,
     logged="foxglove_image",
 )
@@ -71,7 +71,7 @@ CALIBRATION = Topic(
     message=Calibration,
     rate_hz=1,
     max_age_ms=5000,
-    publishers=("simulator",),
+    publishers=("simulator", "player"),
     readers=_SEEING,
 )
 LIDAR = Topic(
@@ -283,7 +283,7 @@ SCENARIO = Topic(
     message=ScenarioState,
     rate_hz=2,
     max_age_ms=2000,
-    publishers=("simulator",),
+    publishers=("simulator", "player"),
     readers=("logger", "gateway", "evaluation"),
     encoding="json",
 )

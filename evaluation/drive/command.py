@@ -67,7 +67,7 @@ def command(flags: argparse.Namespace) -> int:
     name = Path(flags.scenario).stem
     scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
-    return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)
+    return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)[0]
 
 
 def drive(
@@ -78,8 +78,8 @@ def drive(
     seconds: float,
     *,
     lockstep: bool,
-) -> int:
-    """Start, watch, stop, sum up, verify. 0: well; 1: the log does not verify or the drive broke off; 130: interrupted twice."""
+) -> tuple[int, Path]:
+    """Start, watch, stop, sum up, verify. The status (0: well; 1: the log does not verify) and the drive's folder."""
     stop = threading.Event()
     previous = [signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)]
     try:
@@ -92,7 +92,7 @@ def drive(
 def _drive(
     flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], seconds: float, lockstep: bool,
     stop: threading.Event,
-) -> int:  # fmt: skip
+) -> tuple[int, Path]:  # fmt: skip
     screen = Screen()
     settings = settings_of(flags.set)
     settings[source] = {**source_settings, **settings.get(source, {})}
@@ -119,7 +119,7 @@ def _drive(
     _print(summary, screen, as_json=flags.json)
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
-    return 0 if verified else 1
+    return 0 if verified else 1, Path(plan.folder)
 
 
 def follow(node: Node, tally: Tally) -> None:

@@ -1,0 +1,121 @@
+"""An annotated video from a drive's log: boxes with track ids and ranges, and what was said."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import msgspec
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+from drivemcp.errors import UserError
+from proto.decision import Advisory
+from proto.perception import Boxes
+
+Image = np.ndarray[Any, np.dtype[np.uint8]]
+BANNER_PX = 64
+_COLOURS = {
+    "vehicle": (80, 200, 255), "pedestrian": (80, 120, 255), "sign": (255, 160, 80), "panel": (255, 200, 120),
+    "light": (120, 255, 120),
+}  # fmt: skip
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+class Logged(NamedTuple):
+    """One record of a log."""
+
+    topic: str
+    stamp_ns: int
+    data: bytes
+
+
+def read_log(path: Path) -> Iterator[Logged]:
+    """Records in the order of the file; a cut file ends at the cut."""
+    channels: dict[int, str] = {}
+    with path.open("rb") as file:
+        try:
+            for record in StreamReader(file).records:
+                if isinstance(record, Channel):
+                    channels[record.id] = record.topic
+                elif isinstance(record, Message):
+                    yield Logged(channels.get(record.channel_id, ""), record.publish_time, record.data)
+        except (McapError, EOFError):
+            return
+
+
+def render_video(logs: Iterable[Path], target: Path, rate_hz: float = 10.0) -> int:
+    """Write the front camera's pictures, annotated. Returns how many. Raises UserError when the logs hold none."""
+    writer: cv2.VideoWriter | None = None
+    written = 0
+    for picture in annotated(logs):
+        if writer is None:
+            height, width = picture.shape[:2]
+            writer = cv2.VideoWriter(str(target), cv2.VideoWriter.fourcc(*"mp4v"), rate_hz, (width, height))
+            if not writer.isOpened():
+                raise UserError(f"cannot write a video to {target}")
+        writer.write(picture)
+        written += 1
+    if writer is None:
+        raise UserError("the log holds no pictures of the front camera: nothing to render")
+    writer.release()
+    return written
+
+
+def annotated(logs: Iterable[Path]) -> Iterator[Image]:
+    """The pictures, each with the boxes of its own stamp and the advice that was given on it."""
+    records = [record for log in logs for record in read_log(log)]
+    boxes = {
+        record.stamp_ns: decoded
+        for record in records
+        if record.topic.endswith("perception/boxes")
+        and (decoded := msgspec.msgpack.decode(record.data, type=Boxes)).camera == "front"
+    }
+    advice = {
+        advisory.snapshot_stamp_ns: advisory
+        for record in records
+        if record.topic.endswith("advisory")
+        for advisory in [msgspec.json.decode(record.data, type=Advisory)]
+    }
+    said: Advisory | None = None
+    for record in records:
+        if not record.topic.endswith("sensor/camera/front"):
+            continue
+        jpeg = jpeg_of(record.data)
+        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
+        if bgr is None:
+            continue
+        now = advice.get(record.stamp_ns)
+        said = now if now is not None and now.kind != "SILENT" else said
+        yield draw(np.asarray(bgr, np.uint8), boxes.get(record.stamp_ns), now, said)
+
+
+def jpeg_of(data: bytes) -> bytes:
+    """The JPEG inside a logged picture, whatever wraps it: from its start to its end marker; empty where there is none."""
+    start, end = data.find(b"\xff\xd8\xff"), data.rfind(b"\xff\xd9")
+    return data[start : end + 2] if 0 <= start < end else b""
+
+
+def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory | None) -> Image:
+    """The picture with boxes, above a banner with the decision and the last thing said."""
+    picture = bgr.copy()
+    for box in boxes.boxes if boxes else ():
+        colour = _COLOURS.get(box.kind, (255, 255, 255))
+        corner = (int(box.x0_px), int(box.y0_px))
+        cv2.rectangle(picture, corner, (int(box.x1_px), int(box.y1_px)), colour, 1, cv2.LINE_AA)
+        label = f"{box.kind} {box.track_id or ''}" + (f" {box.range_m:.0f} m" if box.range_m is not None else "")
+        cv2.putText(picture, label, (corner[0], max(10, corner[1] - 3)), _FONT, 0.38, colour, 1, cv2.LINE_AA)
+    banner = np.full((BANNER_PX, picture.shape[1], 3), 24, np.uint8)
+    first = (
+        f"{now.kind if now else 'no tick'}{'  degraded: ' + ', '.join(now.degraded) if now and now.degraded else ''}"
+    )
+    second = f"{said.directive} ({said.justification})" if said else "nothing said yet"
+    for text, line in ((first, 24), (second, 50)):
+        cv2.putText(banner, _ascii(text)[:150], (10, line), _FONT, 0.5, (235, 235, 235), 1, cv2.LINE_AA)
+    return np.vstack([picture, banner])
+
+
+def _ascii(text: str) -> str:
+    return text.encode("ascii", "replace").decode()

@@ -1,0 +1,1 @@
+"""Feeds recordings through the sensor topics: a video file, or a folder of pictures."""
