@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import Measured, score_table
+from evaluation.training.reader_tracks import track_table
 from services.drivelm.classes import READER_CLASSES
 
 _log = logging.getLogger("reader")
@@ -37,7 +38,9 @@ def main(arguments: list[str] | None = None) -> int:
     from evaluation.training import reader_fit
 
     started = time.monotonic()
-    network = reader_fit.fit(crops, labels, options.steps, options.batch, options.seed)
+    rendered = _file(options.rendered)
+    more = None if rendered is None else (rendered[0], rendered[1])
+    network = reader_fit.fit((crops, labels), more, options.steps, options.batch, options.seed)
     _log.info("trained in %.0f s", time.monotonic() - started)
     fresh = Source("train", options.seed + 7, options.fonts, each=12)
     held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))
@@ -59,10 +62,19 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--calibration", type=int, default=6000)
     parser.add_argument("--tests", type=int, default=8000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rendered", type=Path, help="crops of rendered pictures (reader_rendered) to train on too")
+    parser.add_argument("--rendered-test", type=Path, help="such crops of the split test, to score")
     parser.add_argument("--only-crops", action="store_true")
     options = parser.parse_args(arguments)
     options.fonts = tuple(options.fonts)
     return options
+
+
+def _file(path: Path | None) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]] | None:
+    if path is None:
+        return None
+    with np.load(path) as stored:
+        return stored["crops"], stored["labels"], stored["sizes"]
 
 
 def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
@@ -104,6 +116,7 @@ def _write_card(options: argparse.Namespace, temperature: float, took_s: float, 
             "command": f"python -m evaluation.training.reader --crops {options.crops} --steps {options.steps} "
             f"--batch {options.batch} --seed {options.seed}",
             "letterings": sorted(letters),  # type: ignore[call-overload]
+            "rendered_crops": _count(options.rendered),
             "training_s": round(took_s),
         },
         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
@@ -117,8 +130,17 @@ def _write_card(options: argparse.Namespace, temperature: float, took_s: float, 
     crops, labels, sizes = source.batch(options.tests, np.random.default_rng([options.seed, 5]))
     measured = Measured(reader.probabilities(crops), labels, sizes)
     card["scores"] = {"held_out_letterings": sorted(source.letters), "crops": options.tests, **score_table(measured)}
+    if (rendered := _file(options.rendered_test)) is not None:
+        probabilities = reader.probabilities(rendered[0])
+        card["scores_rendered"] = {"crops": len(rendered[0]), **score_table(Measured(probabilities, *rendered[1:]))}
+    card["tracks"] = track_table(reader, source, 300, options.seed)
     (options.out / "reader.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     _log.info("%s", json.dumps(card["scores"], indent=1))
+
+
+def _count(path: Path | None) -> int:
+    stored = _file(path)
+    return 0 if stored is None else len(stored[0])
 
 
 if __name__ == "__main__":

@@ -134,7 +134,7 @@ def draw_light(label: str, chance: Chance) -> Face:
     picture[...] = (shade, shade + int(chance.integers(0, 12)), shade, 255)
     if chance.random() < 0.35:
         cv2.rectangle(picture, (0, 0), (width - 1, height - 1), (235, 235, 235, 255), 2)
-    radius = int(chance.uniform(0.27, 0.4) * width)
+    radius = int(chance.uniform(0.2, 0.4) * width)
     for index, lit in enumerate(_LAMPS[label]):
         centre = (width // 2, int(height * (0.18 + 0.32 * index)))
         _lamp(picture, centre, radius, index, lit, chance)

@@ -16,9 +16,12 @@ from services.drivelm.classes import READER_CLASSES
 _log = logging.getLogger("reader")
 
 
-def fit(
-    crops: NDArray[np.uint8], labels: NDArray[np.int64], steps: int, batch: int, seed: int, peak_rate: float = 3e-3
-) -> ReaderNet:
+Crops = tuple[NDArray[np.uint8], NDArray[np.int64]]
+RENDERED_SHARE = 0.3
+"""Share of each batch that comes from rendered pictures, where there are any."""
+
+
+def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int, peak_rate: float = 3e-3) -> ReaderNet:
     """Train for ``steps`` batches with one rising and falling learning rate; ends with averaged weights."""
     torch.set_num_threads(1)
     torch.manual_seed(seed)
@@ -32,8 +35,8 @@ def fit(
     losses, started = [], time.monotonic()
     network.train()
     for step in range(steps):
-        picked = np.sort(chance.integers(0, len(crops), batch))
-        loss = functional.cross_entropy(network(_varied(crops[picked], chance)), torch.from_numpy(labels[picked]))
+        crops, labels = _batch(drawn, rendered, batch, chance)
+        loss = functional.cross_entropy(network(_varied(crops, chance)), torch.from_numpy(labels))
         optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
@@ -45,6 +48,19 @@ def fit(
             _log.info("step %d loss %.3f (%.0f ms a step)", step + 1, float(np.mean(losses[-200:])), 1000 * pace)
     trained: ReaderNet = average.module.eval()
     return trained
+
+
+def _batch(drawn: Crops, rendered: Crops | None, batch: int, chance: np.random.Generator) -> Crops:
+    if rendered is None:
+        return _picked(drawn, batch, chance)
+    count = round(RENDERED_SHARE * batch)
+    parts = _picked(drawn, batch - count, chance), _picked(rendered, count, chance)
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+
+def _picked(crops: Crops, count: int, chance: np.random.Generator) -> Crops:
+    places = np.sort(chance.integers(0, len(crops[0]), count))
+    return crops[0][places], crops[1][places]
 
 
 def _varied(crops: NDArray[np.uint8], chance: np.random.Generator) -> Tensor:

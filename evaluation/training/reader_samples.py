@@ -22,8 +22,8 @@ _WEIGHTS = {"limit:": 2.2, "led:": 1.4, "light:": 1.3, "border:": 0.6, "limit_en
 class Source:
     """Draws crops of one split; ``train`` and ``test`` share no lettering, and half of the backgrounds' families."""
 
-    def __init__(self, split: str, seed: int, font_folders: tuple[Path, ...], each: int = 30) -> None:
-        self.letters = letterings(split, font_folders)
+    def __init__(self, split: str, seed: int, font_folders: tuple[Path, ...], each: int = 60) -> None:
+        self.letters = letterings(split, font_folders, seed)
         self.faces = draw_bank(drawable(), self.letters, each, seed + (1000 if split == "test" else 0))
         self.grounds = background_bank(split, 400, seed)
         self._labels = drawable()

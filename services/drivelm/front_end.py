@@ -26,6 +26,8 @@ UNSEEN_NS = 350_000_000
 _LIGHT_GONE_NS = 1_000_000_000
 KINDS = ("light", "panel", "sign")
 Key = tuple[str, int]
+ROAD_TYPES = {"motorway": "motorway", "motorway_end": "rural", "town_entry": "urban", "town_exit": "rural"}
+"""Which kind of road begins behind a sign."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +59,8 @@ class FrontEnd:
         self.tracks: dict[Key, SignTrack] = {}
         self.whereabouts = Whereabouts.at_home(home)
         self.here = Here(jurisdiction=self.whereabouts.believed)
+        self.road_type: tuple[str, float] | None = None
+        """The kind of road that the last deciding sign told of, and how sure that sign was."""
 
     def see(self, sighting: Sighting) -> tuple[Fact, ...]:
         """Read what is worth reading in a picture; facts that are new, changed or due."""
@@ -190,6 +194,8 @@ class FrontEnd:
         fact = fact_of(track, self.here, passed=True)
         if fact is not None and fact.believed and fact.reading.startswith("border:"):
             self.believe(self.whereabouts.past_border(key, fact.reading.partition(":")[2]))
+        if fact is not None and fact.believed and fact.reading in ROAD_TYPES:
+            self.road_type = (ROAD_TYPES[fact.reading], fact.confidence)
         return fact
 
 

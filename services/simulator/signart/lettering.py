@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Protocol
 
-from services.simulator.signart.glyphs import GLYPHS, Glyph
+from services.simulator.signart.glyphs import ALTERNATES, GLYPHS, Glyph
 from services.simulator.signart.painter import Colour, Painter
 
 
@@ -26,12 +26,16 @@ class Box(NamedTuple):
 
 
 class StrokeStyle(NamedTuple):
-    """How our strokes become letters: stroke weight (share of cap height), width factor, gap between letters, slant."""
+    """How our strokes become letters: stroke weight (share of cap height), width factor, gap between letters, slant.
+
+    ``alternates`` names the characters that take their other shape.
+    """
 
     weight: float
     width: float
     gap: float
     slant: float = 0.0
+    alternates: str = ""
 
 
 class StrokeLettering:
@@ -53,7 +57,7 @@ class StrokeLettering:
         scale_x = box.width / max(width_units, 1e-6)
         thickness, x = self.style.weight * 10 * min(scale_x, scale_y), thick_units / 2
         for char in text:
-            for stroke in _glyph(char).strokes:
+            for stroke in self._glyph(char).strokes:
                 points = [
                     (
                         box.x + scale_x * (x + px * self.style.width + self.style.slant * (10 - py)),
@@ -65,11 +69,12 @@ class StrokeLettering:
             x += self._advance(char)
 
     def _advance(self, char: str) -> float:
-        return _glyph(char).width * self.style.width + self.style.weight * 10 + self.style.gap
+        return self._glyph(char).width * self.style.width + self.style.weight * 10 + self.style.gap
 
-
-def _glyph(char: str) -> Glyph:
-    return GLYPHS.get(char, GLYPHS[" "])
+    def _glyph(self, char: str) -> Glyph:
+        if char in self.style.alternates:
+            return ALTERNATES.get(char, GLYPHS[" "])
+        return GLYPHS.get(char, GLYPHS[" "])
 
 
 # The first stands in for DIN-like letters, the second for the rounder ones of British signs; the rest is variety.

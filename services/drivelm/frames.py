@@ -1,0 +1,35 @@
+"""The last few pictures of each camera by their stamp, until boxes for them arrive."""
+
+from collections import OrderedDict
+
+import cv2
+import numpy as np
+
+from services.drivelm.crops import Picture
+
+
+class RecentFrames:
+    """Holds pictures as they came (JPEG) and decodes only what is asked for."""
+
+    def __init__(self, keep: int = 12) -> None:
+        self._keep = keep
+        self._frames: dict[str, OrderedDict[int, bytes]] = {}
+        self.missed = 0
+        """How often a picture was asked for that was never received or is gone."""
+
+    def add(self, camera: str, stamp_ns: int, jpeg: bytes) -> None:
+        """Keep a picture; the oldest of its camera goes."""
+        frames = self._frames.setdefault(camera, OrderedDict())
+        frames[stamp_ns] = jpeg
+        while len(frames) > self._keep:
+            frames.popitem(last=False)
+
+    def picture(self, camera: str, stamp_ns: int) -> Picture | None:
+        """The picture of that very instant, RGB; None if it is not here or is no picture."""
+        frames = self._frames.get(camera)
+        jpeg = None if frames is None else frames.get(stamp_ns)
+        if jpeg is None:
+            self.missed += 1
+            return None
+        decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB)
+        return None if decoded is None else np.asarray(decoded, np.uint8)

@@ -1,0 +1,194 @@
+"""drivelm: wires the front end to the bus; nothing is decided here."""
+
+import hashlib
+import time
+from typing import Annotated
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ToolFailed
+from drivemcp.node import Node
+from drivemcp.paths import data
+from drivemcp.received import Received
+from drivemcp.service import Service
+from proto import topics
+from proto.perception import Boxes, Lanes, Tracks
+from proto.scene import Fact, Facts, SceneGraph
+from proto.sensors import Calibration, CameraFrame
+from services.drivelm import ask as reader_of_graphs
+from services.drivelm.backend import EmbeddedBackend
+from services.drivelm.cues import oncoming_cue
+from services.drivelm.frames import RecentFrames
+from services.drivelm.front_end import FrontEnd, Sighting
+from services.drivelm.graph import Seen
+from services.drivelm.graph import build as build_graph
+from services.drivelm.reader import Reader
+from services.drivelm.surroundings import surroundings
+
+BACKENDS = ("embedded",)
+_RECENT_NS = 2_000_000_000
+
+
+class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
+    """Settings of the front end."""
+
+    backend: str = "embedded"
+    model: str = "models/reader.onnx"
+    home: str = "DEU"
+    """Country assumed until signs tell; a weak prior. Empty: assume nothing."""
+    max_reads: int = 8
+    """Crops read per picture at most; what the frame's share of the processor allows."""
+    graph_camera: str = "front"
+
+
+class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """An answer taken word for word from the scene graph."""
+
+    answer: str
+    score: float
+    layer: str
+    method: str = "extractive: a sentence of the scene graph, chosen by shared words"
+
+
+class SceneDescription(msgspec.Struct, frozen=True, kw_only=True):
+    """The scene in words, with the graph behind it."""
+
+    description: str
+    graph: SceneGraph
+
+
+def load_backend(config: DrivelmConfig) -> EmbeddedBackend:
+    """The backend of the configuration."""
+    if config.backend not in BACKENDS:
+        raise ToolFailed(f"unknown backend {config.backend!r}; there is: {', '.join(BACKENDS)}")
+    path = data(config.model)
+    return EmbeddedBackend(Reader.load(path), hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def build(config: DrivelmConfig, node: Node) -> None:
+    """Subscribe, read, publish; offer the two tools."""
+    Bindings(config, node)
+
+
+class Bindings:
+    """State of the wiring; the worker thread writes it, tools read the last graph (swapped whole)."""
+
+    def __init__(self, config: DrivelmConfig, node: Node) -> None:
+        self.config, self.node = config, node
+        self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
+        self.front_end = FrontEnd(load_backend(config), home=config.home, max_reads=config.max_reads)
+        self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
+        self.boxes: dict[str, Boxes] = {}
+        self.graph: SceneGraph | None = None
+        node.detail["backend"] = self.front_end.backend.name
+        node.subscribe(topics.CAMERA, self.on_frame)
+        node.subscribe(topics.CALIBRATION, self.on_calibration)
+        node.subscribe(topics.BOXES, self.on_boxes)
+        node.subscribe(topics.TRACKS, self.on_tracks)
+        node.subscribe(topics.LANES, self.on_lanes)
+        node.subscribe(topics.EGO)
+        node.every(0.1, self.settle)
+        node.every(1.0, self.say_surroundings)
+        node.every(1.0, self.say_graph)
+        node.tool(deadline_ms=60)(self.ask_scene)
+        node.tool(deadline_ms=60)(self.describe_scene)
+
+    def on_frame(self, message: CameraFrame, info: Received[CameraFrame]) -> None:
+        self.frames.add(info.id, info.stamp_ns, message.jpeg)
+
+    def on_calibration(self, message: Calibration, info: Received[Calibration]) -> None:
+        self.calibrations[info.id] = message
+
+    def on_lanes(self, message: Lanes, info: Received[Lanes]) -> None:
+        self.front_end.here = self.front_end.here._replace(
+            ego_lane_id=message.ego_lane_id,
+            lateral_offset_m=message.lateral_offset_m,
+            lane_width_m=max(2.5, message.lane_width_m),
+        )
+
+    def on_boxes(self, message: Boxes, info: Received[Boxes]) -> None:
+        started = time.perf_counter()
+        self.boxes[message.camera] = message
+        sighting = Sighting(
+            camera=message.camera,
+            stamp_ns=info.stamp_ns,
+            boxes=message.boxes,
+            open_picture=lambda: self.frames.picture(message.camera, info.stamp_ns),
+            calibration=self.calibrations.get(message.camera),
+        )
+        self.say(self.front_end.see(sighting), info.stamp_ns, (time.perf_counter() - started) * 1e3)
+
+    def on_tracks(self, message: Tracks, info: Received[Tracks]) -> None:
+        where = self.front_end.whereabouts
+        for track in message.tracks:
+            if track.kind == "vehicle" and track.oncoming and track.age_s > 1.0 and track.confidence > 0.7:
+                where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m))
+        if where is not self.front_end.whereabouts:
+            self.front_end.believe(where)
+
+    def settle(self) -> None:
+        ego = self.node.latest(topics.EGO)
+        speed_mps = ego.message.speed_mps if ego is not None and self.node.health(topics.EGO).alive else None
+        now_ns = self.node.clock.now_ns()
+        self.say(self.front_end.settle(now_ns, speed_mps), now_ns, 0.0)
+
+    def say(self, facts: tuple[Fact, ...], stamp_ns: int, latency_ms: float) -> None:
+        if not facts:
+            return
+        for fact in facts:
+            self.facts[fact.camera, fact.track_id] = (stamp_ns, fact)
+        message = Facts(facts=facts, backend=self.front_end.backend.name, latency_ms=round(latency_ms, 3))
+        self.node.publish(topics.FACTS, message, stamp_ns=stamp_ns)
+
+    def say_surroundings(self) -> None:
+        now_ns = self.node.clock.now_ns()
+        facts = surroundings(self.front_end.whereabouts, self.front_end.road_type, now_ns)
+        if facts:
+            self.node.publish(topics.FACTS, Facts(facts=facts, backend=self.front_end.backend.name), stamp_ns=now_ns)
+
+    def say_graph(self) -> None:
+        now_ns = self.node.clock.now_ns()
+        self.facts = {key: row for key, row in self.facts.items() if now_ns - row[0] < _RECENT_NS}
+        boxes, tracks, ego = (
+            self.boxes.get(self.config.graph_camera),
+            self.node.latest(topics.TRACKS),
+            self.node.latest(topics.EGO),
+        )
+        if boxes is None:
+            return
+        seen = Seen(
+            camera=boxes.camera,
+            frame=boxes.frame,
+            boxes=boxes.boxes,
+            tracks=tracks.message.tracks if tracks is not None else (),
+            facts=tuple(fact for _, fact in self.facts.values()),
+            ego=ego.message if ego is not None else None,
+            backend=self.front_end.backend.name,
+        )
+        self.graph = build_graph(seen)
+        self.node.publish(topics.GRAPH, self.graph)
+
+    def ask_scene(
+        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=300)]
+    ) -> SceneAnswer:
+        """Answer a question about the scene ahead with a sentence of the scene graph, word for word.
+
+        The embedded backend composes nothing: it extracts. Where the graph has no fitting sentence it says so, score 0.
+        """
+        found = reader_of_graphs.ask(self._graph(), question)
+        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer)
+
+    def describe_scene(self) -> SceneDescription:
+        """Describe the scene ahead in words, with the graph of objects, questions and answers behind them."""
+        graph = self._graph()
+        return SceneDescription(description=graph.description, graph=graph)
+
+    def _graph(self) -> SceneGraph:
+        graph = self.graph
+        if graph is None:
+            raise ToolFailed("nothing has been seen yet; ask again when a camera and perception are running")
+        return graph
+
+
+SERVICE = Service("drivelm", DrivelmConfig, build)

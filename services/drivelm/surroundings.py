@@ -1,0 +1,41 @@
+"""What is believed of country, units, traffic side and kind of road, as facts."""
+
+from typing import get_args
+
+from proto.scene import Candidate, Fact, FactKind, Unit
+from services.drivelm.cues import Whereabouts
+from services.drivelm.jurisdictions import JURISDICTIONS, Side
+
+BELIEVE = 0.8
+_MENTION = 0.05
+
+
+def surroundings(where: Whereabouts, road_type: tuple[str, float] | None, now_ns: int) -> tuple[Fact, ...]:
+    """One fact each; a doubtful one carries its candidates and is not believed. Nothing known, nothing said."""
+    facts = []
+    if where.believed is not None:
+        countries = {country: where.posterior(country) for country in JURISDICTIONS}
+        facts.append(_fact("jurisdiction", where.believed, countries, now_ns))
+        facts.append(_best("units", {unit: where.of_unit(unit) for unit in get_args(Unit)}, now_ns))
+        facts.append(_best("traffic_side", {side: where.of_side(side) for side in get_args(Side)}, now_ns))
+    if road_type is not None:
+        facts.append(_fact("road_type", road_type[0], {road_type[0]: road_type[1]}, now_ns))
+    return tuple(facts)
+
+
+def _best(kind: FactKind, shares: dict[str, float], now_ns: int) -> Fact:
+    return _fact(kind, max(shares, key=lambda name: shares[name]), shares, now_ns)
+
+
+def _fact(kind: FactKind, reading: str, shares: dict[str, float], now_ns: int) -> Fact:
+    believed = shares[reading] >= BELIEVE
+    rest = sorted(((share, name) for name, share in shares.items() if share >= _MENTION), reverse=True)
+    return Fact(
+        kind=kind,
+        reading=reading,
+        confidence=round(shares[reading], 4),
+        frame_stamp_ns=now_ns,
+        track_id=0,
+        believed=believed,
+        candidates=() if believed else tuple(Candidate(reading=n, confidence=round(s, 4)) for s, n in rest),
+    )
