@@ -36,6 +36,8 @@ class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """Public keys (base64) whose grants count."""
     tool_workers: int = 4
     max_pending_calls: int = 16
+    heartbeat_file: str = ""
+    """Touched every second by the worker thread; a container's health check looks at its age."""
 
 
 C = TypeVar("C", bound=ServiceConfig)

@@ -6,6 +6,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -309,6 +310,8 @@ class Node:
             self.log.exception("%s: handling %s failed", self.name, what)
 
     def _publish_health(self) -> None:
+        if self.config.heartbeat_file:
+            Path(self.config.heartbeat_file).touch()
         now_ns = self.clock.now_ns()
         prefix = len(f"drivemcp/{self.config.vehicle}/")
         self.publish(

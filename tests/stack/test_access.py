@@ -23,8 +23,8 @@ StartRouter = Callable[..., str]
 def guarded(start_router: StartRouter, secrets_folder: Path) -> str:
     """A router with generated access control."""
     return start_router(
-        "--access", str(secrets_folder / "access.json"), "--credentials", str(secrets_folder / "users.txt"),
-        ready=lambda endpoint: wait_for_router(endpoint, "logger", str(secrets_folder / "logger.password")),
+        "--access", str(secrets_folder / "router/access.json"), "--credentials", str(secrets_folder / "router/users.txt"),
+        ready=lambda endpoint: wait_for_router(endpoint, "logger", str(secrets_folder / "logger/password")),
     )  # fmt: skip
 
 
@@ -32,7 +32,7 @@ def guarded(start_router: StartRouter, secrets_folder: Path) -> str:
 def member(endpoint: str, secrets: Path, name: str, user: str | None = None) -> Iterator[Node]:
     """A node with the credentials of a service."""
     user = user or name
-    config = BusConfig(connect=(endpoint,), user=user, password_file=str(secrets / f"{user}.password"))
+    config = BusConfig(connect=(endpoint,), user=user, password_file=str(secrets / user / "password"))
     with open_bus(config) as bus, opened(bus, name) as node:
         yield node
 
