@@ -11,15 +11,18 @@ MAX_VALID_NS = 200_000_000
 MAX_DURATION_S = 3.0
 """After this long without a pause the brake lets go for ``REST_S``, whoever asks."""
 REST_S = 1.0
-PEDAL_THRESHOLD = 0.08
+BRAKE_THRESHOLD = 0.08
+ACCELERATOR_THRESHOLD, ACCELERATOR_RATE_PER_S = 0.5, 0.6
+"""A pedal that merely keeps the speed is no override; one that is pushed is."""
 STEERING_RATE_THRESHOLD_RADPS = 0.35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controls:
-    """What the driver does: pedals from 0 to 1, how fast he turns the wheel."""
+    """What the driver does: pedals from 0 to 1, how fast he moves the accelerator and turns the wheel."""
 
     accelerator: float = 0.0
+    accelerator_rate_per_s: float = 0.0
     brake: float = 0.0
     steering_rate_radps: float = 0.0
 
@@ -27,8 +30,9 @@ class Controls:
     def overrides(self) -> bool:
         """Whether he has the last word now."""
         return (
-            self.accelerator > PEDAL_THRESHOLD
-            or self.brake > PEDAL_THRESHOLD
+            self.accelerator > ACCELERATOR_THRESHOLD
+            or self.accelerator_rate_per_s > ACCELERATOR_RATE_PER_S
+            or self.brake > BRAKE_THRESHOLD
             or abs(self.steering_rate_radps) > STEERING_RATE_THRESHOLD_RADPS
         )
 

@@ -77,7 +77,12 @@ class _Grounded:
     @property
     def s_m(self) -> float:
         """Place along the spine."""
-        return self.lane.s_of(self.lane.local_coordinates(self.position)[0])
+        return self.spine_place[0]
+
+    @property
+    def spine_place(self) -> tuple[float, float]:
+        """(s, d) on the spine."""
+        return self.lane.spine_place(self.position)
 
 
 class Car(_Grounded, IDMVehicle):  # type: ignore[misc]

@@ -1,7 +1,7 @@
 """Where lanes lie beside the spine: counted from the median outwards, mirrored after a changeover of sides."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -86,14 +86,20 @@ class LaneLine:
     offset_m: Array
     slope: Array
     curvature: Array
+    _offsets: list[float] = field(init=False)
+    _slopes: list[float] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_offsets", self.offset_m.tolist())
+        object.__setattr__(self, "_slopes", self.slope.tolist())
 
     def offset_at(self, s_m: float) -> float:
         """d of the centre at s."""
-        return float(np.interp(s_m, self.spine.s_m, self.offset_m))
+        return self.spine.sample(self._offsets, s_m)
 
     def yaw_at(self, s_m: float) -> float:
         """Heading of the lane in its own driving direction, in the world frame."""
-        lean = math.atan(float(np.interp(s_m, self.spine.s_m, self.slope)))
+        lean = math.atan(self.spine.sample(self._slopes, s_m))
         return self.spine.yaw(min(max(s_m, 0.0), self.spine.length_m)) + lean + self.turn
 
     @property

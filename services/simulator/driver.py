@@ -58,6 +58,8 @@ class View:
     mu: float
     wet: bool
     bend_mps: float = FREE
+    sense_mps: float = FREE
+    """What anybody would drive at most on a road that looks like this, signs or not."""
     gap_m: float | None = None
     lead_mps: float = 0.0
     stop: StopAhead | None = None
@@ -133,7 +135,7 @@ class Driver:
         own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
         own *= self.profile.wet_slowdown if view.wet else 1.0
         told = [each.target_mps for each in self._standing.values() if each.from_s <= view.time_s < each.until_s]
-        return min([own, view.bend_mps, *told])
+        return min([own, view.bend_mps, view.sense_mps, *told])
 
     def distracted(self, time_s: float) -> bool:
         """Whether he looks elsewhere."""

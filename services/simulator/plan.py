@@ -166,6 +166,7 @@ class VehiclePlan(PlacedPlan, frozen=True, kw_only=True):
     speed_kmh: NonNegative
     keeps_kmh: Positive | None = None
     """Never drives faster than this; without it, as the law and he please."""
+    heeds_limits: bool = True
     halts: tuple[HaltPlan, ...] = ()
 
 

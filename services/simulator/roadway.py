@@ -1,5 +1,6 @@
 """The road as highway-env knows it, and the edge where its y (to the right) becomes ours (to the left)."""
 
+import math
 import os
 from collections.abc import Iterable
 
@@ -8,6 +9,7 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # highway-env draws with pyga
 import numpy as np
 from highway_env.road.lane import AbstractLane
 from highway_env.road.road import Road, RoadNetwork
+from highway_env.vehicle.kinematics import Vehicle
 
 from services.simulator.cross_section import CrossSection, Direction, LaneLine, lane_line
 from services.simulator.scene import Pose
@@ -16,6 +18,9 @@ from services.simulator.spine import Array, Spine
 LaneIndex = tuple[str, str, int]
 _NODES: dict[Direction, tuple[str, str]] = {"forward": ("start", "end"), "oncoming": ("end", "start")}
 _REMEMBERED = 2048
+TOUCHING_M = 16.0
+"""Vehicles whose middles are further apart cannot touch, two buses included."""
+Neighbours = tuple[Vehicle | None, Vehicle | None]
 
 
 def to_pose(position: Array, heading_rad: float) -> Pose:
@@ -59,6 +64,10 @@ class RouteLane(AbstractLane):  # type: ignore[misc]
         """The spine's s of a longitudinal coordinate, and the other way round."""
         return float(self.length - longitudinal if self._back else longitudinal)
 
+    def spine_place(self, position: Array) -> tuple[float, float]:
+        """(s, d) of a place, whatever the lane."""
+        return self._project(position)
+
     def position(self, longitudinal: float, lateral: float) -> Array:
         s = self.s_of(longitudinal)
         side = lateral if self._back else -lateral
@@ -79,13 +88,62 @@ class RouteLane(AbstractLane):  # type: ignore[misc]
         raise NotImplementedError("made from a scenario file, not from a configuration")
 
 
+class RouteNetwork(RoadNetwork):  # type: ignore[misc]
+    """All lanes follow one spine, so the closest one needs no search."""
+
+    def get_closest_lane_index(self, position: Array, heading: float | None = None) -> LaneIndex:
+        """The lane whose centre is nearest among those that run the vehicle's way."""
+        nearest: LaneIndex | None = None
+        best = math.inf
+        for direction, (start, end) in _NODES.items():
+            lanes: list[RouteLane] = self.graph[start][end]
+            s, d = lanes[0].spine_place(position)
+            against = heading is not None and math.cos(heading + lanes[0].line.yaw_at(s)) < 0.0
+            for lane in range(len(lanes)):
+                beside = abs(d - lanes[lane].line.offset_at(s)) + (100.0 if against else 0.0)
+                if beside < best:
+                    nearest, best = lane_index(direction, lane), beside
+        assert nearest is not None
+        return nearest
+
+
+class RouteRoad(Road):  # type: ignore[misc]
+    """highway-env's road with its two quadratic searches told what cannot matter."""
+
+    def step(self, dt: float) -> None:
+        for vehicle in self.vehicles:
+            vehicle.step(dt)
+        places = np.array([vehicle.position for vehicle in self.vehicles])
+        apart = ((places[:, None, :] - places[None, :, :]) ** 2).sum(axis=2)
+        for one, other in zip(*np.nonzero(apart < TOUCHING_M**2), strict=True):
+            if one < other:
+                self.vehicles[one].handle_collisions(self.vehicles[other], dt)
+
+    def neighbour_vehicles(self, vehicle: Vehicle, lane_index: LaneIndex | None = None) -> Neighbours:
+        """The vehicles before and behind on a lane; each is on the lane it is closest to."""
+        index = lane_index or vehicle.lane_index
+        lane = lane_of(self, index)
+        own = lane.local_coordinates(vehicle.position)[0]
+        front: tuple[float, Vehicle] | None = None
+        rear: tuple[float, Vehicle] | None = None
+        for other in self.vehicles:
+            if other is vehicle or other.lane_index != index:
+                continue
+            along = lane.local_coordinates(other.position)[0]
+            if along >= own and (front is None or along < front[0]):
+                front = (along, other)
+            if along < own and (rear is None or along > rear[0]):
+                rear = (along, other)
+        return front[1] if front else None, rear[1] if rear else None
+
+
 def build_road(section: CrossSection, seed: int) -> Road:
     """The network: every lane of both directions as one edge between the route's ends."""
-    network, projector = RoadNetwork(), Projector(section.spine)
+    network, projector = RouteNetwork(), Projector(section.spine)
     for direction, (start, end) in _NODES.items():
         for lane in range(section.lanes):
             network.add_lane(start, end, RouteLane(lane_line(section, direction, lane), projector))
-    return Road(network=network, vehicles=[], np_random=np.random.RandomState(seed))
+    return RouteRoad(network=network, vehicles=[], np_random=np.random.RandomState(seed))
 
 
 def lane_index(direction: Direction, lane: int) -> LaneIndex:

@@ -1,7 +1,7 @@
 """The reference line of a road: straights and arcs, sampled once; places are (s along, d to the left) in metres."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,27 @@ class Spine:
     y_m: Array
     yaw_rad: Array
     curvature: Array
+    _yaws: list[float] = field(init=False)
+    _xs: list[float] = field(init=False)
+    _ys: list[float] = field(init=False)
+    _per_m: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        # Single places are asked for thousands of times a second; lists answer ten times faster than arrays.
+        for name, values in (("_yaws", self.yaw_rad), ("_xs", self.x_m), ("_ys", self.y_m)):
+            object.__setattr__(self, name, values.tolist())
+        object.__setattr__(self, "_per_m", (len(self.s_m) - 1) / float(self.s_m[-1]))
+
+    def sample(self, values: list[float], s_m: float) -> float:
+        """One of this line's sampled quantities at s, evenly between samples, held at the ends."""
+        at = s_m * self._per_m
+        if at <= 0.0:
+            return values[0]
+        low = int(at)
+        if low >= len(values) - 1:
+            return values[-1]
+        here = values[low]
+        return here + (values[low + 1] - here) * (at - low)
 
     @property
     def length_m(self) -> float:
@@ -35,14 +56,14 @@ class Spine:
 
     def yaw(self, s_m: float) -> float:
         """Heading of the line at s."""
-        return float(np.interp(s_m, self.s_m, self.yaw_rad))
+        return self.sample(self._yaws, s_m)
 
     def place(self, s_m: float, d_m: float = 0.0) -> tuple[float, float]:
         """World x and y of (s, d); before the start and after the end the line goes on straight."""
         inside = min(max(s_m, 0.0), self.length_m)
         yaw, over = self.yaw(inside), s_m - inside
-        x = float(np.interp(inside, self.s_m, self.x_m)) + over * math.cos(yaw) - d_m * math.sin(yaw)
-        y = float(np.interp(inside, self.s_m, self.y_m)) + over * math.sin(yaw) + d_m * math.cos(yaw)
+        x = self.sample(self._xs, inside) + over * math.cos(yaw) - d_m * math.sin(yaw)
+        y = self.sample(self._ys, inside) + over * math.sin(yaw) + d_m * math.cos(yaw)
         return x, y
 
     def places(self, s_m: Array, d_m: Array) -> Array:

@@ -17,6 +17,8 @@ from services.simulator.scene import ActorKind
 FREE_MPS = 130 / 3.6
 BEHIND_M, AHEAD_M, GONE_AHEAD_M = 170.0, 420.0, 650.0
 LAST_ID = 480
+FASTER_PER_LANE = 0.05
+"""With each lane towards the median one drives this much faster."""
 _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", "motorcycle")
 
 
@@ -25,6 +27,7 @@ class Part:
     """A scripted vehicle's part: the halts still to come, and how long it still stands."""
 
     halts: list[HaltPlan]
+    heeds_limits: bool = True
     holds_s: float = 0.0
     halting: HaltPlan | None = None
     """The halt being made; the last one's hazard is counted from when braking began."""
@@ -71,7 +74,7 @@ class Traffic:
     def add(self, direction: Direction, lane: int, s_m: float, speed: float, kind: ActorKind | None = None) -> Car:
         """A new car."""
         index = lane_index(direction, lane)
-        shape = body(kind or self._kind(), int(self.chance.integers(1, 10_000)))
+        shape = body(kind or self._kind(lane), int(self.chance.integers(1, 10_000)))
         car = Car(self.road, index, lane_of(self.road, index).s_of(s_m), speed, shape)
         self._name(car)
         self.road.vehicles.append(car)
@@ -81,7 +84,7 @@ class Traffic:
         car = self.add(plan.direction, plan.lane, plan.at_m, plan.speed_kmh / 3.6, plan.kind)
         car.keeps_mps = plan.keeps_kmh / 3.6 if plan.keeps_kmh is not None else FREE
         car.speed_bias = 1.0
-        self.parts[car] = Part(list(plan.halts))
+        self.parts[car] = Part(list(plan.halts), plan.heeds_limits)
 
     def _spread(self, direction: Direction, count: int, gap_m: float) -> None:
         ego_s, lanes = self.ego.s_m, self.route.section.lanes
@@ -105,13 +108,14 @@ class Traffic:
         car.number = self.numbers
         car.speed_bias = float(np.clip(self.chance.normal(1.02, 0.07), 0.85, 1.2))
 
-    def _kind(self) -> ActorKind:
-        if self.chance.random() < self.route.scenario.traffic.lorries:
+    def _kind(self, lane: int) -> ActorKind:
+        outermost = lane == self.route.section.lanes - 1
+        if outermost and self.chance.random() < self.route.scenario.traffic.lorries:
             return "lorry"
         return _KINDS[int(self.chance.integers(len(_KINDS)))]
 
     def _pace(self, s_m: float, direction: Direction) -> float:
-        slow = {"urban": 11.0, "rural": 20.0, "motorway": 29.0}[self.route.stretch_at(s_m).road_class]
+        slow = {"urban": 11.0, "rural": 20.0, "motorway": 33.0}[self.route.stretch_at(s_m).road_class]
         line = lane_of(self.road, lane_index(direction, 0)).line
         return min(slow, bend_speed_mps(line.curvature_ahead(s_m - 5.0, 10.0)))
 
@@ -156,7 +160,10 @@ class Traffic:
         bend = bend_speed_mps(
             line.curvature_ahead(*((s, look) if direction_of(car.lane_index) == "forward" else (s, -look)))
         )
-        law = (lawful_mps if lawful_mps is not None else FREE_MPS) * car.speed_bias
+        part = self.parts.get(car)
+        heeds = lawful_mps is not None and (part is None or part.heeds_limits)
+        faster = 1.0 + FASTER_PER_LANE * (self.route.section.lanes - 1 - int(car.lane_index[2]))
+        law = (lawful_mps if heeds and lawful_mps is not None else FREE_MPS * 0.92) * car.speed_bias * faster
         lorry = 82 / 3.6 if car.body.kind in ("lorry", "bus") else FREE
         car.target_speed = max(min(law, bend, car.keeps_mps, lorry), 0.1)
 

@@ -1,0 +1,374 @@
+"""The simulated world, step by step at 20 Hz: highway-env moves the vehicles, the rest is ours. Bit-identical per seed.
+
+A step reads the commands that reached the car and its driver since the last one, and gives a ``Moment``.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from proto.decision import BrakeCommand
+from services.simulator import staging
+from services.simulator.brake import Brake, Controls
+from services.simulator.cars import Car, Ego
+from services.simulator.driver import Advice, Driver, StopAhead, View, pedals
+from services.simulator.driver_profile import draw_driver
+from services.simulator.furniture import build_gantries, build_lights, build_signs
+from services.simulator.gantries import LOOKS_AHEAD_M, Shown, decide, programme
+from services.simulator.hazards import QUEUE_SEEN_M, HazardLog, person_ahead_m
+from services.simulator.kinematics import FREE, GRAVITY_MPS2, bend_speed_mps, stopping_mps2
+from services.simulator.law import Legal, build_law
+from services.simulator.lights import Cycle
+from services.simulator.lines import Lights, Line, Stood, build_lines, must_stop
+from services.simulator.moment import EgoMotion, Moment, Mover
+from services.simulator.people import Surroundings, populate, step_person
+from services.simulator.plan import RoadClass, Scenario
+from services.simulator.reading import understands
+from services.simulator.road_layout import build_flat
+from services.simulator.roadway import build_road, direction_of, lane_index, to_pose
+from services.simulator.route import Route
+from services.simulator.scene import Scene, StaticWorld
+from services.simulator.scenery import build_parked, build_scenery
+from services.simulator.traffic import Traffic
+from services.simulator.truth import Books, Crossed
+from services.simulator.weather import Weather, WeatherCourse, atmosphere
+
+STEP_S = 0.05
+SEES_LINE_M, SEES_LEAD_M = 90.0, 160.0
+LIGHTS_BELOW_M = 1500.0
+RECYCLE_EVERY, LAW_EVERY = 10, 5
+END_BEFORE_M = 60.0
+PATH_MARGIN_M = 0.25
+SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "motorway": 150 / 3.6}
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """What reached the car since the last step: spoken advice, braking commands; and what its brakes still give."""
+
+    advice: tuple[Advice, ...] = ()
+    brakes: tuple[BrakeCommand, ...] = ()
+    brake_share: float = 1.0
+
+
+class World:
+    """One scenario with one seed."""
+
+    def __init__(self, scenario: Scenario, seed: int) -> None:
+        self.scenario, self.seed, self.route = scenario, seed, Route(scenario)
+        self.static = build_static(self.route, seed)
+        self.road = build_road(self.route.section, seed % 2**31)
+        ego = scenario.ego
+        self.ego = Ego(self.road, lane_index("forward", ego.lane), ego.at_m, ego.speed_kmh / 3.6)
+        self.road.vehicles.append(self.ego)
+        self.traffic = Traffic(self.route, self.road, self.ego, seed)
+        self.traffic.fill(scenario)
+        self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather), Books()
+        self.lines = build_lines(self.route)
+        self.lights, self._stood = Lights([Cycle(plan) for plan in scenario.lights]), Stood()
+        self.people = populate(scenario, self.route.kerb_m, self.route.near, seed)
+        self._parked = [
+            (self.route.section.spine.project(a.pose.x_m, a.pose.y_m)[0], a) for a in build_parked(self.route, seed)
+        ]
+        self.gantries = {i: Shown(programme(plan, 0.0)) for i, plan in enumerate(scenario.gantries)}
+        self._passed_panels: dict[int, str] = {}
+        self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
+        self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
+        self._wish, self._wheel_rad = pedals(0.0), 0.0
+        self._front_before = self._read_to_m = self._front_m()
+
+    # One step ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def time_s(self) -> float:
+        """Seconds since the start."""
+        return round(self._step * STEP_S, 6)
+
+    def step(self, inputs: Inputs = Inputs()) -> Moment:
+        """The world ``STEP_S`` later."""
+        self._step += 1
+        weather = self.course.at(self.time_s)
+        self._advance_surroundings()
+        self._steer_traffic(weather)
+        heading, speed = float(self.ego.heading), float(self.ego.speed)
+        self._drive_ego(inputs, weather)
+        self.road.act()
+        self.road.step(STEP_S)
+        if self._step % RECYCLE_EVERY == 0:
+            self.traffic.recycle()
+        motion = self._motion(heading, speed, weather, inputs.brake_share)
+        return self._moment(motion, weather)
+
+    def _advance_surroundings(self) -> None:
+        self.lights.advance(self.time_s, self.lines, self._front_m())
+        around = Surroundings(
+            time_s=self.time_s,
+            ego_s_m=self._front_m(),
+            ego_speed_mps=self.ego.speed,
+            cars_have_red=self._cars_have_red,
+        )
+        self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)
+        if self._step % LAW_EVERY == 0:
+            for ordinal, plan in enumerate(self.scenario.gantries):
+                downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
+                self.gantries[ordinal] = decide(plan, self.gantries[ordinal], self.time_s, downstream)
+
+    def _cars_have_red(self, s_m: float) -> bool:
+        near = [line for line in self.lines if line.kind == "light" and abs(line.at_m - s_m) < 40.0]
+        return any(self.lights.state(line) == "red" for line in near)
+
+    # Traffic ------------------------------------------------------------------------------------------------------------
+
+    def _forward_cars(self) -> list[Car]:
+        return [car for car in self.traffic.cars if direction_of(car.lane_index) == "forward"]
+
+    def _steer_traffic(self, weather: Weather) -> None:
+        now_showing = {ordinal: shown.code for ordinal, shown in self.gantries.items()}
+        for index, car in enumerate(self.traffic.cars):
+            car.mu = weather.mu
+            if (self._step + index) % LAW_EVERY == 0 or self._step == 1:
+                law = self.law.at(car.s_m, now_showing).limit_mps(weather.wet)
+                self.traffic.wish_speed(car, law, self.time_s)
+            car.stop_mps2 = min(self._line_for(car), self._person_for(car), self.traffic.halt_mps2(car, STEP_S))
+
+    def _line_for(self, car: Car) -> float:
+        forward = direction_of(car.lane_index) == "forward"
+        front = car.s_m + (car.LENGTH / 2 if forward else -car.LENGTH / 2)
+        demands = [FREE]
+        for line in self.lines:
+            at_m = line.at_m if forward else line.opposite_m
+            if at_m is None:
+                continue
+            distance = at_m - front if forward else front - at_m
+            if -1.0 < distance < SEES_LINE_M and self._bars(car, line, distance, not forward):
+                demands.append(stopping_mps2(car.speed, distance, 1.8))
+        return min(demands)
+
+    def _bars(self, car: Car, line: Line, distance_m: float, oncoming: bool) -> bool:
+        if line.kind == "light":
+            return must_stop(self.lights.state(line, oncoming), car.speed, distance_m)
+        return not self._stood.watch(car.number, line, distance_m, car.speed, self.time_s)
+
+    def _person_for(self, car: Car) -> float:
+        forward = direction_of(car.lane_index) == "forward"
+        front = car.s_m + (car.LENGTH / 2 if forward else -car.LENGTH / 2)
+        ahead = person_ahead_m(self.people, front, car.lane.line.offset_at(car.s_m), forward, 45.0)
+        return FREE if ahead is None else stopping_mps2(car.speed, ahead - 2.0, 1.5)
+
+    # The ego --------------------------------------------------------------------------------------------------------------
+
+    def _front_m(self) -> float:
+        return self.ego.s_m + self.ego.LENGTH / 2
+
+    def _legal(self) -> Legal:
+        return self.law.at(self.ego.s_m, self._passed_panels)
+
+    def _drive_ego(self, inputs: Inputs, weather: Weather) -> None:
+        for advice in inputs.advice:
+            self.driver.hear(advice, self.time_s)
+        for command in inputs.brakes:
+            self.brake = self.brake.receive(command, self._now_ns())
+        self.ego.mu = weather.mu
+        before, wish = self._wish, self.driver.drive(self._view(weather), STEP_S)
+        controls = Controls(
+            accelerator=wish.accelerator,
+            accelerator_rate_per_s=(wish.accelerator - before.accelerator) / STEP_S,
+            brake=wish.brake,
+        )
+        self.brake = self.brake.step(self._now_ns(), STEP_S, controls)
+        self._wish = wish
+        wanted = min(wish.acceleration_mps2, -self.brake.applied_mps2 if self.brake.applied_mps2 > 0 else FREE)
+        hardest = inputs.brake_share * weather.mu * GRAVITY_MPS2
+        self.ego.command_mps2 = max(wanted, -hardest)
+
+    def _now_ns(self) -> int:
+        return round(self.time_s * 1e9)
+
+    def _view(self, weather: Weather) -> View:
+        lead = self.lead()
+        line = self.ego.lane.line
+        speed = float(self.ego.speed)
+        seen = lead is not None and lead[0] < min(SEES_LEAD_M, weather.visibility_m)
+        return View(
+            time_s=self.time_s,
+            speed_mps=speed,
+            mu=weather.mu,
+            wet=weather.wet,
+            bend_mps=bend_speed_mps(line.curvature_ahead(self.ego.s_m, 10.0 + 2.2 * speed)),
+            sense_mps=SENSE_MPS[self.route.stretch_at(self.ego.s_m).road_class],
+            gap_m=lead[0] if lead is not None and seen else None,
+            lead_mps=lead[1] if lead is not None else 0.0,
+            stop=self._stop_ahead(weather),
+            person_m=person_ahead_m(self.people, self._front_m(), line.offset_at(self.ego.s_m), True),
+            passed=self._posts_passed(weather),
+        )
+
+    def lead(self) -> tuple[float, float] | None:
+        """(gap, speed along the road) of the nearest vehicle in the ego's path, whichever way it faces."""
+        found: tuple[float, float] | None = None
+        for car in self.traffic.cars:
+            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
+            if -1.0 < gap < 200.0 and self._in_path(car) and (found is None or gap < found[0]):
+                found = (max(gap, 0.0), car.speed * math.cos(float(car.heading) - float(self.ego.heading)))
+        return found
+
+    def _in_path(self, car: Car) -> bool:
+        line = self.ego.lane.line
+        s, d = car.spine_place
+        beside = abs(d - line.offset_at(s))
+        return beside < (car.WIDTH + self.ego.WIDTH) / 2 + PATH_MARGIN_M
+
+    def _stop_ahead(self, weather: Weather) -> StopAhead | None:
+        speed = float(self.ego.speed)
+        for line in self.lines:
+            distance = line.at_m - self._front_m()
+            if not -1.0 < distance < min(SEES_LINE_M, weather.visibility_m):
+                continue
+            if line.kind == "stop_line" and not self._stood.watch(0, line, distance, speed, self.time_s):
+                return StopAhead(key=line.key, distance_m=distance)
+            if line.kind == "light" and must_stop(self.lights.state(line), speed, distance):
+                return StopAhead(key=line.key, distance_m=distance)
+        return None
+
+    def _posts_passed(self, weather: Weather) -> tuple[tuple[int, float | None, bool], ...]:
+        passed = []
+        for number, post in enumerate(self.law.posts):
+            if self._read_to_m < post.at_m <= self._front_m():
+                if post.ordinal >= 0:
+                    self._passed_panels[post.ordinal] = self.gantries[post.ordinal].code
+                limit = self.law.at(post.at_m, self._passed_panels).limit_mps(weather.wet)
+                passed.append((number, limit, understands(self.scenario, post)))
+        self._read_to_m = self._front_m()
+        return tuple(passed)
+
+    # What came of it --------------------------------------------------------------------------------------------------------
+
+    def _motion(self, heading: float, speed: float, weather: Weather, brake_share: float) -> EgoMotion:
+        ego = self.ego
+        turned = -(float(ego.heading) - heading)
+        yaw_rate = math.remainder(turned, 2 * math.pi) / STEP_S
+        if ego.speed > 1.0:
+            self._wheel_rad = math.atan(2.7 * yaw_rate / float(ego.speed))
+        pose = to_pose(ego.position, ego.heading)
+        s, d = self.route.section.spine.project(pose.x_m, pose.y_m)
+        limit = brake_share * weather.mu * GRAVITY_MPS2
+        return EgoMotion(
+            pose=pose,
+            s_m=s,
+            d_m=d,
+            lane=int(ego.lane_index[2]),
+            speed_mps=max(float(ego.speed), 0.0),
+            acceleration_mps2=(float(ego.speed) - speed) / STEP_S,
+            yaw_rate_radps=yaw_rate,
+            road_wheel_rad=self._wheel_rad,
+            mu=weather.mu,
+            abs_active=ego.speed > 1.5 and ego.command_mps2 <= -0.98 * limit,
+            length_m=ego.LENGTH,
+            width_m=ego.WIDTH,
+        )
+
+    def _moment(self, motion: EgoMotion, weather: Weather) -> Moment:
+        lead = self.lead()
+        legal = self._legal()
+        fact = self.books.keep(
+            time_s=self.time_s,
+            dt=STEP_S,
+            speed_mps=motion.speed_mps,
+            limit_mps=legal.limit_mps(weather.wet),
+            country=legal.country,
+            lead=None if lead is None else (lead[0], motion.speed_mps - lead[1]),
+            hazard=self._hazards.note(self._present_hazards(lead), self.time_s),
+            crossed=self._crossed(),
+            collision=bool(self.ego.crashed) or self._hits_somebody(motion),
+        )
+        self._front_before = self._front_m()
+        return Moment(
+            step=self._step,
+            time_s=self.time_s,
+            ego=motion,
+            scene=self._scene(motion, weather),
+            movers=self._movers(),
+            weather=weather,
+            wish=self._wish,
+            brake=self.brake,
+            fact=fact,
+            ended=motion.s_m > self.route.length_m - END_BEFORE_M,
+        )
+
+    def _present_hazards(self, lead: tuple[float, float] | None) -> Sequence[str]:
+        present = []
+        for person in self.people:
+            hazard = person.plan is not None and person.plan.hazard and person.crossing
+            if hazard and -2.0 < person.s_m - self._front_m() < 70.0:
+                present.append("pedestrian")
+        if lead is None:
+            return present
+        parts = [part for car, part in self.traffic.parts.items() if 0.0 < car.s_m - self.ego.s_m < 90.0]
+        if any(part.halting is not None and part.halting.hazard for part in parts):
+            present.append("lead_brakes")
+        tails = [car for car in self.traffic.queue if self._in_path(car)]
+        if any(0.0 < car.s_m - self.ego.s_m < QUEUE_SEEN_M and self.ego.speed - car.speed > 3.0 for car in tails):
+            present.append("congestion_tail")
+        return present
+
+    def _crossed(self) -> Crossed | None:
+        for line in self.lines:
+            if self._front_before < line.at_m + 0.3 <= self._front_m():
+                if line.kind == "light":
+                    return Crossed(kind="light", must_have_stopped=self.lights.state(line) == "red")
+                return Crossed(kind=line.kind, must_have_stopped=(0, line.key) not in self._stood.served)
+        return None
+
+    def _hits_somebody(self, motion: EgoMotion) -> bool:
+        for person in self.people:
+            ahead, beside = person.s_m - motion.s_m, person.d_m - motion.d_m
+            if abs(ahead) < motion.length_m / 2 + 0.2 and abs(beside) < motion.width_m / 2 + 0.2:
+                return True
+        return False
+
+    def _scene(self, motion: EgoMotion, weather: Weather) -> Scene:
+        lamps = weather.rain_mm_h > 1.0 or weather.visibility_m < LIGHTS_BELOW_M or self._night
+        cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - motion.s_m < 450.0]
+        people = [staging.person_actor(self.route, p) for p in self.people if -40.0 < p.s_m - motion.s_m < 160.0]
+        return Scene(
+            static=self.static,
+            ego=motion.pose,
+            actors=(*cars, *people, *staging.near_parked(self._parked, motion.s_m)),
+            panels=staging.panels(self.route, self.gantries),
+            lights=staging.heads(self.lines, self.lights),
+            atmosphere=atmosphere(weather, self.scenario.daylight),
+            time_s=self.time_s,
+        )
+
+    @property
+    def _night(self) -> bool:
+        return self.scenario.daylight.sun_elevation_deg < 4.0
+
+    def _movers(self) -> tuple[Mover, ...]:
+        cars = []
+        for car in self.traffic.cars:
+            yaw = -float(car.heading)
+            vx, vy = float(car.speed) * math.cos(yaw), float(car.speed) * math.sin(yaw)
+            ahead = car.s_m - self.ego.s_m > 0.0
+            cars.append(Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self._in_path(car)))
+        lane_d = self.ego.lane.line.offset_at(self.ego.s_m)
+        for person in self.people:
+            yaw = self.route.section.spine.yaw(person.s_m)
+            c, s = math.cos(yaw), math.sin(yaw)
+            along = person.along_mps if person.mode == "walking" else 0.0
+            vx, vy = along * c - person.across_mps * s, along * s + person.across_mps * c
+            inside = abs(person.d_m - lane_d) < 1.5 and person.s_m > self.ego.s_m
+            cars.append(Mover(actor_id=staging.PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
+        return tuple(cars)
+
+
+def build_static(route: Route, seed: int) -> StaticWorld:
+    """What never moves."""
+    return StaticWorld(
+        road=build_flat(route),
+        signs=build_signs(route, seed),
+        gantries=build_gantries(route),
+        lights=build_lights(route),
+        scenery=build_scenery(route, seed),
+        seed=seed,
+    )
