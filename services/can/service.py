@@ -1,6 +1,6 @@
 """The CAN service: binds one car's bus to topics and tools; decides nothing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -67,11 +67,10 @@ def build(config: CanConfig, node: Node) -> None:
         link.transmit((CanFrame(stamp_ns=node.clock.now_ns(), arbitration_id=arbitration_id, data=payload),))
 
     vehicle = _vehicle(config, send)
-    _publish(config, node, vehicle)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
     _offer_requests(config, node, vehicle)
-    link.listen(lambda frames: vehicle.ingest(frames, node.clock.now_ns()))
+    _publish(config, node, vehicle, link)
 
 
 def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
@@ -97,12 +96,24 @@ def _link(config: CanConfig, node: Node) -> FrameLink:
     return PythonCanLink(bus, node)
 
 
-def _publish(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
+def _publish(config: CanConfig, node: Node, vehicle: Vehicle, link: FrameLink) -> None:
     poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if config.interface == "zenoh" else 0.0)
 
-    def ego() -> None:
-        now_ns = node.clock.now_ns()
+    pace = _Pace(config.ego_hz)
+
+    def ego(now_ns: int) -> None:
         node.publish(topics.EGO, vehicle.ego(now_ns), stamp_ns=_stamp(vehicle, now_ns))
+
+    def on_frames(frames: Sequence[CanFrame]) -> None:
+        now_ns = node.clock.now_ns()
+        vehicle.ingest(frames, now_ns)
+        if pace.due(now_ns, 0.8):
+            ego(now_ns)  # as fresh as the bus allows
+
+    def watch() -> None:
+        now_ns = node.clock.now_ns()
+        if pace.due(now_ns, 1.3):
+            ego(now_ns)  # a silent bus is news too
 
     def degradation() -> None:
         now_ns = node.clock.now_ns()
@@ -112,8 +123,24 @@ def _publish(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
         if poll_s > 0:
             vehicle.poll(now_ns, int(poll_s * NS))
 
-    node.every(1.0 / config.ego_hz, ego)
+    node.every(1.0 / config.ego_hz, watch)
     node.every(1.0 / config.degradation_hz, degradation)
+    link.listen(on_frames)
+
+
+class _Pace:
+    """Keeps a rate, by the clock it is shown."""
+
+    def __init__(self, rate_hz: float) -> None:
+        self._period_ns = NS / rate_hz
+        self._last_ns = 0
+
+    def due(self, now_ns: int, share: float) -> bool:
+        """Whether this share of a period has passed since the last time that it had."""
+        if 0 <= now_ns - self._last_ns < share * self._period_ns:
+            return False
+        self._last_ns = now_ns
+        return True
 
 
 def _stamp(vehicle: Vehicle, now_ns: int) -> int:

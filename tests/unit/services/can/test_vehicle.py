@@ -1,0 +1,131 @@
+"""Asking control units: matching, waiting, and what stays known when they fall silent."""
+
+import threading
+
+import pytest
+
+from proto.sensors import CanFrame
+from services.can.dbc import Dbc
+from services.can.diagnostics import Diagnostics
+from services.can.dtc import DtcBook
+from services.can.errors import RequestRefused
+from services.can.isotp import single_frame
+from services.can.profile import Profile
+from services.can.vehicle import Vehicle
+
+NS = 1_000_000_000
+ECUS = (0x7E0, 0x7E1)
+
+
+def frame(arbitration_id: int, payload: bytes, stamp_ns: int = 0) -> CanFrame:
+    return CanFrame(stamp_ns=stamp_ns, arbitration_id=arbitration_id, data=single_frame(payload))
+
+
+class Wire:
+    """Collects what is sent."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[int, bytes]] = []
+
+    def send(self, arbitration_id: int, data: bytes) -> None:
+        self.sent.append((arbitration_id, data))
+
+
+def test_an_answer_that_follows_later_is_waited_for() -> None:
+    diagnostics = Diagnostics(Wire().send, ECUS)
+    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0) as exchange:
+        diagnostics.on_frame(frame(0x7E8, b"\x7f\x01\x78"))
+        assert not exchange.done.is_set()
+        diagnostics.on_frame(frame(0x7E8, b"\x41\x0d\x30"))
+        assert exchange.wait(1.0)
+    assert exchange.answers == {0x7E8: b"\x41\x0d\x30"}
+
+
+def test_answers_of_others_and_to_other_questions_are_not_taken() -> None:
+    diagnostics = Diagnostics(Wire().send, ECUS)
+    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0) as exchange:
+        for other in (frame(0x7EF, b"\x41\x0d\x01"), frame(0x7E8, b"\x41\x0c\x01\x02"), frame(0x123, b"\x41\x0d\x01")):
+            diagnostics.on_frame(other)
+        assert not exchange.wait(0.05)
+    diagnostics.on_frame(frame(0x7E8, b"\x41\x0d\x30"))
+    assert exchange.answers == {}
+
+
+def test_the_line_is_held_by_one_request_at_a_time() -> None:
+    diagnostics = Diagnostics(Wire().send, ECUS)
+    refused = threading.Event()
+
+    def second() -> None:
+        with pytest.raises(TimeoutError), diagnostics.request(0x7DF, b"\x03", first_only=False, timeout_s=0.05):
+            pass
+        refused.set()
+
+    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0):
+        assert diagnostics.start(0x7DF, b"\x07") is None
+        thread = threading.Thread(target=second)
+        thread.start()
+        thread.join(5.0)
+    assert refused.is_set()
+
+
+def test_a_refused_request_frees_the_line() -> None:
+    wire = Wire()
+    diagnostics = Diagnostics(wire.send, ECUS)
+    with pytest.raises(RequestRefused), diagnostics.request(0x7DF, b"\x04", first_only=True, timeout_s=0.1):
+        pass
+    with diagnostics.request(0x7DF, b"\x03", first_only=True, timeout_s=0.1):
+        pass
+    assert [data[1] for _, data in wire.sent] == [0x03]
+
+
+@pytest.fixture
+def wire() -> Wire:
+    return Wire()
+
+
+@pytest.fixture
+def vehicle(dbc: Dbc, profile: Profile, book: DtcBook, wire: Wire) -> Vehicle:
+    return Vehicle(dbc, profile, book, wire.send)
+
+
+def test_codes_are_asked_for_from_time_to_time_and_learned(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(NS, 4 * NS)
+    assert wire.sent[-1] == (0x7DF, single_frame(b"\x03"))
+    vehicle.ingest([frame(0x7E8 + unit, b"\x43\x00", NS) for unit in (0, 1, 3)], NS)
+    vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", NS)], NS)
+    vehicle.poll(2 * NS, 4 * NS)
+    assert vehicle.stored.codes == ("C0035",)
+    assert len(wire.sent) == 1
+    vehicle.poll(4 * NS, 4 * NS)
+    assert wire.sent[-1] == (0x7DF, single_frame(b"\x07"))
+
+
+def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None:
+    vehicle.poll(NS, NS)
+    vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", NS)], NS)
+    for second in range(2, 20):
+        vehicle.poll(second * NS, NS)
+        vehicle.ingest([frame(0x7E8, b"\x43\x00", second * NS)], second * NS)
+    assert vehicle.stored.codes == ("C0035",)
+
+
+def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wire, dbc: Dbc) -> None:
+    vehicle.poll(NS, 1000 * NS)
+    vehicle.degradation(2 * NS)
+    message, _ = dbc.signal("LampAbs")
+    lamps = dict.fromkeys((signal.name for signal in message.signals), 0) | {"LampAbs": 1}
+    vehicle.ingest(
+        [CanFrame(stamp_ns=3 * NS, arbitration_id=message.frame_id, data=bytes(message.encode(lamps)))], 3 * NS
+    )
+    assert vehicle.degradation(3 * NS).warning_lamps == ("abs",)
+    vehicle.poll(3 * NS, 1000 * NS)
+    assert len(wire.sent) == 2
+
+
+def test_the_history_is_bounded(dbc: Dbc, profile: Profile, book: DtcBook) -> None:
+    vehicle = Vehicle(dbc, profile, book, Wire().send, history_limit=100)
+    for second in range(50):
+        vehicle.ingest([frame(0x555, b"\x01", second * NS)] * 10, second * NS)
+    assert len(vehicle.history) == 100
+    assert vehicle.history.seen == 500
+    assert len(vehicle.history.since(48 * NS)) == 20
