@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -68,13 +69,14 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
     for actor in cast.actors:
         number = len(out) + 1
         model = cast.models[actor.id].model
-        assert model is not None
+        if model is None:  # never: actors are uploaded with their models
+            continue
         points = world_points(model, actor)
         kind: LabelKind = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
         label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
         out.append(
             Candidate(
-                lambda a=actor, n=number: frame.draw_actor(kit, a, cast, "id_object", n),
+                partial(frame.draw_actor, kit, actor, cast, "id_object", number),
                 points,
                 points.mean(axis=0),
                 label,
@@ -84,7 +86,7 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         number, centre = len(out) + 1, np.array(light_centre(item[0]))
         points = _box_points(centre, item[0].pose.yaw_rad, 0.16, 0.46, 1.10)
         label = _blank(item[0].id, "light", code=item[2])
-        out.append(Candidate(lambda i=item, n=number: frame.draw_light(kit, i, "id_object", n), points, centre, label))
+        out.append(Candidate(partial(frame.draw_light, kit, item, "id_object", number), points, centre, label))
     return out + _face_candidates(kit, cast, len(out) + 1, shared)
 
 
@@ -99,7 +101,7 @@ def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform
             spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc
         )
         row = rows[k : k + 1]
-        out.append(Candidate(lambda r=row: frame.draw_faces(kit, r, "id_face", shared), points, centre, label))
+        out.append(Candidate(partial(frame.draw_faces, kit, row, "id_face", shared), points, centre, label))
     return out
 
 

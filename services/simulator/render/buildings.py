@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from services.simulator.render.mesh import Builder, Colour, Material
@@ -189,7 +191,7 @@ def gantry(builder: Builder, span: float, clearance: float, panels: list[tuple[f
         for x in (-0.35, -0.05):
             builder.tube((x, -half, z), (x, half, z), 0.06, STEEL, sides=6)
     steps = np.linspace(-half, half, max(4, int(span / 1.2)))
-    for k, (a, b) in enumerate(zip(steps, steps[1:], strict=False)):
+    for k, (a, b) in enumerate(pairwise(steps)):
         z0, z1 = (clearance + 0.45, clearance + 1.15) if k % 2 else (clearance + 1.15, clearance + 0.45)
         builder.tube((-0.05, a, z0), (-0.05, b, z1), 0.04, STEEL, sides=5)
     for y, wide, high in panels:
@@ -215,7 +217,7 @@ def light_head(builder: Builder, height: float, arm: float) -> None:
         builder.disc((0.066, arm, height + z), (1, 0, 0), 0.10, colour, 16, 0, material)
         turn = np.linspace(0.15 * np.pi, 0.85 * np.pi, 7)
         rim = np.stack([np.zeros(7), np.cos(turn) * 0.125 + arm, np.sin(turn) * 0.125 + height + z], axis=1)
-        visor = np.stack([rim + (0.06, 0, 0), rim + (0.22, 0, 0)], axis=1)
+        visor = np.stack([rim + np.array([0.06, 0, 0]), rim + np.array([0.22, 0, 0])], axis=1)
         builder.grid(visor, (0.05, 0.055, 0.05))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import moderngl
 
@@ -20,9 +21,10 @@ def open_context() -> moderngl.Context:
     response times of all other services. Raises ``RendererUnavailable`` where EGL or a driver is missing.
     """
     os.environ.setdefault("LP_NUM_THREADS", "1")
+    options: dict[str, Any] = {"backend": "egl"}
     try:
-        return moderngl.create_context(standalone=True, backend="egl", require=330)
-    except Exception as error:  # glcontext raises bare Exception when the library or the device is absent
+        return moderngl.create_context(require=330, standalone=True, **options)
+    except Exception as error:  # the library raises nothing narrower where a driver or the device is absent
         raise RendererUnavailable(
             f"no OpenGL by EGL ({error}); on Debian or Ubuntu: apt-get install {PACKAGES}"
         ) from error

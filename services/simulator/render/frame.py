@@ -7,17 +7,18 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from services.simulator.render.faces import FaceKey
 from services.simulator.render.kit import FACE_DTYPE, Drawable, Kit, Uniform
 from services.simulator.render.light import HEADLIGHT_GAIN, Light
 from services.simulator.render.mesh import Floats, Material
 from services.simulator.render.models import actor_matrix, lamp_levels
-from services.simulator.render.faces import FaceKey
 from services.simulator.render.view import View
-from services.simulator.render.world import FaceSpot, World, instances
+from services.simulator.render.world import FaceSpot, World, fill_instances
 from services.simulator.scene import Actor, LightState, Scene, TrafficLight
 
 REACH_M = 260.0
 SOLID_REACH_M = 400.0
+COARSE_FROM_M = 55.0  # plants beyond are drawn coarsely; for a focal length of 457 px, else in proportion
 LIT: dict[LightState, tuple[Material, ...]] = {
     "red": (Material.RED,),
     "red_amber": (Material.RED, Material.AMBER),
@@ -164,14 +165,18 @@ def draw_ground(kit: Kit, world: World, cast_: Cast, shared: dict[str, Uniform])
 
 def draw_plants(kit: Kit, world: World, cast_: Cast, prefix: str, shared: dict[str, Uniform]) -> None:
     """Plants and furniture by instancing."""
+    focal, near_focal = cast_.view.spec.focal_px, 457.0
     levels = np.zeros(16, dtype="<f4")
     levels[Material.STREET] = 2.0 * cast_.light.night
     for program, groves in (("plant", world.plants), ("furniture", world.furniture)):
         kit.set(prefix + program, shared | {"u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": 0})
         for grove in groves:
-            count = instances(grove, cast_.view.sees(grove.centres, grove.radii, grove.reach_m))
-            if count:
-                grove.drawable.vao(prefix + program).render(instances=count)
+            seen = cast_.view.sees(grove.centres, grove.radii, grove.reach_m)
+            far = np.linalg.norm(grove.centres - cast_.view.eye, axis=1) * near_focal > COARSE_FROM_M * focal
+            for drawable, chosen in ((grove.near, seen & ~far), (grove.far, seen & far)):
+                count = fill_instances(drawable, grove.rows[chosen])
+                if count:
+                    drawable.vao(prefix + program).render(instances=count)
 
 
 def draw_solid(kit: Kit, world: World, cast_: Cast, name: str, shared: dict[str, Uniform]) -> None:

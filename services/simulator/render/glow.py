@@ -60,7 +60,7 @@ def _actor_glows(actor: Actor, cast_: Cast, dark: float) -> list[tuple[float, ..
         level, shown = levels[lamp.material], max(0.0, facing * lamp.sense)
         if level > 0 and shown > 0:
             place = _lamp_place(actor, lamp, c, s)
-            size, power = (0.75, 0.95) if lamp.material == Material.HEAD else (0.30, 0.5)
+            size, power = (0.55, 0.85) if lamp.material == Material.HEAD else (0.30, 0.5)
             rows += _sprite(cast_, place, lamp.material, size, power * dark * min(level, 2.0) * shown)
     return rows
 
@@ -102,10 +102,10 @@ def _sprite(
 def blobs(world: World, cast_: Cast) -> Floats:
     """Rows (x, y, z, yaw, half length, half width, strength, softness): contact shadows and the plants' shade."""
     rows: list[tuple[float, ...]] = []
-    contact = 0.62 if cast_.light.night == 0 else 0.5
+    contact = 0.85 if cast_.light.night == 0 else 0.6
     for actor in cast_.actors:
         pose, small = actor.pose, actor.kind == "pedestrian"
-        half_l, half_w = (0.38, 0.38) if small else (actor.length_m / 2 + 0.35, actor.width_m / 2 + 0.35)
+        half_l, half_w = (0.38, 0.38) if small else (actor.length_m / 2 + 0.25, actor.width_m / 2 + 0.30)
         rows.append(
             (
                 pose.x_m,
@@ -115,7 +115,7 @@ def blobs(world: World, cast_: Cast) -> Floats:
                 half_l,
                 half_w,
                 contact * (0.7 if small else 1.0),
-                0.0 if small else 0.45,
+                0.0 if small else 0.55,
             )
         )
     for item in world.buildings:
@@ -125,7 +125,8 @@ def blobs(world: World, cast_: Cast) -> Floats:
 
 
 def _plant_blobs(world: World, cast_: Cast) -> list[tuple[float, ...]]:
-    sun, rows = cast_.light.sun_dir, []
+    sun = cast_.light.sun_dir
+    rows: list[tuple[float, ...]] = []
     azimuth, stretch = math.atan2(sun[1], sun[0]), 1.0 / max(sun[2], 0.25)
     for grove in world.plants:
         near = np.linalg.norm(grove.centres[:, :2] - cast_.view.eye[:2], axis=1) < SHADOW_REACH_M

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from services.simulator.render.loft import AMBER, GLASS, HEAD, RUBBER, TAIL, end_quad, wheel
@@ -216,7 +218,7 @@ def bus(builder: Builder, family: int, rng: np.random.Generator, size_m: Size) -
 
 def _window_row(builder: Builder, length: float, side: float, y: float, z0: float, z1: float, panes: int) -> None:
     edges = np.linspace(-length / 2 + 0.25, length / 2 - 0.2, panes + 1)
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in pairwise(edges):
         corners = [
             (a + 0.04, side * y, z0),
             (b - 0.04, side * y, z0),
@@ -239,7 +241,7 @@ def _bus_lamps(builder: Builder, x: float, half: float, rng: np.random.Generator
 
 def motorcycle(builder: Builder, family: int, rng: np.random.Generator, size_m: Size) -> None:
     """With its rider. Families: sport, tourer with cases, scooter, chopper."""
-    length, width, height = size_m
+    length, _, height = size_m
     kind, paint = family % 4, pick_paint(rng)
     radius = (0.31, 0.32, 0.24, 0.33)[kind]
     rear, front = -length / 2 + radius, length / 2 - radius

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +23,10 @@ ID_SOURCES = (shaders.OBJECT_VERTEX, shaders.ID_FRAGMENT)
 GROUND_SOURCES = (shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
 PROGRAMS: dict[str, tuple[tuple[str, str], tuple[str, ...]]] = {
     "object": (OBJECT_SOURCES, ()),
-    "plant": (OBJECT_SOURCES, ("INSTANCED", "LEAFY")),
+    "plant": ((shaders.LEAF_VERTEX, shaders.LEAF_FRAGMENT), ()),
     "furniture": (OBJECT_SOURCES, ("INSTANCED",)),
     "id_object": (ID_SOURCES, ()),
-    "id_plant": (ID_SOURCES, ("INSTANCED", "LEAFY")),
+    "id_plant": ((shaders.LEAF_VERTEX, shaders.ID_FRAGMENT), ("LEAFY",)),
     "id_furniture": (ID_SOURCES, ("INSTANCED",)),
     "ground": (GROUND_SOURCES, ()),
     "line": (GROUND_SOURCES, ("LINE",)),
@@ -145,7 +146,7 @@ class Kit:
         stack = textures.all_layers()
         array = self.ctx.texture_array((textures.SIZE, textures.SIZE, len(stack)), 4, stack.tobytes())
         array.build_mipmaps(0, 6)
-        array.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        array.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
         array.anisotropy = 1.0
         return array
 
@@ -181,10 +182,16 @@ class Kit:
         self._models[key] = found
         return found
 
-    def _plants(self) -> dict[str, list[Drawable]]:
+    def _plants(self) -> dict[str, list[tuple[Drawable, Drawable]]]:
         makers = {"tree": (plants.tree, TREES), "conifer": (plants.conifer, CONIFERS), "hedge": (plants.hedge, HEDGES)}
         return {
-            kind: [self.upload(make(seed).build(), instanced=True) for seed in range(count)]
+            kind: [
+                (
+                    self.upload(make(seed).build(), instanced=True),
+                    self.upload(make(seed, plants.COARSE).build(), instanced=True),
+                )
+                for seed in range(count)
+            ]
             for kind, (make, count) in makers.items()
         }
 

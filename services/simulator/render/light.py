@@ -11,7 +11,7 @@ from services.simulator.scene import Atmosphere
 
 Rgb = tuple[float, float, float]
 KOSCHMIEDER = 3.912  # contrast falls to 2 % at the visibility distance
-HEADLIGHT_GAIN = 1.5
+HEADLIGHT_GAIN = 1.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -145,7 +145,7 @@ class Builder:
         for corners in BOX_SIDES:
             local = corners * s
             wide, high = np.linalg.norm(local[1] - local[0]), np.linalg.norm(local[3] - local[0])
-            u, v = (wide / uv_m, high / uv_m) if uv_m > 0 else (1.0, 1.0)
+            u, v = (float(wide) / uv_m, float(high) / uv_m) if uv_m > 0 else (1.0, 1.0)
             self.quad(local @ turn.T + c, colour, layer, material, ((0, 0), (u, 0), (u, v), (0, v)))
 
     def tube(

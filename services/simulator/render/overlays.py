@@ -50,7 +50,7 @@ def drops(seed: int) -> Bytes:
         out[:, :, 0][inside] = (-dx * (1 - bend))[inside]
         out[:, :, 1][inside] = (-dy * (1 - bend))[inside]
         out[:, :, 2][inside] = (0.8 - r2)[inside] * np.sign(dy - 0.2)[inside]
-    out = cv2.GaussianBlur(out, (3, 3), 0)
-    out[:, :, :2] = 127.5 + 127.5 * out[:, :, :2]
-    out[:, :, 2] = np.maximum(out[:, :, 2], 0) * 255
-    return out.clip(0, 255).astype(np.uint8)
+    soft = np.asarray(cv2.GaussianBlur(out, (3, 3), 0), dtype=np.float32)
+    soft[:, :, :2] = 127.5 + 127.5 * soft[:, :, :2]
+    soft[:, :, 2] = np.maximum(soft[:, :, 2], 0) * 255
+    return soft.clip(0, 255).astype(np.uint8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -14,13 +15,15 @@ from services.simulator.render.frame import Cast
 from services.simulator.render.kit import Kit, Uniform
 from services.simulator.render.labels import Label
 from services.simulator.render.light import light_of
-from services.simulator.render.targets import Targets
+from services.simulator.render.targets import Picture, Targets
 from services.simulator.render.view import View
 from services.simulator.render.world import World
 from services.simulator.scene import CameraSpec, Scene, StaticWorld
 
-BLEND = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
-ADD = (moderngl.ONE, moderngl.ONE)
+BLEND: Any = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
+ADD: Any = (moderngl.ONE, moderngl.ONE)
+LEAST: Any = moderngl.MIN  # the library's annotations are narrower than what it takes
+SUM: Any = moderngl.FUNC_ADD
 SHADE_REACH_M = 90.0
 
 
@@ -45,10 +48,10 @@ class Renderer:
     def render(self, scene: Scene, camera: CameraSpec) -> NDArray[np.uint8]:
         """The camera's picture, RGB (height_px, width_px, 3)."""
         cast = self._cast(scene, camera)
-        raw, final = self._targets.picture(camera.width_px, camera.height_px)
-        self._draw(cast, raw)
-        self._develop(cast, raw, final)
-        data = final.read(components=3, alignment=1)
+        picture = self._targets.picture(camera.width_px, camera.height_px)
+        self._draw(cast, picture.raw)
+        self._develop(cast, picture)
+        data = picture.final.read(components=3, alignment=1)
         return np.frombuffer(data, dtype=np.uint8).reshape(camera.height_px, camera.width_px, 3)
 
     def render_labels(self, scene: Scene, camera: CameraSpec) -> list[Label]:
@@ -94,7 +97,7 @@ class Renderer:
     def _shade(self, cast: Cast, shared: dict[str, Uniform]) -> None:
         """Shadows go to the target's alpha by minimum, so that overlaps do not add up; white leaves the colours."""
         kit, ctx = self._kit, self._kit.ctx
-        ctx.blend_equation = moderngl.MIN
+        ctx.blend_equation = LEAST
         count = glow.upload_blobs(kit, glow.blobs(self._world, cast))
         if count:
             kit.set("blob", shared)
@@ -109,7 +112,7 @@ class Renderer:
             for actor in near:
                 if actor.kind != "pedestrian":
                     frame.draw_actor(kit, actor, cast, "shade")
-        ctx.blend_equation = moderngl.FUNC_ADD
+        ctx.blend_equation = SUM
 
     def _solids(self, cast: Cast, shared: dict[str, Uniform]) -> None:
         kit, world = self._kit, self._world
@@ -135,21 +138,21 @@ class Renderer:
         target.depth_mask = True
         target.use()
 
-    def _develop(self, cast: Cast, raw: moderngl.Framebuffer, final: moderngl.Framebuffer) -> None:
+    def _develop(self, cast: Cast, picture: Picture) -> None:
         """From the drawn frame to the sensor's picture: shadows, blur, rain, drops, vignette, noise."""
         kit, light, scene = self._kit, cast.light, cast.scene
         stamp = zlib.crc32(f"{self._seed}/{cast.view.spec.id}/{scene.time_s:.4f}".encode())
         rng = np.random.default_rng(stamp)
         rain = float(np.clip(scene.atmosphere.rain_mm_h / 14, 0, 1)) ** 0.6
         streak = np.sqrt(np.clip(np.array(light.fog) * 1.15 + 0.02, 0, 1))
-        final.use()
+        picture.final.use()
         kit.ctx.disable(moderngl.DEPTH_TEST | moderngl.BLEND)
-        for unit, texture in ((2, raw.color_attachments[0]), (3, kit.grain), (4, kit.streaks), (5, self._drops)):
+        for unit, texture in ((2, picture.colour), (3, kit.grain), (4, kit.streaks), (5, self._drops)):
             texture.use(unit)
         kit.set(
             "post",
             {
-                "u_texel": (1 / raw.width, 1 / raw.height),
+                "u_texel": (1 / picture.raw.width, 1 / picture.raw.height),
                 "u_shift": (int(rng.integers(256)), int(rng.integers(256))),
                 "u_rain": (0.55 * rain, float(rng.uniform()), float(rng.uniform())),
                 "u_noise": light.noise,

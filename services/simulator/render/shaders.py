@@ -26,8 +26,8 @@ float headlight(vec3 p) {
   float y = d.x * -u_beam_dir.y + d.y * u_beam_dir.x;
   float t = y / (x + 1.0), rise = (d.z + 0.012 * x) / (x + 2.0);
   float wide = exp(-t * t * 7.0);
-  float cut = mix(1.0, 0.13, smoothstep(-0.01, 0.03, rise));
-  return u_beam * wide * cut * 60.0 / (60.0 + x * x * 0.16) * smoothstep(0.3, 7.0, x);
+  float cut = mix(1.0, 0.26, smoothstep(-0.01, 0.04, rise));
+  return u_beam * wide * cut * 60.0 / (60.0 + x * x * 0.11) * smoothstep(0.3, 7.0, x);
 }
 vec3 street(vec3 p, vec3 n) {
   vec3 sum = vec3(0.0);
@@ -95,19 +95,12 @@ in vec3 v_pos; in vec3 v_normal; in vec3 v_uv; in vec3 v_rgb; in vec4 v_kind;
 out vec4 colour;
 void main() {
   vec4 texel = texture(u_surfaces, v_uv);
-#ifdef LEAFY
-  if (texel.a < 0.42) discard;
-#endif
   vec3 base = texel.rgb * v_rgb; base *= base;
   vec3 n = normalize(v_normal), to_eye = u_eye - v_pos;
   float dist = length(to_eye);
   to_eye /= dist;
   float ahead = dot(n, u_sun_dir);
-#ifdef LEAFY
-  float sun = 0.25 + 0.75 * max(ahead, 0.0);
-#else
   float sun = max(ahead, 0.0);
-#endif
   float floor_shade = 0.72 + 0.28 * clamp(v_pos.z * 1.2, 0.0, 1.0);
   vec3 light = mix(u_earth, u_sky, n.z * 0.5 + 0.5) * floor_shade + u_sun * sun;
 #ifdef NIGHT
@@ -115,7 +108,6 @@ void main() {
   light += vec3(1.0, 0.97, 0.9) * beam * (0.25 + 0.75 * max(dot(n, to_eye), 0.0)) + street(v_pos, n);
 #endif
   vec3 c = base * light;
-#ifndef LEAFY
   if (v_kind.y > 0.0) {
     vec3 r = reflect(-to_eye, n);
     float f = 1.0 - max(dot(n, to_eye), 0.0);
@@ -140,11 +132,47 @@ void main() {
 #endif
   }
   c += base * v_kind.x * 2.2;
-#endif
   colour = vec4(sqrt(fogged(c, dist)), 1.0);
 }
 """
 )
+
+LEAF_VERTEX = (
+    COMMON
+    + """
+uniform mat4 u_clip;
+in vec3 in_pos; in vec3 in_normal; in vec2 in_uv; in vec4 in_rgba; in vec4 in_meta; in vec4 in_place; in vec4 in_look;
+out vec3 v_uv; out vec3 v_rgb; out vec4 v_light; out vec3 v_pos;
+void main() {
+  float c = cos(in_place.w), s = sin(in_place.w);
+  vec3 q = in_pos * vec3(in_look.x, in_look.x, in_look.y);
+  v_pos = vec3(c * q.x - s * q.y, s * q.x + c * q.y, q.z) + in_place.xyz;
+  vec3 n = vec3(c * in_normal.x - s * in_normal.y, s * in_normal.x + c * in_normal.y, in_normal.z);
+  float dist = distance(u_eye, v_pos);
+  vec3 light = mix(u_earth, u_sky, n.z * 0.5 + 0.5) * (0.72 + 0.28 * clamp(v_pos.z * 1.2, 0.0, 1.0));
+  light += u_sun * (0.25 + 0.75 * max(dot(n, u_sun_dir), 0.0));
+#ifdef NIGHT
+  light += vec3(1.0, 0.97, 0.9) * headlight(v_pos) * (0.25 + 0.75 * max(dot(n, u_eye - v_pos) / dist, 0.0)) + street(v_pos, n);
+#endif
+  v_rgb = in_rgba.rgb * vec3(in_look.z, 1.0, in_look.w);
+  v_uv = vec3(in_uv, floor(in_meta.x * 255.0 + 0.5));
+  v_light = vec4(light, exp(-u_beta * dist));
+  gl_Position = u_clip * vec4(v_pos, 1.0);
+}
+"""
+)
+
+LEAF_FRAGMENT = """
+uniform sampler2DArray u_surfaces; uniform vec3 u_fog;
+in vec3 v_uv; in vec3 v_rgb; in vec4 v_light;
+out vec4 colour;
+void main() {
+  vec4 texel = texture(u_surfaces, v_uv);
+  if (texel.a < 0.42) discard;
+  vec3 base = texel.rgb * v_rgb;
+  colour = vec4(sqrt(mix(u_fog, base * base * v_light.rgb, v_light.a)), 1.0);
+}
+"""
 
 GROUND_VERTEX = """
 uniform mat4 u_clip; uniform float u_pixel; uniform vec2 u_shift;
@@ -396,7 +424,7 @@ void main() {
 
 ID_FRAGMENT = """
 uniform sampler2DArray u_surfaces; uniform uint u_id; uniform vec3 u_eye;
-in vec3 v_pos; in vec3 v_normal; in vec3 v_uv; in vec3 v_rgb; in vec4 v_kind;
+in vec3 v_pos; in vec3 v_uv;
 out uvec2 label;
 void main() {
 #ifdef LEAFY

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import moderngl
+
+
+class Picture(NamedTuple):
+    """The drawn frame, its colour and shade as a texture, and the developed picture."""
+
+    raw: moderngl.Framebuffer
+    colour: moderngl.Texture
+    final: moderngl.Framebuffer
 
 
 class Targets:
@@ -10,10 +20,10 @@ class Targets:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._pictures: dict[tuple[int, int], tuple[moderngl.Framebuffer, moderngl.Framebuffer]] = {}
+        self._pictures: dict[tuple[int, int], Picture] = {}
         self._ids: dict[tuple[int, int], moderngl.Framebuffer] = {}
 
-    def picture(self, width_px: int, height_px: int) -> tuple[moderngl.Framebuffer, moderngl.Framebuffer]:
+    def picture(self, width_px: int, height_px: int) -> Picture:
         """The drawn frame (colour, shade, depth) and the developed picture."""
         size = (width_px, height_px)
         if size not in self._pictures:
@@ -22,7 +32,7 @@ class Targets:
             raw_colour.repeat_x = raw_colour.repeat_y = False
             raw = self._ctx.framebuffer([raw_colour], self._ctx.depth_renderbuffer(size))
             final = self._ctx.framebuffer([self._ctx.texture(size, 4)])
-            self._pictures[size] = raw, final
+            self._pictures[size] = Picture(raw, raw_colour, final)
         return self._pictures[size]
 
     def ids(self, width_px: int, height_px: int) -> moderngl.Framebuffer:

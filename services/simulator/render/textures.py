@@ -62,8 +62,14 @@ def noise(seed: int, power: float) -> Image:
     return out
 
 
+def _smeared(seed: int, length: int) -> Image:
+    """Fine noise drawn out along the rows' direction by ``length`` pixels."""
+    return np.asarray(cv2.blur(noise(seed, 0.2), (3, length)), dtype=np.float64)
+
+
 def _tinted(grey: Image, colour: tuple[float, float, float]) -> Image:
-    return np.clip(grey[:, :, None] * np.asarray(colour) * 255.0, 0, 255)
+    out: Image = np.clip(grey[:, :, None] * np.asarray(colour) * 255.0, 0, 255)
+    return out
 
 
 def _opaque(rgb: Image) -> Bytes:
@@ -131,13 +137,13 @@ def _brick_rgb() -> Image:
 
 
 def _plaster_rgb() -> Image:
-    streak = cv2.blur(noise(19, 0.2), (3, 61))
+    streak = _smeared(19, 61)
     return _tinted(0.84 + 0.02 * noise(18, 0.6) + 0.025 * noise(20, 1.7) + 0.02 * streak, (1.0, 0.98, 0.94))
 
 
 def _wood() -> Bytes:
     rng = np.random.default_rng(21)
-    grain = cv2.blur(noise(22, 0.2), (3, 41))
+    grain = _smeared(22, 41)
     image = _tinted(0.45 + 0.06 * grain, (1.0, 0.68, 0.45))
     for column in range(8):
         image[:, column * 32 : column * 32 + 32] *= rng.uniform(0.75, 1.15)
@@ -227,14 +233,15 @@ def _needles() -> Bytes:
 
 
 def _bark() -> Bytes:
-    return _opaque(_tinted(0.42 + 0.1 * cv2.blur(noise(32, 0.2), (3, 31)), (1.0, 0.86, 0.72)))
+    return _opaque(_tinted(0.42 + 0.1 * _smeared(32, 31), (1.0, 0.86, 0.72)))
 
 
 def _dirt(rows_from: float, seed: int) -> Image:
     """1 at the top, darker and brown towards row 1.0 (texture rows run downwards)."""
     height = np.linspace(0, 1, SIZE)[:, None]
     level = np.clip((height - rows_from) / (1 - rows_from), 0, 1) ** 1.5 * (0.5 + 0.2 * noise(seed, 1.3))
-    return 1 - np.clip(level, 0, 0.8)[:, :, None] * np.array([0.45, 0.5, 0.58])
+    out: Image = 1 - np.clip(level, 0, 0.8)[:, :, None] * np.array([0.45, 0.5, 0.58])
+    return out
 
 
 def _car_side() -> Bytes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from services.simulator.render.loft import AMBER, GLASS, HEAD, RUBBER, TAIL, Profile, body, end_quad, wheels
@@ -222,7 +224,7 @@ def _trim(
 
 
 def _stripe(builder: Builder, length: float, profile: Profile, height: float, colour: Colour, half: float) -> None:
-    for a, b in zip(profile.stations, profile.stations[1:], strict=False):
+    for a, b in pairwise(profile.stations):
         if a[3] == "w":
             continue
         za, zb = a[2] * height + 0.022, b[2] * height + 0.022

@@ -63,7 +63,8 @@ class Pieces:
 class Grove:
     """All instances of one plant or furniture variant: rows of (x, y, z, yaw, scale, height scale, tint, tint)."""
 
-    drawable: Drawable
+    near: Drawable
+    far: Drawable
     rows: np.ndarray
     centres: Floats
     radii: Floats
@@ -236,7 +237,9 @@ def _groves(kit: Kit, static: StaticWorld) -> list[Grove]:
         if item.kind in counts:
             rows.setdefault((item.kind, item.look_seed % counts[item.kind]), []).append(_plant_row(item))
     heights = {"tree": TREE_HEIGHT_M, "conifer": CONIFER_HEIGHT_M, "hedge": 2.0}
-    return [_grove(kit.plants[kind][variant], values, heights[kind], 280.0) for (kind, variant), values in rows.items()]
+    return [
+        _grove(*kit.plants[kind][variant], values, heights[kind], 280.0) for (kind, variant), values in rows.items()
+    ]
 
 
 def _plant_row(item: Scenery) -> list[float]:
@@ -256,7 +259,7 @@ def _furniture(kit: Kit, static: StaticWorld) -> list[Grove]:
     for kind, natural in (("lamp", LAMP_HEIGHT_M), ("post", POST_HEIGHT_M)):
         rows = [_upright_row(item, natural) for item in static.scenery if item.kind == kind]
         if rows:
-            out.append(_grove(kit.furniture[kind], rows, natural, 180.0))
+            out.append(_grove(kit.furniture[kind], kit.furniture[kind], rows, natural, 180.0))
     return out
 
 
@@ -266,12 +269,12 @@ def _upright_row(item: Scenery, natural: float) -> list[float]:
     return [item.pose.x_m, item.pose.y_m, item.pose.z_m, item.pose.yaw_rad, wide, high, 1.0, 1.0]
 
 
-def _grove(drawable: Drawable, rows: list[list[float]], height: float, reach_m: float) -> Grove:
+def _grove(near: Drawable, far: Drawable, rows: list[list[float]], height: float, reach_m: float) -> Grove:
     table = np.array(rows, dtype="<f4")
     scale = table[:, 5]
     centres = table[:, :3].astype(np.float64)
     centres[:, 2] += scale * height / 2
-    return Grove(drawable, table, centres, (scale * height * 0.75 + 1.5).astype(np.float64), reach_m)
+    return Grove(near, far, table, centres, (scale * height * 0.75 + 1.5).astype(np.float64), reach_m)
 
 
 def _street_lamps(static: StaticWorld) -> Floats:
@@ -288,10 +291,9 @@ def _street_lamps(static: StaticWorld) -> Floats:
     return out
 
 
-def instances(grove: Grove, seen: np.ndarray) -> int:
-    """Upload the visible instances; returns how many."""
-    rows = grove.rows[seen]
-    if len(rows) and grove.drawable.instances is not None:
-        rows = rows[: grove.drawable.instances.size // 32]
-        grove.drawable.instances.write(np.ascontiguousarray(rows).tobytes())
+def fill_instances(drawable: Drawable, rows: np.ndarray) -> int:
+    """Upload instances of a plant or furniture variant; returns how many."""
+    if len(rows) and drawable.instances is not None:
+        rows = rows[: drawable.instances.size // 32]
+        drawable.instances.write(np.ascontiguousarray(rows).tobytes())
     return len(rows)
