@@ -1,0 +1,223 @@
+"""Renders labelled pictures of random stages into a cache of shards, for training and testing the detector.
+
+`python -m evaluation.training.dataset --out DIR --split train --stages 400` writes `DIR/train-<first seed>.npz` files;
+several processes may fill one folder with different seeds. Nothing of it is committed.
+
+Each stage gives some places along its road, each seen by the front and by the tele camera with jittered mounts, in
+weathers of its own; blur and JPEG compression follow as a real camera would add them. The split decides mesh family,
+font, plants and the stages' random stream (`services.simulator.render.stage`): what "test" shows, "train" never did.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from proto.perception import ObjectClass
+from services.simulator.render import Label, Renderer
+from services.simulator.render.stage import Split, random_stage
+from services.simulator.scene import FRONT, TELE, CameraSpec, Scene, StaticWorld
+
+CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
+MIN_HEIGHT_PX = 12.0
+MIN_VISIBLE = 0.5
+"""Objects lower or less visible than this are ignored: neither to be found nor counted as a mistake (issue's target)."""
+STAGES_PER_SHARD = 20
+CAMERAS = (FRONT, TELE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frames:
+    """Pictures with their objects.
+
+    `pictures` (N, H, W, 3) uint8 RGB; `objects` one array (M, 6) for each: class index, x0, y0, x1, y1, visible share;
+    `notes` one mapping for each: camera, seed, weather.
+    """
+
+    pictures: NDArray[np.uint8]
+    objects: list[NDArray[np.float32]]
+    notes: list[dict[str, str | float]]
+
+    def __len__(self) -> int:
+        return len(self.objects)
+
+
+def render_stage(renderer: Renderer | None, seed: int, split: Split, views: int) -> tuple[Renderer, list[Shot]]:
+    """Some views of one stage by both cameras; makes the renderer where there is none yet."""
+    static, first = random_stage(seed, split)
+    rng = np.random.default_rng((77, seed, split == "test"))
+    if renderer is None:
+        renderer = Renderer(static)
+    shots = []
+    for number in range(views):
+        scene = first if number == 0 else _further(first, static, rng, split)
+        for camera in CAMERAS:
+            shots.append(_shot(renderer, scene, _jittered(camera, rng), rng, seed))
+    return renderer, shots
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """One picture as JPEG with its objects."""
+
+    jpeg: bytes
+    objects: NDArray[np.float32]
+    note: dict[str, str | float]
+
+
+def _further(scene: Scene, static: StaticWorld, rng: np.random.Generator, split: Split) -> Scene:
+    """The ego further along, in another stage's weather; who would stand inside the ego is left out."""
+    way = float(rng.uniform(4.0, 32.0))
+    c, s = math.cos(scene.ego.yaw_rad), math.sin(scene.ego.yaw_rad)
+    ego = replace(
+        scene.ego,
+        x_m=scene.ego.x_m + c * way,
+        y_m=scene.ego.y_m + s * way,
+        yaw_rad=scene.ego.yaw_rad + float(rng.normal(0, 0.01)),
+    )
+    _, other = random_stage(int(rng.integers(1 << 30)), split)
+    actors = []
+    for actor in scene.actors:
+        dx, dy = actor.pose.x_m - ego.x_m, actor.pose.y_m - ego.y_m
+        ahead, aside = c * dx + s * dy, abs(c * dy - s * dx)
+        if abs(ahead) > actor.length_m / 2 + 3.5 or aside > actor.width_m / 2 + 1.2:
+            actors.append(actor)
+    return replace(scene, ego=ego, actors=tuple(actors), atmosphere=other.atmosphere, time_s=float(rng.uniform(0, 100)))
+
+
+def _jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
+    return replace(
+        camera,
+        fov_deg=camera.fov_deg * float(rng.uniform(0.96, 1.04)),
+        z_m=float(rng.uniform(1.2, 1.55)),
+        pitch_rad=camera.pitch_rad + math.radians(float(rng.normal(0, 0.7))),
+    )
+
+
+def _shot(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random.Generator, seed: int) -> Shot:
+    picture = renderer.render(scene, camera)
+    objects = rows_of(renderer.render_labels(scene, camera))
+    blurred = _blurred(picture, rng)
+    quality = int(rng.integers(60, 96))
+    done, coded = cv2.imencode(".jpg", cv2.cvtColor(blurred, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise OSError("the picture could not be coded")
+    sky = scene.atmosphere
+    note: dict[str, str | float] = {
+        "camera": camera.id,
+        "seed": seed,
+        "night": float(sky.night),
+        "rain_mm_h": sky.rain_mm_h,
+        "visibility_m": sky.fog_visibility_m,
+    }
+    return Shot(coded.tobytes(), objects, note)
+
+
+def _blurred(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Sometimes smeared by motion, sometimes out of focus."""
+    chance = rng.uniform()
+    if chance < 0.12:
+        length = int(rng.integers(2, 5))
+        kernel = np.zeros((5, 5), dtype=np.float32)
+        kernel[2, 2 - length // 2 : 2 - length // 2 + length] = 1.0 / length
+        return cv2.filter2D(picture, -1, kernel if rng.uniform() < 0.6 else kernel.T).astype(np.uint8, copy=False)
+    if chance < 0.2:
+        return cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.5, 1.1))).astype(np.uint8, copy=False)
+    return picture
+
+
+def rows_of(labels: list[Label]) -> NDArray[np.float32]:
+    """Labels as rows (M, 6): class index, the visible box, visible share."""
+    rows = [(CLASSES.index(label.kind), *label.box_px, label.visible_fraction) for label in labels]
+    return np.array(rows, dtype=np.float32).reshape(-1, 6)
+
+
+def counted(objects: NDArray[np.float32], min_height_px: float = MIN_HEIGHT_PX) -> NDArray[np.bool_]:
+    """Which rows are to be found; the others are ignored."""
+    tall: NDArray[np.bool_] = (objects[:, 4] - objects[:, 2] >= min_height_px) & (objects[:, 5] >= MIN_VISIBLE)
+    return tall
+
+
+def write_shard(path: Path, shots: list[Shot]) -> None:
+    """One compressed file, written beside and moved, so that a reader never sees half of it."""
+    blob = np.frombuffer(b"".join(shot.jpeg for shot in shots), dtype=np.uint8)
+    objects = [np.column_stack([np.full(len(shot.objects), index), shot.objects]) for index, shot in enumerate(shots)]
+    partial = path.with_suffix(".part.npz")
+    np.savez(
+        partial,
+        blob=blob,
+        sizes=np.array([len(shot.jpeg) for shot in shots]),
+        objects=np.concatenate(objects).astype(np.float32),
+        notes=np.array([json.dumps(shot.note) for shot in shots]),
+    )
+    partial.replace(path)
+
+
+def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
+    """All cached frames of a split (at most `limit`), decoded. Raises FileNotFoundError where there are none."""
+    pictures: list[NDArray[np.uint8]] = []
+    objects: list[NDArray[np.float32]] = []
+    notes: list[dict[str, str | float]] = []
+    for path in sorted(folder.glob(f"{split}-*.npz")):
+        if path.name.endswith(".part.npz"):
+            continue
+        for picture, rows, note in _shard(path):
+            if limit is None or len(pictures) < limit:
+                pictures.append(picture)
+                objects.append(rows)
+                notes.append(note)
+    if not pictures:
+        raise FileNotFoundError(f"no {split} frames in {folder}; make some: python -m evaluation.training.dataset")
+    return Frames(np.stack(pictures), objects, notes)
+
+
+def _shard(path: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float32], dict[str, str | float]]]:
+    with np.load(path) as shard:
+        ends = np.cumsum(shard["sizes"])
+        blob, rows, notes = shard["blob"], shard["objects"], shard["notes"]
+    for index, (end, size) in enumerate(zip(ends, np.diff(ends, prepend=0), strict=True)):
+        bgr = cv2.imdecode(blob[end - size : end], cv2.IMREAD_COLOR)
+        if bgr is None:
+            raise OSError(f"{path}: picture {index} cannot be decoded")
+        yield (
+            cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB).astype(np.uint8),
+            rows[rows[:, 0] == index, 1:],
+            json.loads(notes[index]),
+        )
+
+
+def main() -> None:
+    """Render stages into shards, printing progress."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.training.dataset", description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, help="folder of the shards")
+    parser.add_argument("--split", choices=get_args(Split), default="train")
+    parser.add_argument("--stages", type=int, default=400)
+    parser.add_argument("--first", type=int, default=0, help="first seed; give processes that share a folder their own")
+    parser.add_argument("--views", type=int, default=3, help="places along each stage's road; each gives two pictures")
+    flags = parser.parse_args()
+    flags.out.mkdir(parents=True, exist_ok=True)
+    renderer: Renderer | None = None
+    started, done = time.monotonic(), 0
+    for first in range(flags.first, flags.first + flags.stages, STAGES_PER_SHARD):
+        shots: list[Shot] = []
+        for seed in range(first, min(first + STAGES_PER_SHARD, flags.first + flags.stages)):
+            renderer, new = render_stage(renderer, seed, flags.split, flags.views)
+            shots += new
+        write_shard(flags.out / f"{flags.split}-{first:06d}.npz", shots)
+        done += len(shots)
+        rate = done / (time.monotonic() - started)
+        print(f"{flags.split} seeds {first}..{seed}: {done} pictures, {rate:.1f} a second", flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,296 @@
+"""Trains our detector on rendered frames and writes `models/detector.onnx` with its card `models/detector.json`.
+
+`python -m evaluation.training.dataset` makes the frames first (splits "train" and "test" in one folder). Then
+`python -m evaluation.training.detector --cache DIR --frames N --minutes M` trains, exports, and measures on "test".
+Without --cache the frames are rendered here into a temporary folder. The last twentieth of the training frames chooses
+the score floors and is not trained on. Training ends after --steps or --minutes, whichever comes first; the learning
+rate falls with whichever is further, so that a run cut by time is a whole run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import hashlib
+import json
+import math
+import shlex
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from evaluation.training.dataset import (
+    CLASSES,
+    MIN_HEIGHT_PX,
+    MIN_VISIBLE,
+    Frames,
+    load_frames,
+    render_stage,
+    write_shard,
+)
+from evaluation.training.detector_batches import SCALES, SHAPES, Batch, batches
+from evaluation.training.detector_net import DetectorNet, ExportNet, sides_px
+from evaluation.training.detector_scores import average_precision, best_floor, run, tally
+from services.perception.detector import DetectorOptions
+from services.perception.loading import load_detector
+
+HEIGHT_PX, WIDTH_PX = 384, 640
+PEAK_RATE, LAST_RATE, WARM_STEPS = 2e-3, 2e-5, 150
+WEIGHT_DECAY = 1e-4
+SIDES_WEIGHT = 3.0
+AVERAGE_DECAY = 0.998
+TARGETS_AP50 = {"vehicle": 0.7, "pedestrian": 0.5, "sign": 0.85}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """When a run ends, and where it keeps its state meanwhile."""
+
+    seed: int
+    steps: int
+    minutes: float
+    state: Path
+    start: Path | None = None
+    """Another run's state, whose averaged weights this one begins with."""
+
+
+def heat_loss(logits: Tensor, heat: Tensor, mask: Tensor) -> Tensor:
+    """Penalty-reduced focal loss of CornerNet and CenterNet, over the number of centres."""
+    chance = torch.sigmoid(logits).clamp(1e-4, 1 - 1e-4)
+    centre = heat >= 0.9999
+    hit = -(((1 - chance) ** 2) * chance.log())[centre].sum()
+    rest = -(((1 - heat) ** 4) * (chance**2) * (1 - chance).log() * mask)[~centre].sum()
+    return (hit + rest) / centre.sum().clamp(min=1)
+
+
+def sides_loss(raw: Tensor, sides: Tensor, weight: Tensor) -> Tensor:
+    """One minus generalised IoU of the boxes told by each weighted cell, over the weights' sum."""
+    where = weight > 0
+    if not bool(where.any()):
+        return raw.sum() * 0.0
+    told = sides_px(raw.permute(0, 2, 3, 1)[where])
+    true = sides.permute(0, 2, 3, 1)[where]
+    near, far = torch.minimum(told, true), torch.maximum(told, true)
+    both = (near[:, 0] + near[:, 2]) * (near[:, 1] + near[:, 3])
+    hull = (far[:, 0] + far[:, 2]) * (far[:, 1] + far[:, 3])
+    union = _area(told) + _area(true) - both
+    overlap = both / union - (hull - union) / hull
+    share = weight[where]
+    return ((1 - overlap) * share).sum() / share.sum()
+
+
+def _area(sides: Tensor) -> Tensor:
+    return (sides[:, 0] + sides[:, 2]) * (sides[:, 1] + sides[:, 3])
+
+
+def rate_at(progress: float, step: int) -> float:
+    """The learning rate: a short warm-up, then half a cosine down."""
+    warm = min(1.0, (step + 1) / WARM_STEPS)
+    return warm * (LAST_RATE + (PEAK_RATE - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(progress, 1.0))))
+
+
+def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
+    """The averaged network after the run, and its steps. Continues from `plan.state` where that file exists."""
+    torch.manual_seed(plan.seed)
+    net = DetectorNet(len(CLASSES))
+    if plan.start is not None:
+        net.load_state_dict(torch.load(plan.start, weights_only=True)["average"])
+    average = copy.deepcopy(net)
+    optimiser = torch.optim.AdamW(net.parameters(), lr=PEAK_RATE, weight_decay=WEIGHT_DECAY)
+    step, before_s = 0, 0.0
+    if plan.state.is_file():
+        saved = torch.load(plan.state, weights_only=True)
+        net.load_state_dict(saved["net"])
+        average.load_state_dict(saved["average"])
+        optimiser.load_state_dict(saved["optimiser"])
+        step, before_s = saved["step"], saved["spent_s"]
+    source = batches(frames, plan.seed + step)
+    started, saved_at = time.monotonic() - before_s, time.monotonic()
+    net.train()
+    while (progress := _progress(step, time.monotonic() - started, plan)) < 1.0:
+        for group in optimiser.param_groups:
+            group["lr"] = rate_at(progress, step)
+        heat, sides = _learn(net, optimiser, next(source))
+        _follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
+        step += 1
+        if step % 50 == 0:
+            spent = time.monotonic() - started
+            print(
+                f"step {step} {spent:.0f} s: heat {heat:.3f} sides {sides:.3f} rate {rate_at(progress, step):.5f}",
+                flush=True,
+            )
+        if time.monotonic() - saved_at > 60:
+            saved_at = time.monotonic()
+            _save(plan.state, net, average, optimiser, step, saved_at - started)
+    _save(plan.state, net, average, optimiser, step, time.monotonic() - started)
+    return average.eval(), step
+
+
+def _progress(step: int, spent_s: float, plan: Plan) -> float:
+    return max(step / plan.steps, spent_s / (plan.minutes * 60))
+
+
+def _learn(net: DetectorNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
+    pictures = torch.from_numpy(batch.pictures).float().contiguous(memory_format=torch.channels_last)
+    goal = batch.targets
+    logits, raw = net(pictures)
+    heat = heat_loss(logits, torch.from_numpy(goal.heat), torch.from_numpy(goal.mask))
+    sides = sides_loss(raw, torch.from_numpy(goal.sides), torch.from_numpy(goal.weight))
+    optimiser.zero_grad(set_to_none=True)
+    (heat + SIDES_WEIGHT * sides).backward()  # type: ignore[no-untyped-call]
+    torch.nn.utils.clip_grad_norm_(net.parameters(), 10.0)
+    optimiser.step()
+    return float(heat), float(sides)
+
+
+def _follow(average: DetectorNet, net: DetectorNet, decay: float) -> None:
+    with torch.no_grad():
+        ours, theirs = average.state_dict(), net.state_dict()
+        for name, value in theirs.items():
+            if value.dtype.is_floating_point:
+                ours[name].lerp_(value, 1 - decay)
+            else:
+                ours[name].copy_(value)
+
+
+def _save(
+    path: Path, net: DetectorNet, average: DetectorNet, optimiser: torch.optim.Optimizer, step: int, spent_s: float
+) -> None:
+    state = {
+        "net": net.state_dict(),
+        "average": average.state_dict(),
+        "optimiser": optimiser.state_dict(),
+        "step": step,
+        "spent_s": spent_s,
+    }
+    partial = path.with_suffix(".part")
+    torch.save(state, partial)
+    partial.replace(path)
+
+
+def export(net: DetectorNet, path: Path) -> None:
+    """Write the network as one ONNX file for pictures of 640 x 360, padded below to 640 x 384."""
+    picture = torch.zeros(1, HEIGHT_PX, WIDTH_PX, 3, dtype=torch.uint8)
+    torch.onnx.export(
+        ExportNet(net).eval(),
+        (picture,),
+        str(path),
+        dynamo=False,
+        input_names=["picture"],
+        output_names=["heat", "sides"],
+        opset_version=17,
+    )
+
+
+def scores(path: Path, frames: Frames) -> dict[str, float]:
+    """AP50 of each class on labelled frames."""
+    found = run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
+    return {kind: round(average_precision(tally(found, frames, kind)), 4) for kind in CLASSES}
+
+
+def floors(path: Path, frames: Frames) -> dict[str, float]:
+    """The score floor of each class that suits these frames best."""
+    found = run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
+    return {kind: round(best_floor(tally(found, frames, kind)), 3) for kind in CLASSES}
+
+
+def _split(frames: Frames) -> tuple[Frames, Frames]:
+    """The frames to train on, and the last twentieth."""
+    edge = len(frames) - max(len(frames) // 20, 1)
+    return (
+        Frames(frames.pictures[:edge], frames.objects[:edge], frames.notes[:edge]),
+        Frames(frames.pictures[edge:], frames.objects[edge:], frames.notes[edge:]),
+    )
+
+
+def _rendered(folder: Path, count: int) -> Path:
+    """Render `count` training pictures and a sixth as many for testing into a folder."""
+    from services.simulator.render.stage import Split
+
+    shares: tuple[tuple[Split, int], ...] = (("train", count), ("test", max(count // 6, 60)))
+    renderer = None
+    for split, wanted in shares:
+        for seed in range((wanted + 5) // 6):
+            renderer, shots = render_stage(renderer, seed, split, 3)
+            write_shard(folder / f"{split}-{seed:06d}.npz", shots)
+            if seed % 10 == 9:
+                print(f"{split}: {(seed + 1) * 6} pictures rendered", flush=True)  # noqa: T201
+    return folder
+
+
+def write_card(path: Path, card: dict[str, object]) -> None:
+    """The model's card beside it, with the file's checksum."""
+    card = card | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+    path.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
+def main() -> None:
+    """Train, export, measure, and write the card."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.training.detector")
+    parser.add_argument("--cache", type=Path, help="folder of shards; without it frames are rendered first")
+    parser.add_argument("--frames", type=int, default=2400, help="training pictures used at most")
+    parser.add_argument("--minutes", type=float, default=40.0)
+    parser.add_argument("--steps", type=int, default=20000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument(
+        "--state", type=Path, help="where the run keeps its state; an interrupted run continues from it"
+    )
+    parser.add_argument("--start", type=Path, help="another run's state, whose weights this run begins with")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "models" / "detector.onnx")
+    flags = parser.parse_args()
+    torch.set_num_threads(flags.threads)
+    with tempfile.TemporaryDirectory() as scratch:
+        cache = flags.cache or _rendered(Path(scratch), flags.frames)
+        plan = Plan(
+            seed=flags.seed,
+            steps=flags.steps,
+            minutes=flags.minutes,
+            state=flags.state or Path(scratch, "state.pt"),
+            start=flags.start,
+        )
+        _make(cache, flags.frames, plan, flags.out)
+
+
+def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
+    training, choosing = _split(load_frames(cache, "train", limit))
+    net, steps = train(training, plan)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    export(net, out)
+    chosen = floors(out, choosing)
+    testing = load_frames(cache, "test")
+    measured = scores(out, testing)
+    card: dict[str, object] = {
+        "classes": list(CLASSES),
+        "floors": chosen,
+        "ap50_test": measured,
+        "ap50_target": TARGETS_AP50,
+        "ignored": f"objects under {MIN_HEIGHT_PX:.0f} px high or less than {MIN_VISIBLE:.0%} visible",
+        "held_out": "mesh family, font, plants, stage seeds (services.simulator.render.stage, split test)",
+        "train_frames": len(training),
+        "test_frames": len(testing),
+        "parameters": sum(p.numel() for p in net.parameters()),
+        "steps": steps,
+        "minutes": plan.minutes,
+        "seed": plan.seed,
+        "recipe": {"batches": [list(shape) for shape in SHAPES], "scales": list(SCALES), "peak_rate": PEAK_RATE},
+        "command": "python -m evaluation.training.detector " + shlex.join(_without_paths(sys.argv[1:])),
+        "torch": torch.__version__,
+        "licence": "Apache-2.0",
+    }
+    write_card(out, card)
+    print(json.dumps(measured), f"written to {out}", flush=True)  # noqa: T201
+
+
+def _without_paths(arguments: list[str]) -> list[str]:
+    """The command line as another would type it: folders by their role."""
+    return ["DIR" if "/" in argument else argument for argument in arguments]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""Batches for the detector: scaled and shifted crops with changed light, made on a thread beside the training."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from evaluation.training.dataset import CLASSES, Frames
+from evaluation.training.detector_targets import Targets, encode
+
+SHAPES = ((288, 448, 12), (288, 448, 12), (384, 640, 6))
+"""Height, width, pictures of a batch; one is drawn for each batch."""
+SCALES = (0.7, 1.5)
+FIXED_FACES = (CLASSES.index("sign"), CLASSES.index("panel"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """Pictures (N, 3, H, W) uint8 and their stacked targets."""
+
+    pictures: NDArray[np.uint8]
+    targets: Targets
+
+
+def batches(frames: Frames, seed: int, ahead: int = 4) -> Iterator[Batch]:
+    """Endless batches, the same for the same seed. The thread that makes them ends with the program."""
+    ready: queue.Queue[Batch] = queue.Queue(ahead)
+
+    def fill() -> None:
+        rng = np.random.default_rng(seed)
+        while True:
+            ready.put(_batch(frames, rng))
+
+    threading.Thread(target=fill, name="batches", daemon=True).start()
+    while True:
+        yield ready.get()
+
+
+def _batch(frames: Frames, rng: np.random.Generator) -> Batch:
+    height, width, count = SHAPES[int(rng.integers(len(SHAPES)))]
+    pictures, targets = [], []
+    for index in rng.integers(len(frames), size=count):
+        picture, objects = augmented(frames.pictures[index], frames.objects[index], (height, width), rng)
+        pictures.append(picture)
+        targets.append(encode(objects, height, width))
+    stacked = Targets(*(np.stack([getattr(t, name) for t in targets]) for name in ("heat", "mask", "sides", "weight")))
+    return Batch(np.stack(pictures).transpose(0, 3, 1, 2), stacked)
+
+
+def augmented(
+    picture: NDArray[np.uint8], objects: NDArray[np.float32], shape: tuple[int, int], rng: np.random.Generator
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """A crop of `shape` (height, width) around some object, scaled, its light changed; objects follow.
+
+    Mirrored only where no sign's or panel's face is in the picture: there are no mirrored signs.
+    """
+    scale = float(np.exp(rng.uniform(*np.log(SCALES))))
+    left, top = _corner(picture, objects, shape, scale, rng)
+    move = np.array([[scale, 0.0, -left * scale], [0.0, scale, -top * scale]])
+    crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=cv2.INTER_LINEAR).astype(np.uint8, copy=False)
+    moved = _moved(objects, scale, left, top, shape)
+    if rng.uniform() < 0.5 and not np.isin(moved[:, 0], FIXED_FACES).any():
+        crop = crop[:, ::-1]
+        moved[:, [1, 3]] = shape[1] - moved[:, [3, 1]]
+    return _relit(crop, rng), moved
+
+
+def _corner(
+    picture: NDArray[np.uint8],
+    objects: NDArray[np.float32],
+    shape: tuple[int, int],
+    scale: float,
+    rng: np.random.Generator,
+) -> tuple[float, float]:
+    high, wide = shape[0] / scale, shape[1] / scale
+    left = rng.uniform(0, max(picture.shape[1] - wide, 0.0))
+    top = rng.uniform(0, max(picture.shape[0] - high, 0.0))
+    if len(objects) and rng.uniform() < 0.7:
+        box = objects[int(rng.integers(len(objects))), 1:5]
+        left = (box[0] + box[2]) / 2 - rng.uniform(0.1, 0.9) * wide
+        top = (box[1] + box[3]) / 2 - rng.uniform(0.1, 0.9) * high
+    left = np.clip(left, 0.0, max(picture.shape[1] - wide, 0.0))
+    top = np.clip(top, 0.0, max(picture.shape[0] - high, 0.0))
+    return float(left), float(top)
+
+
+def _moved(
+    objects: NDArray[np.float32], scale: float, left: float, top: float, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    moved = objects.copy()
+    moved[:, [1, 3]] = (objects[:, [1, 3]] - left) * scale
+    moved[:, [2, 4]] = (objects[:, [2, 4]] - top) * scale
+    whole = np.maximum((moved[:, 3] - moved[:, 1]) * (moved[:, 4] - moved[:, 2]), 1e-3)
+    moved[:, 1:5] = np.clip(moved[:, 1:5], 0.0, np.array([shape[1], shape[0]] * 2, dtype=np.float32))
+    inside = (moved[:, 3] - moved[:, 1]) * (moved[:, 4] - moved[:, 2])
+    moved[:, 5] *= inside / whole
+    return moved[inside > 1.0]
+
+
+def _relit(crop: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Gain, offset and a tint by a table per channel."""
+    levels = np.arange(256, dtype=np.float32)[:, None]
+    gain = np.exp(rng.normal(0, 0.2)) * np.exp(rng.normal(0, 0.06, size=3))
+    curve = 255.0 * (levels / 255.0) ** np.exp(rng.normal(0, 0.15))
+    table = np.clip(curve * gain + rng.normal(0, 8), 0, 255).astype(np.uint8)
+    relit: NDArray[np.uint8] = cv2.LUT(np.ascontiguousarray(crop), table[None]).astype(np.uint8, copy=False)
+    return relit

@@ -1,0 +1,1 @@
+"""Perception: boxes in pictures, tracked actors in the ego frame, lanes."""

@@ -1,0 +1,62 @@
+"""Who drives before us: the next vehicle in the ego's path along its lane, not the nearest one anywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from proto.perception import Track
+from services.perception.lanes import LaneModel
+
+EGO_WIDTH_M = 1.9
+MARGIN_M = 0.25
+"""Room beside the ego that belongs to its path."""
+CUT_IN_S = 1.0
+"""A body that will reach into the path within this time, at its lateral speed now, is in it."""
+CUT_IN_MPS = 0.4
+"""Lateral speeds below this are noise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placed:
+    """A track with its lane, and how far along the ego's lane its middle is."""
+
+    track: Track
+    along_m: float
+
+
+def place(track: Track, model: LaneModel) -> Placed:
+    """The track with lane id, whether its body reaches into the ego's path, and whether its lane is an oncoming one."""
+    lane = model.lane_of(track.x_m, track.y_m)
+    along, left = model.ego.place(track.x_m, track.y_m)
+    _, ego_left = model.ego.place(0.0, 0.0)
+    aside = left - ego_left * max(0.0, 1.0 - along / 30.0)
+    in_path = along > 0 and _reaches(track, aside)
+    placed = msgspec.structs.replace(
+        track,
+        lane_id=lane.lane_id if lane else "",
+        in_ego_path=in_path,
+        oncoming=track.oncoming or (lane is not None and lane.oncoming and track.kind == "vehicle"),
+    )
+    return Placed(track=placed, along_m=along)
+
+
+def _reaches(track: Track, aside_m: float) -> bool:
+    """Whether the body lies, or within a moment will lie, in the strip that the ego needs."""
+    free = abs(aside_m) - (EGO_WIDTH_M + track.width_m) / 2 - MARGIN_M
+    if free <= 0:
+        return True
+    inwards = -track.vy_mps if aside_m > 0 else track.vy_mps
+    return inwards >= CUT_IN_MPS and free - inwards * CUT_IN_S <= 0
+
+
+def lead_of(placed: Sequence[Placed]) -> int | None:
+    """The track id of the next vehicle or cyclist going our way in our path; None where there is none."""
+    ahead = [
+        each
+        for each in placed
+        if each.track.in_ego_path and not each.track.oncoming and each.track.kind != "pedestrian" and each.along_m > 0
+    ]
+    return min(ahead, key=lambda each: each.along_m).track.track_id if ahead else None

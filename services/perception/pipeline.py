@@ -1,0 +1,188 @@
+"""From pictures to boxes, tracks and lanes, over time; knows no bus and no wall clock."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
+from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
+from proto.vehicle import Ego
+from services.perception.camera import Camera, Floats
+from services.perception.detection import Detection
+from services.perception.detector import Detector
+from services.perception.image_tracks import ImageTracker
+from services.perception.lanes import lane_model
+from services.perception.lead import lead_of, place
+from services.perception.pictures import Malformed, open_picture, open_sweep
+from services.perception.placing import distance_m, sighting_of
+from services.perception.projection import ProjectedSweep, Range, find_range
+from services.perception.tracker import EgoState, Sighting, Tracker
+
+FRONT = "front"
+PRIMARY_WAIT_NS = 1_000_000_000
+"""The front camera's pictures carry the tracks; without one for so long, those of the camera that still comes."""
+STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ages:
+    """How old the latest sweep, ego and map may be beside a picture; older ones count as absent."""
+
+    lidar_ns: int = 300_000_000
+    ego_ns: int = 200_000_000
+    map_ns: int = 500_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """What one picture gave; tracks and lanes only with the primary camera's pictures."""
+
+    boxes: Boxes
+    tracks: Tracks | None = None
+    lanes: Lanes | None = None
+
+
+@dataclass(slots=True)
+class Perception:
+    """Give it what comes, in the order in which it comes; `see` answers for each picture.
+
+    Pictures, sweeps and calibrations that cannot be read are refused with Malformed or dropped; nothing else raises.
+    """
+
+    detector: Detector
+    ages: Ages = field(default_factory=Ages)
+    _cameras: dict[str, Camera] = field(default_factory=dict)
+    _seen_ns: dict[str, int] = field(default_factory=dict)
+    _stills: dict[str, ImageTracker] = field(default_factory=dict)
+    _sweep: tuple[int, Floats] | None = None
+    _ego: tuple[int, Ego] | None = None
+    _map: tuple[int, MapView] | None = None
+    _tracker: Tracker = field(default_factory=Tracker)
+
+    def calibrate(self, camera_id: str, calibration: Calibration) -> None:
+        """Take a camera's calibration. Raises Malformed where it cannot be worked with."""
+        known = self._cameras.get(camera_id)
+        if known is not None and known.calibration == calibration:
+            return
+        camera = Camera.of(calibration)
+        if not camera.usable():
+            raise Malformed(f"the calibration of {camera_id!r} holds impossible numbers")
+        self._cameras[camera_id] = camera
+
+    def sweep(self, stamp_ns: int, sweep: LidarSweep) -> None:
+        """Take a LiDAR sweep. Raises Malformed."""
+        self._sweep = (stamp_ns, open_sweep(sweep))
+
+    def ego(self, stamp_ns: int, ego: Ego) -> None:
+        """Take the ego's motion."""
+        self._ego = (stamp_ns, ego)
+
+    def map(self, stamp_ns: int, view: MapView) -> None:
+        """Take what the map shows around the ego."""
+        self._map = (stamp_ns, view)
+
+    def calibrated(self, camera_id: str) -> bool:
+        """Whether a calibration of this camera came; else a usual dashcam is assumed."""
+        return camera_id in self._cameras
+
+    def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame) -> Seen:
+        """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed."""
+        picture = open_picture(frame)
+        camera = self._camera(camera_id, frame)
+        found = self.detector.detect(picture)
+        self._seen_ns[camera_id] = stamp_ns
+        points = self._points(stamp_ns)
+        sweep = ProjectedSweep.of(points, camera) if points is not None else None
+        straight = [camera.straight(detection) for detection in found]
+        ranges = [find_range(detection, camera, sweep) for detection in straight]
+        owners = self._owners(camera_id, stamp_ns, straight, ranges, camera)
+        boxes = Boxes(
+            camera=camera_id,
+            frame=frame.frame,
+            boxes=tuple(map(_box, found, straight, ranges, owners, itertools.repeat(camera))),
+            detector=self.detector.name,
+        )
+        if camera_id != self._primary(stamp_ns):
+            return Seen(boxes=boxes)
+        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame.frame, lidar_used=points is not None)
+        return Seen(boxes=boxes, tracks=tracks, lanes=lanes)
+
+    def _camera(self, camera_id: str, frame: CameraFrame) -> Camera:
+        known = self._cameras.get(camera_id)
+        if known is None:
+            return Camera.assumed(frame.width_px, frame.height_px)
+        return known.scaled(frame.width_px, frame.height_px)
+
+    def _primary(self, stamp_ns: int) -> str:
+        fresh = [name for name, seen_ns in self._seen_ns.items() if abs(stamp_ns - seen_ns) < PRIMARY_WAIT_NS]
+        return FRONT if FRONT in fresh else min(fresh)
+
+    def _points(self, stamp_ns: int) -> Floats | None:
+        if self._sweep is None or abs(stamp_ns - self._sweep[0]) > self.ages.lidar_ns:
+            return None
+        return self._sweep[1]
+
+    def _ego_state(self, stamp_ns: int) -> EgoState:
+        if self._ego is None or abs(stamp_ns - self._ego[0]) > self.ages.ego_ns:
+            return EgoState()
+        return EgoState(_finite(self._ego[1].speed_mps), _finite(self._ego[1].yaw_rate_radps))
+
+    def _owners(
+        self,
+        camera_id: str,
+        stamp_ns: int,
+        detections: Sequence[Detection],
+        ranges: Sequence[Range | None],
+        camera: Camera,
+    ) -> list[int]:
+        """Track ids: road users from the ego-frame tracker, what stands still from the camera's own."""
+        owners = [0] * len(detections)
+        sweep_age_s = (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
+        movers: list[tuple[int, Sighting]] = []
+        for index, (detection, found) in enumerate(zip(detections, ranges, strict=True)):
+            sighting = sighting_of(detection, found, camera, sweep_age_s) if found is not None else None
+            if sighting is not None:
+                movers.append((index, sighting))
+        moving = self._tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns))
+        for (index, _), owner in zip(movers, moving, strict=True):
+            owners[index] = owner
+        still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
+        tracker = self._stills.setdefault(camera_id, ImageTracker(self._tracker.ids))
+        for index, owner in zip(still, tracker.step(stamp_ns, [detections[i] for i in still]), strict=True):
+            owners[index] = owner
+        return owners
+
+    def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:
+        fresh = self._map is not None and abs(stamp_ns - self._map[0]) <= self.ages.map_ns
+        model = lane_model(self._map[1] if self._map is not None and fresh else None)
+        placed = [place(track, model) for track in self._tracker.published()]
+        tracks = Tracks(
+            camera=camera_id,
+            frame=frame,
+            tracks=tuple(each.track for each in placed),
+            lead_track_id=lead_of(placed),
+            ego_speed_used_mps=self._ego_state(stamp_ns).speed_mps,
+            lidar_used=lidar_used,
+        )
+        return tracks, model.message()
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _box(detection: Detection, straight: Detection, found: Range | None, owner: int, camera: Camera) -> Box:
+    return Box(
+        x0_px=detection.x0_px,
+        y0_px=detection.y0_px,
+        x1_px=detection.x1_px,
+        y1_px=detection.y1_px,
+        kind=detection.kind,
+        score=detection.score,
+        track_id=owner,
+        range_m=distance_m(straight, found, camera) if found is not None else None,
+        range_source=found.source if found is not None else "none",
+    )

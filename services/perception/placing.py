@@ -1,0 +1,82 @@
+"""From a box with a range to a sighting in the ego frame: where the near surface is, how sure that is, which body."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from services.perception.camera import Camera, Floats
+from services.perception.detection import Detection
+from services.perception.kalman import Fix
+from services.perception.projection import EDGE_PX, Range
+from services.perception.sizes import Body, body_of
+from services.perception.tracker import Sighting
+
+ACROSS_SIGMA_PX = 2.0
+ACROSS_SIGMA_SHARE = 0.04
+ACROSS_SIGMA_M = 0.12
+CUT_SIGMA_SHARE = 0.5
+SURE_SHARE = 0.15
+"""A height is measured, and a body chosen by it, where the range is known to this share."""
+LAGGED = frozenset({"lidar"})
+
+
+def sighting_of(detection: Detection, found: Range, camera: Camera, sweep_age_s: float) -> Sighting | None:
+    """The sighting of a road user's box (undistorted pixels); None for what is no road user."""
+    if detection.kind != "vehicle" and detection.kind != "pedestrian":
+        return None
+    body = body_of(detection.kind, _height_m(detection, found, camera))
+    place = _place(detection, found, camera, body)
+    covariance = _covariance(detection, found, camera, place, body)
+    age_s = sweep_age_s if found.source in LAGGED else 0.0
+    return Sighting(kind=detection.kind, fix=Fix(place, covariance, age_s), score=detection.score, body=body)
+
+
+def distance_m(detection: Detection, found: Range, camera: Camera) -> float:
+    """From the camera to the middle of the box at its range."""
+    return found.depth_m * float(np.linalg.norm(camera.ray(*detection.centre_px)))
+
+
+def _height_m(detection: Detection, found: Range, camera: Camera) -> float | None:
+    c = camera.calibration
+    whole = detection.y0_px > EDGE_PX and detection.y1_px < c.height_px - EDGE_PX
+    if found.source == "size" or not whole or found.sigma_m > SURE_SHARE * found.depth_m:
+        return None
+    return detection.height_px * found.depth_m / c.fy_px
+
+
+def _place(detection: Detection, found: Range, camera: Camera, body: Body) -> Floats:
+    """Middle of the near surface on the ground.
+
+    Beside our own line we see a vehicle's flank too, and the box's middle lies too far inwards: there the outer edge,
+    which is the near corner, less half a width, is the better guess. A box wider than flank and rear together is of
+    something that crosses: its middle counts.
+    """
+    c = camera.calibration
+    u = detection.centre_px[0]
+    if detection.kind == "vehicle":
+        outer = detection.x0_px if u < c.cx_px else detection.x1_px
+        half = body.width_m / 2 * c.fx_px / found.depth_m
+        whole = EDGE_PX < outer < c.width_px - EDGE_PX
+        corner = outer + (half if u < c.cx_px else -half)
+        beside = (corner < c.cx_px - half) if u < c.cx_px else (corner > c.cx_px + half)
+        wide_m = detection.width_px * found.depth_m / c.fx_px
+        if whole and beside and wide_m < 1.9 * body.width_m:
+            u = corner
+    point = camera.eye + camera.ray(u, detection.centre_px[1]) * found.depth_m
+    place: Floats = point[:2]
+    return place
+
+
+def _covariance(detection: Detection, found: Range, camera: Camera, place: Floats, body: Body) -> Floats:
+    """Range sigma along the line of sight, pixel sigma across it."""
+    c = camera.calibration
+    across_px = ACROSS_SIGMA_PX + ACROSS_SIGMA_SHARE * detection.width_px
+    across = ACROSS_SIGMA_M + across_px * found.depth_m / c.fx_px
+    if detection.x0_px <= EDGE_PX or detection.x1_px >= c.width_px - EDGE_PX:
+        across += CUT_SIGMA_SHARE * body.width_m
+    angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    covariance: Floats = turn @ np.diag([(found.sigma_m / max(math.cos(angle), 0.2)) ** 2, across**2]) @ turn.T
+    return covariance

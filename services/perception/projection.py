@@ -1,0 +1,139 @@
+"""How far away a box is: from LiDAR returns inside it, from where it stands on the ground, from its size.
+
+A range is the depth along the camera's axis of the surface that faces the camera, with a standard deviation. LiDAR
+counts where it agrees with the picture; otherwise ground and size are weighed by their variances.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.perception.camera import Camera, Floats
+from services.perception.detection import Detection
+from services.perception.sizes import PRIORS
+
+RangeSource = Literal["lidar", "ground", "size", "none"]
+GROUND_CLEARANCE_M = 0.25
+"""Returns lower than this are the road."""
+CLUSTER_GAP_M = 0.8
+CLUSTER_GAP_SHARE = 0.03
+"""Returns further apart than the sum of the two (the second of the range) are two surfaces."""
+NEAR_QUANTILE = 0.25
+AGREEMENT_SIGMAS = 3.0
+BOTTOM_SIGMA_PX = 1.5
+BOTTOM_SIGMA_SHARE = 0.04
+"""How well a box's lower edge sits on the tyres: pixels, plus a share of the box's height."""
+EDGE_PX = 2.0
+FURTHEST_M = 250.0
+STANDING = frozenset({"vehicle", "pedestrian"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """Depth along the camera's axis, its standard deviation, where it comes from, and how many returns support it."""
+
+    depth_m: float
+    sigma_m: float
+    source: RangeSource
+    returns: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProjectedSweep:
+    """The returns of a sweep that lie before a camera: pixels (N, 2), depths (N,)."""
+
+    pixels: Floats
+    depths: Floats
+
+    @staticmethod
+    def of(points: Floats, camera: Camera) -> ProjectedSweep:
+        """Ego-frame points (N, 3 or more) above the road, as the camera would see them."""
+        standing = points[points[:, 2] > GROUND_CLEARANCE_M, :3]
+        pixels, depths = camera.project(standing)
+        ahead = depths > 0.5
+        return ProjectedSweep(pixels[ahead], depths[ahead])
+
+
+def find_range(detection: Detection, camera: Camera, sweep: ProjectedSweep | None) -> Range | None:
+    """The best range there is for a box (undistorted pixels); None where nothing can be said."""
+    seen = _weigh(ground_range(detection, camera), size_range(detection, camera))
+    measured = lidar_range(detection, sweep, seen) if sweep is not None else None
+    return measured or seen
+
+
+def lidar_range(detection: Detection, sweep: ProjectedSweep, seen: Range | None) -> Range | None:
+    """From the returns in the inner part of the box: the nearest surface of enough returns that the picture allows.
+
+    Rain gives single returns before the object, the background returns behind it; both fall into clusters of their own.
+    """
+    depths = np.sort(sweep.depths[_inside(detection, sweep.pixels)])
+    if not len(depths):
+        return None
+    breaks = np.flatnonzero(np.diff(depths) > CLUSTER_GAP_M + CLUSTER_GAP_SHARE * depths[:-1]) + 1
+    clusters = np.split(depths, breaks)
+    allowed = [cluster for cluster in clusters if seen is None or _agrees(float(cluster[0]), seen)]
+    enough = max(1 if seen is not None else 2, math.ceil(0.15 * len(depths)))
+    for cluster in allowed:
+        if len(cluster) >= enough:
+            return _of_cluster(cluster)
+    return None
+
+
+def _inside(detection: Detection, pixels: Floats) -> NDArray[np.bool_]:
+    margin_u, margin_v = 0.1 * detection.width_px, 0.08 * detection.height_px
+    low = (detection.x0_px + margin_u, detection.y0_px + margin_v)
+    high = (detection.x1_px - margin_u, detection.y1_px - margin_v)
+    inside: NDArray[np.bool_] = np.all((pixels >= low) & (pixels <= high), axis=1)
+    return inside
+
+
+def _agrees(depth_m: float, seen: Range) -> bool:
+    return abs(depth_m - seen.depth_m) <= AGREEMENT_SIGMAS * max(seen.sigma_m, 0.15 * seen.depth_m)
+
+
+def _of_cluster(cluster: Floats) -> Range:
+    near = float(np.quantile(cluster, NEAR_QUANTILE))
+    spread = float(np.quantile(cluster, 0.5)) - near
+    sigma = 0.1 + 0.3 * spread + (0.3 if len(cluster) < 3 else 0.0)
+    return Range(depth_m=near, sigma_m=sigma, source="lidar", returns=len(cluster))
+
+
+def ground_range(detection: Detection, camera: Camera) -> Range | None:
+    """From the lower edge of a box that stands on a level road; None for what hangs, or where the picture cuts it off."""
+    c = camera.calibration
+    if detection.kind not in STANDING or detection.y1_px >= c.height_px - EDGE_PX:
+        return None
+    ray = camera.ray(detection.centre_px[0], detection.y1_px)
+    if ray[2] >= -1e-4:
+        return None
+    depth = -camera.eye[2] / ray[2]
+    sigma_px = math.hypot(BOTTOM_SIGMA_PX + BOTTOM_SIGMA_SHARE * detection.height_px, camera.pitch_sigma_rad * c.fy_px)
+    sigma = depth * depth / camera.eye[2] * sigma_px / c.fy_px
+    return Range(depth_m=float(depth), sigma_m=float(sigma), source="ground") if depth < FURTHEST_M else None
+
+
+def size_range(detection: Detection, camera: Camera) -> Range | None:
+    """From the usual height of the class; a box cut off by the picture's edge only says that the object is near."""
+    c, prior = camera.calibration, PRIORS[detection.kind]
+    cut = detection.y1_px >= c.height_px - EDGE_PX or detection.y0_px <= EDGE_PX
+    depth = prior.height_m * c.fy_px / max(detection.height_px, 1.0)
+    spread = math.hypot(prior.spread, 2.0 / max(detection.height_px, 1.0)) * (2.0 if cut else 1.0)
+    return Range(depth_m=depth, sigma_m=depth * spread, source="size") if depth < FURTHEST_M else None
+
+
+def _weigh(ground: Range | None, size: Range | None) -> Range | None:
+    """Both weighed by variance; where they contradict each other the ground counts, and the doubt shows in its sigma."""
+    if ground is None or size is None:
+        return ground or size
+    apart = abs(ground.depth_m - size.depth_m)
+    if apart > 2.5 * math.hypot(ground.sigma_m, size.sigma_m):
+        return Range(depth_m=ground.depth_m, sigma_m=math.hypot(ground.sigma_m, apart / 3), source="ground")
+    weights = ground.sigma_m**-2, size.sigma_m**-2
+    depth = (ground.depth_m * weights[0] + size.depth_m * weights[1]) / sum(weights)
+    source: RangeSource = "ground" if weights[0] >= weights[1] else "size"
+    return Range(depth_m=depth, sigma_m=sum(weights) ** -0.5, source=source)

@@ -1,0 +1,112 @@
+"""Binds the pipeline to the bus: pictures and what helps to understand them in; boxes, tracks and lanes out."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ToolFailed
+from drivemcp.node import Node
+from drivemcp.paths import data
+from drivemcp.received import Received
+from drivemcp.service import Service
+from proto import topics
+from proto.perception import Tracks
+from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
+from proto.vehicle import Ego
+from services.perception.detector import DetectorOptions
+from services.perception.loading import load_detector
+from services.perception.pictures import Malformed
+from services.perception.pipeline import Perception
+
+STALE_NS = 1_000_000_000
+
+
+class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
+    """`detector`: an ONNX file, ours by default; a YOLOX file for photographs."""
+
+    detector: str = ""
+    threads: int = 1
+    score_floor: float = 0.3
+    late_ms: float = 300.0
+    """Pictures that waited longer than this for their turn are dropped and counted, so that a backlog never builds up."""
+
+
+class Drops:
+    """Counts what was dropped, by reason, and shows it in the service's health."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._counts: dict[str, int] = {}
+
+    def add(self, what: str, why: object) -> None:
+        """One more; the first of each kind is logged."""
+        self._counts[what] = self._counts.get(what, 0) + 1
+        self._node.detail[f"dropped_{what}"] = str(self._counts[what])
+        if self._counts[what] in (1, 10, 100, 1000):
+            self._node.log.warning("dropped %s number %d: %s", what, self._counts[what], why)
+
+
+def build(config: PerceptionConfig, node: Node) -> None:
+    """Load the detector and subscribe; raises DetectorError where the model cannot be used."""
+    path = Path(config.detector) if config.detector else data("models/detector.onnx")
+    detector = load_detector(path, DetectorOptions(threads=config.threads, score_floor=config.score_floor))
+    node.detail["detector"] = f"{detector.name} sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
+    perception, drops = Perception(detector), Drops(node)
+    latest: dict[str, tuple[int, Tracks]] = {}
+
+    def on_picture(frame: CameraFrame, info: Received[CameraFrame]) -> None:
+        waited_ms = (node.clock.now_ns() - info.sent_ns) / 1e6
+        if not node.lockstep and waited_ms > config.late_ms:
+            drops.add("late_pictures", f"it waited {waited_ms:.0f} ms")
+            return
+        try:
+            seen = perception.see(info.id, info.stamp_ns, frame)
+        except Malformed as error:
+            drops.add("pictures", error)
+            return
+        node.publish(topics.BOXES, seen.boxes, stamp_ns=info.stamp_ns)
+        if seen.lanes is not None:
+            node.publish(topics.LANES, seen.lanes, stamp_ns=info.stamp_ns)
+        if seen.tracks is not None:
+            node.publish(topics.TRACKS, seen.tracks, stamp_ns=info.stamp_ns)
+            latest["tracks"] = (node.clock.now_ns(), seen.tracks)
+
+    def on_calibration(calibration: Calibration, info: Received[Calibration]) -> None:
+        try:
+            perception.calibrate(info.id, calibration)
+        except Malformed as error:
+            drops.add("calibrations", error)
+
+    def on_sweep(sweep: LidarSweep, info: Received[LidarSweep]) -> None:
+        try:
+            perception.sweep(info.stamp_ns, sweep)
+        except Malformed as error:
+            drops.add("sweeps", error)
+
+    def on_ego(ego: Ego, info: Received[Ego]) -> None:
+        perception.ego(info.stamp_ns, ego)
+
+    def on_map(view: MapView, info: Received[MapView]) -> None:
+        perception.map(info.stamp_ns, view)
+
+    node.subscribe(topics.CALIBRATION, on_calibration)
+    node.subscribe(topics.LIDAR, on_sweep)
+    node.subscribe(topics.EGO, on_ego)
+    node.subscribe(topics.MAP, on_map)
+    node.subscribe(topics.CAMERA, on_picture)
+
+    @node.tool(deadline_ms=20, title="Tracked road users")
+    def list_tracks() -> Tracks:
+        """The road users tracked now: place and speed relative to the car, lane, confidence, and which one leads.
+
+        Fails where no picture was understood within the last second.
+        """
+        known = latest.get("tracks")
+        if known is None or node.clock.now_ns() - known[0] > STALE_NS:
+            raise ToolFailed("no picture was understood within the last second; check the cameras")
+        return known[1]
+
+
+SERVICE = Service("perception", PerceptionConfig, build)

@@ -1,0 +1,257 @@
+"""Tracks of road users over time: gating, assignment, confirmation, coasting through drop-outs.
+
+A track keeps its id while it is unseen for up to a second; its sigma grows and its confidence falls meanwhile.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from proto.perception import ActorClass, Track
+from services.perception.assignment import greedy
+from services.perception.kalman import EgoMotion, Estimate, Fix, Floats, Noise, distance, predict, update
+from services.perception.sizes import PERSON, Body
+
+GATE = 13.8
+"""Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
+CONFIRM_HITS = 3
+CONFIRM_SCORE = 1.2
+"""A track is published after this many hits and this sum of scores, or one hit less with twice the score."""
+TENTATIVE_S = 0.35
+COAST_S = 1.0
+BEHIND_M = -8.0
+RESTART_S = 1.0
+"""Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
+NOISE: dict[ActorClass, Noise] = {
+    "vehicle": Noise(along_mps2=3.0, across_mps2=1.0),
+    "pedestrian": Noise(along_mps2=1.0, across_mps2=1.2),
+    "cyclist": Noise(along_mps2=1.5, across_mps2=1.2),
+}
+ACCELERATION_SMOOTHING_S = 0.6
+ONCOMING_MPS = -2.0
+BODY_SMOOTHING = 0.15
+DUPLICATE_M = (2.5, 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sighting:
+    """A detection placed in the ego frame: `fix` of the near surface, the body it seems to have."""
+
+    kind: ActorClass
+    fix: Fix
+    score: float
+    body: Body = PERSON
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """A track's state between two instants."""
+
+    track_id: int
+    kind: ActorClass
+    estimate: Estimate
+    body: Body
+    born_ns: int
+    seen_ns: int
+    hits: int = 1
+    score_sum: float = 0.0
+    score: float = 0.0
+    ground_vx_mps: float | None = None
+    ax_mps2: float = 0.0
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether there is evidence enough to publish it."""
+        return (self.hits >= CONFIRM_HITS and self.score_sum >= CONFIRM_SCORE) or (
+            self.hits == CONFIRM_HITS - 1 and self.score_sum >= 2 * CONFIRM_SCORE - 1.0
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EgoState:
+    """The ego at an instant; None: unknown."""
+
+    speed_mps: float | None = None
+    yaw_rate_radps: float | None = None
+
+
+@dataclass(slots=True)
+class Tracker:
+    """Feed it the sightings of each picture in order of their stamps."""
+
+    ids: Iterator[int] = field(default_factory=lambda: itertools.count(1))
+    tracks: tuple[Tracked, ...] = ()
+    _now_ns: int = 0
+    _ego: EgoState = field(default_factory=EgoState)
+
+    def step(self, stamp_ns: int, sightings: Sequence[Sighting], ego: EgoState) -> list[int]:
+        """Move all tracks to `stamp_ns` and take the sightings in. Returns the track id of each sighting.
+
+        A picture older than the last one (another camera's) is taken in without moving time backwards.
+        """
+        self._advance(stamp_ns, ego)
+        pairs = greedy(
+            (cost, left, right)
+            for left, track in enumerate(self.tracks)
+            for right, sighting in enumerate(sightings)
+            for cost in _costs(track, sighting)
+        )
+        tracks = list(self.tracks)
+        owners = [0] * len(sightings)
+        for left, right in pairs:
+            tracks[left] = _hit(tracks[left], sightings[right], self._now_ns)
+            owners[right] = tracks[left].track_id
+        for right, sighting in enumerate(sightings):
+            if not owners[right]:
+                tracks.append(_born(next(self.ids), sighting, self._now_ns, ego))
+                owners[right] = tracks[-1].track_id
+        self.tracks = _without_duplicates(tuple(track for track in tracks if _alive(track, self._now_ns)))
+        return owners
+
+    def _advance(self, stamp_ns: int, ego: EgoState) -> None:
+        dt = (stamp_ns - self._now_ns) / 1e9
+        if dt < -RESTART_S:
+            self.tracks, self._now_ns = (), 0
+            dt = 0.0
+        if dt > 0 and self._now_ns:
+            motion = EgoMotion(
+                dt_s=min(dt, COAST_S),
+                speed_mps=ego.speed_mps if self._ego.speed_mps is not None else None,
+                speed_before_mps=self._ego.speed_mps,
+                yaw_rate_radps=ego.yaw_rate_radps,
+            )
+            self.tracks = tuple(_moved(track, motion, ego.speed_mps) for track in self.tracks)
+        if dt > 0 or not self._now_ns:
+            self._now_ns, self._ego = stamp_ns, ego
+
+    def published(self) -> list[Track]:
+        """The confirmed tracks now, without lanes."""
+        return [as_message(track, self._now_ns, self._ego.speed_mps) for track in self.tracks if track.confirmed]
+
+
+def _costs(track: Tracked, sighting: Sighting) -> Iterator[float]:
+    if track.kind == sighting.kind:
+        squared, cost = distance(track.estimate, sighting.fix)
+        if squared <= GATE:
+            yield cost
+
+
+def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
+    share = BODY_SMOOTHING
+    body = Body(
+        length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
+        width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
+    )
+    return replace(
+        track,
+        estimate=update(track.estimate, sighting.fix),
+        body=body,
+        seen_ns=now_ns,
+        hits=track.hits + 1,
+        score_sum=track.score_sum + sighting.score,
+        score=track.score + 0.3 * (sighting.score - track.score),
+    )
+
+
+def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Tracked:
+    """Its speed is unknown: a person is taken to stand, a vehicle to do anything from coming towards us to going ahead."""
+    ego_mps = ego.speed_mps or 0.0
+    person = sighting.kind != "vehicle"
+    vx, sigma = (-ego_mps, 1.5) if person else (-0.3 * ego_mps, 8.0 + 0.5 * ego_mps)
+    if person and ego.speed_mps is None:
+        vx, sigma = -5.0, 8.0
+    covariance = np.zeros((4, 4))
+    covariance[:2, :2] = sighting.fix.covariance
+    covariance[2, 2], covariance[3, 3] = sigma**2, 2.0**2
+    estimate = Estimate(np.array([*sighting.fix.place, vx, 0.0]), covariance)
+    return Tracked(
+        track_id,
+        sighting.kind,
+        estimate,
+        sighting.body,
+        born_ns=now_ns,
+        seen_ns=now_ns,
+        score_sum=sighting.score,
+        score=sighting.score,
+    )
+
+
+def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
+    estimate = predict(track.estimate, motion, NOISE[track.kind])
+    ground = float(track.estimate.mean[2]) + (motion.speed_before_mps or 0.0) if ego_mps is not None else None
+    if ground is None or track.ground_vx_mps is None or motion.dt_s <= 0:
+        return replace(track, estimate=estimate, ground_vx_mps=ground, ax_mps2=0.0 if ground is None else track.ax_mps2)
+    share = min(1.0, motion.dt_s / ACCELERATION_SMOOTHING_S)
+    raw = (ground - track.ground_vx_mps) / motion.dt_s
+    ax = track.ax_mps2 + share * (raw - track.ax_mps2)
+    return replace(track, estimate=estimate, ground_vx_mps=ground, ax_mps2=ax)
+
+
+def _alive(track: Tracked, now_ns: int) -> bool:
+    unseen_s = (now_ns - track.seen_ns) / 1e9
+    return unseen_s <= (COAST_S if track.confirmed else TENTATIVE_S) and float(track.estimate.mean[0]) > BEHIND_M
+
+
+def _without_duplicates(tracks: tuple[Tracked, ...]) -> tuple[Tracked, ...]:
+    """Of two tracks of one kind on the same spot, moving alike, the older stays."""
+    kept: list[Tracked] = []
+    for track in sorted(tracks, key=lambda each: (not each.confirmed, each.born_ns, each.track_id)):
+        if not any(_same_spot(track, other) for other in kept):
+            kept.append(track)
+    return tuple(sorted(kept, key=lambda each: each.track_id))
+
+
+def _same_spot(one: Tracked, other: Tracked) -> bool:
+    if one.kind != other.kind or one.kind != "vehicle":
+        return False
+    apart = np.abs(one.estimate.mean - other.estimate.mean)
+    return bool(apart[0] < DUPLICATE_M[0] and apart[1] < DUPLICATE_M[1] and one.seen_ns != other.seen_ns)
+
+
+def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
+    """The track on the wire: its place is the middle of its body, half a length behind the surface that is seen."""
+    _, _, vx, vy = track.estimate.mean.tolist()
+    unseen_s = max(0.0, (now_ns - track.seen_ns) / 1e9)
+    ground_vx = None if ego_mps is None else vx + ego_mps
+    oncoming = track.kind == "vehicle" and ground_vx is not None and ground_vx < ONCOMING_MPS
+    heading = _heading(ground_vx, vy, oncoming)
+    centre = _middle(track, heading)
+    sigma = np.sqrt(np.maximum(np.diagonal(track.estimate.covariance), 0.0)).tolist()
+    settled = min(1.0, track.hits / 5)
+    return Track(
+        track_id=track.track_id,
+        kind=track.kind,
+        x_m=float(centre[0]),
+        y_m=float(centre[1]),
+        vx_mps=vx,
+        vy_mps=vy,
+        ax_mps2=track.ax_mps2,
+        length_m=track.body.length_m,
+        width_m=track.body.width_m,
+        heading_rad=heading,
+        sigma_x_m=sigma[0],
+        sigma_vx_mps=sigma[2],
+        confidence=max(0.0, min(1.0, track.score * (0.5 + 0.5 * settled) * (1.0 - 0.7 * unseen_s / COAST_S))),
+        age_s=(now_ns - track.born_ns) / 1e9,
+        unseen_s=unseen_s,
+        oncoming=oncoming,
+    )
+
+
+def _heading(ground_vx: float | None, vy: float, oncoming: bool) -> float:
+    """Its direction of motion where it moves over ground; otherwise along ours."""
+    if ground_vx is None or math.hypot(ground_vx, vy) < 2.0:
+        return math.pi if oncoming else 0.0
+    return math.atan2(vy, ground_vx)
+
+
+def _middle(track: Tracked, heading_rad: float) -> Floats:
+    near = track.estimate.mean[:2]
+    half = abs(math.cos(heading_rad)) * track.body.length_m / 2 + abs(math.sin(heading_rad)) * track.body.width_m / 2
+    middle: Floats = near + np.array([half, 0.0])
+    return middle
