@@ -1,0 +1,85 @@
+"""Evidence adds up over frames; one frame alone never decides, and nothing never becomes something."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from services.drivelm.classes import OTHER
+from services.drivelm.crops import Region
+from services.drivelm.evidence import Evidence, belief, fused, weight
+from services.drivelm.tracks import SignTrack
+
+SURE = (("limit:80", 0.98), ("limit:60", 0.01))
+
+
+def _seen(frames: list[tuple[tuple[str, float], ...]], height_px: float = 30.0, keep: float = 1.0) -> Evidence:
+    evidence = Evidence()
+    for ranked in frames:
+        evidence = fused(evidence, ranked, height_px, keep)
+    return evidence
+
+
+def _track(frames: list[tuple[tuple[str, float], ...]], height_px: float = 30.0, kind: str = "sign") -> SignTrack:
+    region = Region(0, 0, height_px, height_px)
+    track = SignTrack(camera="tele", track_id=1, kind=kind, first_ns=0, seen_ns=0, region=region)
+    for ranked in frames:
+        track = track.read(ranked, region, 0)
+    return track
+
+
+def test_a_single_frame_however_sure_is_not_believed() -> None:
+    track = _track([(("limit:80", 1.0),)])
+    assert not track.believed(track.belief())
+
+
+def test_three_clear_agreeing_frames_are_believed() -> None:
+    track = _track([SURE] * 3)
+    best = track.belief()
+    assert best.reading == "limit:80"
+    assert track.believed(best)
+
+
+def test_frames_that_contradict_each_other_are_not_believed() -> None:
+    other = (("limit:60", 0.98), ("limit:80", 0.01))
+    track = _track([SURE, other] * 4)
+    assert not track.believed(track.belief())
+
+
+def test_many_blurred_frames_do_not_add_up_to_belief() -> None:
+    track = _track([(("limit:80", 0.5), ("limit:60", 0.3))] * 30)
+    assert not track.believed(track.belief())
+
+
+def test_background_is_never_believed_to_be_a_sign() -> None:
+    track = _track([((OTHER, 0.97), ("limit:30", 0.02))] * 20)
+    assert not track.believed(track.belief())
+    assert not track.doubted(track.belief())
+
+
+def test_small_crops_count_for_less() -> None:
+    assert weight(9) < weight(15) < weight(26) == weight(60)
+    small, large = belief(_seen([SURE] * 2, 10)), belief(_seen([SURE] * 2, 40))
+    assert small.probability < large.probability
+
+
+def test_a_light_that_changes_is_believed_anew_within_three_frames() -> None:
+    red, green = (("light:red", 0.98),), (("light:green", 0.98),)
+    track = _track([red] * 20 + [green] * 3, kind="light")
+    best = track.belief()
+    assert best.reading == "light:green"
+    assert track.believed(best)
+
+
+_READINGS = st.sampled_from(["limit:30", "limit:50", "limit:80", OTHER])
+_FRAME = st.lists(st.tuples(_READINGS, st.floats(0, 1)), max_size=3, unique_by=lambda row: row[0]).map(tuple)
+
+
+@given(st.lists(_FRAME, max_size=12))
+def test_the_posterior_is_a_probability_whatever_is_offered(frames: list[tuple[tuple[str, float], ...]]) -> None:
+    best = belief(_seen(frames))
+    assert 0.0 <= best.probability <= 1.0
+    assert sum(share for _, share in best.ranked) <= 1.0 + 1e-9
+
+
+@given(st.lists(_FRAME, min_size=1, max_size=8))
+def test_reading_is_deterministic(frames: list[tuple[tuple[str, float], ...]]) -> None:
+    assert belief(_seen(frames)) == belief(_seen(frames))
