@@ -130,6 +130,8 @@ class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     kind: Kind
     sources: tuple[Source, ...]
     effects: tuple[Effect, ...]
+    topics: Texts = {}
+    """Words people use of the subject and the text does not; searched, never cited."""
 
 
 class Plate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

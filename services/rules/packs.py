@@ -149,9 +149,9 @@ def _check_sources(folder: Path, pack: Pack) -> None:
     texts: dict[str, str] = {}
     for file, items in (("provisions.json", pack.provisions), ("signs.json", pack.signs)):
         for name, item in items.items():
-            if not item.sources:  # type: ignore[attr-defined]
+            if not item.sources:
                 raise PackError(f"{folder / file}: {name}: sources: at least one is needed")
-            for source in item.sources:  # type: ignore[attr-defined]
+            for source in item.sources:
                 _check_source(folder, file, name, source, texts)
 
 

@@ -6,7 +6,7 @@ In a source document each text is the paragraph below a heading that ends in its
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +56,9 @@ def command(arguments: Sequence[str]) -> int:
         sys.stderr.write(_USAGE + "\n")
         return 2
     folder = Path(arguments[1])
+    doing: dict[str, Callable[[Path], str]] = {"hash": content_hash, "seal": seal, "check": lambda at: load(at).version}
     try:
-        said = {"hash": content_hash, "seal": seal, "check": lambda at: load(at).version}[arguments[0]](folder)
+        said = doing[arguments[0]](folder)
     except (PackError, OSError, KeyError, ValueError) as error:
         sys.stderr.write(f"{error}\n")
         return 1

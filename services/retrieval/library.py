@@ -1,0 +1,142 @@
+"""All indexed packs: chooses the jurisdiction before ranking, asks the encoder, remembers repeats."""
+
+import threading
+from collections import OrderedDict
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from proto.rules import Passage, Retrieved
+from services.retrieval.corpus import CorpusError, Text, read_pack
+from services.retrieval.embeddings import embed, read_stored
+from services.retrieval.encoders import Encoder, Vectors
+from services.retrieval.index import Index
+from services.retrieval.tuning import Tuning
+
+LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
+Wanted = Literal["statutes", "signs", "all"]
+
+
+class Request(msgspec.Struct, frozen=True, kw_only=True):
+    """One question to the library."""
+
+    query: str
+    jurisdiction: str | None = None
+    corpus: Wanted = "all"
+    language: str | None = None
+    road_context: str = ""
+    k: int = 5
+
+
+class _State(msgspec.Struct, frozen=True):
+    """Swapped as a whole, so that a search never sees half of it."""
+
+    indexes: dict[str, Index]
+    encoder: Encoder | None
+    status: str
+
+
+class Library:
+    """Searchable at once by BM25; by both once `use` has been given an encoder."""
+
+    def __init__(self, folders: tuple[Path, ...], tuning: Tuning, *, status: str, cache_size: int = 512) -> None:
+        self.refused: list[str] = []
+        self.packs: dict[Path, tuple[Text, ...]] = {}
+        for folder in folders:
+            try:
+                self.packs[folder] = read_pack(folder)
+            except CorpusError as error:
+                self.refused.append(str(error))
+        self._tuning = tuning
+        self._state = _State({j: Index(texts) for j, texts in self._by_jurisdiction().items()}, None, status)
+        self._cache: OrderedDict[Request, Retrieved] = OrderedDict()
+        self._cache_size = cache_size
+        self._lock = threading.Lock()
+        self.hits = 0
+
+    @property
+    def status(self) -> str:
+        """The encoder in use, or why there is none."""
+        return self._state.status
+
+    def give_up(self, status: str) -> None:
+        """Stay with BM25, and say why."""
+        self._swap(msgspec.structs.replace(self._state, status=status))
+
+    def use(self, encoder: Encoder) -> None:
+        """Take stored embeddings or make them (slow), then rank by both."""
+        rows: dict[str, Vectors] = {}
+        for folder, texts in self.packs.items():
+            stored = read_stored(folder, encoder.name, texts)
+            found = embed(encoder, texts) if stored is None else stored
+            rows |= {text.passage_id: row for text, row in zip(texts, found, strict=True)}
+        indexes = {j: index.with_rows(_stack(rows, index)) for j, index in self._state.indexes.items()}
+        self._swap(_State(indexes, encoder, encoder.name))
+
+    def search(self, request: Request) -> Retrieved:
+        """The best passages of the jurisdiction, or of all where none is named; repeats come from memory."""
+        with self._lock:
+            if (known := self._cache.get(request)) is not None:
+                self._cache.move_to_end(request)
+                self.hits += 1
+                return known
+        state = self._state
+        found = self._search(state, request)
+        with self._lock:
+            if state is self._state:
+                self._cache[request] = found
+                while len(self._cache) > self._cache_size:
+                    self._cache.popitem(last=False)
+        return found
+
+    def _search(self, state: _State, request: Request) -> Retrieved:
+        words = f"{request.query} {request.road_context}".strip()
+        vector = state.encoder.query(words) if state.encoder and words else None
+        encoder = state.status
+        country = (request.jurisdiction or "")[:3].upper()
+        indexes = [index for j, index in state.indexes.items() if not country or j == country]
+        found = [passage for index in indexes for passage in self._search_one(state, index, request, words, vector)]
+        found.sort(key=lambda passage: (-passage.score, passage.passage_id))
+        named = "signs" if request.corpus == "signs" else "statutes"
+        lambda_ = self._tuning.lambda_for(encoder, named) if state.encoder else 0.0
+        return Retrieved(passages=tuple(found[: request.k]), encoder=encoder, lambda_=lambda_)
+
+    def _search_one(
+        self, state: _State, index: Index, request: Request, words: str, vector: Vectors | None
+    ) -> list[Passage]:
+        language = (request.language or "")[:2].lower()
+        spoken = {
+            name for name, corpus in ((t.language, t.corpus) for t in index.texts) if request.corpus in ("all", corpus)
+        }
+
+        def keep(text: Text) -> bool:
+            return request.corpus in ("all", text.corpus) and (language not in spoken or text.language == language)
+
+        return index.search(
+            words,
+            vector,
+            keep=keep,
+            lambda_for=lambda corpus: self._tuning.lambda_for(state.status, corpus),
+            floor=state.encoder.floor if state.encoder else 0.0,
+            limit=request.k,
+        )
+
+    def _by_jurisdiction(self) -> dict[str, list[Text]]:
+        """Texts by country; a later pack's text replaces one of the same name and language of an earlier one."""
+        found: dict[str, dict[tuple[str, str], Text]] = {}
+        for texts in self.packs.values():
+            for text in texts:
+                found.setdefault(text.jurisdiction, {})[(text.name, text.language)] = text
+        return {jurisdiction: list(texts.values()) for jurisdiction, texts in found.items()}
+
+    def _swap(self, state: _State) -> None:
+        with self._lock:
+            self._state = state
+            self._cache.clear()
+
+
+def _stack(rows: dict[str, Vectors], index: Index) -> Vectors:
+    import numpy as np
+
+    return np.stack([rows[text.passage_id] for text in index.texts])

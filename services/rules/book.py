@@ -1,0 +1,97 @@
+"""The rule book: the loaded packs, and which of them answers for a jurisdiction."""
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from pathlib import Path
+
+import msgspec
+
+from proto.rules import RulepackInfo
+from services.rules.errors import PackError
+from services.rules.packs import Pack, load, parse_version
+
+STALE = 0.5
+"""Factor on the confidence under a pack older than the vehicle's configuration expects, or not in force today."""
+UNKNOWN_COUNTRY = 0.3
+FOREIGN_LAW = 0.3
+_ALPHA2 = {"DE": "DEU", "GB": "GBR", "UK": "GBR", "FR": "FRA", "NL": "NLD", "AT": "AUT", "PL": "POL"}
+
+
+class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
+    """Packs by id, in the order of the configuration, and what the configuration expects of them."""
+
+    packs: dict[str, Pack]
+    expected: Mapping[str, str] = {}
+    """Version by pack id that the vehicle's configuration was made for."""
+    today: str = ""
+    """ISO date; empty: packs are not checked against their dates."""
+
+    def for_jurisdiction(self, jurisdiction: str | None) -> tuple[Pack, ...]:
+        """The packs that answer: those of the country, without any that another of them extends. All, if it is unknown."""
+        country = (jurisdiction or "")[:3]
+        fitting = [pack for pack in self.packs.values() if not country or pack.manifest.jurisdiction == country]
+        extended = {pack.manifest.extends.id for pack in fitting if pack.manifest.extends}
+        return tuple(pack for pack in fitting if pack.manifest.id not in extended)
+
+    def weaknesses(self, pack: Pack) -> tuple[str, ...]:
+        """Of `stale` and `out_of_date`, those that hold for a pack or one it extends."""
+        family = (pack.manifest.id, pack.manifest.extends.id if pack.manifest.extends else "")
+        stale = any(self._older(name) for name in family)
+        return (("stale",) if stale else ()) + (("out_of_date",) if self._not_in_force(pack) else ())
+
+    def expected_of(self, pack: Pack) -> str:
+        """The version the configuration expects of the first pack of the family that is older."""
+        family = (pack.manifest.id, pack.manifest.extends.id if pack.manifest.extends else "")
+        return next((f"{name} {self.expected[name]}" for name in family if self._older(name)), "")
+
+    def infos(self) -> tuple[RulepackInfo, ...]:
+        """What is loaded."""
+        return tuple(pack.info() for pack in self.packs.values())
+
+    def _older(self, name: str) -> bool:
+        if name not in self.expected:
+            return False
+        want = parse_version(self.expected[name], f"expected_packs.{name}")
+        pack = self.packs.get(name)
+        return pack is not None and parse_version(pack.manifest.version) < want
+
+    def _not_in_force(self, pack: Pack) -> bool:
+        if not self.today:
+            return False
+        until = pack.manifest.effective_until
+        return not (pack.manifest.effective_from <= self.today <= (until or self.today))
+
+
+def load_book(
+    folders: Sequence[Path], *, expected: Mapping[str, str] | None = None, today: str = ""
+) -> tuple[RuleBook, tuple[str, ...]]:
+    """The book of all packs that can be used, and why the others are refused. Raises PackError if the expectations are malformed."""
+    packs: dict[str, Pack] = {}
+    refused: list[str] = []
+    for folder in folders:
+        try:
+            pack = load(folder)
+        except PackError as error:
+            refused.append(str(error))
+            continue
+        packs[pack.manifest.id] = pack
+    for name, version in (expected or {}).items():
+        parse_version(version, f"expected_packs.{name}")
+    if today:
+        _check_day(today)
+    return RuleBook(packs=packs, expected=expected or {}, today=today), tuple(refused)
+
+
+def normal_jurisdiction(text: str | None) -> str | None:
+    """ISO 3166 alpha-3, with a subdivision behind a hyphen where one is given: `de` → DEU, `GB-WLS` → GBR-WLS."""
+    if text is None or not text.strip():
+        return None
+    country, hyphen, part = text.strip().upper().partition("-")
+    return _ALPHA2.get(country, country) + hyphen + part
+
+
+def _check_day(text: str) -> None:
+    try:
+        date.fromisoformat(text)
+    except ValueError:
+        raise PackError(f"today: {text!r} is no date of the form 2025-01-31") from None

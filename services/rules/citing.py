@@ -1,0 +1,47 @@
+"""Citations: a provision or sign of a pack as document, offsets and excerpt, in the driver's language where it is written in it."""
+
+from collections.abc import Iterable
+
+from proto.rules import Citation
+from services.rules.format import Provision, Sign, Source
+from services.rules.packs import Pack
+from services.rules.words import spoken_language
+
+
+def cite(pack: Pack, provision: Provision, language: str) -> Citation:
+    """A provision as a citation; its document is named with its pack's id."""
+    source = _source(provision.sources, language)
+    return _citation(pack, provision.id, provision.section, provision.kind, source)
+
+
+def cite_sign(pack: Pack, sign: Sign, language: str) -> Citation:
+    """A sign's entry in the sign table as a citation."""
+    return _citation(pack, f"sign:{sign.code}", sign.section, "sign_table", _source(sign.sources, language))
+
+
+def cite_ids(pack: Pack, ids: Iterable[str], language: str) -> tuple[Citation, ...]:
+    """Provisions by id, each once, those the pack has."""
+    return tuple(cite(pack, pack.provisions[i], language) for i in dict.fromkeys(ids) if i in pack.provisions)
+
+
+def unique(citations: Iterable[Citation]) -> tuple[Citation, ...]:
+    """Each place once, in order."""
+    return tuple({(c.document, c.start): c for c in citations}.values())
+
+
+def _source(sources: tuple[Source, ...], language: str) -> Source:
+    wanted = spoken_language(language)
+    return next((source for source in sources if source.language == wanted), sources[0])
+
+
+def _citation(pack: Pack, name: str, section: str, kind: str, source: Source) -> Citation:
+    origin = pack.origin[name].partition("@")[0]
+    return Citation(
+        document=f"{origin}/{source.document}",
+        start=source.start,
+        end=source.end,
+        excerpt=source.excerpt,
+        section=section,
+        kind=kind,  # type: ignore[arg-type]
+        provision=name,
+    )

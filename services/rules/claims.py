@@ -1,0 +1,228 @@
+"""What speaks for a limit here: signs in force, defaults of the law, caps that hold whatever a sign shows."""
+
+import math
+from collections.abc import Iterator
+from typing import Literal
+
+import msgspec
+
+from proto.rules import PostedLimit, Situation
+from proto.scene import Unit
+from services.rules.conditions import Holds, holds, plate_holds, unknown_facts
+from services.rules.format import Advisory, Condition, Kind, Limit, Provision, When
+from services.rules.packs import Pack
+from services.rules.readings import Reading, parse_reading
+from services.rules.units import to_mps
+
+Basis = Literal["posted", "gantry", "temporary", "zone", "conditional", "default", "cap", "advisory", "uncertain"]
+TRUST = 0.5
+"""A sign read with less than this confidence may lower the limit, never replace the road's default by a higher one."""
+DEFAULT_CONFIDENCE = 0.9
+"""Of a default of the law: a sign may have been missed."""
+ADVISORY_CONFIDENCE = 0.8
+CONTRADICTED_UNIT = 0.6
+CANDIDATE_FLOOR = 0.1
+"""Readings less likely than this are no candidates."""
+RANK: dict[str, int] = {"temporary": 4, "gantry": 3, "posted": 2, "zone": 1}
+"""Which of several signs in force governs: temporary and gantry signs come before permanent ones."""
+_SCOPE_BASIS: dict[str, Basis] = {
+    "permanent": "posted", "gantry": "gantry", "temporary": "temporary", "when_wet": "conditional", "zone": "zone",
+}  # fmt: skip
+_CITED: dict[str, tuple[str, ...]] = {
+    "posted": ("posted_limit", "sign_over_default"),
+    "gantry": ("gantry_over_permanent", "gantry", "posted_limit"),
+    "temporary": ("temporary_over_permanent", "posted_limit"),
+    "conditional": ("plate:when_wet", "posted_limit"),
+    "zone": ("zone",),
+    "uncertain": ("posted_limit",),
+}
+ALL_SCOPES = frozenset(_SCOPE_BASIS)
+ENDED_BY: dict[str, frozenset[str]] = {
+    "limit_end": frozenset({"permanent", "temporary", "when_wet", "gantry"}),
+    "all_end": frozenset({"permanent", "temporary", "when_wet"}),
+    "national": frozenset({"permanent", "temporary", "when_wet", "zone"}),
+    "zone_end": frozenset({"zone"}),
+    "town_exit": frozenset({"permanent", "zone"}),
+    "led:end": frozenset({"gantry", "when_wet"}),
+    "led:blank": frozenset({"gantry"}),
+    "border": ALL_SCOPES,
+}
+"""Which signs end limits of which scope; those with a number end that value only."""
+
+
+class Claim(msgspec.Struct, frozen=True, kw_only=True):
+    """One reason for one limit."""
+
+    value: float
+    unit: Unit
+    basis: Basis
+    confidence: float
+    provisions: tuple[str, ...] = ()
+    sign: str = ""
+    kind: Kind = "statute"
+    replaces_default: bool = False
+    presumed: tuple[str, ...] = ()
+    why: str = ""
+
+    @property
+    def mps(self) -> float:
+        """In SI."""
+        return to_mps(self.value, self.unit)
+
+
+def cited_for(pack: Pack, basis: str) -> tuple[str, ...]:
+    """Ids of the provisions that say how a sign of this kind is to be read, the extending pack's own first."""
+    wanted = _CITED.get(basis, ())
+    return tuple(
+        provision.id
+        for what in wanted
+        for provision in reversed(pack.provisions.values())
+        if any(isinstance(effect, Condition) and effect.what == what for effect in provision.effects)
+    )[:2]
+
+
+def reads(pack: Pack, what: str) -> bool:
+    """Whether the pack says how signs of this kind are to be read."""
+    return any(isinstance(e, Condition) and e.what == what for p in pack.provisions.values() for e in p.effects)
+
+
+def posted_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+    """Of every sign that is, or may be, in force."""
+    zone = () if situation.zone is None else (_zone_as_posted(pack, situation.zone),)
+    ended = _ends(situation)
+    found = (_posted_claim(pack, situation, limit, ended) for limit in (*situation.posted, *zone))
+    return tuple(claim for claim in found if claim is not None)
+
+
+def law_claims(pack: Pack, situation: Situation, *, caps: bool) -> tuple[Claim, ...]:
+    """Of the limits the law itself sets: defaults that a sign replaces, or caps that hold beside every sign."""
+    return tuple(
+        _law_claim(provision, effect.value, effect.unit, effect.when, situation, "cap" if caps else "default", held)
+        for provision, effect, held in _applying(pack, situation)
+        if isinstance(effect, Limit) and effect.cap == caps
+    )
+
+
+def advisory_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+    """Of recommended speeds where no limit exists."""
+    return tuple(
+        _law_claim(provision, effect.value, effect.unit, effect.when, situation, "advisory", held)
+        for provision, effect, held in _applying(pack, situation)
+        if isinstance(effect, Advisory)
+    )
+
+
+def candidate_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+    """Of every reading that a sign not read for certain may have, where that is plausible for the road."""
+    low, high = _plausible(pack, situation)
+    found = []
+    for candidate in situation.candidates:
+        reading = parse_reading(candidate.reading)
+        if reading.code not in ("limit", "led", "zone") or reading.value is None:
+            continue
+        if candidate.confidence >= CANDIDATE_FLOOR and low <= reading.value <= high:
+            claim = _claim(pack, reading.value, pack.manifest.units, "uncertain", _confidence(candidate.confidence))
+            found.append(msgspec.structs.replace(claim, sign=reading.code))
+    return tuple(found)
+
+
+def _applying(pack: Pack, situation: Situation) -> Iterator[tuple[Provision, Limit | Advisory, Holds]]:
+    for provision in pack.provisions.values():
+        for effect in provision.effects:
+            if isinstance(effect, Limit | Advisory) and (held := holds(effect.when, situation)) != "no":
+                yield provision, effect, held
+
+
+def _law_claim(
+    provision: Provision, value: float, unit: Unit, when: When, situation: Situation, basis: Basis, held: Holds
+) -> Claim:
+    return Claim(
+        value=value,
+        unit=unit,
+        basis=basis,
+        confidence=ADVISORY_CONFIDENCE if basis == "advisory" else DEFAULT_CONFIDENCE,
+        provisions=(provision.id,),
+        kind=provision.kind,
+        presumed=unknown_facts(when, situation) if held == "maybe" else (),
+        why="why_visibility" if when.visibility_below_m else "why_vehicle" if when.vehicle_classes else "why_road",
+    )
+
+
+def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: tuple[Reading, ...]) -> Claim | None:
+    if not math.isfinite(limit.value) or limit.value <= 0 or limit.scope == "end":
+        return None
+    held, presumed, ended_here = _plates(pack, situation, limit)
+    if held == "no" or ended_here or any(_ends_it(end, limit) for end in ended):
+        return None
+    confidence, unit = _confidence(limit.confidence), limit.unit
+    if unit != pack.manifest.units:  # a sign of this country has no other unit: one of the two is misread
+        confidence, unit = confidence * CONTRADICTED_UNIT, "km/h"
+    claim = _claim(pack, limit.value, unit, _basis(limit), confidence)
+    return msgspec.structs.replace(
+        claim,
+        replaces_default=held == "yes" and claim.basis in RANK and confidence >= TRUST,
+        presumed=presumed,
+    )
+
+
+def _claim(pack: Pack, value: float, unit: Unit, basis: Basis, confidence: float) -> Claim:
+    sign = {"zone": "zone", "gantry": "led"}.get(basis, "limit")
+    return Claim(
+        value=value,
+        unit=unit,
+        basis=basis,
+        confidence=confidence,
+        provisions=cited_for(pack, basis),
+        sign=sign if sign in pack.signs else "limit",
+        kind="sign_table",
+    )
+
+
+def _basis(limit: PostedLimit) -> Basis:
+    wet = any(parse_reading(plate).code == "plate:when_wet" for plate in limit.plates)
+    return "conditional" if wet else _SCOPE_BASIS[limit.scope]
+
+
+def _plates(pack: Pack, situation: Situation, limit: PostedLimit) -> tuple[Holds, tuple[str, ...], bool]:
+    texts = limit.plates + (("plate:when_wet",) if limit.scope == "when_wet" else ())
+    held: list[Holds] = []
+    presumed: list[str] = []
+    for text in texts:
+        sign = pack.signs.get(parse_reading(text).code) or pack.signs.get(f"plate:{text}")
+        plate = sign.plate if sign else None
+        if plate is not None and plate.type == "end":
+            return "yes", (), _confidence(limit.confidence) >= TRUST
+        held.append(plate_holds(plate, text, situation))
+        if held[-1] == "maybe" and plate is not None and plate.type in ("wet", "vehicle", "hours"):
+            presumed.append({"wet": "wetness", "vehicle": "vehicle", "hours": "time"}[plate.type])
+    return ("no" if "no" in held else "maybe" if "maybe" in held else "yes"), tuple(presumed), False
+
+
+def _ends(situation: Situation) -> tuple[Reading, ...]:
+    by_sign = tuple(parse_reading(text) for text in situation.ended)
+    by_scope = tuple(
+        Reading("limit_end", limit.value)
+        for limit in situation.posted
+        if limit.scope == "end" and _confidence(limit.confidence) >= TRUST
+    )
+    return by_sign + by_scope
+
+
+def _ends_it(end: Reading, limit: PostedLimit) -> bool:
+    scopes = next((ENDED_BY[name] for name in end.names if name in ENDED_BY), frozenset())
+    return limit.scope in scopes and end.value in (None, limit.value)
+
+
+def _zone_as_posted(pack: Pack, value: float) -> PostedLimit:
+    return PostedLimit(value=value, unit=pack.manifest.units, scope="zone")
+
+
+def _plausible(pack: Pack, situation: Situation) -> tuple[float, float]:
+    table = pack.manifest.plausible_limits
+    if situation.road_type is not None and situation.road_type in table:
+        return table[situation.road_type]
+    return min(low for low, _ in table.values()), max(high for _, high in table.values())
+
+
+def _confidence(value: float) -> float:
+    return min(max(value, 0.0), 1.0) if math.isfinite(value) else 0.0

@@ -1,0 +1,109 @@
+"""Whether a condition of the law holds here: yes, no, or it may (a fact is unknown). What may hold is applied."""
+
+import math
+from typing import Literal
+
+from proto.rules import Situation
+from services.rules.format import Plate, When
+from services.rules.readings import hours_of, within_hours
+
+Holds = Literal["yes", "maybe", "no"]
+VEHICLE_CLASSES = frozenset(
+    {
+        "car", "motorcycle", "van", "car_trailer", "van_trailer", "lorry_light", "lorry", "lorry_trailer", "bus",
+        "car_snow_chains",
+    }
+)  # fmt: skip
+"""Lorry: above 7.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; van: goods vehicle up to 3.5 t."""
+
+
+def holds(when: When, situation: Situation) -> Holds:
+    """Judge every condition; one that fails decides, one that is unknown leaves `maybe`."""
+    found = (
+        _road(when, situation),
+        _member(when.vehicle_classes, known_class(situation)),
+        _flag(when.wet, situation.wet),
+        _flag(when.snow, situation.snow),
+        _visibility(when.visibility_below_m, situation.visibility_m),
+        _part(when.subdivision, situation.jurisdiction),
+    )
+    return "no" if "no" in found else "maybe" if "maybe" in found else "yes"
+
+
+def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
+    """Names (of `words`) of the facts that are unknown and on which the condition depends."""
+    asked = (
+        ("road", when.road_types and situation.road_type is None),
+        ("vehicle", when.vehicle_classes and known_class(situation) is None),
+        ("wetness", when.wet is not None and situation.wet is None),
+        ("snow", when.snow is not None and situation.snow is None),
+        ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
+    )
+    return tuple(name for name, missing in asked if missing)
+
+
+def known_class(situation: Situation) -> str | None:
+    """The vehicle's class where it is one of ours."""
+    return situation.vehicle_class if situation.vehicle_class in VEHICLE_CLASSES else None
+
+
+def usable(number: float | None) -> float | None:
+    """A finite number that is not negative; anything else is unknown."""
+    return number if number is not None and math.isfinite(number) and number >= 0 else None
+
+
+def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
+    """Whether the sign above a plate is in force; a plate that nobody knows changes nothing."""
+    if plate is None:
+        return "maybe"
+    if plate.type == "wet":
+        return _flag(True, situation.wet)
+    if plate.type == "vehicle":
+        return _member(plate.classes, known_class(situation))
+    if plate.type == "hours":
+        return _time(text, situation.time_of_day_h)
+    return "maybe" if plate.type == "ahead" else "yes"
+
+
+def _road(when: When, situation: Situation) -> Holds:
+    if when.announced and situation.road_type is None:
+        return "no"
+    return _member(when.road_types, situation.road_type)
+
+
+def _member(allowed: tuple[str, ...], value: str | None) -> Holds:
+    if not allowed:
+        return "yes"
+    if value is None:
+        return "maybe"
+    return "yes" if value in allowed else "no"
+
+
+def _flag(needed: bool | None, value: bool | None) -> Holds:
+    if needed is None:
+        return "yes"
+    if value is None:
+        return "maybe"
+    return "yes" if value == needed else "no"
+
+
+def _visibility(below_m: float | None, visibility_m: float | None) -> Holds:
+    if below_m is None:
+        return "yes"
+    known_m = usable(visibility_m)
+    if known_m is None:
+        return "maybe"
+    return "yes" if known_m < below_m else "no"
+
+
+def _part(subdivision: str | None, jurisdiction: str | None) -> Holds:
+    if subdivision is None:
+        return "yes"
+    return "yes" if jurisdiction == subdivision else "no"
+
+
+def _time(text: str, time_of_day_h: float | None) -> Holds:
+    hours, known_h = hours_of(text), usable(time_of_day_h)
+    if hours is None or known_h is None:
+        return "maybe"
+    return "yes" if within_hours(hours, known_h) else "no"

@@ -1,0 +1,132 @@
+"""The answer of `applicable_limit`: the verdict of every pack that may count, said with its citations."""
+
+import msgspec
+
+from proto.rules import Citation, LegalAction, RulesAnswer, Situation
+from services.rules.book import FOREIGN_LAW, STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.citing import cite_ids, cite_sign, unique
+from services.rules.claims import Claim
+from services.rules.limits import Verdict, decide
+from services.rules.packs import Pack
+from services.rules.units import legal_limit, spoken, spoken_converted
+from services.rules.words import country, say
+
+_BASIS = {"temporary": "posted", "uncertain": "posted", "cap": "default"}
+
+
+def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
+    """The limit in force; under an unknown jurisdiction the most conservative one of all packs, at low confidence."""
+    known = msgspec.structs.replace(situation, jurisdiction=normal_jurisdiction(situation.jurisdiction))
+    packs = book.for_jurisdiction(known.jurisdiction)
+    foreign = not packs
+    if not packs:
+        packs = book.for_jurisdiction(None)
+    if not packs:
+        return _nothing(known)
+    answers = [_answer(book, pack, known) for pack in packs]
+    chosen = min(answers, key=_strictness)
+    if known.jurisdiction is not None and not foreign:
+        return chosen
+    return _doubted(chosen, answers, packs, known, foreign)
+
+
+def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
+    verdict = decide(pack, situation)
+    weak = book.weaknesses(pack)
+    said = say("no_limit_known", situation.language)
+    limit = None
+    if verdict.claim is not None:
+        claim = verdict.claim
+        limit = legal_limit(claim.value, claim.unit, advisory=claim.basis == "advisory")
+        said = " ".join(_sentences(pack, situation, verdict, claim))
+    notes = [said, *(_weakness(name, book, pack, situation.language) for name in weak)]
+    return RulesAnswer(
+        legal_action=_action(verdict),
+        limit=limit,
+        citations=_citations(pack, verdict, situation.language),
+        confidence=verdict.confidence * (STALE if weak else 1.0),
+        rulepack_version=pack.version,
+        note=" ".join(notes),
+        basis=_basis(verdict.claim),
+        degraded=("stale_rulepack",) if weak else (),
+    )
+
+
+def _strictness(answer: RulesAnswer) -> tuple[float, float]:
+    return (answer.limit.mps if answer.limit else float("inf"), answer.confidence)
+
+
+def _doubted(
+    chosen: RulesAnswer, answers: list[RulesAnswer], packs: tuple[Pack, ...], situation: Situation, foreign: bool
+) -> RulesAnswer:
+    language = situation.language
+    if foreign:
+        why = say("no_law_here", language, country=country(situation.jurisdiction or "", language))
+    else:
+        why = say("country_unknown", language, packs=", ".join(pack.manifest.id for pack in packs))
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * (FOREIGN_LAW if foreign else UNKNOWN_COUNTRY),
+        citations=unique(citation for answer in (chosen, *answers) for citation in answer.citations[:2]),
+        note=f"{chosen.note} {why}",
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def _nothing(situation: Situation) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="unknown",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version="",
+        note=say("no_limit_known", situation.language),
+        basis="unknown",
+        degraded=("jurisdiction",),
+    )
+
+
+def _action(verdict: Verdict) -> LegalAction:
+    if verdict.claim is None:
+        return "unknown"
+    if verdict.uncertain or verdict.against:
+        return "reduce_speed"
+    return "proceed_with_care" if verdict.claim.basis == "advisory" else "comply_with_limit"
+
+
+def _basis(claim: Claim | None) -> str:
+    if claim is None:
+        return "unknown"
+    if claim.why == "why_visibility":
+        return "conditional"
+    return _BASIS.get(claim.basis, claim.basis)
+
+
+def _citations(pack: Pack, verdict: Verdict, language: str) -> tuple[Citation, ...]:
+    claims = [claim for claim in (verdict.claim, *verdict.against) if claim is not None]
+    found: list[Citation] = []
+    for claim in claims:
+        found.extend(cite_ids(pack, claim.provisions, language))
+        if claim.sign in pack.signs:
+            found.append(cite_sign(pack, pack.signs[claim.sign], language))
+    return unique(found)
+
+
+def _sentences(pack: Pack, situation: Situation, verdict: Verdict, claim: Claim) -> list[str]:
+    language, shown = situation.language, spoken(claim.value, claim.unit)
+    parts = [say(claim.basis, language, limit=shown, why=say(claim.why or "why_road", language))]
+    if verdict.against and not verdict.uncertain:
+        parts.append(say("conflict", language))
+    if claim.presumed:
+        facts = ", ".join(say(name, language) for name in claim.presumed)
+        parts.append(say("presumed", language, facts=facts))
+    if claim.basis == "default" and situation.jurisdiction == "GBR" and "gbr-speed-restricted" in claim.provisions:
+        parts.append(say("wales", language))
+    if claim.unit != situation.home_unit:
+        converted = spoken_converted(claim.value, claim.unit, situation.home_unit)
+        parts.append(say("unit", language, limit=shown, converted=converted))
+    return parts
+
+
+def _weakness(name: str, book: RuleBook, pack: Pack, language: str) -> str:
+    return say(name, language, have=f"{pack.manifest.id} {pack.manifest.version}", want=book.expected_of(pack))

@@ -1,0 +1,169 @@
+"""Answers to a driver's question from retrieved passages, or, without retrieval, from words shared with the provisions."""
+
+import re
+from collections.abc import Iterable
+
+import msgspec
+
+from proto.rules import Citation, LegalAction, LegalLimit, Passage, RulesAnswer
+from services.rules.book import STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.citing import cite, cite_sign
+from services.rules.format import Advisory, Duty, Effect, Limit, Prohibition, RightOfWay
+from services.rules.packs import Pack
+from services.rules.signs import careful_rank
+from services.rules.units import legal_limit
+from services.rules.words import say
+
+WITHOUT_RETRIEVAL = 0.8
+"""Factor on the confidence of every answer that was made without retrieval."""
+NEAR = 0.85
+"""Passages that score at least this share of the best one speak to the question too."""
+_WORD = re.compile(r"\w{3,}")
+_PROHIBITED: dict[str, LegalAction] = {"overtaking": "no_overtaking", "entry": "no_entry", "lane": "no_entry"}
+
+
+class Hit(msgspec.Struct, frozen=True, kw_only=True):
+    """One text that speaks to the question."""
+
+    score: float
+    citation: Citation
+    effects: tuple[Effect, ...]
+    action: LegalAction | None
+    pack: Pack
+
+
+def lookup_rule(
+    book: RuleBook,
+    query: str,
+    jurisdiction: str | None,
+    language: str,
+    passages: tuple[Passage, ...] | None,
+    limit: int,
+) -> RulesAnswer:
+    """The best passages, and what they demand; contradictions by kind of text, then the most careful.
+
+    `passages` is None where retrieval did not answer.
+    """
+    here = normal_jurisdiction(jurisdiction)
+    packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
+    known = here is not None and bool(book.for_jurisdiction(here))
+    hits = _from_words(packs, query, language) if passages is None else _from_passages(packs, passages, language)
+    degraded = (() if passages is not None else ("retrieval",)) + (() if known else ("jurisdiction",))
+    if not hits:
+        return _nothing(packs, language, degraded)
+    near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
+    stale = any(book.weaknesses(hit.pack) for hit in near)
+    action, speed = _demand(near)
+    confidence = min(hits[0].score, 1.0) * (1.0 if known else UNKNOWN_COUNTRY) * (STALE if stale else 1.0)
+    shown = tuple(hit.citation for hit in hits[:limit])
+    notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
+    return RulesAnswer(
+        legal_action=action,
+        limit=speed,
+        citations=shown,
+        confidence=confidence * (WITHOUT_RETRIEVAL if passages is None else 1.0),
+        rulepack_version=hits[0].pack.version,
+        note=" ".join(notes),
+        basis="lookup",
+        degraded=degraded + (("stale_rulepack",) if stale else ()),
+    )
+
+
+def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="unknown",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version=packs[0].version if packs else "",
+        note=say("nothing_found", language),
+        basis="unknown",
+        degraded=degraded,
+    )
+
+
+def _demand(near: list[Hit]) -> tuple[LegalAction, LegalLimit | None]:
+    """Of the nearest texts those of the highest kind that demand anything; among them the most careful."""
+    for kind in near[0].pack.manifest.precedence:
+        demanding = [hit for hit in near if hit.citation.kind == kind and _actions(hit)]
+        if demanding:
+            action = min((a for hit in demanding for a in _actions(hit)), key=careful_rank)
+            speeds = [speed for hit in demanding for speed in _speeds(hit)]
+            return action, min(speeds, key=lambda s: s.mps) if speeds else None
+    return "none", None
+
+
+def _actions(hit: Hit) -> tuple[LegalAction, ...]:
+    found: list[LegalAction] = [hit.action] if hit.action is not None else []
+    for effect in hit.effects:
+        if isinstance(effect, Duty | RightOfWay):
+            found.append(effect.action)
+        elif isinstance(effect, Limit):
+            found.append("comply_with_limit")
+        elif isinstance(effect, Prohibition):
+            found.append(_PROHIBITED.get(effect.what, "proceed_with_care"))
+    return tuple(found)
+
+
+def _speeds(hit: Hit) -> list[LegalLimit]:
+    return [
+        legal_limit(effect.value, effect.unit, advisory=isinstance(effect, Advisory))
+        for effect in hit.effects
+        if isinstance(effect, Limit | Advisory)
+        and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
+    ]
+
+
+def _from_passages(packs: tuple[Pack, ...], passages: tuple[Passage, ...], language: str) -> list[Hit]:
+    found = [hit for passage in passages if (hit := _hit(packs, passage, language)) is not None]
+    return sorted(found, key=lambda hit: -hit.score)
+
+
+def _hit(packs: tuple[Pack, ...], passage: Passage, language: str) -> Hit | None:
+    """A passage counts only if its provision stands in a pack that was loaded and checked here."""
+    name = provision_of(passage)
+    for pack in packs:
+        if name in pack.provisions or (name.removeprefix("sign:") in pack.signs and name.startswith("sign:")):
+            return _known(pack, name, passage.score, language)
+    return None
+
+
+def provision_of(passage: Passage) -> str:
+    """`deu-speed-urban` of the passage id `DEU-v1/deu-speed-urban/de`."""
+    parts = passage.passage_id.split("/")
+    return parts[1] if len(parts) == 3 else ""
+
+
+def _known(pack: Pack, name: str, score: float, language: str) -> Hit:
+    if name in pack.provisions:
+        provision = pack.provisions[name]
+        return Hit(
+            score=score, citation=cite(pack, provision, language), effects=provision.effects, action=None, pack=pack
+        )
+    sign = pack.signs[name.removeprefix("sign:")]
+    return Hit(score=score, citation=cite_sign(pack, sign, language), effects=(), action=sign.action, pack=pack)
+
+
+def _from_words(packs: tuple[Pack, ...], query: str, language: str) -> list[Hit]:
+    """The share of the question's words that a text contains: a poor man's retrieval, said to be that."""
+    wanted = _words(query)
+    if not wanted:
+        return []
+    found = []
+    for pack in packs:
+        for name, text in _texts(pack):
+            score = len(wanted & _words(text)) / len(wanted)
+            if score > 0:
+                found.append(_known(pack, name, score, language))
+    return sorted(found, key=lambda hit: (-hit.score, hit.citation.document, hit.citation.start))
+
+
+def _texts(pack: Pack) -> Iterable[tuple[str, str]]:
+    for provision in pack.provisions.values():
+        yield provision.id, " ".join((provision.section, *(source.excerpt for source in provision.sources)))
+    for sign in pack.signs.values():
+        yield f"sign:{sign.code}", " ".join((sign.section, *(source.excerpt for source in sign.sources)))
+
+
+def _words(text: str) -> set[str]:
+    return {word.lower() for word in _WORD.findall(text)}

@@ -1,0 +1,133 @@
+"""Stop, give way or proceed: light before sign before the general rule; who is unknown is taken to be there."""
+
+import msgspec
+
+from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
+from services.rules.book import STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.citing import cite_ids, unique
+from services.rules.format import RightOfWay
+from services.rules.packs import Pack
+from services.rules.readings import parse_reading
+from services.rules.signs import careful_rank
+from services.rules.words import country, say
+
+PRESUMED = 0.8
+BASE = 0.95
+GUIDANCE = 0.85
+"""Confidence of an answer that rests on guidance alone."""
+
+
+class Found(msgspec.Struct, frozen=True, kw_only=True):
+    """What one trigger demands in one pack."""
+
+    trigger: str
+    action: LegalAction
+    provision: str
+
+
+def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
+    """The most careful demand of those that hold; under an unknown jurisdiction that of all packs."""
+    here = normal_jurisdiction(question.jurisdiction)
+    own = book.for_jurisdiction(here)
+    packs = own or book.for_jurisdiction(None)
+    known = here is not None and bool(own)
+    answers = [_answer(book, pack, question, known=known) for pack in packs]
+    if not answers:
+        return _nothing(question)
+    chosen = min(answers, key=lambda answer: careful_rank(answer.legal_action))
+    if known:
+        return chosen
+    what = (
+        say("no_law_here", question.language, country=country(here, question.language))
+        if here
+        else say("country_unknown", question.language, packs=", ".join(pack.manifest.id for pack in packs))
+    )
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * UNKNOWN_COUNTRY,
+        citations=unique(citation for answer in answers for citation in answer.citations[:2]),
+        note=f"{chosen.note} {what}".strip(),
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
+    """Everything that holds at this junction, the governing demand first."""
+    table = _table(pack)
+    governing = _first(table, _lights(question)) or _signed(table, question) or _first(table, _unsigned(question))
+    crossing = _first(table, ("crossing",)) if _someone_crosses(question) else ()
+    return governing + crossing
+
+
+def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion, *, known: bool) -> RulesAnswer:
+    found = demands(pack, question)
+    weak = book.weaknesses(pack)
+    actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
+    action = min(actions, key=careful_rank)
+    citations = cite_ids(pack, (f.provision for f in found), question.language)
+    unknown = question.pedestrians_on_crossing is None or (
+        question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
+    )
+    by_law = not found or any(citation.kind != "guidance" for citation in citations)
+    confidence = (BASE if by_law else GUIDANCE) * (PRESUMED if unknown else 1.0) * (STALE if weak else 1.0)
+    return RulesAnswer(
+        legal_action=_softened(action, question),
+        limit=None,
+        citations=citations,
+        confidence=confidence if found else confidence * 0.5,
+        rulepack_version=pack.version,
+        note=" ".join(citation.excerpt for citation in citations[:2]),
+        basis="lookup" if found else "unknown",
+        degraded=("stale_rulepack",) if weak else (),
+    )
+
+
+def _softened(action: LegalAction, question: RightOfWayQuestion) -> LegalAction:
+    """Nobody is told plainly to proceed while it is unknown who crosses."""
+    return "proceed_with_care" if action == "proceed" and question.pedestrians_on_crossing is None else action
+
+
+def _table(pack: Pack) -> dict[str, Found]:
+    return {
+        effect.trigger: Found(trigger=effect.trigger, action=effect.action, provision=provision.id)
+        for provision in pack.provisions.values()
+        for effect in provision.effects
+        if isinstance(effect, RightOfWay)
+    }
+
+
+def _first(table: dict[str, Found], triggers: tuple[str, ...]) -> tuple[Found, ...]:
+    return next(((table[name],) for name in triggers if name in table), ())
+
+
+def _lights(question: RightOfWayQuestion) -> tuple[str, ...]:
+    return () if question.light in (None, "off") else (f"light:{question.light}",)
+
+
+def _signed(table: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
+    codes = (parse_reading(text).code for text in question.signs)
+    found = tuple(table[f"sign:{code}"] for code in codes if f"sign:{code}" in table)
+    off = (table["light:off"],) if question.light == "off" and "light:off" in table else ()
+    return tuple(sorted(found + off, key=lambda f: careful_rank(f.action)))
+
+
+def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:
+    return () if question.traffic_from_priority_side is False else ("unsigned",)
+
+
+def _someone_crosses(question: RightOfWayQuestion) -> bool:
+    at_crossing = any(parse_reading(text).code == "crossing" for text in question.signs)
+    return bool(question.pedestrians_on_crossing) or (at_crossing and question.pedestrians_on_crossing is None)
+
+
+def _nothing(question: RightOfWayQuestion) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="proceed_with_care",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version="",
+        note=say("nothing_found", question.language),
+        basis="unknown",
+        degraded=("jurisdiction",),
+    )

@@ -1,0 +1,199 @@
+"""The Rules service: binds the rule book to tools and asks retrieval for evidence; decides nothing."""
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ToolFailed
+from drivemcp.node import Node
+from drivemcp.paths import data, has_data
+from drivemcp.service import Service
+from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
+from proto.scene import Candidate, Unit
+from services.rules import evidence, limit_answer, lookup, rightofway, signs
+from services.rules.book import RuleBook, load_book, normal_jurisdiction
+from services.rules.cache import Cache
+from services.rules.situations import coarse
+
+RETRIEVAL_DEADLINE_MS = 22.0
+"""Of a tool's 40 ms: what is left must suffice for the answer and two ways over the bus."""
+WARM_UP_DEADLINE_MS = 500.0
+WARM_UP_PERIOD_S = 1.0
+MAX_QUERY = 500
+
+Reading = Annotated[str, msgspec.Meta(max_length=64, description="sign code as read, for example limit:80 or stop")]
+Jurisdiction = Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3, for example DEU; GBR-WLS for a part")]
+Language = Annotated[str, msgspec.Meta(max_length=16, description="the driver's language: en, de or fr")]
+Query = Annotated[str, msgspec.Meta(max_length=MAX_QUERY, description="the question in the driver's words")]
+Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="how many passages are cited at most")]
+
+
+class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
+    """Which rulepacks are loaded, and what the vehicle's configuration expects of them."""
+
+    packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+    """Names below `rulepacks/`, or paths of folders."""
+    expected_packs: dict[str, str] = msgspec.field(default_factory=dict)
+    """Version by pack id that this vehicle was configured for; an older pack lowers confidence."""
+    today: str = ""
+    """ISO date against which effective dates are checked; empty: they are not."""
+    passages: int = 4
+    cache_size: int = 512
+    languages: tuple[str, ...] = ("en", "de")
+    """In which retrieval is asked once at the start, so that the first answers are quick."""
+
+
+class _Evidence:
+    """Retrieval over the bus, each question asked once."""
+
+    def __init__(self, node: Node, config: RulesConfig) -> None:
+        self._node = node
+        self._passages = config.passages
+        self._known: Cache[Retrieved] = Cache(config.cache_size)
+
+    def ask(
+        self,
+        query: str,
+        jurisdiction: str | None,
+        language: str,
+        context: str = "",
+        deadline_ms: float = RETRIEVAL_DEADLINE_MS,
+    ) -> Retrieved | None:
+        """What retrieval finds; None where it is not there or too slow. What was ranked without an encoder is not kept."""
+        arguments = {"query": query, "jurisdiction": jurisdiction, "language": language, "k": self._passages}
+        if context:
+            arguments["road_context"] = context
+        key = (query, jurisdiction, language, context)
+        if (known := self._known.get(key)) is not None:
+            return known
+        if "retrieve" not in self._node.catalogue() or "retrieval" not in self._node.alive_services():
+            return None
+        outcome = self._node.call("retrieve", arguments, deadline_ms=deadline_ms)
+        if not outcome.ok:
+            return None
+        try:
+            found = msgspec.convert(outcome.result, Retrieved)
+        except msgspec.ValidationError as error:
+            self._node.log.warning("retrieval answers what is no passage list: %s", error)
+            return None
+        if not found.encoder.startswith("bm25-only"):
+            self._known.put(key, found)
+        return found
+
+
+def build(config: RulesConfig, node: Node) -> None:
+    """Load the packs, offer the tools."""
+    book, refused = load_book(
+        [_folder(name) for name in config.packs], expected=config.expected_packs, today=config.today
+    )
+    for reason in refused:
+        node.log.error("rulepack refused: %s", reason)
+    node.detail["rulepacks"] = " ".join(pack.version for pack in book.packs.values()) or "none"
+    if refused:
+        node.detail["refused"] = "; ".join(refused)
+    node.watch_services()
+    found = _Evidence(node, config)
+    _offer_limits(node, book, found, config)
+    _offer_signs(node, book)
+    _offer_lookup(node, book, found)
+    if not node.lockstep:
+        node.every(WARM_UP_PERIOD_S, lambda: _warm_up(book, found, config.languages))
+
+
+def _folder(name: str) -> Path:
+    if "/" in name or not has_data(f"rulepacks/{name}"):
+        return Path(name)
+    return data(f"rulepacks/{name}")
+
+
+def _warm_up(book: RuleBook, found: _Evidence, languages: tuple[str, ...]) -> None:
+    for pack in book.packs.values():
+        for language in languages:
+            for query in evidence.questions(language):
+                if found.ask(query, pack.manifest.jurisdiction, language, deadline_ms=WARM_UP_DEADLINE_MS) is None:
+                    return
+
+
+def _need_packs(book: RuleBook) -> None:
+    if not book.packs:
+        raise ToolFailed("no rulepack could be loaded; the log of the rules service says why for each")
+
+
+def _offer_limits(node: Node, book: RuleBook, found: _Evidence, config: RulesConfig) -> None:
+    answers: Cache[RulesAnswer] = Cache(config.cache_size)
+
+    @node.tool(deadline_ms=40)
+    def applicable_limit(situation: Situation) -> RulesAnswer:
+        """The speed limit in force here: posted, gantry, zone and conditional limits and the law's own, the most careful in doubt.
+
+        An unknown fact never raises the limit. `limit.advisory` marks a recommended speed where no limit exists.
+        """
+        _need_packs(book)
+        asked = coarse(situation)
+        if (known := answers.get(asked)) is not None:
+            return known
+        answer = limit_answer.applicable_limit(book, asked)
+        query = evidence.question_for(answer, asked.language)
+        retrieved = found.ask(query, _country(asked.jurisdiction), asked.language)
+        answer = evidence.supported(answer, retrieved, asked)
+        if not {"retrieval", "encoder"} & set(answer.degraded):
+            answers.put(asked, answer)
+        return answer
+
+
+def _offer_signs(node: Node, book: RuleBook) -> None:
+    @node.tool(deadline_ms=40)
+    def interpret_sign(
+        reading: Reading,
+        jurisdiction: Jurisdiction = None,
+        language: Language = "en",
+        plates: tuple[str, ...] = (),
+        candidates: tuple[Candidate, ...] = (),
+        home_unit: Unit = "km/h",
+    ) -> SignMeaning:
+        """What a sign means in this country, in the driver's language, with its national number and the law behind it.
+
+        With several candidate readings the most careful one is answered and the others are named.
+        """
+        _need_packs(book)
+        question = signs.SignQuestion(
+            reading=reading,
+            jurisdiction=jurisdiction,
+            language=language,
+            plates=plates,
+            candidates=candidates,
+            home_unit=home_unit,
+        )
+        return signs.interpret_sign(book, question)
+
+    @node.tool(deadline_ms=40)
+    def right_of_way(question: RightOfWayQuestion) -> RulesAnswer:
+        """Stop, give way or proceed at a junction: light before sign before general rule; who is unknown is taken to be there."""
+        _need_packs(book)
+        return rightofway.right_of_way(book, question)
+
+
+def _offer_lookup(node: Node, book: RuleBook, found: _Evidence) -> None:
+    @node.tool(deadline_ms=60)
+    def lookup_rule(
+        query: Query, jurisdiction: Jurisdiction = None, language: Language = "en", road_context: str = "", k: Count = 3
+    ) -> RulesAnswer:
+        """What the law says on a question in plain words: the best passages, cited with document and offsets."""
+        _need_packs(book)
+        retrieved = found.ask(query, _country(jurisdiction), language, road_context[:MAX_QUERY], deadline_ms=45.0)
+        return lookup.lookup_rule(book, query, jurisdiction, language, retrieved.passages if retrieved else None, k)
+
+    @node.tool(deadline_ms=20)
+    def list_rulepacks() -> tuple[RulepackInfo, ...]:
+        """The rulepacks that are loaded: version, content hash, units, side of traffic, dates."""
+        return book.infos()
+
+
+def _country(jurisdiction: str | None) -> str | None:
+    normal = normal_jurisdiction(jurisdiction)
+    return normal[:3] if normal else None
+
+
+SERVICE = Service("rules", RulesConfig, build)

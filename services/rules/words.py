@@ -1,0 +1,131 @@
+"""What the Rules service says in its own words, in the driver's language."""
+
+from collections.abc import Mapping
+
+LANGUAGES = ("en", "de", "fr")
+
+_SAID: dict[str, tuple[str, str, str]] = {
+    "posted": ("Posted limit {limit}.", "Angezeigtes Limit {limit}.", "Limite affichée {limit}."),
+    "gantry": ("Limit {limit} on the gantry.", "Limit {limit} auf der Anzeigebrücke.", "Limite {limit} sur le portique."),
+    "temporary": ("Temporary limit {limit}.", "Vorübergehendes Limit {limit}.", "Limite temporaire {limit}."),
+    "zone": ("Zone limit {limit}.", "Zonenlimit {limit}.", "Limite de zone {limit}."),
+    "conditional": ("Limit {limit} when wet.", "Limit {limit} bei Nässe.", "Limite {limit} par temps de pluie."),
+    "default": ("General limit {limit} here.", "Allgemeines Limit hier {limit}.", "Limite générale ici {limit}."),
+    "cap": ("No more than {limit}: {why}.", "Höchstens {limit}: {why}.", "Au plus {limit} : {why}."),
+    "advisory": (
+        "No general limit; {limit} is advised.",
+        "Kein allgemeines Limit; Richtgeschwindigkeit {limit}.",
+        "Pas de limite générale ; {limit} conseillés.",
+    ),
+    "uncertain": (
+        "The sign was not read for certain: taken as {limit} for now.",
+        "Das Schild ist nicht sicher gelesen: vorerst gilt {limit}.",
+        "Le panneau n'est pas lu avec certitude : {limit} par prudence.",
+    ),
+    "conflict": (
+        "Signs contradict each other: the lower value counts.",
+        "Die Anzeigen widersprechen sich: Es zählt der niedrigere Wert.",
+        "Les panneaux se contredisent : la valeur la plus basse compte.",
+    ),
+    "presumed": (
+        "Unknown, so taken at its worst: {facts}.",
+        "Unbekannt, daher ungünstig angenommen: {facts}.",
+        "Inconnu, supposé défavorable : {facts}.",
+    ),
+    "country_unknown": (
+        "Country unknown: the lowest limit of {packs} is taken.",
+        "Land unbekannt: Es gilt das niedrigste Limit aus {packs}.",
+        "Pays inconnu : la limite la plus basse de {packs} est retenue.",
+    ),
+    "no_law_here": (
+        "No rulepack for {country}: only what signs show is known.",
+        "Kein Regelwerk für {country}: Bekannt ist nur, was Schilder zeigen.",
+        "Pas de règles pour {country} : seul l'affichage est connu.",
+    ),
+    "no_limit_known": ("No limit is known here.", "Hier ist kein Limit bekannt.", "Aucune limite connue ici."),
+    "stale": (
+        "Rulepack {have} is older than the expected {want}.",
+        "Das Regelwerk {have} ist älter als das erwartete {want}.",
+        "Les règles {have} sont plus anciennes que {want}.",
+    ),
+    "out_of_date": (
+        "The rulepack is not in force on this date.",
+        "Das Regelwerk gilt an diesem Tag nicht.",
+        "Ces règles ne sont pas en vigueur à cette date.",
+    ),
+    "no_retrieval": (
+        "Without retrieval: from typed provisions and the sign table.",
+        "Ohne Suche: aus typisierten Vorschriften und Zeichentafel.",
+        "Sans recherche : d'après les dispositions typées et la table des panneaux.",
+    ),
+    "unit": (
+        "{limit} is about {converted}.",
+        "{limit} sind etwa {converted}.",
+        "{limit} font environ {converted}.",
+    ),
+    "wales": (
+        "In Wales 20 mph applies where 30 does elsewhere.",
+        "In Wales gelten 20 mph, wo sonst 30 gelten.",
+        "Au pays de Galles, 20 mph remplacent les 30.",
+    ),
+    "foreign": (
+        "This is no sign of {here}; in {there} it means:",
+        "Dieses Zeichen gibt es in {here} nicht; in {there} bedeutet es:",
+        "Ce panneau n'existe pas en {here} ; en {there} il signifie :",
+    ),
+    "unknown_sign": (
+        "This sign is not in the sign table: drive with care.",
+        "Dieses Zeichen steht nicht in der Zeichentafel: vorsichtig fahren.",
+        "Ce panneau est absent de la table : prudence.",
+    ),
+    "maybe_sign": (
+        "It may also be: {others}.",
+        "Es könnte auch sein: {others}.",
+        "Ce peut être aussi : {others}.",
+    ),
+    "visibility": ("visibility", "Sichtweite", "visibilité"),
+    "wetness": ("wet road", "nasse Fahrbahn", "chaussée mouillée"),
+    "vehicle": ("vehicle class", "Fahrzeugklasse", "catégorie de véhicule"),
+    "road": ("type of road", "Straßenart", "type de route"),
+    "time": ("time of day", "Uhrzeit", "heure"),
+    "snow": ("snow", "Schnee", "neige"),
+    "why_vehicle": ("class of vehicle", "Fahrzeugklasse", "catégorie de véhicule"),
+    "why_visibility": ("visibility", "Sichtweite", "visibilité"),
+    "why_road": ("kind of street", "Art der Straße", "type de rue"),
+    "nothing_found": (
+        "Nothing in the rulepacks answers this.",
+        "Die Regelwerke geben darauf keine Antwort.",
+        "Les règles n'apportent pas de réponse.",
+    ),
+}  # fmt: skip
+
+COUNTRIES: dict[str, tuple[str, str, str]] = {
+    "DEU": ("Germany", "Deutschland", "Allemagne"),
+    "GBR": ("Great Britain", "Großbritannien", "Grande-Bretagne"),
+    "FRA": ("France", "Frankreich", "France"),
+    "NLD": ("the Netherlands", "die Niederlande", "Pays-Bas"),
+    "AUT": ("Austria", "Österreich", "Autriche"),
+    "POL": ("Poland", "Polen", "Pologne"),
+}
+
+
+def spoken_language(language: str) -> str:
+    """One of ours: `de-AT` is German, what we do not speak becomes English."""
+    short = language.lower()[:2]
+    return short if short in LANGUAGES else "en"
+
+
+def say(key: str, language: str, **values: str) -> str:
+    """A sentence of the table, filled."""
+    return _SAID[key][LANGUAGES.index(spoken_language(language))].format(**values)
+
+
+def country(code: str, language: str) -> str:
+    """A country's name; its code where we have no name for it."""
+    names = COUNTRIES.get(code[:3])
+    return names[LANGUAGES.index(spoken_language(language))] if names else code[:3]
+
+
+def text_in(texts: Mapping[str, str], language: str) -> str:
+    """A text of a pack in the driver's language, else in English, else in any."""
+    return texts.get(spoken_language(language)) or texts.get("en") or next(iter(texts.values()), "")
