@@ -14,6 +14,8 @@ DRYING_S = 1200.0
 ABS_SHARE = 0.8
 """An anti-lock system uses 80 to 95 % of the peak (UN R13-H, annex 6, asks for 75 %)."""
 
+WET_FROM_MM = 0.02
+"""A film that surely reaches this is wet, one that surely stays below is dry."""
 _UNKNOWN_FILM = Interval(0.0, friction.RUT_MM)
 
 # Wiper stage -> rain it speaks for (mm/h). Off says nothing: wipers may be forgotten, and a dry road needs none.
@@ -38,8 +40,11 @@ def fuse(senses: Senses, *, wet_recently: bool) -> Grip:
     sources, notes = [name for name, _ in films], []
     if films:
         intervals = [friction.wet(film, speed, tyre_low) for _, film in films]
-        mu = _hull(intervals)
-        contradiction = not all(films[0][1].overlaps(film) for _, film in films[1:])
+        contradiction = _contradict([film for _, film in films])
+        # The first source measures most directly: it alone says how good the road may be, unless another denies it.
+        mu = Interval(
+            min(each.low for each in intervals), _hull(intervals).high if contradiction else intervals[0].high
+        )
         top = max(film.high for _, film in films)
         notes.append(f"water film up to {top:.2f} mm" if top > 0.02 else "dry road")
     else:
@@ -50,6 +55,13 @@ def fuse(senses: Senses, *, wet_recently: bool) -> Grip:
     mu = _snow(senses, mu, sources, notes)
     mu, contradiction = _abs(senses, mu, contradiction, sources, notes)
     return Grip(mu, tuple(dict.fromkeys(sources)), tuple(notes), _is_wet(films), contradiction)
+
+
+def _contradict(films: list[Interval]) -> bool:
+    """Whether one source is sure of a dry road and another of a wet one. How deep the water is, sources may see
+    differently.
+    """
+    return any(film.high < WET_FROM_MM for film in films) and any(film.low >= WET_FROM_MM for film in films)
 
 
 def _hull(intervals: list[Interval]) -> Interval:
@@ -77,7 +89,10 @@ def _rain(rain_mm_h: Interval) -> Interval:
     """The film that rain may make: none yet where it is light or has just begun, Gallaway's depth at most; at least
     damp in real rain.
     """
-    return Interval(0.01 if rain_mm_h.low > 0.1 else 0.0, friction.rain_film_mm(rain_mm_h.high))
+    return Interval(
+        WET_FROM_MM if rain_mm_h.low > 0.3 else 0.0,
+        max(WET_FROM_MM if rain_mm_h.high > 0.1 else 0.0, friction.rain_film_mm(rain_mm_h.high)),
+    )
 
 
 def _cold(senses: Senses, mu: Interval, *, wet_possible: bool, sources: list[str], notes: list[str]) -> Interval:
@@ -128,6 +143,6 @@ def _is_wet(films: list[tuple[str, Interval]]) -> bool | None:
     """Wet where a source is sure of water, or most of what is possible is wet; dry where none allows any."""
     if not films:
         return None
-    if any(film.low > 0.005 for _, film in films):
+    if any(film.low >= WET_FROM_MM for _, film in films):
         return True
-    return None if any(film.high > 0.05 for _, film in films) else False
+    return None if any(film.high >= WET_FROM_MM for _, film in films) else False

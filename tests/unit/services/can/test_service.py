@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -235,3 +236,19 @@ def test_the_same_service_takes_another_python_can_interface() -> None:
                 port.send(can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False))
             ego = collected.wait(lambda ego: ego.speed_mps is not None)
     assert ego.speed_mps == pytest.approx(11.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("speed_mps", "code", "left"), [(0.0, 0, []), (15.0, 0x22, ["P0420"])])
+def test_an_authorized_clearing_works_on_a_standing_car_only(speed_mps: float, code: int, left: list[str]) -> None:
+    with bus() as b:
+        can_node = SERVICE.start(b.session, CanConfig(), authorize=lambda tool, head, payload: "")
+        car = Car(b.node("simulator"), Controls(speed_mps=speed_mps))
+        car.model.state = replace(car.model.state, stored_codes=("P0420",))
+        b.wait_for(topics.EGO, lambda ego: ego.speed_mps is not None)
+        before = result(b, "send_obd_request", service=3)
+        answer = result(b, "clear_dtcs")
+        after = result(b, "send_obd_request", service=3)
+        can_node.close()
+    assert before["decoded"]["stored_codes"] == ["P0420"]
+    assert {response["response_code"] for response in answer["responses"]} == {code}
+    assert after["decoded"]["stored_codes"] == left
