@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from proto.services import ServiceRow
-from proto.topics import TOPICS, Topic
+from proto.topics import TOPICS, TRUTH, Topic
 
 EVALUATION = ServiceRow(name="evaluation", extra="", calls=("*",))
 """Watches a drive and reads the truth; only where a drive is evaluated."""
@@ -35,7 +35,7 @@ def access_control(rows: Iterable[ServiceRow], vehicle: str = "*", *, evaluation
 
 def _rules(row: ServiceRow, members: list[ServiceRow], root: str) -> list[dict[str, Any]]:
     publishes = [f"{root}/{_key(topic, row.name)}" for topic in TOPICS if _may(topic.publishers, row.name)]
-    reads = [f"{root}/{topic.name.replace('<id>', '*')}" for topic in TOPICS if _may(topic.readers, row.name)]
+    reads = [f"{root}/{topic.name.replace('<id>', '*')}" for topic in TOPICS if _reads(row, topic)]
     serves = [f"{root}/tool/{row.name}", *(f"{root}/tool/{row.name}/{tool}" for tool in row.tools)]
     serves.append(f"{root}/step/{row.name}")
     asks = _callable(row, members, root)
@@ -65,6 +65,10 @@ def _rule(row: ServiceRow, name: str, messages: list[str], flows: list[str], key
 def _key(topic: Topic[Any], service: str) -> str:
     own = topic.publishers == ("*",)  # health, log and calls: a service speaks for itself alone
     return topic.name.replace("<id>", service if own else "*")
+
+
+def _reads(row: ServiceRow, topic: Topic[Any]) -> bool:
+    return _may(topic.readers, row.name) or (topic.name in row.reads and not topic.private and topic.name != TRUTH.name)
 
 
 def _may(names: tuple[str, ...], service: str) -> bool:

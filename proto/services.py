@@ -12,6 +12,8 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
     tools: tuple[str, ...] = ()
     calls: tuple[str, ...] = ()
     """Servers whose tools it may call; `*`: any, actuation excepted."""
+    reads: tuple[str, ...] = ()
+    """Names of topics that a third-party service reads; a built-in one stands in the topic table. Private topics do not count."""
     step_order: int = 50
     """Its place in a lockstep step."""
     start_order: int = 1

@@ -1,0 +1,1 @@
+"""The roadworks expert."""

@@ -1,0 +1,4 @@
+from drivemcp.service import main
+from drivemcp_roadworks.service import SERVICE
+
+main(SERVICE)
