@@ -122,7 +122,7 @@ def _tank(builder: Builder, rng: np.random.Generator, length: float, width: floa
 def _tipper(
     builder: Builder, rng: np.random.Generator, length: float, width: float, height: float, rear: float
 ) -> None:
-    colour, top = pick_paint(rng), max(height * 0.68, 1.9)
+    colour, top = pick_paint(rng), height - 0.45
     builder.box((rear + length / 2, 0, (top + 1.0) / 2), (length, width, top - 1.0), colour, Layer.TARPAULIN)
     for x in np.linspace(rear + 0.1, rear + length - 0.1, 6):
         for side in (1.0, -1.0):

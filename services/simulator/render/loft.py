@@ -99,7 +99,7 @@ def wheels(builder: Builder, length: float, width: float, height: float, profile
 def wheel(builder: Builder, x: float, side: float, width: float, radius: float) -> None:
     """One wheel standing on the ground at ``x`` on one flank (side 1 left, -1 right)."""
     outer = side * (width / 2 + 0.012)
-    builder.disc((x, side * (width / 2 + 0.004), radius * 1.05), (0, side, 0), radius * 1.18, (0.03, 0.03, 0.03), 18)
+    builder.disc((x, side * (width / 2 + 0.004), radius * 1.12), (0, side, 0), radius * 1.12, (0.03, 0.03, 0.03), 18)
     builder.tube((x, outer - side * 0.24, radius), (x, outer, radius), radius, RUBBER, sides=16)
     builder.disc((x, outer, radius), (0, side, 0), radius, (1, 1, 1), 18, Layer.WHEEL)
 

@@ -229,7 +229,7 @@ void main() {
   base *= base;
   float hard = v_kind.x == 5.0 ? 0.35 : 1.0;
 #ifdef WET
-  base *= 1.0 - 0.55 * u_wet * hard;
+  base *= 1.0 - 0.62 * u_wet * hard;
 #endif
   vec3 n = vec3(v_normal);
   vec3 light = mix(u_earth, u_sky, n.z * 0.5 + 0.5) + u_sun * max(dot(n, u_sun_dir), 0.0);
@@ -251,7 +251,7 @@ void main() {
     float f = 1.0 - to_eye.z / dist;
     float f2 = f * f;
     float puddle = smoothstep(0.60 - 0.14 * u_wet, 0.74, broad.a * 0.6 + broad.b * 0.4);
-    float amount = u_wet * (0.06 + (0.30 + 0.5 * puddle) * f2 * f2 * f2);
+    float amount = u_wet * (0.02 + (0.30 + 0.5 * puddle) * f2 * f2 * f2);
     vec3 sky = mix(u_horizon, u_zenith, clamp(1.2 - f, 0.0, 1.0));
     c = mix(c, sky, amount * (0.85 + 0.3 * broad.r));
     float rx = dot(reflect(-to_eye / dist, vec3(0.0, 0.0, 1.0)), u_sun_dir);
