@@ -1,0 +1,58 @@
+"""`python -m benchmarks [call|parallel|drive|footprint ...] [--out FILE]`: all of them unless named."""
+
+import argparse
+import os
+import platform
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks.calls import parallel, tool_call
+from benchmarks.drive import stages
+from benchmarks.footprint import footprint
+from benchmarks.subject import make_peers
+
+SECTIONS: dict[str, Callable[[], str]] = {
+    "call": tool_call,
+    "parallel": parallel,
+    "drive": stages,
+    "footprint": footprint,
+}
+NEED_PEERS = {"call", "parallel"}
+
+
+def machine() -> str:
+    """Processor, cores, Python."""
+    model = next(
+        (
+            line.split(":", 1)[1].strip()
+            for line in Path("/proc/cpuinfo").read_text().splitlines()
+            if line.startswith("model name")
+        ),
+        platform.processor(),
+    )
+    return f"{os.cpu_count()} cores ({model}), Python {platform.python_version()}, load {os.getloadavg()[0]:.1f} at the start"
+
+
+def main() -> int:
+    """Run, print, and write where asked."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="which ones; all by default")
+    parser.add_argument("--out", type=Path, help="also write the report here")
+    flags = parser.parse_args()
+    chosen = flags.sections or list(SECTIONS)
+    if NEED_PEERS & set(chosen):
+        make_peers()
+    parts = [f"# Benchmarks\n\n`make bench`, {machine()}."]
+    for name in chosen:
+        sys.stderr.write(f"{name}:\n")
+        parts.append(SECTIONS[name]())
+    report = "\n\n".join(parts) + "\n"
+    sys.stdout.write(report)
+    if flags.out:
+        flags.out.write_text(report, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
