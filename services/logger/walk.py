@@ -20,6 +20,8 @@ from services.logger.difference import Found, What, first_difference
 from services.logger.file import ORIGIN, Origin, opening
 from services.logger.report import Place, Report
 
+LINK_AT = 80
+"""Bytes from the start of a chain record's chunk to its text: the heads of chunk and message, no compression's name."""
 _PARSING = (McapError, ValueError, IndexError, struct.error, msgspec.MsgspecError)
 
 
@@ -241,7 +243,10 @@ class Walk:
 
     def _cut(self, at: int, pending: list[_Read], why: str) -> None:
         """A record reaches past the end: the file was cut, unless what stands behind shows that a length was changed."""
-        if bytes(self._data[-len(container.MAGIC) :]) == container.MAGIC or self._stored_link(self._n, at):
+        text = b'{"body":{"n":%d,' % self._n
+        own = bytes(self._data[at + LINK_AT : at + LINK_AT + len(text)]) == text
+        later = self._stored_link(self._n + own, at)
+        if later or bytes(self._data[-len(container.MAGIC) :]) == container.MAGIC:
             self._blame(pending, at, why, "damaged")
 
     def _blame(self, pending: list[_Read], at: int, why: str, what: What) -> NoReturn:
