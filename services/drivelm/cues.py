@@ -57,7 +57,7 @@ def cues_of(reading: str) -> Cues:
     head, _, tail = reading.partition(":")
     if head in {"limit", "zone", "led"} and tail.isdigit():
         value = int(tail)
-        return {country: -2.0 for country, row in JURISDICTIONS.items() if value not in row.limits}
+        return {country: -1.0 for country, row in JURISDICTIONS.items() if value not in row.limits}
     return _TABLE.get(reading, {})
 
 

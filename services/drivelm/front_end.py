@@ -11,6 +11,7 @@ from services.drivelm.backend import Answer, Backend
 from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
 from services.drivelm.facts import Here, fact_of
+from services.drivelm.jurisdictions import unit_of
 from services.drivelm.parser import parse
 from services.drivelm.sentences import QUESTIONS
 from services.drivelm.tracks import SignTrack
@@ -71,7 +72,7 @@ class FrontEnd:
         for question in dict.fromkeys(look.question for look in looks):
             part = [look for look in looks if look.question == question]
             for look, answer in zip(part, self.backend.answer([look.image for look in part], question), strict=True):
-                self._take(look, ranked(answer), sighting.stamp_ns)
+                self._take(look, ranked(answer, self.here.jurisdiction), sighting.stamp_ns)
         seen = [
             key
             for key, track in self.tracks.items()
@@ -120,6 +121,8 @@ class FrontEnd:
         signs = [_region(box) for box in boxes if box.kind == "sign"]
         looks = []
         for box in boxes:
+            if len(looks) >= self.max_reads:
+                break
             key, region = (sighting.camera, box.track_id), _region(box)
             self._open(key, box.kind, region, sighting.stamp_ns)
             own, hung = plates.split(region) if box.kind == "sign" else (region, None)
@@ -199,13 +202,17 @@ class FrontEnd:
         return fact
 
 
-def ranked(answer: Answer) -> tuple[tuple[str, float], ...]:
-    """An answer as readings with probabilities; what the parser refuses is no reading at all."""
+def ranked(answer: Answer, jurisdiction: str | None) -> tuple[tuple[str, float], ...]:
+    """An answer as readings with probabilities; what the parser refuses is no reading at all.
+
+    A sentence in a unit that the country does not use is refused too. A condition said in the sentence itself is not
+    kept: conditions come from plates, and without one a limit counts always, which is the careful side.
+    """
     offered = answer.alternatives or ((answer.text, answer.score),)
     parsed = ((parse(text), share) for text, share in offered if text)
     readings: dict[str, float] = {}
     for statement, share in parsed:
-        if statement is not None:
+        if statement is not None and statement.unit in (None, unit_of(jurisdiction)):
             readings[statement.reading] = max(readings.get(statement.reading, 0.0), share)
     return tuple(readings.items())
 

@@ -1,5 +1,7 @@
 """Evidence adds up over frames; one frame alone never decides, and nothing never becomes something."""
 
+from collections.abc import Sequence
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -8,17 +10,18 @@ from services.drivelm.crops import Region
 from services.drivelm.evidence import Evidence, belief, fused, weight
 from services.drivelm.tracks import SignTrack
 
-SURE = (("limit:80", 0.98), ("limit:60", 0.01))
+Ranked = tuple[tuple[str, float], ...]
+SURE: Ranked = (("limit:80", 0.98), ("limit:60", 0.01))
 
 
-def _seen(frames: list[tuple[tuple[str, float], ...]], height_px: float = 30.0, keep: float = 1.0) -> Evidence:
+def _seen(frames: Sequence[Ranked], height_px: float = 30.0, keep: float = 1.0) -> Evidence:
     evidence = Evidence()
     for ranked in frames:
         evidence = fused(evidence, ranked, height_px, keep)
     return evidence
 
 
-def _track(frames: list[tuple[tuple[str, float], ...]], height_px: float = 30.0, kind: str = "sign") -> SignTrack:
+def _track(frames: Sequence[Ranked], height_px: float = 30.0, kind: str = "sign") -> SignTrack:
     region = Region(0, 0, height_px, height_px)
     track = SignTrack(camera="tele", track_id=1, kind=kind, first_ns=0, seen_ns=0, region=region)
     for ranked in frames:
@@ -74,12 +77,12 @@ _FRAME = st.lists(st.tuples(_READINGS, st.floats(0, 1)), max_size=3, unique_by=l
 
 
 @given(st.lists(_FRAME, max_size=12))
-def test_the_posterior_is_a_probability_whatever_is_offered(frames: list[tuple[tuple[str, float], ...]]) -> None:
+def test_the_posterior_is_a_probability_whatever_is_offered(frames: Sequence[Ranked]) -> None:
     best = belief(_seen(frames))
     assert 0.0 <= best.probability <= 1.0
     assert sum(share for _, share in best.ranked) <= 1.0 + 1e-9
 
 
 @given(st.lists(_FRAME, min_size=1, max_size=8))
-def test_reading_is_deterministic(frames: list[tuple[tuple[str, float], ...]]) -> None:
+def test_reading_is_deterministic(frames: Sequence[Ranked]) -> None:
     assert belief(_seen(frames)) == belief(_seen(frames))

@@ -1,0 +1,58 @@
+"""The service on a real in-process bus: pictures and boxes in, facts, graph and tool answers out."""
+
+import cv2
+import numpy as np
+
+from drivemcp.testing import bus
+from proto import topics
+from proto.perception import Boxes
+from proto.scene import Fact
+from proto.sensors import CameraFrame
+from services.drivelm.service import SERVICE
+from services.simulator.signart import draw_face
+from tests.unit.services.drivelm.approach import NS, TELE, box_at
+
+
+def _picture(distance_m: float) -> bytes:
+    """A limit sign before grey, as the camera would have it at that distance."""
+    picture = np.full((360, 640, 3), 130, np.uint8)
+    box = box_at(distance_m, -3.5)
+    size = round(box.x1_px - box.x0_px)
+    face = draw_face("DEU", "limit:80", size_px=size)
+    x, y = round(box.x0_px), round(box.y0_px)
+    share = face[..., 3:] / 255
+    part = picture[y : y + face.shape[0], x : x + face.shape[1]]
+    part[...] = (face[..., 2::-1] * share + part * (1 - share)).astype(np.uint8)
+    return bytes(cv2.imencode(".jpg", picture)[1].tobytes())
+
+
+def test_a_drive_past_a_sign_gives_a_believed_fact_and_an_answer() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        probe, said = b.probe, b.collect(topics.FACTS)
+        graphs = b.collect(topics.GRAPH)
+        probe.publish(topics.CALIBRATION, TELE, id="tele")
+        failed = b.call("ask_scene", {"question": "What is the speed limit?"})
+        assert failed.status == "tool_error"
+        for number, distance_m in enumerate((45.0, 40.0, 36.0, 32.0, 28.0, 25.0)):
+            stamp_ns = probe.clock.now_ns()
+            frame = CameraFrame(jpeg=_picture(distance_m), width_px=640, height_px=360, frame=number)
+            probe.publish(topics.CAMERA, frame, id="tele", stamp_ns=stamp_ns)
+            for camera in ("tele", "front"):
+                boxes = (box_at(distance_m, -3.5),) if camera == "tele" else ()
+                probe.publish(topics.BOXES, Boxes(camera=camera, frame=number, boxes=boxes), stamp_ns=stamp_ns)
+        message = said.wait(lambda facts: _limit(facts.facts) is not None)
+        believed = _limit(message.facts)
+        assert believed is not None
+        assert (believed.reading, believed.value, believed.unit, believed.track_id) == ("limit:80", 80, "km/h", 7)
+        assert believed.frame_stamp_ns > NS
+        graphs.wait(lambda graph: graph.camera == "front")
+        assert b.call("describe_scene").ok
+        answer = b.call("ask_scene", {"question": "What is the speed limit?"})
+        assert answer.result is not None
+        assert "extractive" in answer.result["method"]
+        said.wait(lambda facts: any(fact.kind == "jurisdiction" for fact in facts.facts))
+
+
+def _limit(facts: tuple[Fact, ...]) -> Fact | None:
+    return next((fact for fact in facts if fact.kind == "limit" and fact.believed), None)
