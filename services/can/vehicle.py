@@ -51,7 +51,8 @@ class Vehicle:
         self._health_fields = frozenset(name for psi in self.table for name in psi.fields) | set(indicators.LAMPS)
         self._health_fields |= {"engine_running"}
         self.assessment = self._assess(Held(), 0)
-        self._polls: list[tuple[bytes, CodeMemory]] = [(b"\x03", self.stored), (b"\x07", self.pending)]
+        self._polls = ((b"\x03", self.stored), (b"\x07", self.pending))
+        self._turn = 0
         self._polling: tuple[Exchange, CodeMemory, int] | None = None
         self._next_poll_ns = 0
 
@@ -72,7 +73,7 @@ class Vehicle:
         before = self.assessment
         self.assessment = self._assess(before.held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
-            self._next_poll_ns = 0  # a lamp came or went: ask why
+            self._next_poll_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
         return self.assessment.degradation
 
     def poll(self, now_ns: int, period_ns: int) -> None:
@@ -85,11 +86,11 @@ class Vehicle:
             self._polling = None
         if now_ns < self._next_poll_ns:
             return
-        payload, memory = self._polls[0]
+        payload, memory = self._polls[self._turn]
         exchange_or_none = self.diagnostics.start(gate.FUNCTIONAL_ID, payload)
         if exchange_or_none is not None:
             self._polling = (exchange_or_none, memory, now_ns)
-            self._polls.reverse()
+            self._turn = (self._turn + 1) % len(self._polls)
             self._next_poll_ns = now_ns + period_ns // len(self._polls)
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
