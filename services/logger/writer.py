@@ -122,6 +122,7 @@ class LogWriter:
             self._guarded(self._flush)
         self._guarded(self._flush)
         self._guarded(self._finish)
+        self.tally.lost += len(self._waiting)  # what could not be written to the last
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Runs it; a disk that refuses is counted and told once, and tried again next time."""
@@ -134,10 +135,6 @@ class LogWriter:
             if text != self.tally.trouble:
                 self.tally.trouble = text
                 self._listener.trouble(text)
-        else:
-            if self.tally.trouble:
-                self.tally.trouble = ""
-                self._listener.trouble("the log is written again")
         self.tally.worst_flush_ms = max(self.tally.worst_flush_ms, (time.monotonic() - started_s) * 1e3)
 
     def _flush(self) -> None:
@@ -162,6 +159,9 @@ class LogWriter:
         with self._lock:
             self._waiting_bytes -= sum(len(record.data) for record in self._waiting[:done])
             del self._waiting[:done]
+        if self.tally.trouble:
+            self.tally.trouble = ""
+            self._listener.trouble("the log is written again")
         self.tally.messages += len(batch)
         self.tally.stored_bytes += file.size - before
         self._listener.sealed(head, file.chained - 1)

@@ -1,0 +1,283 @@
+"""How the log is written: timed flushes, rotation, a disk that is full, a process that is killed."""
+
+import errno
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+import pytest
+
+from proto.health import ChainHead
+from services.logger import chain, files, signing
+from services.logger.file import DiskFile, RawFile
+from services.logger.forms import Gap
+from services.logger.reader import messages
+from services.logger.verify import verify
+from services.logger.writer import LogWriter, WriterSettings
+from tests.unit.services.logger.conftest import record
+
+WAIT_S = 10.0
+T = TypeVar("T")
+
+
+class Heard:
+    """A listener that can be waited for."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.heads: list[ChainHead] = []
+        self.troubles: list[str] = []
+        self.gone: list[str] = []
+
+    def sealed(self, head: ChainHead, n: int) -> None:
+        self._add(self.heads, head)
+
+    def trouble(self, text: str) -> None:
+        self._add(self.troubles, text)
+
+    def retired(self, path: Path) -> None:
+        self._add(self.gone, path.name)
+
+    def wait(self, ready: Callable[[], bool]) -> None:
+        with self.changed:
+            assert self.changed.wait_for(ready, WAIT_S)
+
+    def _add(self, to: list[T], what: T) -> None:
+        with self.changed:
+            to.append(what)
+            self.changed.notify_all()
+
+
+class FullDisk:
+    """A file on a disk that is full when told so: a write stores a part and fails, as the kernel does."""
+
+    full = False
+
+    def __init__(self, path: Path) -> None:
+        self._file = DiskFile(path)
+
+    def write(self, data: bytes) -> None:
+        if self.full:
+            self._file.write(data[: len(data) // 2])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        self._file.write(data)
+
+    def truncate(self, size: int) -> None:
+        self._file.truncate(size)
+
+    def sync(self) -> None:
+        self._file.sync()
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def _writer(
+    folder: Path,
+    signer: signing.Signer,
+    heard: Heard,
+    *,
+    open_raw: Callable[[Path], RawFile] = DiskFile,
+    **settings: float | files.Retention,
+) -> LogWriter:
+    made = WriterSettings(directory=folder, **({"flush_ms": 10.0} | settings))  # type: ignore[arg-type]
+    writer = LogWriter(made, signer, heard, open_raw=open_raw)
+    writer.start()
+    return writer
+
+
+def test_what_was_put_is_in_the_file_in_order(tmp_path: Path, signer: signing.Signer) -> None:
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard)
+    for i in range(500):
+        writer.put(record("a", i, i))
+    assert writer.close()
+    (path,) = files.logs(tmp_path)
+    assert [logged.sequence for logged in messages(path)] == list(range(500))
+    assert verify(path).closed
+    assert heard.heads[-1].closed
+    assert heard.heads[-1].head_sha256 == verify(path).head
+
+
+def test_a_record_is_sealed_without_the_file_being_closed(tmp_path: Path, signer: signing.Signer) -> None:
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard)
+    writer.put(record("a", 1, 1))
+    heard.wait(lambda: bool(heard.heads))
+    (path,) = files.logs(tmp_path)
+    report = verify(path)
+    assert report.intact
+    assert not report.closed
+    assert report.messages == 1
+    writer.close()
+
+
+def test_full_files_are_followed_by_new_ones_that_go_on_from_their_head(tmp_path: Path, signer: signing.Signer) -> None:
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard, max_file_mb=0.01)
+    for i in range(30):
+        sealed = len(heard.heads)
+        writer.put(record("a", i, i, data=bytes(msgspec.json.encode({"x": "y" * 500 + str(i)}))))
+        heard.wait(lambda sealed=sealed: len(heard.heads) > sealed)  # type: ignore[misc]
+    writer.close()
+    paths = files.logs(tmp_path)
+    assert len(paths) > 2
+    reports = [verify(path) for path in paths]
+    assert all(report.closed for report in reports)
+    starts = [report.origin.previous_head for report in reports if report.origin]
+    assert starts == [chain.ZERO, *(report.head for report in reports[:-1])]
+    assert [logged.sequence for path in paths for logged in messages(path)] == list(range(30))
+
+
+def test_after_a_restart_the_new_file_starts_from_the_old_head_even_if_that_was_cut(
+    tmp_path: Path, signer: signing.Signer
+) -> None:
+    first = _writer(tmp_path, signer, Heard())
+    first.put(record("a", 1, 1))
+    first.close()
+    (old,) = files.logs(tmp_path)
+    raw = old.read_bytes()
+    head = verify(old).head
+    old.write_bytes(raw[: len(raw) - 100])  # the summary is torn, the chain is whole
+    second = _writer(tmp_path, signer, Heard())
+    second.put(record("a", 2, 2))
+    second.close()
+    new = files.logs(tmp_path)[-1]
+    assert new != old
+    origin = verify(new).origin
+    assert origin is not None
+    assert (origin.previous_file, origin.previous_head) == (old.name, head)
+
+
+def test_a_full_disk_is_told_once_and_the_log_goes_on_when_there_is_space_again(
+    tmp_path: Path, signer: signing.Signer
+) -> None:
+    class Disk(FullDisk):
+        pass
+
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard, open_raw=Disk)
+    writer.put(record("a", 0, 0))
+    heard.wait(lambda: len(heard.heads) == 1)
+    Disk.full = True
+    for i in range(1, 20):
+        writer.put(record("a", i, i))
+    heard.wait(lambda: len(heard.troubles) == 1)
+    assert "No space left" in writer.tally.trouble
+    assert verify(files.logs(tmp_path)[0]).intact  # no half a flush is left
+    Disk.full = False
+    heard.wait(lambda: len(heard.heads) > 1)
+    assert writer.close()
+    (path,) = files.logs(tmp_path)
+    assert verify(path).closed
+    assert [logged.sequence for logged in messages(path)] == list(range(20))
+    assert len(heard.troubles) == 2
+    assert writer.tally.lost == 0
+
+
+def test_what_a_full_disk_costs_is_counted_and_stands_in_the_log_as_a_gap(
+    tmp_path: Path, signer: signing.Signer
+) -> None:
+    class Disk(FullDisk):
+        full = True
+
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard, open_raw=Disk, queue_mb=0.005)
+    for i in range(300):
+        writer.put(record("a", i, i, data=b'"' + b"x" * 98 + b'"'))
+    heard.wait(lambda: len(heard.troubles) == 1)
+    Disk.full = False
+    heard.wait(lambda: len(heard.troubles) == 2)
+    assert writer.close()
+    (path,) = files.logs(tmp_path)
+    logged = list(messages(path))
+    kept = [one.sequence for one in logged if one.name == "a"]
+    (gap,) = [msgspec.json.decode(one.data, type=Gap) for one in logged if one.name == "logger/gap"]
+    assert kept == list(range(len(kept)))
+    assert gap.lost == writer.tally.lost == 300 - len(kept) > 0
+    assert gap.until_ns == 299
+    assert verify(path).closed
+
+
+def test_a_folder_that_cannot_be_written_never_raises_into_the_drive(tmp_path: Path, signer: signing.Signer) -> None:
+    (tmp_path / "file").write_text("")
+    heard = Heard()
+    writer = _writer(tmp_path / "file" / "logs", signer, heard)
+    writer.put(record("a", 1, 1))
+    heard.wait(lambda: bool(heard.troubles))
+    assert writer.running
+    assert not writer.close()
+    assert writer.tally.lost == 1
+
+
+def test_the_oldest_files_are_retired_and_told_of(tmp_path: Path, signer: signing.Signer) -> None:
+    heard = Heard()
+    for i in range(4):
+        writer = _writer(tmp_path, signer, heard, retention=files.Retention(max_total_mb=0.006))
+        writer.put(record("a", i, i))
+        writer.close()
+    left = files.logs(tmp_path)
+    assert 1 <= len(left) < 4
+    assert len(heard.gone) == 4 - len(left)
+    assert [logged.sequence for logged in messages(left[-1])] == [3]
+
+
+_CHILD = """
+import sys, time
+from pathlib import Path
+from typing import TypeVar
+from services.logger import signing
+from services.logger.writer import LogWriter, WriterSettings
+from tests.unit.services.logger.conftest import record
+
+class Quiet:
+    def sealed(self, head, n): pass
+    def trouble(self, text): pass
+    def retired(self, path): pass
+
+folder = Path(sys.argv[1])
+writer = LogWriter(WriterSettings(directory=folder / "logs"), signing.load_or_make(folder / "secrets"), Quiet())
+writer.start()
+for i in range(1_000_000):
+    writer.put(record("a", i, time.time_ns(), data=b'{"x":"' + b"y" * 2000 + b'"}'))
+    print(time.time_ns(), flush=True)
+    time.sleep(0.002)
+"""
+
+
+def test_a_kill_minus_nine_costs_at_most_the_last_200_ms(tmp_path: Path) -> None:
+    child = subprocess.Popen([sys.executable, "-c", _CHILD, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    started_s = time.monotonic()
+    last_put_ns = 0
+    first_put_ns = None
+    for line in child.stdout:
+        last_put_ns = int(line)
+        first_put_ns = first_put_ns or last_put_ns
+        if last_put_ns - first_put_ns > 1_000_000_000 or time.monotonic() - started_s > 30:
+            break
+    child.send_signal(signal.SIGKILL)
+    last_put_ns = max([last_put_ns, *(int(line) for line in child.stdout.read().split() if len(line) == 19)])
+    child.wait(WAIT_S)
+    child.stdout.close()
+    (path,) = files.logs(tmp_path / "logs")
+    report = verify(path)
+    assert report.intact
+    assert not report.closed
+    *_, last = messages(path)
+    assert last_put_ns - last.log_time_ns <= 200_000_000
+
+
+@pytest.mark.parametrize("size", [0, 5])
+def test_an_empty_or_torn_file_does_not_stop_the_next(tmp_path: Path, signer: signing.Signer, size: int) -> None:
+    (tmp_path / "20200101T000000.000Z-000.mcap").write_bytes(b"\x89MCAP0\r\n"[:size])
+    writer = _writer(tmp_path, signer, Heard())
+    writer.put(record("a", 1, 1))
+    assert writer.close()
+    assert verify(files.logs(tmp_path)[-1]).closed
