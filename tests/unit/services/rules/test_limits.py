@@ -1,0 +1,137 @@
+"""What applies: unknown facts and further restrictions never raise a limit."""
+
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivemcp.paths import data
+from proto.rules import PostedLimit, RulesAnswer, Situation
+from proto.scene import Candidate
+from services.rules.book import RuleBook, load_book
+from services.rules.conditions import VEHICLE_CLASSES
+from services.rules.limit_answer import applicable_limit
+
+BOOK = load_book([data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1")])[0]
+EXAMPLES = settings(max_examples=150, deadline=None)
+
+VALUES = st.sampled_from([20.0, 30.0, 50.0, 60.0, 70.0, 80.0, 100.0, 120.0])
+PLATES = st.sampled_from(["plate:when_wet:de", "plate:lorries", "plate:time:22-6 h", "plate:distance", "plate:?", "x"])
+POSTED = st.builds(
+    PostedLimit,
+    value=VALUES,
+    unit=st.sampled_from(["km/h", "mph"]),
+    scope=st.sampled_from(["permanent", "gantry", "when_wet", "zone", "temporary"]),
+    confidence=st.floats(0.0, 1.0),
+    plates=st.lists(PLATES, max_size=2).map(tuple),
+)
+CANDIDATES = st.builds(Candidate, reading=VALUES.map(lambda v: f"limit:{v:g}"), confidence=st.floats(0.0, 1.0))
+SIGNED_ROADS = ("urban", "rural", "motorway", "dual_carriageway")
+"""A living street begins at its sign only, so an unknown road is not taken for one."""
+SITUATIONS = st.builds(
+    Situation,
+    jurisdiction=st.sampled_from(["DEU", "GBR", None]),
+    road_type=st.sampled_from([*SIGNED_ROADS, None]),
+    vehicle_class=st.sampled_from([*sorted(VEHICLE_CLASSES), "", "hovercraft"]),
+    posted=st.lists(POSTED, max_size=3).map(tuple),
+    wet=st.sampled_from([True, False, None]),
+    visibility_m=st.sampled_from([None, 20.0, 49.9, 50.0, 500.0]),
+    snow=st.sampled_from([True, False, None]),
+    time_of_day_h=st.sampled_from([None, 3.0, 12.0, 22.0]),
+    zone=st.sampled_from([None, 20.0, 30.0]),
+    candidates=st.lists(CANDIDATES, max_size=2).map(tuple),
+)
+
+
+def mps(answer: RulesAnswer) -> float:
+    return answer.limit.mps if answer.limit else float("inf")
+
+
+def ask(situation: Situation, **changes: Any) -> RulesAnswer:
+    return applicable_limit(BOOK, msgspec.structs.replace(situation, **changes))
+
+
+@EXAMPLES
+@given(SITUATIONS, st.sampled_from(["wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h"]))
+def test_a_fact_that_becomes_unknown_never_raises_the_limit(situation: Situation, fact: str) -> None:
+    assert mps(ask(situation, **{fact: None})) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS)
+def test_an_unknown_class_of_vehicle_never_raises_the_limit(situation: Situation) -> None:
+    assert mps(ask(situation, vehicle_class="")) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, POSTED.filter(lambda p: not p.plates))
+def test_a_further_sign_never_raises_a_limit_that_signs_set(situation: Situation, sign: PostedLimit) -> None:
+    first = PostedLimit(value=sign.value, unit=sign.unit)  # surely in force: the law's default is replaced already
+    before = ask(situation, posted=(*situation.posted, first))
+    after = ask(situation, posted=(*situation.posted, first, sign))
+    assert mps(after) <= mps(before)
+
+
+@EXAMPLES
+@given(SITUATIONS, VALUES, st.sampled_from(["km/h", "mph"]), st.floats(0.0, 1.0))
+def test_a_limit_when_wet_never_raises_any_limit(situation: Situation, value: float, unit: Any, sure: float) -> None:
+    sign = PostedLimit(value=value, unit=unit, scope="when_wet", confidence=sure)
+    assert mps(ask(situation, posted=(*situation.posted, sign))) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, POSTED, st.floats(0.0, 0.49))
+def test_a_sign_hardly_read_never_raises_any_limit(situation: Situation, sign: PostedLimit, sure: float) -> None:
+    doubtful = msgspec.structs.replace(sign, confidence=sure)
+    assert mps(ask(situation, posted=(*situation.posted, doubtful))) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, st.floats(0.0, 1.0))
+def test_lower_confidence_in_the_signs_never_raises_the_limit(situation: Situation, factor: float) -> None:
+    less = tuple(msgspec.structs.replace(p, confidence=p.confidence * factor) for p in situation.posted)
+    assert mps(ask(situation, posted=less)) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, CANDIDATES)
+def test_a_further_candidate_never_raises_the_limit_nor_the_confidence(situation: Situation, more: Candidate) -> None:
+    before, after = ask(situation), ask(situation, candidates=(*situation.candidates, more))
+    assert mps(after) <= mps(before)
+
+
+@EXAMPLES
+@given(SITUATIONS, st.sampled_from([20.0, 30.0]))
+def test_fog_never_raises_the_limit(situation: Situation, visibility_m: float) -> None:
+    assert mps(ask(situation, visibility_m=visibility_m)) <= mps(ask(situation, visibility_m=500.0))
+
+
+@EXAMPLES
+@given(SITUATIONS)
+def test_an_answer_is_whole(situation: Situation) -> None:
+    answer = ask(situation)
+    assert 0.0 <= answer.confidence <= 1.0
+    assert answer.rulepack_version
+    assert answer.limit is None or (answer.limit.mps > 0 and answer.citations and answer.note)
+    if situation.jurisdiction is None:
+        assert answer.confidence <= 0.3
+        assert "jurisdiction" in answer.degraded
+
+
+@pytest.mark.parametrize("value", [0.0, -50.0, float("nan"), float("inf")])
+def test_a_sign_with_an_impossible_number_is_passed_over(value: float) -> None:
+    situation = Situation(jurisdiction="DEU", road_type="rural", visibility_m=200.0)
+    assert ask(situation, posted=(PostedLimit(value=value, unit="km/h"),)) == ask(situation)
+
+
+def test_confidence_that_is_no_number_counts_as_none() -> None:
+    sign = PostedLimit(value=70, unit="km/h", confidence=float("nan"))
+    answer = ask(Situation(jurisdiction="DEU", road_type="urban", visibility_m=200.0, posted=(sign,)))
+    assert mps(answer) == pytest.approx(50 / 3.6)
+
+
+def test_without_any_pack_nothing_is_said_to_be_known() -> None:
+    answer = applicable_limit(RuleBook(packs={}), Situation(jurisdiction="DEU"))
+    assert (answer.limit, answer.legal_action, answer.confidence) == (None, "unknown", 0.0)

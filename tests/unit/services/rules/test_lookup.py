@@ -1,0 +1,68 @@
+"""Questions in plain words: from passages where retrieval answers, from shared words where not."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from proto.rules import Passage
+from services.rules.book import RuleBook
+from services.rules.lookup import lookup_rule
+
+
+def passage(name: str, score: float, pack: str = "DEU-v1") -> Passage:
+    return Passage(
+        passage_id=f"{pack}/{name}/en", document="d", start=0, end=1, excerpt="ignored", section="s", kind="statute",
+        score=score, bm25=score, cosine=None, rulepack_version="v",
+    )  # fmt: skip
+
+
+def ask(book: RuleBook, passages: Sequence[Passage] | None, query: str = "?", country: str | None = "DEU") -> object:
+    return lookup_rule(book, query, country, "en", None if passages is None else tuple(passages), 3)
+
+
+def test_the_best_passage_is_cited_from_the_checked_pack_and_not_from_the_reply(book: RuleBook) -> None:
+    answer = lookup_rule(book, "?", "DEU", "en", (passage("deu-sign-stop", 0.9),), 3)
+    assert answer.legal_action == "stop"
+    assert answer.citations[0].provision == "deu-sign-stop"
+    assert "ignored" not in answer.note
+
+
+def test_a_statute_comes_before_guidance_of_nearly_the_same_score(book: RuleBook) -> None:
+    near = (passage("deu-guide-aquaplaning", 0.9), passage("deu-speed-urban", 0.85))
+    answer = lookup_rule(book, "?", "DEU", "en", near, 3)
+    assert answer.legal_action == "comply_with_limit"
+    assert answer.limit is not None
+    assert answer.limit.value == 50
+
+
+def test_among_texts_of_one_kind_the_most_careful_demand_counts(book: RuleBook) -> None:
+    near = (passage("deu-speed-urban", 0.9), passage("deu-speed-visibility", 0.9), passage("deu-speed-rural-car", 0.9))
+    answer = lookup_rule(book, "?", "DEU", "en", near, 3)
+    assert answer.limit is not None
+    assert answer.limit.value == 50
+
+
+def test_passages_that_no_loaded_pack_has_are_left_out(book: RuleBook) -> None:
+    answer = lookup_rule(book, "?", "DEU", "en", (passage("gbr-zebra", 1.0, "GBR-v1"), passage("made-up", 1.0)), 3)
+    assert (answer.legal_action, answer.citations, answer.confidence) == ("unknown", (), 0.0)
+
+
+def test_without_retrieval_words_are_matched_at_lower_confidence_and_it_is_said(book: RuleBook) -> None:
+    query = "visibility below 50 m fog"
+    answer = lookup_rule(book, query, "DEU", "en", None, 3)
+    assert "deu-speed-visibility" in [c.provision for c in answer.citations]
+    assert "retrieval" in answer.degraded
+    assert "Without retrieval" in answer.note
+    assert answer.confidence <= 0.8
+
+
+@pytest.mark.parametrize("query", ["", "?!", "\0", "zzzz qqqq"])
+def test_a_question_without_known_words_is_not_answered(book: RuleBook, query: str) -> None:
+    assert lookup_rule(book, query, "DEU", "en", None, 3).legal_action == "unknown"
+
+
+def test_an_unknown_country_lowers_confidence(book: RuleBook) -> None:
+    known = lookup_rule(book, "?", "DEU", "en", (passage("deu-sign-stop", 0.9),), 3)
+    unknown = lookup_rule(book, "?", None, "en", (passage("deu-sign-stop", 0.9),), 3)
+    assert unknown.confidence < known.confidence
+    assert "jurisdiction" in unknown.degraded

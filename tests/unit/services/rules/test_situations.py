@@ -1,0 +1,34 @@
+"""Coarse situations, so that repeats are cached, never raise a limit."""
+
+import pytest
+
+from proto.rules import PostedLimit, Situation
+from proto.scene import Candidate
+from services.rules.situations import coarse
+
+
+def test_what_differs_only_by_age_and_hair_is_one_situation() -> None:
+    def seen(age_s: float, sure: float, visibility_m: float) -> Situation:
+        return coarse(
+            Situation(
+                segment_id="a",
+                posted=(PostedLimit(value=80, unit="km/h", age_s=age_s, confidence=sure),),
+                visibility_m=visibility_m,
+                candidates=(Candidate(reading="limit:80", confidence=sure),),
+            )
+        )
+
+    assert seen(1.0, 0.951, 120.2) == seen(7.5, 0.959, 120.9)
+    assert hash(seen(1.0, 0.951, 120.2)) == hash(seen(7.5, 0.959, 120.9))
+    assert seen(1.0, 0.95, 49.9) != seen(1.0, 0.95, 50.0)
+
+
+def test_rounding_goes_to_the_careful_side() -> None:
+    made = coarse(Situation(visibility_m=50.99, posted=(PostedLimit(value=70, unit="km/h", confidence=0.4999),)))
+    assert made.visibility_m == 50.0
+    assert made.posted[0].confidence == pytest.approx(0.49)
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_what_is_no_number_becomes_unknown(number: float) -> None:
+    assert coarse(Situation(visibility_m=number)).visibility_m is None
