@@ -5,6 +5,7 @@ import logging
 import os
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,7 +26,7 @@ from drivemcp.toolserver import Authorize, ToolServer
 from proto import topics
 from proto.health import ServiceHealth
 from proto.keys import alive_key, chunk, step_key, topic_key
-from proto.tools import CallHead, CallRecord, Outcome, ToolEntry
+from proto.tools import CallHead, CallRecord, CallRecords, Outcome, ToolEntry
 from proto.topics import Topic
 from proto.wire import PubHead, StepReply, StepRequest
 
@@ -36,6 +37,7 @@ _MSGPACK = msgspec.msgpack.Encoder()
 _JSON = msgspec.json.Encoder()
 _EPOCHS = itertools.count(time.time_ns())
 HEALTH_PERIOD_S = 1.0
+CALLS_PERIOD_S = 0.05
 
 
 class _Outlet:
@@ -70,6 +72,7 @@ class Node:
         self._outlet_lock = threading.Lock()
         self._monitors: dict[str, TopicMonitor] = {}
         self._latest: dict[str, Received[Any]] = {}
+        self._calls: deque[CallRecord] = deque(maxlen=10_000)
         self._inbox = Inbox()
         self._held = HeldParcels()
         self._timers = Timers()
@@ -128,8 +131,14 @@ class Node:
         return outlet
 
     def _log_call(self, record: CallRecord) -> None:
-        if not self._closed.is_set():
-            self.publish(topics.CALLS, record)
+        self._calls.append(record)
+
+    def _publish_calls(self) -> None:
+        records: list[CallRecord] = []
+        while self._calls:
+            records.append(self._calls.popleft())
+        if records:
+            self.publish(topics.CALLS, CallRecords(records=tuple(records)))
 
     # -- subscribing -----------------------------------------------------------------------------------------------
 
@@ -266,6 +275,7 @@ class Node:
     def open(self, *, announce: bool = True) -> None:
         """Start the worker, serve tools, and say that the service is alive."""
         self._worker.start()
+        self.every(CALLS_PERIOD_S, self._publish_calls)
         if self.tools.tools:
             self.tools.open()
         if announce:
@@ -286,6 +296,7 @@ class Node:
         for function in reversed(self._closers):
             self._guarded(function, "closing")
         self.tools.close()
+        self._guarded(self._publish_calls, "the last calls")
 
     def _work(self) -> None:
         while not self._inbox.closed:

@@ -1,12 +1,14 @@
 """Calls tools: in parallel, each with its deadline, never raising. Names are checked against the catalogue before any key is made."""
 
 import hashlib
+import itertools
 import logging
 import threading
 import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import msgspec
@@ -28,6 +30,8 @@ LOCKSTEP_BOUND_MS = 20_000.0
 """In lockstep lateness is modelled; this wall bound only fails a stuck run."""
 DEFAULT_MODELLED_MS = 4.0
 
+_CALLER = uuid.uuid4().hex[:12]
+_NUMBERS = itertools.count(1)
 Ask = tuple[str, Mapping[str, Any] | msgspec.Struct, float]
 
 
@@ -40,21 +44,23 @@ class _Pending:
         "deadline_ns",
         "done",
         "elapsed_ms",
-        "event",
+        "ended",
         "payload",
         "reply",
         "sent_ns",
         "tool",
     )
 
-    def __init__(self, tool: str, arguments: Any, payload: bytes, deadline_ms: float, event: threading.Event) -> None:
+    def __init__(
+        self, tool: str, arguments: Any, payload: bytes, deadline_ms: float, ended: "SimpleQueue[None]"
+    ) -> None:
         self.tool = tool
         self.arguments = arguments
         self.payload = payload
-        self.call_id = uuid.uuid4().hex
+        self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
         self.sent_ns = time.time_ns()
         self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
-        self.event = event
+        self.ended = ended
         self.reply: Reply | None = None
         self.done = False
         self.elapsed_ms = 0.0
@@ -116,8 +122,8 @@ class ToolClient:
 
     def call_all(self, asks: Iterable[Ask], *, grant: str = "", confirmation: str = "") -> list[Outcome]:
         """Issue all calls, then collect: the slowest decides, each has its own deadline (ms). One outcome per ask, in order."""
-        event = threading.Event()
-        started = [self._start(tool, arguments, limit, event, grant, confirmation) for tool, arguments, limit in asks]
+        ended: SimpleQueue[None] = SimpleQueue()
+        started = [self._start(tool, arguments, limit, ended, grant, confirmation) for tool, arguments, limit in asks]
         return [self._collect(item) if isinstance(item, _Pending) else item for item in started]
 
     def late(self) -> list[Outcome]:
@@ -165,7 +171,7 @@ class ToolClient:
         tool: str,
         arguments: Mapping[str, Any] | msgspec.Struct,
         limit_ms: float,
-        event: threading.Event,
+        ended: "SimpleQueue[None]",
         grant: str,
         confirmation: str,
     ) -> "_Pending | Outcome":
@@ -174,7 +180,7 @@ class ToolClient:
         if querier is None:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
-        pending = _Pending(tool, arguments, payload, wall_ms, event)
+        pending = _Pending(tool, arguments, payload, wall_ms, ended)
         pending.elapsed_ms = limit_ms  # kept until the reply is known: the deadline asked for
         head = CallHead(
             call_id=pending.call_id,
@@ -218,17 +224,14 @@ class ToolClient:
                 self._late.append(msgspec.structs.replace(late, late=True, age_ms=age_ms))
                 return
         pending.done = True
-        pending.event.set()
+        pending.ended.put(None)
 
     def _collect(self, pending: _Pending) -> Outcome:
         while not pending.finished():
-            left_s = (pending.deadline_ns - time.time_ns()) / 1e9
-            if left_s <= 0 or not pending.event.wait(left_s):
+            try:  # a token for each of the batch's calls that has ended, whichever it was
+                pending.ended.get(timeout=max(0.0, (pending.deadline_ns - time.time_ns()) / 1e9))
+            except Empty:
                 break
-            if not pending.finished():
-                pending.event.clear()  # another call's reply; look once more before waiting again
-                if pending.finished():
-                    break
         limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
         if self._modelled_ms is not None and pending.done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)

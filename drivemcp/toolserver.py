@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from typing import Any
 
 import msgspec
@@ -57,8 +57,12 @@ class ToolServer:
         self._logger = logger
         self._tools: dict[str, Tool] = {}
         self._decoders: dict[str, msgspec.json.Decoder[Any]] = {}
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix=f"{server}-tool")
-        self._room = threading.BoundedSemaphore(max_pending)
+        self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._workers = workers
+        self._threads: list[threading.Thread] = []
+        self._max_pending = max_pending + workers
+        self._pending = 0
+        self._lock = threading.Lock()
         self.served = 0
         self.refused = 0
 
@@ -82,7 +86,12 @@ class ToolServer:
         payload = _ENCODER.encode(Catalogue(server=self._server, tools=tuple(t.entry for t in self._tools.values())))
 
         def list_tools(query: Query) -> None:
-            self._pool.submit(query.answer, catalogue, payload)
+            self._jobs.put(lambda: query.answer(catalogue, payload))
+
+        for number in range(self._workers):
+            thread = threading.Thread(target=self._serve, name=f"{self._server}-tool-{number}", daemon=True)
+            thread.start()
+            self._threads.append(thread)
 
         self._bus.serve(catalogue, list_tools)
         for name in self._tools:
@@ -90,24 +99,28 @@ class ToolServer:
 
     def close(self) -> None:
         """Take no more calls; those running are left to their deadlines."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        for _ in self._threads:
+            self._jobs.put(None)
 
     def _receiver(self, name: str) -> Callable[[Query], None]:
         tool, decoder = self._tools[name], self._decoders[name]
         key = tool_key(self._vehicle, self._server, name)
 
         def receive(query: Query) -> None:
-            if not self._room.acquire(blocking=False):
+            with self._lock:
+                full = self._pending >= self._max_pending
+                self._pending += not full
+            if full:
                 self.refused += 1
                 self._refuse(query, BUSY, f"{name} is busy: its queue is full")
-                return
-            try:
-                self._pool.submit(self._work, tool, decoder, key, query)
-            except RuntimeError:  # the pool has been shut down
-                self._room.release()
-                self._refuse(query, BUSY, f"{name} is closing")
+            else:
+                self._jobs.put(lambda: self._work(tool, decoder, key, query))
 
         return receive
+
+    def _serve(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            job()
 
     def _refuse(self, query: Query, code: int, message: str) -> None:
         query.refuse(_ENCODER.encode(ProtocolError(code=code, message=message)))
@@ -119,7 +132,8 @@ class ToolServer:
             self._logger.exception("tool %s broke outside its function", tool.entry.name)
             self._refuse(query, INTERNAL_ERROR, f"{tool.entry.name} failed inside the server")
         finally:
-            self._room.release()
+            with self._lock:
+                self._pending -= 1
 
     def _answer(self, tool: Tool, decoder: msgspec.json.Decoder[Any], key: str, query: Query) -> None:
         received_ns = time.time_ns()

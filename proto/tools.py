@@ -118,3 +118,9 @@ class CallRecord(msgspec.Struct, frozen=True, kw_only=True):
     arguments_sha256: str
     result_sha256: str = ""
     error: str = ""
+
+
+class CallRecords(msgspec.Struct, frozen=True, kw_only=True):
+    """The calls of the last 50 ms, in the order in which they ended."""
+
+    records: tuple[CallRecord, ...]

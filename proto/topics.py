@@ -11,7 +11,7 @@ from proto.health import ChainHead, ServiceHealth, ServiceLog
 from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Facts, SceneGraph
 from proto.sensors import Calibration, CameraFrame, CanFrames, ClockTick, GnssFix, LidarSweep, MapView, WeatherSensing
-from proto.tools import CallRecord
+from proto.tools import CallRecords
 from proto.truth import ScenarioState, Truth
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
@@ -252,7 +252,7 @@ HEALTH = Topic(
 )
 CALLS = Topic(
     name="calls/<id>",
-    message=CallRecord,
+    message=CallRecords,
     rate_hz=0,
     max_age_ms=0,
     publishers=_ALL,

@@ -127,7 +127,7 @@ def follow(node: Node, tally: Tally) -> None:
     node.subscribe(topics.TRUTH, lambda message, _: tally.add_truth(message))
     node.subscribe(topics.ADVISORY, lambda message, _: tally.add_advisory(message))
     node.subscribe(topics.DECISION, lambda message, _: tally.add_decision(message))
-    node.subscribe(topics.CALLS, lambda message, _: tally.add_call(message))
+    node.subscribe(topics.CALLS, lambda message, _: tally.add_calls(message))
     node.subscribe(topics.HEALTH, lambda message, _: tally.add_health(message))
     node.subscribe(topics.SCENARIO, lambda message, _: tally.add_scenario(message))
 

@@ -8,7 +8,7 @@ import msgspec
 
 from proto.decision import Advisory, Decision
 from proto.health import ServiceHealth
-from proto.tools import CallRecord
+from proto.tools import CallRecords
 from proto.truth import ScenarioState, Truth
 
 _URGENT = ("warning", "alarm")
@@ -121,12 +121,12 @@ class Tally:
         """The arbiter's own record; kept for its count of decisions."""
         self._kinds[f"arbiter:{decision.kind}"] += 1
 
-    def add_call(self, record: CallRecord) -> None:
-        """One call, as its caller saw it."""
-        if record.side != "caller":
-            return
-        self._calls[record.tool] += 1
-        self._misses[record.tool] += record.status in ("timeout", "busy")
+    def add_calls(self, message: CallRecords) -> None:
+        """Calls, as their callers saw them."""
+        for record in message.records:
+            if record.side == "caller":
+                self._calls[record.tool] += 1
+                self._misses[record.tool] += record.status in ("timeout", "busy")
 
     def add_health(self, health: ServiceHealth) -> None:
         """A service's word of itself."""

@@ -11,7 +11,7 @@ from proto import topics
 from proto.decision import Advisory, Decision
 from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Facts
-from proto.tools import CallRecord
+from proto.tools import CallRecords
 from proto.topics import Topic
 from proto.vehicle import Ego
 from services.logger.view.blueprint import blueprint, name_series
@@ -50,7 +50,7 @@ class Drawing:
             topics.EGO.name: _typed(topics.EGO, self._ego),
             topics.ADVISORY.name: _typed(topics.ADVISORY, self._advisory),
             topics.DECISION.name: _typed(topics.DECISION, self._decision),
-            topics.CALLS.name: _typed(topics.CALLS, self._call),
+            topics.CALLS.name: _typed(topics.CALLS, self._calls),
         }
         stream.send_blueprint(blueprint())
         name_series(stream)
@@ -143,10 +143,11 @@ class Drawing:
         for entity, value in terms.items():
             self._stream.log(entity, rr.Scalars([value]))
 
-    def _call(self, message: CallRecord) -> None:
-        if message.side == "caller":
-            elapsed_ms = (message.done_ns - message.sent_ns) / 1e6
-            self._stream.log(f"latency/{message.tool}", rr.Scalars([elapsed_ms]))
+    def _calls(self, message: CallRecords) -> None:
+        for call in message.records:
+            if call.side == "caller":
+                elapsed_ms = (call.done_ns - call.sent_ns) / 1e6
+                self._stream.log(f"latency/{call.tool}", rr.Scalars([elapsed_ms]))
 
 
 def _now(message: Advisory) -> str:

@@ -12,6 +12,7 @@ from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import GnssFix
+from proto.tools import CallRecord
 from proto.vehicle import Ego
 from proto.weather import Conditions
 
@@ -137,8 +138,16 @@ def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: Test
 def test_every_call_is_logged_by_both_sides_with_the_same_hash(wet_bus: TestBus) -> None:
     calls = wet_bus.collect(topics.CALLS)
     outcome = wet_bus.call("how_wet", {"rain_mm_h": 1})
-    caller = calls.wait(lambda record: record.side == "caller" and record.tool == "how_wet")
-    server = calls.wait(lambda record: record.side == "server" and record.tool == "how_wet")
+
+    def find(side: str) -> CallRecord:
+        def fits(record: CallRecord) -> bool:
+            return record.side == side and record.tool == "how_wet"
+
+        message = calls.wait(lambda message: any(map(fits, message.records)))
+        return next(filter(fits, message.records))
+
+    caller = find("caller")
+    server = find("server")
     assert caller.arguments_sha256 == server.arguments_sha256 == outcome.arguments_sha256
     assert caller.result_sha256 == server.result_sha256
     assert caller.call_id == server.call_id
