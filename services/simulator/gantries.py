@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from services.simulator.plan import GantryPlan
 
-LOOKS_AHEAD_M = 700.0
+LOOKS_AHEAD_M = 450.0
 HOLDS_S = 4.0
 """A panel keeps what it shows at least this long."""
 _BY_SPEED_KMH = ((25.0, 60), (55.0, 80), (85.0, 100))

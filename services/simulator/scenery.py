@@ -55,7 +55,7 @@ def _kept_free(route: Route, s_m: float) -> bool:
     plan = route.scenario
     lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.zebras)
     places = [(line.at_m, 22.0) for line in lines]
-    places += [(each.at_m, 4.5) for each in plan.crossers] + [(sign.at_m, 12.0) for sign in plan.signs]
+    places += [(each.at_m, 11.0) for each in plan.crossers] + [(sign.at_m, 12.0) for sign in plan.signs]
     return any(-5.0 <= at_m - s_m <= free for at_m, free in places)
 
 

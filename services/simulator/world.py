@@ -49,6 +49,8 @@ class Inputs:
     advice: tuple[Advice, ...] = ()
     brakes: tuple[BrakeCommand, ...] = ()
     brake_share: float = 1.0
+    heard_s_ago: float = 0.0
+    """A step computed ahead of its instant hears advice of an earlier one."""
 
 
 class World:
@@ -165,7 +167,7 @@ class World:
 
     def _drive_ego(self, inputs: Inputs, weather: Weather) -> None:
         for advice in inputs.advice:
-            self.driver.hear(advice, self.time_s)
+            self.driver.hear(advice, self.time_s - inputs.heard_s_ago)
         for command in inputs.brakes:
             self.brake = self.brake.receive(command, self._now_ns())
         self.ego.mu = weather.mu

@@ -1,0 +1,272 @@
+"""The simulator service: drives a scenario on the bus; decides nothing."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ConfigError, LockstepError, ToolFailed
+from drivemcp.node import Node
+from drivemcp.paths import data
+from drivemcp.service import Service
+from proto import topics
+from proto.truth import ScenarioState
+from services.simulator.conductor import EPOCH_NS, Conductor
+from services.simulator.plan import Scenario
+from services.simulator.realtime import RealTime
+from services.simulator.scenario import ScenarioError, load_scenario
+from services.simulator.session import CAMERAS, Outgoing, SensorSet, Session
+from services.simulator.studio import Studio, StudioError
+
+STATE_PERIOD_S = 0.5
+LONGEST_S = 3600.0
+
+
+class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
+    """What to drive, and which sensors the car has."""
+
+    scenario: str = "urb-rain"
+    """The name of a shipped scenario, or the path of a TOML file."""
+    seed: int = 1
+    seconds: float | None = None
+    """How long; unset: what the scenario says; 0: to the end of the route."""
+    autostart: bool = True
+    cameras: tuple[str, ...] = ("front", "tele")
+    lidar: bool = True
+    gnss: bool = True
+    map: bool = True
+    weather: bool = True
+    can: bool = True
+    can_bus: str = "can0"
+    dbc: str = "vehicles/sim/sim.dbc"
+    camera_niceness: int = 0
+    """How far the process that draws stands back for the others."""
+
+
+class Simulator:
+    """One node's drives, one after another."""
+
+    def __init__(self, config: SimulatorConfig, node: Node) -> None:
+        unknown = sorted(set(config.cameras) - set(CAMERAS))
+        if unknown:
+            raise ConfigError(f"cameras: there is no camera {unknown[0]!r}; there are {', '.join(CAMERAS)}")
+        self._config, self._node, self._lock = config, node, threading.Lock()
+        self._studio: Studio | None = None
+        self._drive: RealTime | Conductor | None = None
+        self._starting: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._wanted = 0
+        self.problem = ""
+
+    # Starting and stopping ----------------------------------------------------------------------------------------------
+
+    def begin(self, scenario: Scenario, seed: int, seconds: float) -> None:
+        """Start a drive on a thread of its own, because the first picture takes seconds; an earlier drive ends."""
+        with self._lock:
+            self._halt()
+            self._stop.clear()
+            self.problem = ""
+            self._wanted += 1
+            wanted = self._wanted
+            self._starting = threading.Thread(
+                target=self._prepare, args=(scenario, seed, seconds, wanted), name="simulator-start", daemon=True
+            )
+            self._starting.start()
+
+    def _prepare(self, scenario: Scenario, seed: int, seconds: float, wanted: int) -> None:
+        session = self._session(scenario, seed, seconds)
+        try:
+            studio = self._open_studio(session, seed)
+        except StudioError as error:
+            self.problem = str(error)
+            self._node.log.error("no pictures: %s", error)
+            return
+        with self._lock:
+            if wanted != self._wanted or self._stop.is_set():
+                return
+            if self._node.lockstep:
+                self._drive = Conductor(session, studio, self._publish, self._conduct)
+                self._node.run_soon(self._step)
+            else:
+                self._drive = RealTime(session, studio, self._publish, self._node.clock.now_ns)
+                self._drive.start()
+            self._node.log.info("driving %s, seed %d, %.0f s", scenario.name, seed, session.seconds)
+
+    def _session(self, scenario: Scenario, seed: int, seconds: float) -> Session:
+        config = self._config
+        present = SensorSet(config.cameras, config.lidar, config.gnss, config.map, config.weather, config.can)
+        return Session(
+            scenario,
+            seed,
+            seconds=seconds,
+            epoch_ns=EPOCH_NS,
+            dbc=data(config.dbc),
+            bus=config.can_bus,
+            present=present,
+            lockstep=config.lockstep,
+        )
+
+    def _open_studio(self, session: Session, seed: int) -> Studio | None:
+        if not self._config.cameras:
+            return None
+        if self._studio is None:
+            cameras = [CAMERAS[name] for name in self._config.cameras]
+            self._studio = Studio(cameras, seed, self._config.camera_niceness)
+        self._studio.load(session.world.static)
+        return self._studio
+
+    def halt(self) -> None:
+        """End the drive, if there is one."""
+        with self._lock:
+            self._halt()
+
+    def _halt(self) -> None:
+        self._stop.set()
+        self._wanted += 1
+        drive, self._drive = self._drive, None
+        if isinstance(drive, RealTime):
+            drive.stop()
+
+    def close(self) -> None:
+        """End everything."""
+        self.halt()
+        if self._starting is not None:
+            self._starting.join(10.0)
+        if self._studio is not None:
+            self._studio.close()
+            self._studio = None
+
+    # Lockstep -------------------------------------------------------------------------------------------------------------
+
+    def _step(self) -> None:
+        drive = self._drive
+        if not isinstance(drive, Conductor) or self._stop.is_set():
+            return
+        try:
+            goes_on = drive.step()
+        except (LockstepError, StudioError) as error:
+            self.problem = str(error)
+            self._node.log.error("the drive ends: %s", error)
+            drive.session.finished = True
+            self.report()
+            return
+        self._node.run_soon(self._step if goes_on else self.report)
+
+    def _conduct(self, now_ns: int) -> None:
+        self._node.conduct_step(now_ns)
+
+    # What goes out and comes in ---------------------------------------------------------------------------------------------
+
+    def _publish(self, out: Outgoing, stamp_ns: int) -> None:
+        self._node.publish(out.topic, out.message, id=out.id, stamp_ns=stamp_ns)
+
+    def reach(self, act: Callable[[Session], None]) -> None:
+        """Let a message act on the session of the present drive."""
+        drive = self._drive
+        if isinstance(drive, RealTime):
+            session = drive.session
+            drive.deliver(lambda: act(session))
+        elif isinstance(drive, Conductor):
+            act(drive.session)
+
+    def requested(self, frames: Any) -> None:
+        """Frames for the car's units."""
+        drive = self._drive
+        if isinstance(drive, RealTime):
+            drive.request(frames.frames)
+        elif isinstance(drive, Conductor):
+            now_ns = self._node.clock.now_ns()
+            answers = drive.session.request(frames.frames, now_ns)
+            if answers:
+                message = type(frames)(frames=tuple(answers))
+                self._node.publish(topics.CAN_RX, message, id=self._config.can_bus, stamp_ns=now_ns)
+
+    def state(self) -> ScenarioState:
+        """Where the drive stands."""
+        drive = self._drive
+        if drive is None:
+            name = Path(self._config.scenario).stem
+            return ScenarioState(scenario=name, seed=self._config.seed, time_s=0.0, duration_s=0.0, running=False)
+        return drive.session.scenario_state(drive.session.world.time_s)
+
+    def report(self) -> None:
+        """Publish the state where no step does: before the start, and after the end."""
+        drive = self._drive
+        if isinstance(drive, RealTime) and not drive.alive and not drive.completed and not self.problem:
+            self.problem = "the drive broke off; the service's log says why"
+            self._node.log.error(self.problem)
+        driving = drive.alive if isinstance(drive, RealTime) else drive is not None and not drive.session.finished
+        if not driving:
+            self._node.publish(topics.SCENARIO, self.state())
+
+
+Seed = Annotated[int, msgspec.Meta(ge=0, description="varies drivers, traffic, looks and noise")]
+Name = Annotated[str, msgspec.Meta(description="urb-rain, cross-border, dynamic-vsl, or the path of a scenario file")]
+Seconds = Annotated[float, msgspec.Meta(ge=0, description="how long; 0: to the end of the route")]
+
+
+def find_scenario(name: str) -> Scenario:
+    """A shipped scenario by name, or a file by path. Raises ScenarioError and UserError."""
+    return load_scenario(Path(name) if name.endswith(".toml") else data(f"scenarios/{name}.toml"))
+
+
+def length_s(scenario: Scenario, seconds: float | None) -> float:
+    """How long to drive."""
+    if seconds is None:
+        return scenario.duration_s
+    return seconds if seconds > 0 else LONGEST_S
+
+
+def build(config: SimulatorConfig, node: Node) -> None:
+    """Wire the simulator to its node."""
+    simulator = Simulator(config, node)
+    node.on_close(simulator.close)
+    node.subscribe(topics.ADVISORY, lambda message, _: simulator.reach(lambda session: session.hear(message)))
+    node.subscribe(topics.BRAKE, lambda message, _: simulator.reach(lambda session: session.brake(message)))
+    node.subscribe(topics.CAN_TX, lambda message, _: simulator.requested(message), id=config.can_bus)
+    node.every(STATE_PERIOD_S, simulator.report)
+    _add_tools(config, node, simulator)
+    if node.lockstep:
+        node.watch_services()
+    if config.autostart:
+        try:
+            scenario = find_scenario(config.scenario)
+        except ScenarioError as error:
+            raise ConfigError(str(error)) from error
+        simulator.begin(scenario, config.seed, length_s(scenario, config.seconds))
+
+
+def _add_tools(config: SimulatorConfig, node: Node, simulator: Simulator) -> None:
+    @node.tool(deadline_ms=2000, title="Start a scenario", read_only=False)
+    def start_scenario(
+        scenario: Name = config.scenario, seed: Seed = config.seed, seconds: Seconds | None = config.seconds
+    ) -> ScenarioState:
+        """Drive a scenario from its start; a running one ends."""
+        try:
+            found = find_scenario(scenario)
+        except ValueError as error:
+            raise ToolFailed(str(error)) from error
+        simulator.begin(found, seed, length_s(found, seconds))
+        return ScenarioState(
+            scenario=found.name, seed=seed, time_s=0.0, duration_s=length_s(found, seconds), running=True
+        )
+
+    @node.tool(deadline_ms=6000, title="Stop the scenario", read_only=False)
+    def stop_scenario() -> ScenarioState:
+        """End the drive where it stands."""
+        state = simulator.state()
+        simulator.halt()
+        return msgspec.structs.replace(state, running=False)
+
+    @node.tool(deadline_ms=100, title="State of the scenario")
+    def scenario_state() -> ScenarioState:
+        """Which scenario is being driven, how far it is, and how many pictures came too late."""
+        if simulator.problem:
+            raise ToolFailed(simulator.problem)
+        return simulator.state()
+
+
+SERVICE = Service("simulator", SimulatorConfig, build)

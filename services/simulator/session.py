@@ -1,0 +1,202 @@
+"""One drive: the world with the car's units and all sensors, step by step, as messages to be published. Knows no bus."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from proto import topics
+from proto.decision import Advisory, BrakeCommand
+from proto.sensors import CanFrame, CanFrames, ClockTick
+from proto.topics import Topic
+from proto.truth import ScenarioState
+from services.simulator import sensors
+from services.simulator.can_frames import FrameEncoder
+from services.simulator.car_state import CarModel, CarState
+from services.simulator.driver import Advice
+from services.simulator.ecus import EcuBank
+from services.simulator.moment import Moment
+from services.simulator.plan import Scenario
+from services.simulator.scene import FRONT, TELE, CameraSpec, Scene
+from services.simulator.truth_view import truth_of
+from services.simulator.world import STEP_S, Inputs, World
+
+STEP_NS = round(STEP_S * 1e9)
+CAMERAS: dict[str, CameraSpec] = {camera.id: camera for camera in (FRONT, TELE)}
+CAMERA_STEPS = {"front": (2, 0), "tele": (4, 1)}
+"""Every so many steps, at this remainder: the two are never due in the same step, which evens out the load."""
+LIDAR_STEPS, GNSS_STEPS, MAP_STEPS, SLOW_STEPS, STATE_STEPS = 2, 2, 2, 20, 10
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSet:
+    """Which sensors are there."""
+
+    cameras: tuple[str, ...] = ("front", "tele")
+    lidar: bool = True
+    gnss: bool = True
+    map: bool = True
+    weather: bool = True
+    can: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A message for a topic."""
+
+    topic: Topic[Any]
+    message: msgspec.Struct
+    id: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A picture that a camera takes at this step."""
+
+    camera: str
+    scene: Scene
+    frame: int
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """All that one step gives."""
+
+    moment: Moment
+    stamp_ns: int
+    messages: tuple[Outgoing, ...]
+    shots: tuple[Shot, ...]
+
+
+@dataclass(slots=True)
+class _Mail:
+    advice: list[Advice] = field(default_factory=list)
+    brakes: list[BrakeCommand] = field(default_factory=list)
+    frames: list[CanFrame] = field(default_factory=list)
+
+
+class Session:
+    """A scenario being driven. `epoch_ns` is the stamp of its time zero."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int,
+        *,
+        seconds: float,
+        epoch_ns: int,
+        dbc: Path,
+        bus: str,
+        present: SensorSet = SensorSet(),
+        lockstep: bool = False,
+    ) -> None:
+        self.world, self.scenario, self.seed = World(scenario, seed), scenario, seed
+        self.seconds, self.epoch_ns, self.bus, self._present = seconds, epoch_ns, bus, present
+        self._lockstep = lockstep
+        self._noise, self._boxes = sensors.SensorNoise(seed), sensors.StaticBoxes(self.world.static)
+        self._car, self._encoder, self.ecus = CarModel(), FrameEncoder(dbc), EcuBank()
+        self.state: CarState = self._car.state
+        self._mail, self._frames = _Mail(), dict.fromkeys(CAMERAS, 0)
+        self.late_frames, self.finished = 0, False
+
+    # What comes in ----------------------------------------------------------------------------------------------------
+
+    def hear(self, advisory: Advisory) -> None:
+        """A message to the driver; silence is none."""
+        if advisory.kind == "SILENT" or not advisory.directive:
+            return
+        legal = advisory.legal_limit
+        self._mail.advice.append(
+            Advice(
+                topic=advisory.topic,
+                target_mps=advisory.target_mps,
+                limit_mps=legal.mps if legal is not None and not legal.advisory else None,
+                warns=bool(advisory.hazard) or advisory.urgency in ("warning", "alarm"),
+            )
+        )
+
+    def brake(self, command: BrakeCommand) -> None:
+        """A braking command arrives."""
+        self._mail.brakes.append(command)
+
+    def request(self, frames: Sequence[CanFrame], now_ns: int) -> list[CanFrame]:
+        """Frames sent on the bus to the units; what they answer at once."""
+        return [answer for frame in frames for answer in self.ecus.on_frame(frame, self.state, now_ns)]
+
+    # What goes out ------------------------------------------------------------------------------------------------------
+
+    @property
+    def next_stamp_ns(self) -> int:
+        """The stamp of the next step."""
+        return self.epoch_ns + round((self.world.time_s + STEP_S) * 1e9)
+
+    def advance(self, ahead_s: float = 0.0) -> Batch:
+        """Drive one step; `ahead_s`: how much earlier than its stamp the step is computed."""
+        mail, self._mail = self._mail, _Mail()
+        inputs = Inputs(
+            advice=tuple(mail.advice),
+            brakes=tuple(mail.brakes),
+            brake_share=self.ecus.brake_share,
+            heard_s_ago=ahead_s,
+        )
+        moment = self.world.step(inputs)
+        self.finished = moment.ended or moment.time_s >= self.seconds - 1e-6
+        stamp_ns = self.epoch_ns + round(moment.time_s * 1e9)
+        return Batch(moment, stamp_ns, tuple(self._messages(moment, stamp_ns)), tuple(self._shots(moment)))
+
+    def scenario_state(self, time_s: float, running: bool = True) -> ScenarioState:
+        """Where the drive stands."""
+        return ScenarioState(
+            scenario=self.scenario.name,
+            seed=self.seed,
+            time_s=time_s,
+            duration_s=self.seconds,
+            running=running and not self.finished,
+            finished=self.finished,
+            late_frames=self.late_frames,
+        )
+
+    def _messages(self, moment: Moment, stamp_ns: int) -> list[Outgoing]:
+        step, present = moment.step, self._present
+        out = [Outgoing(topics.CLOCK, ClockTick(now_ns=stamp_ns, lockstep=self._lockstep, step=step))]
+        if present.can:
+            self.state = self.ecus.affect(self._car.step(STEP_S, sensors.car_controls(moment)), stamp_ns)
+            frames = (*self._encoder.due(self.state, stamp_ns), *self.ecus.step(stamp_ns))
+            out.append(Outgoing(topics.CAN_RX, CanFrames(frames=frames), self.bus))
+        if present.map and step % MAP_STEPS == 0:
+            out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))
+        if present.gnss and step % GNSS_STEPS == 0:
+            out.append(Outgoing(topics.GNSS, sensors.gnss_fix(moment, self._noise)))
+        if present.lidar and step % LIDAR_STEPS == 0:
+            out.append(Outgoing(topics.LIDAR, sensors.lidar_sweep(moment, self._boxes, self._noise), "top"))
+        if step % SLOW_STEPS == 1:
+            out += self._slow(moment)
+        return [*out, *self._about(moment)]
+
+    def _slow(self, moment: Moment) -> list[Outgoing]:
+        views = [
+            Outgoing(topics.CALIBRATION, sensors.calibration(CAMERAS[name]), name) for name in self._present.cameras
+        ]
+        if self._present.weather:
+            views.append(Outgoing(topics.WEATHER_SENSING, sensors.weather_sensing(moment, self._noise)))
+        return views
+
+    def _about(self, moment: Moment) -> list[Outgoing]:
+        world = self.world
+        distracted = world.driver.distracted(moment.time_s)
+        truth = truth_of(moment, world.static, world.lines, world.lights, distracted)
+        out = [Outgoing(topics.TRUTH, truth)]
+        if moment.step % STATE_STEPS == 0 or self.finished:
+            out.append(Outgoing(topics.SCENARIO, self.scenario_state(moment.time_s)))
+        return out
+
+    def _shots(self, moment: Moment) -> list[Shot]:
+        shots = []
+        for name in self._present.cameras:
+            every, remainder = CAMERA_STEPS[name]
+            if moment.step % every == remainder:
+                self._frames[name] += 1
+                shots.append(Shot(name, moment.scene, self._frames[name]))
+        return shots
