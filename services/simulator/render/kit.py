@@ -102,7 +102,6 @@ class Kit:
         self.faces = FaceAtlas(self.ctx)
         self.grain = self._overlay(overlays.grain())
         self.streaks = self._overlay(overlays.streaks())
-        self.streaks.build_mipmaps()
         self._models: dict[tuple[object, ...], Drawable] = {}
         self.plants = self._plants()
         self.furniture = self._furniture()
@@ -151,9 +150,9 @@ class Kit:
         return array
 
     def _overlay(self, picture: NDArray[np.uint8]) -> moderngl.Texture:
-        texture = self.ctx.texture(
-            (picture.shape[1], picture.shape[0]), picture.shape[2], picture.tobytes(), alignment=1
-        )
+        four = np.zeros((*picture.shape[:2], 4), dtype=np.uint8)  # aligned pixels are faster to fetch
+        four[:, :, : picture.shape[2]] = picture
+        texture = self.ctx.texture((picture.shape[1], picture.shape[0]), 4, four.tobytes())
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         return texture
 

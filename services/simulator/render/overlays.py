@@ -35,7 +35,7 @@ def streaks() -> Bytes:
 
 
 def drops(seed: int) -> Bytes:
-    """Refraction offsets and brightness (H, W, 3) of drops on the lens; 127.5 is no offset."""
+    """Refraction offsets and brightness (H, W, 3) of drops on the lens; 127 is no offset."""
     rng = np.random.default_rng((53, seed))
     wide, high = DROPS
     out = np.zeros((high, wide, 3), dtype=np.float32)
@@ -51,6 +51,6 @@ def drops(seed: int) -> Bytes:
         out[:, :, 1][inside] = (-dy * (1 - bend))[inside]
         out[:, :, 2][inside] = (0.8 - r2)[inside] * np.sign(dy - 0.2)[inside]
     soft = np.asarray(cv2.GaussianBlur(out, (3, 3), 0), dtype=np.float32)
-    soft[:, :, :2] = 127.5 + 127.5 * soft[:, :, :2]
+    soft[:, :, :2] = 127.0 + 127.0 * soft[:, :, :2]
     soft[:, :, 2] = np.maximum(soft[:, :, 2], 0) * 255
     return soft.clip(0, 255).astype(np.uint8)

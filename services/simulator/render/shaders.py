@@ -465,13 +465,12 @@ void main() {
   vec2 uv = v_uv;
 #ifdef RAIN
   vec3 lens = texture(u_drops, v_uv).rgb;
-  uv = clamp(uv + (lens.xy - 0.502) * 0.16 * u_drop, 0.0, 1.0);
+  uv = clamp(uv + (lens.xy - 0.49804) * 0.11 * u_drop, 0.0, 1.0);
 #endif
   vec3 c = 0.5 * (tap(uv + u_texel * vec2(0.36, 0.30)) + tap(uv - u_texel * vec2(0.36, 0.30)));
 #ifdef RAIN
-  float near = texture(u_streaks, v_uv * vec2(1.1, 0.75) + u_rain.yz).r;
-  float far = texture(u_streaks, v_uv * vec2(2.3, 1.6) + u_rain.zy).g;
-  c = mix(c, u_streak_colour, min(u_rain.x * (near * 0.62 + far * 0.45), 0.7));
+  vec2 falling = texture(u_streaks, v_uv * vec2(1.3, 0.9) + u_rain.yz).rg;
+  c = mix(c, u_streak_colour, min(u_rain.x * (falling.r * 0.62 + falling.g * 0.5), 0.7));
   c *= 1.0 + lens.z * 0.12 * u_drop;
 #endif
   vec2 q = v_uv - 0.5;
