@@ -76,7 +76,7 @@ class Whereabouts:
         if country not in JURISDICTIONS:
             return cls()
         scores = dict.fromkeys(JURISDICTIONS, 0.0)
-        scores[country] = 2.8
+        scores[country] = 3.1
         return cls(scores=scores, believed=country)
 
     def posterior(self, country: str | None) -> float:
@@ -95,8 +95,8 @@ class Whereabouts:
         """With a cue from a track; a track already counted changes nothing."""
         if key in self.counted or not cues:
             return self
-        scores = {country: _capped(score + cues.get(country, 0.0)) for country, score in self.scores.items()}
-        return replace(self, scores=scores, counted=(*self.counted, key)[-_REMEMBERED:])._decided()
+        scores = {country: score + cues.get(country, 0.0) for country, score in self.scores.items()}
+        return replace(self, scores=_levelled(scores), counted=(*self.counted, key)[-_REMEMBERED:])._decided()
 
     def past_border(self, key: tuple[str, int], country: str) -> "Whereabouts":
         """A believed border sign was passed: that country, whatever was believed before."""
@@ -127,5 +127,7 @@ def oncoming_cue(lateral_m: float) -> Cues:
     return _all("right" if lateral_m > 0 else "left", _SIDE_CUE)
 
 
-def _capped(score: float) -> float:
-    return max(-_CAP, min(_CAP, score))
+def _levelled(scores: Mapping[str, float]) -> dict[str, float]:
+    """The best at 0 and nobody further behind than the cap: old certainty can always be overcome by new cues."""
+    top = max(scores.values())
+    return {country: max(score - top, -_CAP) for country, score in scores.items()}

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
+
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
@@ -12,6 +14,7 @@ from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
 from services.drivelm.facts import Here, fact_of
 from services.drivelm.jurisdictions import unit_of
+from services.drivelm.names import TownNames
 from services.drivelm.parser import parse
 from services.drivelm.sentences import QUESTIONS
 from services.drivelm.tracks import SignTrack
@@ -55,8 +58,8 @@ class _Look:
 class FrontEnd:
     """Keeps the tracks, asks the backend, parses, fuses, and says facts when they change."""
 
-    def __init__(self, backend: Backend, *, home: str = "", max_reads: int = 8) -> None:
-        self.backend, self.max_reads = backend, max_reads
+    def __init__(self, backend: Backend, *, home: str = "", max_reads: int = 8, names: TownNames | None = None) -> None:
+        self.backend, self.max_reads, self.names = backend, max_reads, names
         self.tracks: dict[Key, SignTrack] = {}
         self.whereabouts = Whereabouts.at_home(home)
         self.here = Here(jurisdiction=self.whereabouts.believed)
@@ -81,6 +84,7 @@ class FrontEnd:
         for key in seen:
             self._locate(key, sighting)
             self._learn(key)
+            self._ask_name(key, picture)
         return tuple(fact for key in seen if (fact := self._said(key, sighting.stamp_ns)) is not None)
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
@@ -119,7 +123,7 @@ class FrontEnd:
 
     def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[_Look]:
         signs = [_region(box) for box in boxes if box.kind == "sign"]
-        looks = []
+        looks: list[_Look] = []
         for box in boxes:
             if len(looks) >= self.max_reads:
                 break
@@ -173,6 +177,20 @@ class FrontEnd:
             where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate))
         self.believe(where)
 
+    def _ask_name(self, key: Key, picture: Picture | None) -> None:
+        track = self.tracks[key]
+        if self.names is None or picture is None or not self.names.wants(key, track.region.height_px):
+            return
+        best = track.belief()
+        if best.reading.startswith("town_") and track.believed(best):
+            x0, y0, x1, y1 = (max(0, round(edge)) for edge in track.region)
+            self.names.ask(key, picture[y0:y1, x0:x1])
+
+    def _named(self, key: Key, fact: Fact | None) -> Fact | None:
+        if fact is None or self.names is None or not fact.reading.startswith("town_"):
+            return fact
+        return msgspec.structs.replace(fact, text=self.names.name(key))
+
     def believe(self, where: Whereabouts) -> None:
         """Take over a belief about the country."""
         self.whereabouts = where
@@ -182,10 +200,10 @@ class FrontEnd:
 
     def _said(self, key: Key, stamp_ns: int) -> Fact | None:
         track = self.tracks[key]
-        fact = fact_of(track, self.here)
+        fact = self._named(key, fact_of(track, self.here))
         if fact is None:
             return None
-        content = (fact.reading, fact.believed, fact.scope, fact.plates, fact.unit)
+        content = (fact.reading, fact.believed, fact.scope, fact.plates, fact.unit, fact.text)
         due = stamp_ns - track.said_ns >= REPEAT_NS or track.kind == "light"
         if content == track.said and not due:
             return None
@@ -194,7 +212,7 @@ class FrontEnd:
 
     def _passed(self, key: Key) -> Fact | None:
         track = self.tracks.pop(key)
-        fact = fact_of(track, self.here, passed=True)
+        fact = self._named(key, fact_of(track, self.here, passed=True))
         if fact is not None and fact.believed and fact.reading.startswith("border:"):
             self.believe(self.whereabouts.past_border(key, fact.reading.partition(":")[2]))
         if fact is not None and fact.believed and fact.reading in ROAD_TYPES:

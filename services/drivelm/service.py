@@ -23,6 +23,7 @@ from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import Seen
 from services.drivelm.graph import build as build_graph
+from services.drivelm.names import TownNames, available
 from services.drivelm.reader import Reader
 from services.drivelm.surroundings import surroundings
 
@@ -40,6 +41,8 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     max_reads: int = 8
     """Crops read per picture at most; what the frame's share of the processor allows."""
     graph_camera: str = "front"
+    read_names: bool = False
+    """Read names of towns on large signs, where `rapidocr` is installed; never in lockstep (a thread's timing)."""
 
 
 class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
@@ -77,7 +80,10 @@ class Bindings:
     def __init__(self, config: DrivelmConfig, node: Node) -> None:
         self.config, self.node = config, node
         self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
-        self.front_end = FrontEnd(load_backend(config), home=config.home, max_reads=config.max_reads)
+        self.names = TownNames() if config.read_names and available() and not node.lockstep else None
+        self.front_end = FrontEnd(load_backend(config), home=config.home, max_reads=config.max_reads, names=self.names)
+        if self.names is not None:
+            node.on_close(self.names.close)
         self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
         self.boxes: dict[str, Boxes] = {}
         self.graph: SceneGraph | None = None

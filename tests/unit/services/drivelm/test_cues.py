@@ -60,3 +60,19 @@ def test_oncoming_traffic_tells_the_side_only_when_clearly_aside() -> None:
 def test_posteriors_stay_probabilities(readings: list[str]) -> None:
     where = _after(*readings)
     assert abs(sum(where.posterior(country) for country in JURISDICTIONS) - 1) < 1e-9
+
+
+def test_a_hundred_oncoming_cars_do_not_wash_out_which_right_hand_country_it_is() -> None:
+    where = Whereabouts.at_home("DEU")
+    for number in range(100):
+        where = where.with_cue(("oncoming", number), oncoming_cue(3.5))
+    assert where.believed == "DEU"
+    assert where.posterior("DEU") > 0.8
+    assert where.of_side("right") > 0.99
+
+
+def test_certainty_can_be_overcome_by_a_run_of_contrary_cues() -> None:
+    sure = _after(*["town_entry:yellow"] * 20)
+    for number, reading in enumerate(["keep_left", "national", "plate:when_wet:en", "info:units_mph"]):
+        sure = sure.with_cue(("front", number), cues_of(reading))
+    assert sure.believed == "GBR"
