@@ -16,6 +16,7 @@ from services.perception.detector import Detector
 from services.perception.image_tracks import ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
+from services.perception.levelling import Levelling
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range
@@ -56,6 +57,7 @@ class Perception:
     ages: Ages = field(default_factory=Ages)
     _cameras: dict[str, Camera] = field(default_factory=dict)
     _seen_ns: dict[str, int] = field(default_factory=dict)
+    _levellings: dict[str, Levelling] = field(default_factory=dict)
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
     _ego: tuple[int, Ego] | None = None
@@ -93,6 +95,7 @@ class Perception:
         picture = open_picture(frame)
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture)
+        camera = self._levelled(camera_id, found, camera)
         self._seen_ns[camera_id] = stamp_ns
         points = self._points(stamp_ns)
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
@@ -115,6 +118,14 @@ class Perception:
         if known is None:
             return Camera.assumed(frame.width_px, frame.height_px)
         return known.scaled(frame.width_px, frame.height_px)
+
+    def _levelled(self, camera_id: str, found: Sequence[Detection], camera: Camera) -> Camera:
+        """A calibrated camera as it is; of another, its pitch as its pictures teach it."""
+        if self.calibrated(camera_id):
+            return camera
+        levelling = self._levellings.setdefault(camera_id, Levelling())
+        levelling.learn(found, camera)
+        return levelling.apply(camera)
 
     def _primary(self, stamp_ns: int) -> str:
         fresh = [name for name, seen_ns in self._seen_ns.items() if abs(stamp_ns - seen_ns) < PRIMARY_WAIT_NS]

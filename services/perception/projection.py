@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
-from services.perception.sizes import PRIORS
+from services.perception.sizes import PRIORS, prior_of
 
 RangeSource = Literal["lidar", "ground", "size", "none"]
 GROUND_CLEARANCE_M = 0.25
@@ -25,6 +25,8 @@ CLUSTER_GAP_SHARE = 0.03
 """Returns further apart than the sum of the two (the second of the range) are two surfaces."""
 NEAR_QUANTILE = 0.25
 AGREEMENT_SIGMAS = 3.0
+LONELY_SIGMA_M = {1: 1.0, 2: 0.3}
+"""One or two returns may come from something else in the box."""
 BOTTOM_SIGMA_PX = 1.5
 BOTTOM_SIGMA_SHARE = 0.04
 """How well a box's lower edge sits on the tyres: pixels, plus a share of the box's height."""
@@ -61,7 +63,7 @@ class ProjectedSweep:
 
 def find_range(detection: Detection, camera: Camera, sweep: ProjectedSweep | None) -> Range | None:
     """The best range there is for a box (undistorted pixels); None where nothing can be said."""
-    seen = _weigh(ground_range(detection, camera), size_range(detection, camera))
+    seen = _weigh(_possible(ground_range(detection, camera), detection, camera), size_range(detection, camera))
     measured = lidar_range(detection, sweep, seen) if sweep is not None else None
     return measured or seen
 
@@ -99,7 +101,7 @@ def _agrees(depth_m: float, seen: Range) -> bool:
 def _of_cluster(cluster: Floats) -> Range:
     near = float(np.quantile(cluster, NEAR_QUANTILE))
     spread = float(np.quantile(cluster, 0.5)) - near
-    sigma = 0.1 + 0.3 * spread + (0.3 if len(cluster) < 3 else 0.0)
+    sigma = 0.1 + 0.3 * spread + LONELY_SIGMA_M.get(len(cluster), 0.0)
     return Range(depth_m=near, sigma_m=sigma, source="lidar", returns=len(cluster))
 
 
@@ -111,19 +113,27 @@ def ground_range(detection: Detection, camera: Camera) -> Range | None:
     ray = camera.ray(detection.centre_px[0], detection.y1_px)
     if ray[2] >= -1e-4:
         return None
-    depth = -camera.eye[2] / ray[2]
+    depth = float(-camera.eye[2] / ray[2])
     sigma_px = math.hypot(BOTTOM_SIGMA_PX + BOTTOM_SIGMA_SHARE * detection.height_px, camera.pitch_sigma_rad * c.fy_px)
-    sigma = depth * depth / camera.eye[2] * sigma_px / c.fy_px
-    return Range(depth_m=float(depth), sigma_m=float(sigma), source="ground") if depth < FURTHEST_M else None
+    sigma = depth * depth / float(camera.eye[2]) * sigma_px / c.fy_px
+    return Range(depth_m=depth, sigma_m=sigma, source="ground") if depth < FURTHEST_M else None
 
 
 def size_range(detection: Detection, camera: Camera) -> Range | None:
     """From the usual height of the class; a box cut off by the picture's edge only says that the object is near."""
-    c, prior = camera.calibration, PRIORS[detection.kind]
+    c, prior = camera.calibration, prior_of(detection.kind, detection.width_px, detection.height_px)
     cut = detection.y1_px >= c.height_px - EDGE_PX or detection.y0_px <= EDGE_PX
-    depth = prior.height_m * c.fy_px / max(detection.height_px, 1.0)
+    depth = float(prior.height_m * c.fy_px / max(detection.height_px, 1.0))
     spread = math.hypot(prior.spread, 2.0 / max(detection.height_px, 1.0)) * (2.0 if cut else 1.0)
     return Range(depth_m=depth, sigma_m=depth * spread, source="size") if depth < FURTHEST_M else None
+
+
+def _possible(ground: Range | None, detection: Detection, camera: Camera) -> Range | None:
+    """The ground's range unless the object would have an impossible height there: then the road is not level."""
+    if ground is None:
+        return None
+    low, high = PRIORS[detection.kind].possible_m
+    return ground if low <= detection.height_px * ground.depth_m / camera.calibration.fy_px <= high else None
 
 
 def _weigh(ground: Range | None, size: Range | None) -> Range | None:

@@ -1,0 +1,132 @@
+"""Ranges from LiDAR, ground and size on a synthetic scene."""
+
+import math
+
+import numpy as np
+import pytest
+
+from proto.sensors import Calibration
+from services.perception.camera import Camera, Floats
+from services.perception.detection import Detection
+from services.perception.projection import (
+    ProjectedSweep,
+    find_range,
+    ground_range,
+    lidar_range,
+    size_range,
+)
+
+CALIBRATION = Calibration(
+    fx_px=457.0,
+    fy_px=457.0,
+    cx_px=320.0,
+    cy_px=180.0,
+    width_px=640,
+    height_px=360,
+    x_m=0.6,
+    z_m=1.35,
+    pitch_rad=math.radians(-2),
+)
+CAMERA = Camera.of(CALIBRATION)
+REAR_M = 25.0
+
+
+def box_of(low: tuple[float, float, float], high: tuple[float, float, float], kind: str = "vehicle") -> Detection:
+    """The box around the corners of an ego-frame cuboid's near face."""
+    corners = np.array([(low[0], y, z) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    pixels, _ = CAMERA.project(corners)
+    (x0, y0), (x1, y1) = pixels.min(axis=0), pixels.max(axis=0)
+    return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=kind, score=0.9)  # type: ignore[arg-type]
+
+
+CAR = box_of((REAR_M, -0.9, 0.0), (REAR_M, 0.9, 1.5))
+
+
+def wall(x_m: float, half_m: float, count: int, seed: int, low_m: float = 0.3, high_m: float = 1.4) -> Floats:
+    rng = np.random.default_rng(seed)
+    return np.column_stack(
+        [
+            np.full(count, x_m) + rng.normal(0, 0.03, count),
+            rng.uniform(-half_m, half_m, count),
+            rng.uniform(low_m, high_m, count),
+        ]
+    )
+
+
+def test_projection_follows_the_opencv_frame() -> None:
+    pixels, depth = CAMERA.project(np.array([[20.6, 3.0, 1.35], [20.6, -3.0, 1.35]]))
+    assert pixels[0, 0] < 320 < pixels[1, 0], "left of the ego is left in the picture"
+    assert depth == pytest.approx([20.0 * math.cos(math.radians(2))] * 2, rel=1e-3)
+
+
+def test_a_ray_through_a_projected_point_passes_through_the_point() -> None:
+    point = np.array([30.0, 4.0, 0.7])
+    pixels, depth = CAMERA.project(point[None])
+    assert CAMERA.eye + CAMERA.ray(*pixels[0]) * depth[0] == pytest.approx(point)
+
+
+def test_lidar_gives_the_near_surface_not_the_background() -> None:
+    points = np.concatenate([wall(REAR_M, 0.9, 40, 0), wall(60.0, 8.0, 400, 1, 0.3, 6.0)])
+    found = find_range(CAR, CAMERA, ProjectedSweep.of(points, CAMERA))
+    assert found is not None
+    assert found.source == "lidar"
+    assert found.depth_m == pytest.approx(REAR_M - 0.6, abs=0.3)
+
+
+def test_single_returns_from_rain_before_the_car_do_not_count() -> None:
+    drops = np.array([[6.0, 0.0, 1.2], [9.0, 0.1, 1.1], [3.0, -0.05, 1.25]])
+    points = np.concatenate([drops, wall(REAR_M, 0.9, 40, 0)])
+    found = find_range(CAR, CAMERA, ProjectedSweep.of(points, CAMERA))
+    assert found is not None
+    assert found.depth_m == pytest.approx(REAR_M - 0.6, abs=0.3)
+
+
+def test_returns_of_the_road_are_left_out() -> None:
+    x = np.linspace(3, 24, 300)
+    road = np.column_stack([x, np.zeros(300), np.full(300, 0.05)])
+    assert len(ProjectedSweep.of(road, CAMERA).depths) == 0
+
+
+def test_lidar_that_contradicts_the_picture_is_not_used() -> None:
+    found = find_range(CAR, CAMERA, ProjectedSweep.of(wall(4.0, 0.9, 100, 0, 0.9, 1.6), CAMERA))
+    assert found is not None
+    assert found.source != "lidar"
+
+
+def test_a_lone_return_is_trusted_less_than_many() -> None:
+    many = lidar_range(CAR, ProjectedSweep.of(wall(REAR_M, 0.5, 30, 0), CAMERA), size_range(CAR, CAMERA))
+    one = lidar_range(CAR, ProjectedSweep.of(np.array([[REAR_M, 0.0, 0.8]]), CAMERA), size_range(CAR, CAMERA))
+    assert many is not None
+    assert one is not None
+    assert one.sigma_m > 3 * many.sigma_m
+
+
+def test_the_ground_range_is_right_on_a_level_road_and_doubtful_far_away() -> None:
+    near, far = ground_range(CAR, CAMERA), ground_range(box_of((70.0, -0.9, 0.0), (70.0, 0.9, 1.5)), CAMERA)
+    assert near is not None
+    assert far is not None
+    assert near.depth_m == pytest.approx(REAR_M - 0.6, rel=0.02)
+    assert far.depth_m == pytest.approx(69.4, rel=0.05)
+    assert far.sigma_m / far.depth_m > near.sigma_m / near.depth_m
+
+
+def test_a_box_cut_off_below_has_no_ground_range() -> None:
+    cut = Detection(x0_px=100, y0_px=100, x1_px=500, y1_px=360, kind="vehicle", score=0.9)
+    assert ground_range(cut, CAMERA) is None
+    assert find_range(cut, CAMERA, None) is not None
+
+
+def test_a_lorry_is_ranged_by_the_ground_not_by_a_cars_size() -> None:
+    lorry = box_of((40.0, -1.25, 0.0), (40.0, 1.25, 3.6))
+    found = find_range(lorry, CAMERA, None)
+    assert found is not None
+    assert found.depth_m == pytest.approx(39.4, rel=0.25)
+
+
+def test_a_sign_hanging_over_the_road_has_no_ground_range() -> None:
+    sign = box_of((30.0, 2.0, 2.0), (30.0, 2.65, 2.65), "sign")
+    assert ground_range(sign, CAMERA) is None
+    found = find_range(sign, CAMERA, None)
+    assert found is not None
+    assert found.source == "size"
+    assert found.depth_m == pytest.approx(29.4, rel=0.1)

@@ -1,0 +1,187 @@
+"""Tracks through noise, drop-outs, clutter and the ego's own motion."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from services.perception.kalman import Fix
+from services.perception.sizes import CAR
+from services.perception.tracker import EgoState, Sighting, Tracker
+
+STEP_NS = 100_000_000
+
+
+def sighting(x_m: float, y_m: float, sigma_m: float = 0.3, score: float = 0.8, age_s: float = 0.0) -> Sighting:
+    covariance = np.diag([sigma_m**2, 0.25**2])
+    return Sighting(kind="vehicle", fix=Fix(np.array([x_m, y_m]), covariance, age_s), score=score, body=CAR)
+
+
+def drive(
+    tracker: Tracker, steps: int, gap_m: float, closing_mps: float, *, first: int = 1, speed: float = 20.0
+) -> set[int]:
+    """A vehicle straight ahead seen `steps` times with noise; the ids it had."""
+    rng = np.random.default_rng(3)
+    ids: set[int] = set()
+    for k in range(first, first + steps):
+        x = gap_m - closing_mps * k * 0.1 + rng.normal(0, 0.2)
+        ids.update(tracker.step(k * STEP_NS, [sighting(x, rng.normal(0, 0.1))], EgoState(speed, 0.0)))
+    return ids
+
+
+def test_velocity_converges_to_the_true_closing_speed() -> None:
+    tracker = Tracker()
+    drive(tracker, 25, 60.0, 8.0)
+    (track,) = tracker.published()
+    assert track.vx_mps == pytest.approx(-8.0, abs=1.0)
+    assert track.sigma_vx_mps < 1.5
+    assert track.x_m - track.length_m / 2 == pytest.approx(60.0 - 8.0 * 2.5, abs=0.5)
+
+
+@settings(max_examples=25, deadline=None)
+@given(closing=st.floats(-5, 12), lateral=st.floats(-4, 4), missing=st.integers(1, 5))
+def test_identity_survives_a_drop_out_of_half_a_second(closing: float, lateral: float, missing: int) -> None:
+    tracker = Tracker()
+    rng = np.random.default_rng(0)
+    ids: set[int] = set()
+    for k in range(1, 26):
+        if 15 <= k < 15 + missing:
+            tracker.step(k * STEP_NS, [], EgoState(15.0, 0.0))
+            continue
+        seen = sighting(45.0 - closing * k * 0.1 + rng.normal(0, 0.2), lateral + rng.normal(0, 0.1))
+        ids.update(tracker.step(k * STEP_NS, [seen], EgoState(15.0, 0.0)))
+    assert ids == {1}
+
+
+def test_a_coasting_track_grows_unsure_and_then_ends() -> None:
+    tracker = Tracker()
+    drive(tracker, 12, 40.0, 2.0)
+    before = tracker.published()[0]
+    sigmas, confidences = [before.sigma_x_m], [before.confidence]
+    for k in range(13, 22):
+        tracker.step(k * STEP_NS, [], EgoState(20.0, 0.0))
+        (track,) = tracker.published()
+        sigmas.append(track.sigma_x_m)
+        confidences.append(track.confidence)
+    assert sigmas == sorted(sigmas)
+    assert confidences == sorted(confidences, reverse=True)
+    assert track.unseen_s == pytest.approx(0.9)
+    for k in range(22, 25):
+        tracker.step(k * STEP_NS, [], EgoState(20.0, 0.0))
+    assert tracker.published() == []
+
+
+def test_far_clutter_does_not_move_a_track() -> None:
+    clean, dirty = Tracker(), Tracker()
+    for k in range(1, 20):
+        car = sighting(30.0, 0.0)
+        clean.step(k * STEP_NS, [car], EgoState(20.0, 0.0))
+        dirty.step(k * STEP_NS, [car, sighting(30.0 + 8 * (-1) ** k, 6.0)], EgoState(20.0, 0.0))
+    ours, theirs = clean.published()[0], dirty.published()[0]
+    assert ours.track_id == theirs.track_id == 1
+    assert theirs.x_m == pytest.approx(ours.x_m, abs=1e-9)
+    assert theirs.y_m == pytest.approx(ours.y_m, abs=1e-9)
+
+
+def test_a_single_ghost_is_never_published() -> None:
+    tracker = Tracker()
+    tracker.step(STEP_NS, [sighting(20.0, 0.0, score=0.95)], EgoState(10.0, 0.0))
+    published = [tracker.published()]
+    for k in range(2, 12):
+        tracker.step(k * STEP_NS, [], EgoState(10.0, 0.0))
+        published.append(tracker.published())
+    assert not any(published)
+    assert tracker.tracks == ()
+
+
+def test_two_vehicles_side_by_side_keep_their_ids() -> None:
+    tracker = Tracker()
+    rng = np.random.default_rng(5)
+    owners = set()
+    for k in range(1, 30):
+        left = sighting(25.0 + 0.5 * k * 0.1 + rng.normal(0, 0.2), 3.5 + rng.normal(0, 0.1))
+        right = sighting(25.0 - 0.5 * k * 0.1 + rng.normal(0, 0.2), rng.normal(0, 0.1))
+        owners.add(tuple(tracker.step(k * STEP_NS, [left, right], EgoState(20.0, 0.0))))
+    assert owners == {(1, 2)}
+
+
+def test_the_egos_braking_is_not_taken_for_the_others() -> None:
+    """A vehicle at constant 20 m/s while the ego brakes from 20 to 10 m/s: unseen meanwhile, its track still fits."""
+    tracker = Tracker()
+    drive(tracker, 15, 40.0, 0.0)
+    speed, gap = 20.0, 40.0
+    for k in range(16, 22):
+        speed -= 1.5
+        gap += (20.0 - speed) * 0.1
+        tracker.step(k * STEP_NS, [], EgoState(speed, 0.0))
+    (track,) = tracker.published()
+    assert track.vx_mps == pytest.approx(20.0 - speed, abs=0.8)
+    assert track.x_m - track.length_m / 2 == pytest.approx(gap, abs=1.5)
+
+
+def test_the_egos_turning_moves_tracks_to_the_other_side() -> None:
+    tracker = Tracker()
+    for k in range(1, 11):
+        tracker.step(k * STEP_NS, [sighting(30.0, 0.0)], EgoState(0.0, 0.0))
+    for k in range(11, 16):
+        tracker.step(k * STEP_NS, [], EgoState(0.0, 0.2))
+    (track,) = tracker.published()
+    turned = 0.2 * 0.5
+    assert track.y_m == pytest.approx(-30.0 * math.sin(turned), abs=0.4), (
+        "turning left, what lay ahead lies to the right"
+    )
+
+
+def test_an_unknown_ego_speed_gives_relative_speeds_only_and_no_oncoming() -> None:
+    tracker = Tracker()
+    for k in range(1, 16):
+        tracker.step(k * STEP_NS, [sighting(60.0 - 15.0 * k * 0.1, 3.5)], EgoState())
+    (track,) = tracker.published()
+    assert track.vx_mps == pytest.approx(-15.0, abs=2.0)
+    assert not track.oncoming
+    assert track.ax_mps2 == 0.0
+
+
+def test_an_oncoming_vehicle_is_told_by_its_speed_over_ground() -> None:
+    tracker = Tracker()
+    for k in range(1, 16):
+        tracker.step(k * STEP_NS, [sighting(80.0 - 25.0 * k * 0.1, 3.5)], EgoState(12.0, 0.0))
+    (track,) = tracker.published()
+    assert track.oncoming
+
+
+def test_a_sweep_older_than_the_picture_is_allowed_for() -> None:
+    """Ranges 0.1 s old of a vehicle closing at 10 m/s are 1 m too long; the track is not."""
+    tracker = Tracker()
+    for k in range(1, 26):
+        true = 60.0 - 10.0 * k * 0.1
+        tracker.step(k * STEP_NS, [sighting(true + 1.0, 0.0, age_s=0.1)], EgoState(20.0, 0.0))
+    (track,) = tracker.published()
+    assert track.x_m - track.length_m / 2 == pytest.approx(true, abs=0.4)
+
+
+def test_stamps_that_jump_back_start_afresh() -> None:
+    tracker = Tracker()
+    drive(tracker, 12, 40.0, 0.0, first=1000)
+    assert tracker.published()
+    tracker.step(STEP_NS, [sighting(20.0, 0.0)], EgoState(20.0, 0.0))
+    assert tracker.published() == []
+    assert len(tracker.tracks) == 1
+
+
+@settings(max_examples=30, deadline=None)
+@given(data=st.data())
+def test_no_input_makes_a_track_that_is_no_number(data: st.DataObject) -> None:
+    tracker = Tracker()
+    stamp = 0
+    for _ in range(8):
+        stamp += data.draw(st.integers(-3 * 10**9, 10**9))
+        places = data.draw(st.lists(st.tuples(st.floats(0, 200), st.floats(-30, 30)), max_size=4))
+        ego = EgoState(data.draw(st.none() | st.floats(0, 70)), data.draw(st.none() | st.floats(-1, 1)))
+        tracker.step(stamp, [sighting(x, y) for x, y in places], ego)
+        for track in tracker.published():
+            assert math.isfinite(track.x_m + track.y_m + track.vx_mps + track.vy_mps + track.ax_mps2)
+            assert track.sigma_x_m > 0
+            assert 0 <= track.confidence <= 1
