@@ -14,7 +14,7 @@ import msgspec
 import rerun as rr
 
 from services.logger.view.drawing import Drawing
-from services.logger.view.server import Server, ServerFailed
+from services.logger.view.server import Server
 from services.logger.view.settings import Said, Shown, ViewSettings
 
 LENGTH = struct.Struct("<I")
@@ -41,7 +41,7 @@ def main() -> int:
             draw(drawing, sys.stdin.buffer)
             stream.flush()
             stream.disconnect()
-    except (ServerFailed, OSError) as error:
+    except (RuntimeError, OSError) as error:  # Rerun raises RuntimeError where it cannot write
         say(Said(problem=str(error)))
         return 1
     return 0

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import IO
 
 import msgspec
@@ -50,7 +51,7 @@ class ViewPipe:
         self._pictures = Thinning(settings.image_hz)
         self._queue: deque[bytes] = deque()
         self._ready = threading.Condition()
-        self._closed = False
+        self._closed = self._ending = False
         self.dropped = 0
         self._process = subprocess.Popen(
             [sys.executable, "-m", "services.logger.view", msgspec.json.encode(settings).decode()],
@@ -89,6 +90,7 @@ class ViewPipe:
 
     def close(self, timeout_s: float = 4.0, *, drain: bool = False) -> None:
         """Ends the view's process. `drain`: what still waits is shown first."""
+        self._ending = True
         with self._ready:
             if drain:
                 self._ready.wait_for(lambda: not self._queue or self._closed, timeout=timeout_s)
@@ -107,15 +109,15 @@ class ViewPipe:
         return self._process.wait()
 
     def _write(self, pipe: IO[bytes]) -> None:
-        try:
+        with suppress(OSError):  # the view is gone; `_listen` tells
             while (packed := self._take()) is not None:
                 pipe.write(packed)
                 pipe.flush()
+        with self._ready:
+            self._closed = True
+            self._ready.notify_all()
+        with suppress(OSError):
             pipe.close()
-        except OSError:  # the view is gone; `_listen` tells
-            with self._ready:
-                self._closed = True
-                self._ready.notify_all()
 
     def _take(self) -> bytes | None:
         with self._ready:
@@ -133,5 +135,5 @@ class ViewPipe:
                     self._said(msgspec.json.decode(line, type=Said))
                 except msgspec.MsgspecError:
                     continue  # a library's own words on standard output
-        if not self._closed:
+        if not self._ending:
             self._said(Said(problem=f"the view ended by itself (status {self._process.wait()})"))

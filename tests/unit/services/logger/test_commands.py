@@ -1,0 +1,87 @@
+"""`drivemcp audit verify` as a shell sees it."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from drivemcp.cli import make_parser
+from drivemcp.errors import UserError
+from proto.health import ChainHead
+from services.logger import signing
+from services.logger.memory import MemoryStore
+from tests.unit.services.logger.conftest import write
+
+
+def _run(*arguments: str) -> int:
+    flags = make_parser().parse_args(["audit", "verify", *arguments])
+    status: int = flags.run(flags)
+    return status
+
+
+def test_a_good_log_exits_with_0_and_tells_its_head(closed_log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run(str(closed_log)) == 0
+    said = capsys.readouterr().out
+    assert "verified: 12 messages, 4 chain records" in said
+    assert "head " in said
+
+
+def test_a_changed_log_exits_with_1_and_names_the_place(closed_log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    raw = bytearray(closed_log.read_bytes())
+    raw[len(raw) // 3] ^= 1
+    closed_log.write_bytes(raw)
+    assert _run(str(closed_log)) == 1
+    assert "NOT AS WRITTEN" in capsys.readouterr().out
+
+
+def test_an_unclosed_log_is_called_so(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "t.mcap", signer, close=False)
+    assert _run(str(tmp_path / "t.mcap")) == 0
+    assert "UNCLOSED" in capsys.readouterr().out
+    assert _run("--closed", str(tmp_path / "t.mcap")) == 1
+
+
+def test_a_head_kept_in_memory_settles_a_lost_tail(tmp_path: Path, signer: signing.Signer) -> None:
+    (tmp_path / "logs").mkdir()
+    path = tmp_path / "logs" / "t.mcap"
+    head: ChainHead = write(path, signer).head
+    memory = MemoryStore(tmp_path / "memory.sqlite")
+    memory.add_head(head, 3)
+    memory.close()
+    assert _run(str(path)) == 0
+    raw = path.read_bytes()
+    path.write_bytes(raw[: len(raw) // 2])
+    assert _run(str(path)) == 1
+
+
+def test_files_that_do_not_continue_each_other_are_told(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    head = write(tmp_path / "1.mcap", signer).head.head_sha256
+    write(tmp_path / "2.mcap", signer, previous_head=head)
+    write(tmp_path / "3.mcap", signer)
+    assert _run(str(tmp_path / "1.mcap"), str(tmp_path / "2.mcap")) == 0
+    assert _run(str(tmp_path / "2.mcap"), str(tmp_path / "3.mcap")) == 1
+    assert "does not go on from" in capsys.readouterr().out
+
+
+def test_the_expected_key_is_taken_from_a_file(tmp_path: Path, closed_log: Path, signer: signing.Signer) -> None:
+    (tmp_path / "key.pub").write_text(signer.public_hex + "\n")
+    assert _run("--key", str(tmp_path / "key.pub"), str(closed_log)) == 0
+    assert _run("--key", "ab" * 32, str(closed_log)) == 1
+    with pytest.raises(UserError, match="--key"):
+        _run("--key", "nonsense", str(closed_log))
+
+
+def test_an_absent_file_is_a_mistake_told_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no such file"):
+        _run(str(tmp_path / "none.mcap"))
+
+
+def test_json_says_the_same(closed_log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run("--json", str(closed_log)) == 0
+    said = msgspec.json.decode(capsys.readouterr().out)
+    assert said["files"][0]["messages"] == 12
+    assert said["files"][0]["first_bad"] is None

@@ -1,0 +1,183 @@
+"""The logger on a real bus."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
+
+from drivemcp.testing import TestBus, bus
+from proto import topics
+from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
+from proto.health import ServiceLog
+from proto.sensors import CameraFrame, CanFrame, CanFrames
+from proto.topics import Topic
+from proto.vehicle import Ego
+from services.logger import files
+from services.logger.file import Record
+from services.logger.forms import LOGGED, json_form
+from services.logger.memory import MemoryStore
+from services.logger.pictures import PictureGate
+from services.logger.reader import Logged, messages
+from services.logger.recorder import Recorder
+from services.logger.service import SERVICE, LoggerConfig
+from services.logger.verify import verify
+
+
+def _trace(tick: int) -> TraceRecord:
+    return TraceRecord(
+        tick=tick,
+        stamp_ns=tick * 100,
+        cause="snapshot",
+        inputs={},
+        events=(Event(kind="overspeed", g=1.0, eta=0.5),),
+        calls=(),
+        fused=Fused(
+            target_mps=10.0, legal_limit=None, headway_factor=1.0, directive="Slow down", justification="",
+            confidence=1.0, urgency="advice", topic="speed",
+        ),
+        request=None,
+        decision=Decision(tick=tick, kind="SPEAK", reason="", metrics=SafetyMetrics()),
+        advisory=Advisory(
+            tick=tick, snapshot_stamp_ns=0, kind="SPEAK", directive="Slow down", justification="", urgency="advice",
+            topic="speed", hazard="", target_mps=10.0, legal_limit=None, unit="km/h", language="en", confidence=1.0,
+        ),
+        versions={"rulepack": "DEU-v1@1.0.0"},
+    )  # fmt: skip
+
+
+def _logged(b: TestBus, folder: Path, publish: Sequence[tuple[Topic[Any], msgspec.Struct, str | None]]) -> list[Logged]:
+    """What stands in the log after these were published and the logger was closed."""
+    node = b.start(SERVICE, LoggerConfig(out_dir=str(folder), flush_ms=10))
+    for topic, message, id in publish:
+        b.probe.publish(topic, message, id=id, stamp_ns=42)
+    b.wait_for(topics.CHAIN, lambda head: head.records >= len(publish))
+    node.close()
+    (path,) = files.logs(folder / "logs")
+    assert verify(path).closed
+    return [one for one in messages(path) if one.name.split("/")[0] not in ("health", "calls", "log")]
+
+
+def test_what_the_topic_table_wants_logged_is_logged_and_raw_bus_frames_and_sweeps_are_not(tmp_path: Path) -> None:
+    frames = CanFrames(frames=(CanFrame(stamp_ns=1, arbitration_id=2, data=b"3"),))
+    with bus() as b:
+        logged = _logged(
+            b,
+            tmp_path,
+            [
+                (topics.CAN_TX, frames, "vehicle"),
+                (topics.EGO, Ego(speed_mps=12.5), None),
+                (topics.CAMERA, CameraFrame(jpeg=b"\xff\xd8picture", width_px=1, height_px=1), "front"),
+            ],
+        )
+    assert [one.name for one in logged] == ["can/vehicle/tx", "can/ego", "sensor/camera/front"]
+    assert all(one.stamp_ns == 42 for one in logged)
+    assert msgspec.json.decode(logged[0].data, type=CanFrames) == frames
+    assert msgspec.json.decode(logged[1].data, type=Ego) == Ego(speed_mps=12.5)
+    image = CompressedImage.FromString(logged[2].data)
+    assert (image.data, image.format, image.frame_id) == (b"\xff\xd8picture", "jpeg", "front")
+    assert {topics.CAN_RX, topics.LIDAR, topics.TRUTH}.isdisjoint(LOGGED)
+
+
+def test_a_trace_is_kept_byte_for_byte_and_found_again(tmp_path: Path) -> None:
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        b.probe.publish(topics.TRACE, _trace(7))
+        b.wait_for(topics.CHAIN, lambda head: head.records > 0)
+        found = b.call("find_traces", {"event": "overspeed"}).result
+        versions = b.call("recall", {"kind": "rulepack"}).result
+        node.close()
+    (path,) = files.logs(tmp_path / "logs")
+    assert found is not None
+    assert [(row["tick"], row["decision"], row["file"]) for row in found["traces"]] == [(7, "SPEAK", path.name)]
+    assert versions is not None
+    assert versions["entries"][0]["value"] == {"rulepack": "DEU-v1@1.0.0"}
+    (data,) = [one.data for one in messages(path) if one.name == "trace"]
+    assert data == msgspec.json.encode(_trace(7))
+
+
+def test_what_is_remembered_is_recalled_and_nonsense_is_refused(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path)))
+        assert b.call("remember", {"kind": "preferences", "key": "driver", "value": {"unit": "mph"}}).ok
+        recalled = b.call("recall", {"kind": "preferences", "key": "driver"}).result
+        assert recalled is not None
+        assert recalled["entries"][0]["value"] == {"unit": "mph"}
+        assert b.call("remember", {"kind": "gossip", "key": "k", "value": {}}).status == "tool_error"
+        assert b.call("remember", {"kind": "note", "key": "k", "value": {"x": "y" * 70_000}}).status == "tool_error"
+
+
+def test_the_signed_head_goes_onto_the_bus_and_into_memory(tmp_path: Path) -> None:
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        b.probe.publish(topics.EGO, Ego(speed_mps=1.0))
+        head = b.wait_for(topics.CHAIN, lambda head: head.records > 0)
+        node.close()
+    (path,) = files.logs(tmp_path / "logs")
+    assert head.signature
+    assert verify(path, expected_head=head.head_sha256).intact
+    kept = MemoryStore(tmp_path / "memory.sqlite").last_head(path.name)
+    assert kept is not None
+    assert kept.closed
+    assert kept.head_sha256 == verify(path).head
+
+
+def test_health_tells_where_the_log_is_and_what_it_costs(tmp_path: Path) -> None:
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        b.probe.publish(topics.EGO, Ego(speed_mps=1.0))
+        b.wait_for(topics.HEALTH, lambda health: health.detail.get("log", "") != "", id="logger")
+        assert Path(node.detail["log"]).is_file()
+        assert {"log_lost", "log_mb_per_hour", "log_trouble"} <= node.detail.keys()
+
+
+def test_an_unusable_memory_does_not_stop_the_log(tmp_path: Path) -> None:
+    (tmp_path / "memory.sqlite").write_bytes(b"this is no database" * 100)
+    with bus() as b:
+        logged = _logged(b, tmp_path, [(topics.EGO, Ego(speed_mps=1.0), None)])
+    assert [one.name for one in logged] == ["can/ego"]
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(payload=st.binary(max_size=200))
+def test_a_malformed_payload_on_any_topic_is_counted_and_not_logged(payload: bytes) -> None:
+    put: list[Record] = []
+    warned: list[str] = []
+    recorder = Recorder(
+        memory=None,
+        pictures=PictureGate("all", before_ns=0, after_ns=0),
+        show=lambda topic, record: None,
+        warn=warned.append,
+    )
+    recorder.put = put.append
+    for topic in LOGGED:
+        recorder.take(topic, topic.name.replace("<id>", "x"), payload, sequence=1, stamp_ns=1, now_ns=1)
+    assert len(put) + recorder.malformed.total() == len(LOGGED)
+    assert len(warned) == recorder.malformed.total()
+
+
+@pytest.mark.parametrize("topic", LOGGED, ids=lambda topic: topic.name)
+def test_every_logged_topic_has_a_sound_schema(topic: Topic[msgspec.Struct]) -> None:
+    schema = msgspec.json.decode(json_form(topic.message).schema)
+    Draft202012Validator.check_schema(schema)
+    assert schema["type"] == "object"
+
+
+def test_a_log_line_is_a_foxglove_log(tmp_path: Path) -> None:
+    from foxglove_schemas_protobuf.Log_pb2 import Log
+
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        line = ServiceLog(service="rules", level="warning", message="no pack", fields={"pack": "X"})
+        b.probe.publish(topics.LOG, line, id="rules")
+        b.wait_for(topics.CHAIN, lambda head: head.records > 0)
+        node.close()
+    (path,) = files.logs(tmp_path / "logs")
+    (data,) = [one.data for one in messages(path) if one.name == "log/rules"]
+    log = Log.FromString(data)
+    assert (log.level, log.name, log.message) == (Log.WARNING, "rules", "no pack pack=X")
