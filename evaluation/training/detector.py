@@ -18,6 +18,7 @@ import shlex
 import sys
 import tempfile
 import time
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -176,15 +177,17 @@ def _save(
 def export(net: DetectorNet, path: Path) -> None:
     """Write the network as one ONNX file for pictures of 640 x 360, padded below to 640 x 384."""
     picture = torch.zeros(1, HEIGHT_PX, WIDTH_PX, 3, dtype=torch.uint8)
-    torch.onnx.export(
-        ExportNet(net).eval(),
-        (picture,),
-        str(path),
-        dynamo=False,
-        input_names=["picture"],
-        output_names=["heat", "sides"],
-        opset_version=17,
-    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the newer exporter would need a further package
+        torch.onnx.export(
+            ExportNet(net).eval(),
+            (picture,),
+            str(path),
+            dynamo=False,
+            input_names=["picture"],
+            output_names=["heat", "sides"],
+            opset_version=17,
+        )
 
 
 def scores(path: Path, frames: Frames) -> dict[str, float]:

@@ -1,0 +1,120 @@
+"""Training targets, crops and the network, on small made-up pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evaluation.training.dataset import CLASSES, Frames
+from evaluation.training.detector_batches import augmented
+from evaluation.training.detector_targets import STRIDE, encode
+from services.perception.centre import SIDE_SCALE_PX, STRIDE_PX
+
+CAR, SIGN = CLASSES.index("vehicle"), CLASSES.index("sign")
+
+
+def rows(*objects: tuple[float, ...]) -> np.typing.NDArray[np.float32]:
+    return np.array(objects, np.float32).reshape(-1, 6)
+
+
+def test_heat_peaks_at_the_centre_and_the_sides_there_span_the_box() -> None:
+    targets = encode(rows((CAR, 40, 20, 120, 60, 1.0)), 96, 160)
+    v, u = np.unravel_index(targets.heat[CAR].argmax(), targets.heat[CAR].shape)
+    assert (u, v) == (20, 10)
+    assert targets.heat[CAR, v, u] == 1.0
+    left, top, right, bottom = targets.sides[:, v, u]
+    assert (left + right, top + bottom) == (80.0, 40.0)
+    assert u * STRIDE + STRIDE / 2 - left == 40.0
+
+
+def test_a_hidden_object_masks_its_place_and_teaches_nothing() -> None:
+    targets = encode(rows((CAR, 40, 20, 120, 60, 0.3)), 96, 160)
+    assert targets.heat.max() == 0.0
+    assert targets.weight.max() == 0.0
+    assert targets.mask[CAR, 10, 20] == 0.0
+    assert targets.mask[SIGN].min() == 1.0
+
+
+def test_a_small_box_stays_visible_on_a_large_one() -> None:
+    targets = encode(rows((CAR, 0, 0, 160, 96, 1.0), (SIGN, 72, 40, 88, 56, 1.0)), 96, 160)
+    v, u = np.unravel_index(targets.heat[SIGN].argmax(), targets.heat[SIGN].shape)
+    assert targets.sides[:, v, u].sum() == pytest.approx(32.0)
+
+
+def test_crops_move_boxes_with_the_pixels() -> None:
+    picture = np.zeros((360, 640, 3), np.uint8)
+    picture[100:140, 200:280] = 255
+    rng = np.random.default_rng(1)
+    checked = 0
+    for _ in range(30):
+        crop, objects = augmented(picture, rows((CAR, 200, 100, 280, 140, 1.0)), (288, 448), rng)
+        if len(objects) and objects[0, 5] > 0.9:
+            bright = np.argwhere(crop.astype(int).sum(axis=2) > 300)
+            (top, left), (bottom, right) = bright.min(axis=0), bright.max(axis=0) + 1
+            assert [left, top, right, bottom] == pytest.approx(objects[0, 1:5].tolist(), abs=3)
+            checked += 1
+    assert checked > 10
+
+
+def test_pictures_with_signs_are_never_mirrored() -> None:
+    picture = np.zeros((360, 640, 3), np.uint8)
+    picture[:, :320] = 200
+    sign = rows((SIGN, 300, 160, 340, 200, 1.0))
+    rng = np.random.default_rng(2)
+    for _ in range(40):
+        crop, objects = augmented(picture, sign, (288, 448), rng)
+        if len(objects):
+            light = crop.astype(float).sum(axis=2).mean(axis=0)
+            assert light[0] >= light[-1]
+
+
+def test_the_exported_network_gives_the_boxes_of_the_trained_one(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
+    pytest.importorskip("onnx", reason="onnx is for training only: pip install .[train]")
+    from evaluation.training.detector import export
+    from evaluation.training.detector_net import SIDE_SCALE_PX as TRAINED_SCALE
+    from evaluation.training.detector_net import DetectorNet, sides_px
+    from services.perception.detector import DetectorOptions
+    from services.perception.loading import load_detector
+
+    assert (TRAINED_SCALE, STRIDE) == (SIDE_SCALE_PX, STRIDE_PX)
+    torch.manual_seed(0)
+    net = DetectorNet(len(CLASSES)).eval()
+    torch.nn.init.normal_(net.heat.weight, std=2.0)
+    path = tmp_path / "net.onnx"
+    export(net, path)
+    picture = np.random.default_rng(0).integers(0, 255, (384, 640, 3), dtype=np.uint8)
+    with torch.no_grad():
+        logits, raw = net(torch.from_numpy(picture.transpose(2, 0, 1)[None].copy()).float())
+    found = load_detector(path, DetectorOptions(score_floor=0.0, overlap_limit=1.1)).detect(picture)
+    heat = torch.sigmoid(logits)[0].numpy()
+    kind, v, u = np.unravel_index(heat.argmax(), heat.shape)
+    left, top, right, bottom = sides_px(raw)[0, :, v, u].tolist()
+    best = found[0]
+    assert best.kind == CLASSES[kind]
+    assert best.score == pytest.approx(float(heat.max()), abs=1e-4)
+    expected = [
+        max(u * 4 + 2 - left, 0),
+        max(v * 4 + 2 - top, 0),
+        min(u * 4 + 2 + right, 640),
+        min(v * 4 + 2 + bottom, 384),
+    ]
+    assert [best.x0_px, best.y0_px, best.x1_px, best.y1_px] == pytest.approx(expected, abs=0.05)
+
+
+def test_shards_give_back_what_was_rendered(tmp_path: Path) -> None:
+    from evaluation.training.dataset import load_frames, render_stage, write_shard
+    from services.simulator.render import RendererUnavailable
+
+    try:
+        renderer, shots = render_stage(None, 5, "train", 1)
+    except RendererUnavailable as error:
+        pytest.skip(str(error))
+    renderer.close()
+    write_shard(tmp_path / "train-000005.npz", shots)
+    frames: Frames = load_frames(tmp_path, "train")
+    assert [note["camera"] for note in frames.notes] == ["front", "tele"]
+    assert frames.pictures.shape == (2, 360, 640, 3)
+    assert all((shot.objects == rows_).all() for shot, rows_ in zip(shots, frames.objects, strict=True))
+    assert sum(map(len, frames.objects)) > 3
+    assert all((rows_[:, 3] > rows_[:, 1]).all() and (rows_[:, 5] <= 1.01).all() for rows_ in frames.objects)

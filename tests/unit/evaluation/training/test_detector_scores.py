@@ -1,0 +1,61 @@
+"""Average precision by hand-made detections, and what is ignored."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from evaluation.training.dataset import CLASSES, Frames
+from evaluation.training.detector_scores import Tally, average_precision, best_floor, tally
+from services.perception.detection import Detection
+
+CAR = CLASSES.index("vehicle")
+
+
+def frames(*rows: tuple[float, float, float, float, float, float]) -> Frames:
+    objects: NDArray[np.float32] = np.array(rows, np.float32).reshape(-1, 6)
+    return Frames(np.zeros((1, 36, 64, 3), np.uint8), [objects], [{}])
+
+
+def found(x0: float, y0: float, x1: float, y1: float, score: float) -> Detection:
+    return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind="vehicle", score=score)
+
+
+def test_a_perfect_detector_has_precision_one() -> None:
+    result = tally([[found(0, 0, 40, 30, 0.9)]], frames((CAR, 0, 0, 40, 30, 1.0)), "vehicle")
+    assert average_precision(result) == pytest.approx(1.0)
+
+
+def test_a_false_alarm_above_the_hit_halves_it_and_below_costs_nothing() -> None:
+    truth = frames((CAR, 0, 0, 40, 30, 1.0))
+    hit = found(0, 0, 40, 30, 0.5)
+    assert average_precision(tally([[hit, found(200, 0, 240, 30, 0.9)]], truth, "vehicle")) == pytest.approx(0.5)
+    assert average_precision(tally([[hit, found(200, 0, 240, 30, 0.1)]], truth, "vehicle")) == pytest.approx(1.0)
+
+
+def test_one_object_counts_once() -> None:
+    result = tally([[found(0, 0, 40, 30, 0.9), found(1, 0, 41, 30, 0.8)]], frames((CAR, 0, 0, 40, 30, 1.0)), "vehicle")
+    assert result.right.tolist() == [True, False]
+
+
+def test_a_missed_object_limits_the_recall() -> None:
+    truth = frames((CAR, 0, 0, 40, 30, 1.0), (CAR, 100, 0, 140, 30, 1.0))
+    assert average_precision(tally([[found(0, 0, 40, 30, 0.9)]], truth, "vehicle")) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("row", [(CAR, 0, 0, 30, 11, 1.0), (CAR, 0, 0, 40, 30, 0.4)])
+def test_small_and_hidden_objects_neither_count_as_missed_nor_as_mistakes(row: tuple[float, ...]) -> None:
+    _, x0, y0, x1, y1, visible = row
+    result = tally([[found(x0, y0, x1, y1, 0.9)]], frames((CAR, x0, y0, x1, y1, visible)), "vehicle")
+    assert result.objects == 0
+    assert len(result.scores) == 0
+
+
+def test_another_class_is_no_hit() -> None:
+    result = tally([[found(0, 0, 40, 30, 0.9)]], frames((CLASSES.index("sign"), 0, 0, 40, 30, 1.0)), "vehicle")
+    assert result.right.tolist() == [False]
+
+
+def test_the_floor_lies_where_hits_and_false_alarms_part() -> None:
+    scores = np.array([0.9, 0.8, 0.45, 0.3, 0.25, 0.2])
+    result = Tally(scores, np.array([True, True, True, False, False, False]), 3)
+    assert best_floor(result) == pytest.approx(0.45)

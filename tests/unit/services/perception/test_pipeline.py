@@ -1,0 +1,191 @@
+"""The pipeline with a detector that finds what the test says: which inputs are used, and what happens without them."""
+
+import math
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+import pytest
+
+from proto.perception import ObjectClass
+from proto.sensors import Calibration, CameraFrame, LanePath, LidarSweep, MapView
+from proto.vehicle import Ego
+from services.perception.detection import Detection
+from services.perception.detector import Picture
+from services.perception.pictures import Malformed
+from services.perception.pipeline import Perception, Seen
+
+STEP_NS = 100_000_000
+PICTURE = CameraFrame(
+    jpeg=cv2.imencode(".jpg", np.full((360, 640, 3), 90, np.uint8))[1].tobytes(), width_px=640, height_px=360
+)
+CALIBRATION = Calibration(fx_px=457, fy_px=457, cx_px=320, cy_px=180, width_px=640, height_px=360, z_m=1.35)
+MAP = MapView(
+    segment_id="s", lanes=(LanePath(lane_id="a", points=((0.0, 0.0), (99.0, 0.0)), width_m=3.5, is_ego=True),)
+)
+
+
+@dataclass
+class Told:
+    """Finds what it was told."""
+
+    name: str = "told"
+    found: list[Detection] = field(default_factory=list)
+
+    def detect(self, rgb: Picture) -> list[Detection]:
+        """As told."""
+        return self.found
+
+
+def car_at(x_m: float, y_m: float = 0.0, kind: ObjectClass = "vehicle") -> Detection:
+    u = 320 - 457 * y_m / x_m
+    bottom, half = 180 + 457 * 1.35 / x_m, 457 * 0.9 / x_m
+    return Detection(
+        x0_px=u - half,
+        y0_px=bottom - 457 * 1.5 / x_m,
+        x1_px=u + half,
+        y1_px=bottom,
+        kind=kind,
+        score=0.9,
+    )
+
+
+def sweep_of(x_m: float, y_m: float = 0.0) -> LidarSweep:
+    rows = np.array([(x_m, y_m + y, z, 0.5) for y in np.linspace(-0.8, 0.8, 9) for z in (0.5, 0.9, 1.2)], "<f4")
+    return LidarSweep(points=rows.tobytes(), count=len(rows))
+
+
+def follow(
+    perception: Perception, detector: Told, steps: int = 12, *, camera: str = "front", lidar: bool = True
+) -> Seen:
+    for k in range(1, steps + 1):
+        detector.found = [car_at(30.0)]
+        perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+        perception.map(k * STEP_NS, MAP)
+        if lidar:
+            perception.sweep(k * STEP_NS, sweep_of(30.0))
+        seen = perception.see(camera, k * STEP_NS, PICTURE)
+    return seen
+
+
+def test_a_vehicle_ahead_becomes_the_lead_with_a_lidar_range() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.calibrate("front", CALIBRATION)
+    seen = follow(perception, detector)
+    assert seen.tracks is not None
+    (track,) = seen.tracks.tracks
+    assert seen.tracks.lead_track_id == track.track_id == seen.boxes.boxes[0].track_id
+    assert seen.boxes.boxes[0].range_source == "lidar"
+    assert track.x_m - track.length_m / 2 == pytest.approx(30.0, abs=0.3)
+    assert seen.tracks.lidar_used
+    assert seen.tracks.ego_speed_used_mps == 15.0
+
+
+def test_without_lidar_the_track_is_less_sure_but_there() -> None:
+    sigmas = []
+    for lidar in (True, False):
+        detector = Told()
+        perception = Perception(detector)
+        perception.calibrate("front", CALIBRATION)
+        seen = follow(perception, detector, lidar=lidar)
+        assert seen.tracks is not None
+        assert seen.tracks.lidar_used is lidar
+        sigmas.append(seen.tracks.tracks[0].sigma_x_m)
+    assert sigmas[1] > 2 * sigmas[0]
+
+
+def test_an_old_ego_speed_counts_as_unknown_and_an_old_map_as_none() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.calibrate("front", CALIBRATION)
+    follow(perception, detector)
+    seen = perception.see("front", 12 * STEP_NS + 900_000_000, PICTURE)
+    assert seen.tracks is not None
+    assert seen.lanes is not None
+    assert seen.tracks.ego_speed_used_mps is None
+    assert not seen.tracks.lidar_used
+    assert seen.lanes.source == "corridor"
+
+
+def test_an_ego_speed_that_is_no_number_counts_as_unknown() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.ego(STEP_NS, Ego(speed_mps=math.nan, yaw_rate_radps=math.inf))
+    seen = perception.see("front", STEP_NS, PICTURE)
+    assert seen.tracks is not None
+    assert seen.tracks.ego_speed_used_mps is None
+
+
+def test_tele_pictures_give_boxes_and_the_front_camera_carries_the_tracks() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow(perception, detector)
+    seen = perception.see("tele", 12 * STEP_NS + 1, PICTURE)
+    assert seen.tracks is None
+    assert seen.lanes is None
+    assert len(seen.boxes.boxes) == 1
+
+
+@pytest.mark.parametrize("camera", ["tele", "dashcam"])
+def test_one_camera_alone_carries_the_tracks_whatever_its_name(camera: str) -> None:
+    detector = Told()
+    perception = Perception(detector)
+    seen = follow(perception, detector, camera=camera)
+    assert seen.tracks is not None
+    assert seen.tracks.camera == camera
+    assert len(seen.tracks.tracks) == 1
+
+
+def test_track_ids_of_signs_and_vehicles_never_collide() -> None:
+    detector = Told(found=[car_at(30.0), car_at(25.0, 4.0, "sign"), car_at(40.0, -4.0, "light")])
+    perception = Perception(detector)
+    ids = {box.track_id for box in perception.see("front", STEP_NS, PICTURE).boxes.boxes}
+    ids |= {box.track_id for box in perception.see("tele", STEP_NS + 1, PICTURE).boxes.boxes if box.kind != "vehicle"}
+    assert len(ids) == 5
+    assert 0 not in ids
+
+
+def test_a_vehicle_seen_by_both_cameras_is_one_track() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.calibrate("front", CALIBRATION)
+    perception.calibrate("tele", CALIBRATION)
+    for k in range(1, 12):
+        detector.found = [car_at(30.0)]
+        front = perception.see("front", k * STEP_NS, PICTURE)
+        tele = perception.see("tele", k * STEP_NS, PICTURE)
+        assert front.boxes.boxes[0].track_id == tele.boxes.boxes[0].track_id == 1
+
+
+def test_a_calibration_that_cannot_be_is_refused_and_the_last_one_kept() -> None:
+    perception = Perception(Told())
+    perception.calibrate("front", CALIBRATION)
+    for broken in (math.nan, 0.0, -1.0):
+        with pytest.raises(Malformed):
+            perception.calibrate(
+                "front", Calibration(fx_px=broken, fy_px=457, cx_px=0, cy_px=0, width_px=640, height_px=360)
+            )
+    assert perception.calibrated("front")
+
+
+def test_an_uncalibrated_camera_that_looks_down_learns_its_pitch() -> None:
+    """Vehicles low in the picture of a level camera would be near; their sizes say they are not."""
+    detector = Told()
+    perception = Perception(detector)
+    shift = 60.0
+    for k in range(1, 40):
+        seen_at = 30.0 + k % 5
+        level = car_at(seen_at)
+        detector.found = [
+            Detection(
+                x0_px=level.x0_px,
+                y0_px=level.y0_px - shift,
+                x1_px=level.x1_px,
+                y1_px=level.y1_px - shift,
+                kind="vehicle",
+                score=0.9,
+            )
+        ]
+        seen = perception.see("dashcam", k * STEP_NS, PICTURE)
+    assert seen.boxes.boxes[0].range_m == pytest.approx(seen_at * 554 / 457, rel=0.25)
