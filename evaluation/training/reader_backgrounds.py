@@ -1,5 +1,7 @@
 """What stands behind and beside signs in training pictures, and things that are no signs at all, drawn here."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,7 @@ from evaluation.training.reader_faces import Face
 
 Picture = NDArray[np.uint8]
 Chance = np.random.Generator
+Family = Callable[[Chance], NDArray[np.float32]]
 
 BACKGROUND_PX = 160
 _SKY = ((190, 205, 225), (150, 180, 220), (170, 172, 178), (225, 228, 232), (110, 130, 160))
@@ -27,7 +30,8 @@ def _noise(chance: Chance, cells: int, size: int = BACKGROUND_PX) -> NDArray[np.
 
 def _sky(chance: Chance) -> NDArray[np.float32]:
     ramp = np.linspace(0, 1, BACKGROUND_PX, dtype=np.float32)[:, None, None]
-    return _colour(_SKY, chance) * (1 - ramp) + _colour(_SKY, chance) * ramp + _noise(chance, 5) * chance.uniform(2, 14)
+    clouds = _noise(chance, 5) * chance.uniform(2, 14)
+    return np.asarray(_colour(_SKY, chance) * (1 - ramp) + _colour(_SKY, chance) * ramp + clouds, np.float32)
 
 
 def _foliage(chance: Chance) -> NDArray[np.float32]:
@@ -86,15 +90,15 @@ def background_bank(split: str, count: int, seed: int) -> list[Picture]:
     return [_background(families, chance) for _ in range(count)]
 
 
-def _background(families: tuple[object, ...], chance: Chance) -> Picture:
+def _background(families: tuple[Family, ...], chance: Chance) -> Picture:
     picks = [families[int(chance.integers(len(families)))] for _ in range(2)]
-    out = picks[0](chance)  # type: ignore[operator]
+    out = picks[0](chance)
     if chance.random() < 0.5:
-        other = picks[1](chance)  # type: ignore[operator]
+        other = picks[1](chance)
         rows, columns = np.mgrid[0:BACKGROUND_PX, 0:BACKGROUND_PX]
         edge = rows + chance.normal(0, 0.6) * (columns - BACKGROUND_PX / 2) > chance.uniform(30, 130)
-        out = np.where(edge[..., None], other, out)
-    return np.clip(out, 0, 255).astype(np.uint8)
+        out = np.asarray(np.where(edge[..., None], other, out), np.float32)
+    return np.asarray(np.clip(out, 0, 255), np.uint8)
 
 
 def distractor(chance: Chance) -> Face:

@@ -153,7 +153,7 @@ def _paste(scene: Floats, face: Face, corners: Floats, light: float) -> None:
     shrink = length / max(picture.shape[:2])
     if shrink < 0.7:  # average down first, so that the warp does not skip pixels
         size = (max(2, round(picture.shape[1] * shrink)), max(2, round(picture.shape[0] * shrink)))
-        picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     height, width = picture.shape[:2]
     source = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float32) - 0.5
     warp = cv2.getPerspectiveTransform(source, corners - 0.5)
@@ -179,7 +179,7 @@ def _camera(scene: Floats, side: int, scale: float, now: Conditions, chance: Cha
     """Fog, glare, rain, optics, sensor and JPEG, at the camera's own resolution."""
     if scale != 1.0:
         small = max(6, round(side / scale))
-        scene = cv2.resize(scene, (small, small), interpolation=cv2.INTER_AREA)
+        scene = np.asarray(cv2.resize(scene, (small, small), interpolation=cv2.INTER_AREA), np.float32)
     if now.fog:
         scene = scene * (1 - now.fog) + now.fog_shade * now.fog
     if now.night:
@@ -187,7 +187,7 @@ def _camera(scene: Floats, side: int, scale: float, now: Conditions, chance: Cha
     if now.rain:
         _rain(scene, now, chance)
     if now.blur_px > 0.25:
-        scene = cv2.GaussianBlur(scene, (0, 0), now.blur_px)
+        scene = np.asarray(cv2.GaussianBlur(scene, (0, 0), now.blur_px), np.float32)
     if now.motion_px:
         scene = _smear(scene, now.motion_px, chance)
     levels = np.clip(scene / 255, 0, 1.6) ** now.gamma * (255 * now.gain) * np.array(now.cast, np.float32)

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from drivemcp.paths import data
-from evaluation.training.reader_avenue import SPACING_M, Frame, any_atmosphere, avenue, class_of, frame_at
+from evaluation.training.reader_avenue import SPACING_M, Avenue, Frame, any_atmosphere, avenue, class_of, frame_at
 from evaluation.training.reader_degrade import jittered
 from proto.perception import Box
 from proto.scene import Fact
@@ -29,10 +29,10 @@ from services.drivelm.crops import Region
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reader import Reader
 from services.simulator.render import Label, Renderer
-from services.simulator.scene import TELE
+from services.simulator.scene import FRONT, TELE, CameraSpec
 
 _NS = 1_000_000_000
-TELE_HZ = 5.0
+RATES_HZ = {"tele": 5.0, "front": 10.0}
 _LIMITS = tuple(f"limit:{value}" for value in LIMIT_VALUES)
 
 
@@ -46,20 +46,22 @@ class Passed(NamedTuple):
     scopes: tuple[str, ...]
 
 
-def drive(reader: Reader, posts: int, seed: int, limits_only: bool) -> tuple[list[Passed], float]:
+def drive(
+    reader: Reader, posts: int, seed: int, limits_only: bool, camera: CameraSpec = TELE
+) -> tuple[list[Passed], float]:
     """Drive past ``posts`` signs in changing weather at 8 to 36 m/s; also the mean time of one picture in ms."""
     chance = np.random.default_rng([seed, 61])
     world = avenue(posts, "test", seed + 500, _LIMITS if limits_only else ())
     renderer, end = Renderer(world.static), FrontEnd(EmbeddedBackend(reader), home="")
     log, spent_s, pictures = _Log(), 0.0, 0
-    for stamp_ns, frame, speed_mps in _frames(renderer, world.static, world.length_m, chance):
+    for stamp_ns, frame, speed_mps in _frames(renderer, world, camera, chance):
         boxes = log.boxes(frame, chance)
         sighting = Sighting(
-            camera="tele",
+            camera=camera.id,
             stamp_ns=stamp_ns,
             boxes=boxes,
             open_picture=lambda frame=frame: frame.picture,  # type: ignore[misc]
-            calibration=_calibration(),
+            calibration=_calibration(camera),
         )
         started = time.perf_counter()
         facts = [*end.see(sighting), *end.settle(stamp_ns, speed_mps)]
@@ -70,17 +72,17 @@ def drive(reader: Reader, posts: int, seed: int, limits_only: bool) -> tuple[lis
 
 
 def _frames(
-    renderer: Renderer, static: Any, length_m: float, chance: np.random.Generator
+    renderer: Renderer, world: Avenue, camera: CameraSpec, chance: np.random.Generator
 ) -> Iterator[tuple[int, Frame, float]]:
     x_m, stamp_ns, speed_mps, sky = 0.0, _NS, 20.0, any_atmosphere(chance, "test")
     next_change_m = 0.0
-    while x_m < length_m:
+    while x_m < world.length_m:
         if x_m >= next_change_m:
             sky, speed_mps = any_atmosphere(chance, "test"), float(chance.uniform(8, 36))
             next_change_m += 4 * SPACING_M
-        yield stamp_ns, frame_at(renderer, static, x_m, TELE, sky, chance), speed_mps
-        x_m += speed_mps / TELE_HZ
-        stamp_ns += round(_NS / TELE_HZ)
+        yield stamp_ns, frame_at(renderer, world.static, x_m, camera, sky, chance), speed_mps
+        x_m += speed_mps / RATES_HZ[camera.id]
+        stamp_ns += round(_NS / RATES_HZ[camera.id])
 
 
 class _Log:
@@ -133,10 +135,10 @@ class _Log:
         ]  # fmt: skip
 
 
-def _calibration() -> Calibration:
-    focal = TELE.focal_px
-    return Calibration(fx_px=focal, fy_px=focal, cx_px=TELE.width_px / 2, cy_px=TELE.height_px / 2,
-                       width_px=TELE.width_px, height_px=TELE.height_px)  # fmt: skip
+def _calibration(camera: CameraSpec) -> Calibration:
+    focal = camera.focal_px
+    return Calibration(fx_px=focal, fy_px=focal, cx_px=camera.width_px / 2, cy_px=camera.height_px / 2,
+                       width_px=camera.width_px, height_px=camera.height_px)  # fmt: skip
 
 
 def table(signs: list[Passed]) -> dict[str, Any]:
@@ -186,11 +188,14 @@ def main() -> int:
     parser.add_argument("--model", type=Path, default=None)
     parser.add_argument("--posts", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--camera", choices=sorted(RATES_HZ), default="tele")
     parser.add_argument("--all-signs", action="store_true")
     options = parser.parse_args()
     cv2.setNumThreads(1)
     reader = Reader.load(options.model or data("models/reader.onnx"))
-    signs, picture_ms = drive(reader, options.posts, options.seed, not options.all_signs)
+    signs, picture_ms = drive(
+        reader, options.posts, options.seed, not options.all_signs, {FRONT.id: FRONT, TELE.id: TELE}[options.camera]
+    )
     json.dump({**table(signs), "reading_ms_per_picture": round(picture_ms, 2)}, sys.stdout, indent=1)
     return 0
 

@@ -26,10 +26,10 @@ def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int,
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     chance = np.random.default_rng([seed, 4])
-    network = ReaderNet(len(READER_CLASSES)).to(memory_format=torch.channels_last)
-    average = torch.optim.swa_utils.AveragedModel(
-        network, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(0.995), use_buffers=True
-    )
+    network = ReaderNet(len(READER_CLASSES))
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    decay = torch.optim.swa_utils.get_ema_multi_avg_fn(0.995)  # type: ignore[no-untyped-call]
+    average = torch.optim.swa_utils.AveragedModel(network, multi_avg_fn=decay, use_buffers=True)
     optimiser = torch.optim.AdamW(network.parameters(), lr=peak_rate, weight_decay=0.02)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, peak_rate, total_steps=steps, pct_start=0.2)
     losses, started = [], time.monotonic()
@@ -46,7 +46,8 @@ def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int,
         if step % 200 == 199:
             pace = (time.monotonic() - started) / (step + 1)
             _log.info("step %d loss %.3f (%.0f ms a step)", step + 1, float(np.mean(losses[-200:])), 1000 * pace)
-    trained: ReaderNet = average.module.eval()
+    trained = average.module.eval()
+    assert isinstance(trained, ReaderNet)
     return trained
 
 

@@ -49,7 +49,7 @@ class TypeLettering:
     def aspect(self, text: str) -> float:
         """Width over height of the text's ink."""
         mask = self._mask(text)
-        return self._wider * mask.shape[1] / mask.shape[0]
+        return float(self._wider * mask.shape[1] / mask.shape[0])
 
     def write(self, painter: Painter, text: str, box: Box, colour: Colour) -> None:
         """Stamp the text's ink into the box."""

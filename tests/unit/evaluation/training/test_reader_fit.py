@@ -1,0 +1,34 @@
+"""Fitting and exporting the reader, on a handful of crops; skipped where torch is not installed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("onnxscript")
+
+
+@pytest.mark.slow
+def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -> None:
+    import warnings
+
+    import onnxruntime
+    import torch
+
+    from evaluation.training import reader_fit
+    from services.drivelm.classes import READER_CLASSES
+
+    chance = np.random.default_rng(0)
+    crops, labels = chance.integers(0, 255, (64, 48, 48, 3)).astype(np.uint8), np.arange(64) % 5
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # torch's exporter warns of its own future
+        network = reader_fit.fit((crops, labels), None, 3, 16, seed=1)
+        reader_fit.export(network, 1.7, tmp_path / "reader.onnx")
+    session = onnxruntime.InferenceSession(str(tmp_path / "reader.onnx"), providers=["CPUExecutionProvider"])
+    batch = np.ascontiguousarray(crops[:5].transpose(0, 3, 1, 2), dtype=np.float32)
+    got = session.run(None, {"crops": batch})[0]
+    with torch.no_grad():
+        expected = torch.softmax(network(torch.from_numpy(batch)) / 1.7, dim=1).numpy()
+    assert got.shape == (5, len(READER_CLASSES))
+    assert np.allclose(got, expected, atol=1e-4)

@@ -1,0 +1,99 @@
+"""What the reader learns from: every class can be drawn, splits share nothing, labels and scores are honest."""
+
+import numpy as np
+import pytest
+
+from evaluation.training.reader_avenue import avenue, class_of
+from evaluation.training.reader_degrade import any_conditions, jittered, view
+from evaluation.training.reader_faces import Face, drawable, orders, text_for
+from evaluation.training.reader_fonts import TEST_STYLES, letterings
+from evaluation.training.reader_samples import Source
+from evaluation.training.reader_scores import Measured, calibration_error, score_table
+from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
+from services.drivelm.crops import Region
+from services.simulator.render import Label
+from services.simulator.render.labels import LabelKind
+
+
+@pytest.fixture(scope="module")
+def source() -> Source:
+    return Source("train", 3, (), each=1)
+
+
+def test_every_class_but_other_has_something_to_draw() -> None:
+    assert set(drawable()) == set(READER_CLASSES) - {OTHER}
+    assert all(orders(label) for label in drawable() if label not in LIGHTS)
+
+
+def test_train_and_test_share_no_lettering() -> None:
+    train, test = letterings("train", ()), letterings("test", ())
+    assert set(test) == {f"stroke-{style}" for style in TEST_STYLES}
+    assert not set(train) & set(test)
+
+
+def test_a_batch_has_crops_labels_and_sizes_and_is_the_same_for_the_same_seed(source: Source) -> None:
+    crops, labels, sizes = source.batch(24, np.random.default_rng(1))
+    again = source.batch(24, np.random.default_rng(1))
+    assert crops.shape == (24, 48, 48, 3)
+    assert np.array_equal(crops, again[0])
+    assert np.array_equal(labels, again[1])
+    assert ((sizes == 0) == (labels == READER_CLASSES.index(OTHER))).all()
+
+
+def test_a_face_lies_where_its_box_says() -> None:
+    white = Face(np.full((64, 64, 4), 255, np.uint8), 1.0)
+    chance = np.random.default_rng(2)
+    now = any_conditions(chance, 0.0)._replace(yaw_rad=0, roll_rad=0, noise=0, blur_px=0, gain=1, gamma=1, sign_gain=1)
+    taken = view(white, np.zeros((160, 160, 3), np.uint8), 30, now, chance, False)
+    x0, y0, x1, y1 = (round(edge) for edge in taken.region)
+    assert taken.picture[y0 + 3 : y1 - 3, x0 + 3 : x1 - 3].min() > 180
+    assert abs((x1 - x0) - 30) <= 1
+
+
+def test_a_sloppy_box_stays_near() -> None:
+    chance = np.random.default_rng(4)
+    boxes = np.array([jittered(Region(10, 10, 40, 40), chance) for _ in range(200)])
+    assert np.abs(boxes.mean(axis=0) - (10, 10, 40, 40)).max() < 1
+    assert boxes.std() > 0
+
+
+@pytest.mark.parametrize("kind", ["town", "distance", "time"])
+def test_texts_are_made_up_but_never_empty(kind: str) -> None:
+    chance = np.random.default_rng(5)
+    assert all(len(text_for(kind, chance)) >= 3 for _ in range(20))
+
+
+def test_labels_of_rendered_objects_find_their_class() -> None:
+    def label(kind: LabelKind, code: str, country: str = "DEU") -> Label:
+        box = (0.0, 0.0, 9.0, 9.0)
+        return Label(id=1, kind=kind, box_px=box, full_box_px=box, visible_fraction=1, distance_m=1, visible_px=9,
+                     code=code, country=country)  # fmt: skip
+
+    assert class_of(label("sign", "limit_end:80")) == "limit_end"
+    assert class_of(label("sign", "town_entry", "GBR")) == "town_entry:white"
+    assert class_of(label("sign", "info:side", "GBR")) == "info:side_left"
+    assert class_of(label("panel", "")) == "led:blank"
+    assert class_of(label("light", "red_amber", "")) == "light:red_amber"
+    assert class_of(label("vehicle", "")) is None
+
+
+def test_an_avenue_has_unique_ids_and_a_sign_for_every_place() -> None:
+    world = avenue(15, "train", 3).static
+    panels = [panel.id for gantry in world.gantries for panel in gantry.panels]
+    ids = [*(post.id for post in world.signs), *panels, *(light.id for light in world.lights)]
+    assert len(ids) == len(set(ids))
+    assert len(world.signs) + len(world.gantries) + len(world.lights) == 15
+
+
+def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
+    labels = np.arange(10) % 4
+    perfect = np.full((10, len(READER_CLASSES)), 0.0, np.float32)
+    perfect[np.arange(10), labels] = 1.0
+    sizes = np.where(labels == 0, 0, 25).astype(np.float32)
+    good = score_table(Measured(perfect, labels, sizes))
+    assert good["all_signs"][2]["sure_right"] == 1.0
+    assert good["calibration_error"] == 0
+    bad = score_table(Measured(np.roll(perfect, 1, axis=1), labels, sizes))
+    assert bad["all_signs"][2]["sure_wrong"] == 1.0
+    assert bad["other"]["taken_for_a_sign_surely"] == 1.0
+    assert calibration_error(Measured(np.roll(perfect, 1, axis=1), labels, sizes)) == pytest.approx(1.0)
