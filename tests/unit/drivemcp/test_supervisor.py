@@ -1,0 +1,42 @@
+"""The supervisor, with small processes of its own."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from drivemcp.bus import wait_settled
+from drivemcp.supervisor import StackFailed, Supervisor
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A module that runs until it is ended, and one that ends at once."""
+    (tmp_path / "lives.py").write_text("import signal\nsignal.pause()\n")
+    (tmp_path / "dies.py").write_text("raise SystemExit('the reason')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    return "lives"
+
+
+def test_a_killed_process_is_started_again_and_ended_with_the_rest(module: str, tmp_path: Path) -> None:
+    said: list[str] = []
+    with Supervisor(tmp_path / "run", said.append) as supervisor:
+        child = supervisor.run("one", module, [])
+        first = child.pid
+        assert first is not None
+        os.kill(first, signal.SIGKILL)
+        assert wait_settled(lambda: child.pid not in (None, first), 5.0)
+        second = child.pid
+        assert second is not None
+        assert child.restarts == 1
+    assert said
+    with pytest.raises(ProcessLookupError):
+        os.kill(second, 0)
+
+
+def test_a_process_that_keeps_ending_fails_the_start_with_its_last_words(module: str, tmp_path: Path) -> None:
+    with Supervisor(tmp_path / "run") as supervisor:
+        supervisor.run("broken", "dies", [])
+        with pytest.raises(StackFailed, match="the reason"):
+            supervisor.wait_until(lambda: False, "broken", 10.0)

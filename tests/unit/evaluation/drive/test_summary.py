@@ -1,0 +1,97 @@
+"""The summary, on hand-worked messages."""
+
+import pytest
+
+from evaluation.drive.summary import Tally, percentiles
+from evaluation.drive.words import live_line, summary_lines
+from proto.decision import Advisory
+from proto.rules import LegalLimit
+from proto.tools import CallRecord, CallRecords
+from proto.truth import Truth
+
+
+def truth(time_s: float, **fields: object) -> Truth:
+    """An instant at 15 m/s where 10 m/s are allowed, unless told otherwise."""
+    base: dict[str, object] = {
+        "time_s": time_s, "distance_m": 15.0 * time_s, "speed_mps": 15.0, "acceleration_mps2": 0.0, "law_limit_mps": 10.0,
+        "jurisdiction": "DEU", "mu": 0.5, "gap_m": 30.0, "closing_mps": 10.0,
+    }  # fmt: skip
+    return Truth(**{**base, **fields})  # type: ignore[arg-type]
+
+
+def advisory(kind: str = "SILENT", **fields: object) -> Advisory:
+    """An advisory."""
+    base: dict[str, object] = {
+        "tick": 1, "snapshot_stamp_ns": 0, "kind": kind, "directive": "Slow to 50 km/h", "justification": "", "urgency": "advice",
+        "topic": "limit", "hazard": "", "target_mps": 13.9, "legal_limit": LegalLimit(value=50, unit="km/h", mps=13.9),
+        "unit": "km/h", "language": "en", "confidence": 0.9,
+    }  # fmt: skip
+    return Advisory(**{**base, **fields})  # type: ignore[arg-type]
+
+
+def test_overspeed_is_the_mean_share_above_the_true_limit() -> None:
+    tally = Tally()
+    tally.add_truth(truth(0.0))
+    tally.add_truth(truth(1.0, speed_mps=10.0))
+    assert tally.summary().overspeed_pct == pytest.approx(25.0)
+
+
+def test_a_hazard_is_answered_by_the_first_warning_that_names_one_and_its_ttc_is_gap_over_closing() -> None:
+    tally = Tally()
+    tally.add_truth(truth(4.0, hazard="pedestrian", hazard_onset_s=4.0))
+    tally.add_advisory(advisory("SPEAK", urgency="advice"))
+    tally.add_truth(truth(4.5, hazard="pedestrian", hazard_onset_s=4.0))
+    tally.add_advisory(advisory("SPEAK", urgency="warning", hazard="pedestrian"))
+    tally.add_truth(truth(5.0, hazard="pedestrian", hazard_onset_s=4.0))
+    tally.add_advisory(advisory("SPEAK", urgency="alarm", hazard="pedestrian"))
+    summary = tally.summary()
+    assert summary.hazard_response_s == [0.5]
+    assert summary.ttc_first_warning_s == pytest.approx(3.0)
+
+
+def test_silence_messages_withheld_acts_and_misses_are_counted() -> None:
+    tally = Tally()
+    for kind in ("SILENT", "SILENT", "SILENT", "SPEAK"):
+        tally.add_advisory(advisory(kind))
+    tally.add_advisory(advisory("SPEAK", act_withheld="no grant"))
+    record = CallRecord(
+        call_id="1", caller="orchestrator", tool="applicable_limit", side="caller", sent_ns=0, done_ns=1, status="timeout",
+        arguments_sha256="",
+    )  # fmt: skip
+    tally.add_calls(CallRecords(records=(record,)))
+    summary = tally.summary()
+    assert summary.silent_share == pytest.approx(0.6)
+    assert (summary.messages, summary.acts_withheld, summary.acts_done) == (2, 1, 0)
+    assert summary.deadline_misses == {"applicable_limit": 1}
+
+
+def test_one_infraction_that_lasts_is_counted_once() -> None:
+    tally = Tally()
+    for time_s, infraction in enumerate(["", "speeding", "speeding", "", "speeding"]):
+        tally.add_truth(truth(float(time_s), infraction=infraction))
+    assert tally.summary().infractions == {"speeding": 2}
+
+
+def test_nothing_known_is_said_to_be_unknown_and_not_zero() -> None:
+    summary = Tally().summary()
+    assert summary.distance_m is None
+    assert summary.infractions is None
+    text = "\n".join(summary_lines(summary))
+    assert "unknown" in text
+
+
+def test_the_live_line_shows_speed_limit_target_and_advice_in_the_drivers_unit() -> None:
+    tally = Tally()
+    tally.add_truth(truth(1.0))
+    tally.add_advisory(advisory("SPEAK"))
+    line = live_line(tally)
+    assert " 54 km/h" in line
+    assert "limit 50" in line
+    assert "target 50" in line
+    assert "Slow to 50 km/h" in line
+
+
+def test_percentiles_are_nearest_rank() -> None:
+    assert percentiles([float(i) for i in range(1, 101)]).p50 == 50.0
+    assert percentiles([float(i) for i in range(1, 101)]).p99 == 99.0
+    assert percentiles([]).p50 is None
