@@ -1,0 +1,110 @@
+"""The driver: what he makes of advice, signs, lines and people, and when."""
+
+from dataclasses import replace
+
+import pytest
+
+from services.simulator.driver import Advice, Driver, StopAhead, View
+from services.simulator.driver_profile import DriverProfile, draw_driver
+
+DT = 0.05
+CALM = DriverProfile(
+    reaction_s=1.2,
+    compliance=1.0,
+    speed_bias=1.0,
+    notices=1.0,
+    misses_stop=0.0,
+    distracted_every_s=1e9,
+    wet_slowdown=1.0,
+    seed=3,
+)
+ROAD = View(time_s=0.0, speed_mps=25.0, mu=0.8, wet=False)
+SLOWER = Advice(topic="limit", target_mps=13.9)
+
+
+def first_braking_s(driver: Driver, view: View, until_s: float = 6.0, below_mps2: float = -0.3) -> float | None:
+    """When his wish first falls below the threshold, on an unchanging road."""
+    time_s = 0.0
+    while time_s < until_s:
+        if driver.drive(replace(view, time_s=time_s), DT).acceleration_mps2 < below_mps2:
+            return time_s
+        time_s += DT
+    return None
+
+
+def test_advice_is_obeyed_after_the_reaction_time_and_not_before() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(SLOWER, 0.0)
+    begins = first_braking_s(driver, ROAD)
+    assert begins is not None
+    assert CALM.reaction_s <= begins < CALM.reaction_s + 0.3
+
+
+def test_without_advice_he_keeps_to_what_he_believes() -> None:
+    assert first_braking_s(Driver(CALM, believed_mps=25.0), ROAD) is None
+
+
+def test_who_never_complies_does_not_change() -> None:
+    driver = Driver(replace(CALM, compliance=0.0), believed_mps=25.0)
+    driver.hear(SLOWER, 0.0)
+    assert first_braking_s(driver, ROAD) is None
+    assert (driver.heard, driver.obeyed) == (1, 0)
+
+
+def test_the_same_message_said_again_meets_the_same_mind() -> None:
+    driver = Driver(replace(CALM, compliance=0.5), believed_mps=25.0)
+    for second in range(20):
+        driver.hear(SLOWER, float(second))
+    assert driver.obeyed in (0, 20)
+
+
+def test_advice_wears_off_when_nobody_repeats_it() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(SLOWER, 0.0)
+    assert driver.wanted_mps(replace(ROAD, time_s=5.0)) == pytest.approx(13.9)
+    assert driver.wanted_mps(replace(ROAD, time_s=60.0)) == pytest.approx(25.0)
+
+
+def test_a_warned_driver_brakes_earlier_for_somebody_on_the_road() -> None:
+    view = replace(ROAD, person_m=30.0)
+    alone, warned = Driver(CALM, 25.0), Driver(CALM, 25.0)
+    warned.hear(Advice(topic="vru", target_mps=None, warns=True), 0.0)
+    late, early = first_braking_s(alone, view), first_braking_s(warned, view)
+    assert late is not None
+    assert early is not None
+    assert early < late - 0.3
+    assert late >= CALM.reaction_s
+
+
+def test_braking_is_bounded_by_grip() -> None:
+    driver, lowest = Driver(CALM, 25.0), 0.0
+    view = replace(ROAD, person_m=6.0, mu=0.3)
+    for step in range(80):
+        lowest = min(lowest, driver.drive(replace(view, time_s=step * DT), DT).acceleration_mps2)
+    assert lowest == pytest.approx(-0.3 * 9.81, abs=0.05)
+
+
+def test_signs_are_read_only_by_who_notices_and_understands_them() -> None:
+    seen = replace(ROAD, passed=((4, 13.9, True),))
+    foreign = replace(ROAD, passed=((4, 13.9, False),))
+    attentive, blind, abroad = Driver(CALM, 25.0), Driver(replace(CALM, notices=0.0), 25.0), Driver(CALM, 25.0)
+    attentive.drive(seen, DT)
+    blind.drive(seen, DT)
+    abroad.drive(foreign, DT)
+    assert (attentive.believed_mps, blind.believed_mps, abroad.believed_mps) == (13.9, 25.0, 25.0)
+
+
+def test_he_comes_to_a_stand_before_a_red_light() -> None:
+    driver, speed, place = Driver(CALM, 14.0), 14.0, 0.0
+    for step in range(400):
+        view = replace(ROAD, time_s=step * DT, speed_mps=speed, stop=StopAhead(key=1, distance_m=80.0 - place))
+        speed = max(0.0, speed + driver.drive(view, DT).acceleration_mps2 * DT)
+        place += speed * DT
+    assert speed < 0.05
+    assert 76.0 < place < 80.2
+
+
+def test_drivers_of_different_seeds_differ_and_of_one_seed_do_not() -> None:
+    assert draw_driver(1) == draw_driver(1)
+    assert len({draw_driver(seed).reaction_s for seed in range(20)}) == 20
+    assert all(0.5 < draw_driver(seed).compliance <= 1.0 for seed in range(50))
