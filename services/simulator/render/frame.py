@@ -216,6 +216,11 @@ def draw_light(kit: Kit, item: tuple[TrafficLight, Drawable, LightState], name: 
     drawable.vao(name).render()
 
 
+def face_key(spot: FaceSpot, code: str) -> FaceKey:
+    """What decides the picture of a face that shows a code."""
+    return FaceKey(spot.country, code, spot.text, spot.font, spot.seed)
+
+
 def face_rows(kit: Kit, cast_: Cast, first_id: int) -> np.ndarray:
     """The instance table of all visible faces; ids count up from ``first_id``."""
     rows = np.zeros(len(cast_.faces), dtype=FACE_DTYPE)
@@ -224,7 +229,7 @@ def face_rows(kit: Kit, cast_: Cast, first_id: int) -> np.ndarray:
         rows[k]["centre"] = spot.centre
         rows[k]["right"] = (-s * spot.width_m / 2, c * spot.width_m / 2, 0.0)
         rows[k]["up"] = (0.0, 0.0, spot.height_m / 2)
-        rows[k]["box"] = kit.faces.box(FaceKey(spot.country, code, spot.text, spot.font, spot.seed))
+        rows[k]["box"] = kit.faces.box(face_key(spot, code))
         rows[k]["glow"] = (1.15 if spot.led else 0.0, 0.0 if spot.led else 1.0, 0.0)
         rows[k]["id"] = first_id + k
     return rows

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,18 +67,19 @@ class Builder:
         normal: ArrayLike,
         uv: ArrayLike,
         triangles: ArrayLike,
-        colour: ArrayLike,
+        colour: Colour,
         layer: int = 0,
         material: int = Material.PLAIN,
         alpha: ArrayLike = 1.0,
     ) -> None:
-        """Append raw arrays: pos and normal (N, 3), uv (N, 2), triangles (M, 3) into them."""
+        """Append raw arrays: pos (N, 3), normal (N, 3) or one for all, uv (N, 2), triangles (M, 3) into them."""
         points = np.asarray(pos, dtype=np.float64)
         block = np.zeros(len(points), dtype=VERTEX)
         block["pos"], block["normal"], block["uv"] = points, normal, uv
-        block["rgba"][:, :3] = np.clip(np.asarray(colour) * 255.0, 0, 255)
-        block["rgba"][:, 3] = np.clip(np.asarray(alpha) * 255.0, 0, 255)
-        block["meta"][:, 0], block["meta"][:, 1], block["meta"][:, 2] = layer, material, self.joint
+        red, green, blue = (min(max(int(channel * 255), 0), 255) for channel in colour)
+        block["rgba"][:, :3] = (red, green, blue)
+        block["rgba"][:, 3] = np.asarray(alpha) * 255.0
+        block["meta"] = (layer, material, self.joint, 0)
         self._vertices.append(block)
         self._indices.append(np.asarray(triangles, dtype=np.uint32).reshape(-1) + self._count)
         self._count += len(points)
@@ -94,9 +96,8 @@ class Builder:
         """Four corners, anticlockwise as seen from outside (that decides the normal unless it is given)."""
         points = np.asarray(corners, dtype=np.float64)
         if normal is None:
-            cross = np.cross(points[1] - points[0], points[2] - points[0])
-            normal = cross / max(float(np.linalg.norm(cross)), 1e-9)
-        self.add(points, np.tile(normal, (4, 1)), uv, ((0, 1, 2), (0, 2, 3)), colour, layer, material)
+            normal = unit(crossed(points[1] - points[0], points[2] - points[0]))
+        self.add(points, normal, uv, QUAD, colour, layer, material)
 
     def grid(
         self,
@@ -110,15 +111,12 @@ class Builder:
         """A smooth surface over points (m, n, 3); ``centre`` lies inside, so that normals look away from it."""
         p = np.asarray(points, dtype=np.float64)
         m, n = p.shape[:2]
-        along, across = np.gradient(p, axis=0), np.gradient(p, axis=1)
-        normal = np.cross(along, across)
-        normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-9)
+        normal = unit(crossed(_slope(p), _slope(p.swapaxes(0, 1)).swapaxes(0, 1)))
         middle = p.reshape(-1, 3).mean(axis=0) if centre is None else np.asarray(centre)
         if np.sum((p - middle) * normal) < 0:
             normal = -normal
         if uv is None:
-            u, v = np.meshgrid(np.linspace(0, 1, m), np.linspace(0, 1, n), indexing="ij")
-            uv = np.stack([u, v], axis=2)
+            uv = _unit_grid(m, n)
         self.add(
             p.reshape(-1, 3),
             normal.reshape(-1, 3),
@@ -140,13 +138,16 @@ class Builder:
         yaw_rad: float = 0.0,
     ) -> None:
         """An upright box; ``uv_m`` > 0 repeats the texture each so many metres, else once per side."""
-        c, s = np.asarray(centre, dtype=np.float64), np.asarray(size, dtype=np.float64) / 2
-        turn = np.array([[np.cos(yaw_rad), -np.sin(yaw_rad), 0], [np.sin(yaw_rad), np.cos(yaw_rad), 0], [0, 0, 1]])
-        for corners in BOX_SIDES:
-            local = corners * s
-            wide, high = np.linalg.norm(local[1] - local[0]), np.linalg.norm(local[3] - local[0])
-            u, v = (float(wide) / uv_m, float(high) / uv_m) if uv_m > 0 else (1.0, 1.0)
-            self.quad(local @ turn.T + c, colour, layer, material, ((0, 0), (u, 0), (u, v), (0, v)))
+        half = np.asarray(size, dtype=np.float64) / 2
+        corners, normals = BOX_SIDES * half, BOX_NORMALS
+        if yaw_rad:
+            turn = turning(yaw_rad)
+            corners, normals = corners @ turn.T, normals @ turn.T
+        uv = np.tile(UNIT_SQUARE, (6, 1))
+        if uv_m > 0:
+            uv = uv * np.repeat(2 * half[BOX_SPANS] / uv_m, 4, axis=0)
+        points = corners.reshape(-1, 3) + np.asarray(centre, dtype=np.float64)
+        self.add(points, np.repeat(normals, 4, axis=0), uv, BOX_TRIANGLES, colour, layer, material)
 
     def tube(
         self,
@@ -162,16 +163,14 @@ class Builder:
     ) -> None:
         """A cylinder or cone between two points."""
         a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
-        axis = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
-        side = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0))
-        side /= np.linalg.norm(side)
-        other = np.cross(axis, side)
-        turn = np.linspace(0, 2 * np.pi, sides + 1)
-        ring = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other
+        axis = unit(b - a)
+        side, other = _around(axis)
+        circle = _circle(sides)
+        ring = circle[:, :1] * side + circle[:, 1:] * other
         far = radius if end_radius is None else end_radius
         points = np.concatenate([a + ring * radius, b + ring * far])
-        uv = np.stack([np.tile(turn / (2 * np.pi), 2), np.repeat([0.0, 1.0], sides + 1)], axis=1)
-        self.add(points, np.tile(ring, (2, 1)), uv, grid_triangles(2, sides + 1), colour, layer, material)
+        uv = _unit_grid(2, sides + 1)[:, :, ::-1].reshape(-1, 2)
+        self.add(points, np.concatenate([ring, ring]), uv, grid_triangles(2, sides + 1), colour, layer, material)
         if caps:
             for middle, size, facing in ((a, radius, -axis), (b, far, axis)):
                 self.disc(middle, facing, size, colour, sides=sides, material=material)
@@ -188,16 +187,11 @@ class Builder:
     ) -> None:
         """A flat disc whose texture is the square around it."""
         c, axis = np.asarray(centre, dtype=np.float64), np.asarray(normal, dtype=np.float64)
-        side = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0))
-        side /= np.linalg.norm(side)
-        other = np.cross(axis, side)
-        turn = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-        rim = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        side, other = _around(axis)
+        rim = _circle(sides)[:-1]
         points = np.concatenate([c[None], c + radius * (rim[:, :1] * side + rim[:, 1:] * other)])
         uv = np.concatenate([[[0.5, 0.5]], 0.5 + 0.5 * rim])
-        steps = np.arange(sides)
-        fan = np.stack([np.zeros(sides, dtype=int), 1 + steps, 1 + (steps + 1) % sides], axis=1)
-        self.add(points, np.tile(axis, (sides + 1, 1)), uv, fan, colour, layer, material)
+        self.add(points, axis, uv, _fan(sides), colour, layer, material)
 
     def ball(
         self,
@@ -211,20 +205,80 @@ class Builder:
     ) -> None:
         """An ellipsoid."""
         c, r = np.asarray(centre, dtype=np.float64), np.broadcast_to(np.asarray(radii, dtype=np.float64), 3)
-        up, turn = np.meshgrid(
-            np.linspace(-np.pi / 2, np.pi / 2, rows), np.linspace(0, 2 * np.pi, sides + 1), indexing="ij"
-        )
-        unit = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=2).reshape(-1, 3)
-        normal = unit / r
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        uv = np.stack([turn / (2 * np.pi) * 2, up / np.pi + 0.5], axis=2).reshape(-1, 2)
-        self.add(c + unit * r, normal, uv, grid_triangles(rows, sides + 1), colour, layer, material)
+        sphere, uv = _sphere(rows, sides)
+        self.add(c + sphere * r, unit(sphere / r), uv, grid_triangles(rows, sides + 1), colour, layer, material)
 
     def build(self) -> Mesh:
         """Everything added so far as one mesh."""
-        return Mesh(np.concatenate(self._vertices), np.concatenate(self._indices))
+        return Mesh(_joined(self._vertices), np.concatenate(self._indices))
 
 
+def crossed(a: Floats, b: Floats) -> Floats:
+    """Cross products along the last axis (numpy's own is many times slower on small arrays)."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out
+
+
+def unit(vectors: Floats) -> Floats:
+    """Vectors of length 1 along the last axis."""
+    lengths = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
+    out: Floats = vectors / np.maximum(lengths, 1e-9)
+    return out
+
+
+def turning(yaw_rad: float) -> Floats:
+    """The rotation about the upright axis, 3 x 3."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _slope(p: Floats) -> Floats:
+    """Central differences along the first axis, one-sided at its ends (unscaled)."""
+    out = np.empty_like(p)
+    out[1:-1] = p[2:] - p[:-2]
+    out[0], out[-1] = p[1] - p[0], p[-1] - p[-2]
+    return out
+
+
+def _around(axis: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors square to an axis and to one another."""
+    helper = np.array((0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0))
+    side = unit(crossed(axis, helper))
+    return side, crossed(axis, side)
+
+
+@cache
+def _circle(sides: int) -> Floats:
+    turn = np.linspace(0, 2 * np.pi, sides + 1)
+    return np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+@cache
+def _fan(sides: int) -> NDArray[np.uint32]:
+    steps = np.arange(sides)
+    return np.stack([np.zeros(sides, dtype=int), 1 + steps, 1 + (steps + 1) % sides], axis=1).astype(np.uint32)
+
+
+@cache
+def _sphere(rows: int, sides: int) -> tuple[Floats, Floats]:
+    """Points (N, 3) and texture coordinates (N, 2) of a unit ball."""
+    up, turn = np.meshgrid(
+        np.linspace(-np.pi / 2, np.pi / 2, rows), np.linspace(0, 2 * np.pi, sides + 1), indexing="ij"
+    )
+    points = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=2)
+    return points.reshape(-1, 3), np.stack([turn / np.pi, up / np.pi + 0.5], axis=2).reshape(-1, 2)
+
+
+@cache
+def _unit_grid(m: int, n: int) -> Floats:
+    u, v = np.meshgrid(np.linspace(0, 1, m), np.linspace(0, 1, n), indexing="ij")
+    return np.stack([u, v], axis=2)
+
+
+@cache
 def grid_triangles(m: int, n: int) -> NDArray[np.uint32]:
     """Triangle indices over an (m, n) grid of points, row by row."""
     a = (np.arange(m - 1)[:, None] * n + np.arange(n - 1)[None, :]).reshape(-1)
@@ -245,16 +299,28 @@ BOX_SIDES = np.array(
 )
 
 
+BOX_NORMALS = unit(crossed(BOX_SIDES[:, 1] - BOX_SIDES[:, 0], BOX_SIDES[:, 2] - BOX_SIDES[:, 0]))
+BOX_SPANS = np.array([(1, 2), (1, 2), (0, 2), (0, 2), (0, 1), (0, 1)])  # axes that run along u and v of each side
+UNIT_SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+QUAD = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.uint32)
+BOX_TRIANGLES = (QUAD[None] + 4 * np.arange(6, dtype=np.uint32)[:, None, None]).reshape(-1, 3)
+
+
+def _joined(blocks: list[NDArray[np.void]]) -> NDArray[np.void]:
+    """Blocks one after the other, by their bytes: numpy would compare the fields of each."""
+    return np.frombuffer(bytearray(b"".join(block.tobytes() for block in blocks)), dtype=VERTEX)
+
+
 def merge(meshes: list[Mesh]) -> Mesh:
     """Several meshes as one."""
     offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
     indices = [mesh.indices + np.uint32(offset) for mesh, offset in zip(meshes, offsets, strict=True)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(indices))
+    return Mesh(_joined([mesh.vertices for mesh in meshes]), np.concatenate(indices))
 
 
 def moved(mesh: Mesh, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> Mesh:
     """The mesh turned about its upright axis and shifted."""
-    turn = np.array([[np.cos(yaw_rad), -np.sin(yaw_rad), 0], [np.sin(yaw_rad), np.cos(yaw_rad), 0], [0, 0, 1]])
+    turn = turning(yaw_rad)
     vertices = mesh.vertices.copy()
     vertices["pos"] = mesh.vertices["pos"] @ turn.T + (x_m, y_m, z_m)
     vertices["normal"] = mesh.vertices["normal"] @ turn.T

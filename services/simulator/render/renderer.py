@@ -15,6 +15,7 @@ from services.simulator.render.frame import Cast
 from services.simulator.render.kit import Kit, Uniform
 from services.simulator.render.labels import Label
 from services.simulator.render.light import light_of
+from services.simulator.render.showcase import PEEPHOLE, showcase
 from services.simulator.render.targets import Picture, Targets
 from services.simulator.render.view import View
 from services.simulator.render.world import World
@@ -25,6 +26,7 @@ ADD: Any = (moderngl.ONE, moderngl.ONE)
 LEAST: Any = moderngl.MIN  # the library's annotations are narrower than what it takes
 SUM: Any = moderngl.FUNC_ADD
 SHADE_REACH_M = 90.0
+WIPER_PERIOD_S = 1.1  # the drops on the lens gather until the next wipe, then others fall
 
 
 class Renderer:
@@ -59,6 +61,19 @@ class Renderer:
         cast = self._cast(scene, camera)
         shared = frame.common(cast, self._world)
         return annotate(self._kit, self._world, cast, self._targets, shared)
+
+    def warm_up(self) -> None:
+        """Compile all shaders and draw all sign faces of the loaded world before they are needed (seconds).
+
+        Without it, the first frames in a new weather or with new signs take a few hundred milliseconds longer.
+        """
+        static = self._world.static
+        for scene in showcase():
+            self.render(scene, PEEPHOLE)
+        self.load(static)
+        for spot in self._world.faces:
+            if spot.code:
+                self._kit.faces.box(frame.face_key(spot, spot.code))
 
     def close(self) -> None:
         """Free the graphics context; the renderer is of no use afterwards."""
@@ -144,6 +159,8 @@ class Renderer:
         stamp = zlib.crc32(f"{self._seed}/{cast.view.spec.id}/{scene.time_s:.4f}".encode())
         rng = np.random.default_rng(stamp)
         rain = float(np.clip(scene.atmosphere.rain_mm_h / 14, 0, 1)) ** 0.6
+        wipe, dwell = divmod(scene.time_s, WIPER_PERIOD_S)
+        spots = np.random.default_rng((self._seed & 0xFFFFFFFF, int(wipe))).uniform(size=2)
         streak = np.sqrt(np.clip(np.array(light.fog) * 1.15 + 0.02, 0, 1))
         picture.final.use()
         kit.ctx.disable(moderngl.DEPTH_TEST | moderngl.BLEND)
@@ -156,7 +173,8 @@ class Renderer:
                 "u_shift": (int(rng.integers(256)), int(rng.integers(256))),
                 "u_rain": (0.55 * rain, float(rng.uniform()), float(rng.uniform())),
                 "u_noise": light.noise,
-                "u_drop": min(1.0, rain * 1.2),
+                "u_drop": min(1.0, rain * 1.2) * (0.15 + 0.85 * dwell / WIPER_PERIOD_S),
+                "u_drop_shift": (float(spots[0]), float(spots[1])),
                 "u_streak_colour": (float(streak[0]), float(streak[1]), float(streak[2])),
                 "u_gain": light.gain,
             },

@@ -457,14 +457,14 @@ void main() { v_uv = vec2(in_corner.x, -in_corner.y) * 0.5 + 0.5; gl_Position = 
 
 POST_FRAGMENT = """
 uniform sampler2D u_image; uniform sampler2D u_grain; uniform sampler2D u_streaks; uniform sampler2D u_drops;
-uniform vec2 u_texel; uniform ivec2 u_shift; uniform vec3 u_rain; uniform float u_noise; uniform float u_drop;
+uniform vec2 u_texel; uniform ivec2 u_shift; uniform vec3 u_rain; uniform float u_noise; uniform float u_drop; uniform vec2 u_drop_shift;
 uniform vec3 u_streak_colour; uniform float u_gain;
 in vec2 v_uv; out vec4 colour;
 vec3 tap(vec2 uv) { vec4 t = texture(u_image, uv); return t.rgb * t.a; }
 void main() {
   vec2 uv = v_uv;
 #ifdef RAIN
-  vec3 lens = texture(u_drops, v_uv).rgb;
+  vec3 lens = texture(u_drops, v_uv + u_drop_shift).rgb;
   uv = clamp(uv + (lens.xy - 0.49804) * 0.11 * u_drop, 0.0, 1.0);
 #endif
   vec3 c = 0.5 * (tap(uv + u_texel * vec2(0.36, 0.30)) + tap(uv - u_texel * vec2(0.36, 0.30)));
