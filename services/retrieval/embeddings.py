@@ -1,7 +1,9 @@
 """Embeddings of a pack's texts: those that travel with the pack where they fit, otherwise made anew."""
 
+import io
 import os
 import threading
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +22,13 @@ def stored_path(folder: Path, encoder: str) -> Path:
 
 def read_stored(folder: Path, encoder: str, texts: tuple[Text, ...]) -> Vectors | None:
     """The stored rows, or None where there are none or they were made of other texts."""
-    path = stored_path(folder, encoder)
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        content = stored_path(folder, encoder).read_bytes()
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             if str(stored["digest"]) != digest(texts):
                 return None
             rows = np.asarray(stored["rows"], dtype=np.float32)
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     return unit(rows) if rows.ndim == 2 and len(rows) == len(texts) else None
 

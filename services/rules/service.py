@@ -61,7 +61,7 @@ class _Evidence:
         context: str = "",
         deadline_ms: float = RETRIEVAL_DEADLINE_MS,
     ) -> Retrieved | None:
-        """What retrieval finds; None where it is not there or too slow. What was ranked without an encoder is not kept."""
+        """What retrieval finds; None where it is not there or too slow."""
         arguments = {"query": query, "jurisdiction": jurisdiction, "language": language, "k": self._passages}
         if context:
             arguments["road_context"] = context
@@ -78,9 +78,14 @@ class _Evidence:
         except msgspec.ValidationError as error:
             self._node.log.warning("retrieval answers what is no passage list: %s", error)
             return None
-        if not found.encoder.startswith("bm25-only"):
+        if _lasting(found):
             self._known.put(key, found)
         return found
+
+
+def _lasting(found: Retrieved) -> bool:
+    """Whether the same question would be answered the same later: not while the encoder is still loading."""
+    return not found.encoder.endswith("(loading)")
 
 
 def build(config: RulesConfig, node: Node) -> None:
@@ -138,7 +143,7 @@ def _offer_limits(node: Node, book: RuleBook, found: _Evidence, config: RulesCon
         query = evidence.question_for(answer, asked.language)
         retrieved = found.ask(query, _country(asked.jurisdiction), asked.language)
         answer = evidence.supported(answer, retrieved, asked)
-        if not {"retrieval", "encoder"} & set(answer.degraded):
+        if retrieved is not None and _lasting(retrieved):
             answers.put(asked, answer)
         return answer
 

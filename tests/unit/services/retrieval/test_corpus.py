@@ -1,0 +1,52 @@
+"""Passages come from the packs with offsets that hold."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from drivemcp.paths import data
+from services.retrieval.corpus import CorpusError, digest, read_pack
+
+PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+
+
+@pytest.mark.parametrize("name", PACKS)
+def test_every_passage_is_the_documents_text_between_its_offsets(name: str) -> None:
+    texts = read_pack(data(f"rulepacks/{name}"))
+    assert {text.corpus for text in texts} == {"statutes", "signs"}
+    for text in texts:
+        document = data(f"rulepacks/{text.document}").read_text(encoding="utf-8")
+        assert document[text.start : text.end] == text.excerpt
+
+
+def test_everyday_words_are_searched_and_not_cited() -> None:
+    text = next(t for t in read_pack(data("rulepacks/GBR-v1")) if t.name == "gbr-zebra")
+    assert "crosswalk" in text.indexed
+    assert "crosswalk" not in text.excerpt
+
+
+@pytest.mark.parametrize("file", ["manifest.json", "provisions.json", "signs.json"])
+def test_a_broken_pack_is_refused_by_the_name_of_the_file(tmp_path: Path, file: str) -> None:
+    folder = Path(shutil.copytree(data("rulepacks/GBR-v1"), tmp_path / "GBR-v1"))
+    (folder / file).write_text("[1, 2", encoding="utf-8")
+    with pytest.raises(CorpusError, match=file.replace(".", r"\.")):
+        read_pack(folder)
+
+
+def test_moved_text_is_noticed(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(data("rulepacks/GBR-v1"), tmp_path / "GBR-v1"))
+    path = folder / "sources" / "motorways.en.md"
+    path.write_text("!" + path.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(CorpusError, match=r"motorways\.en\.md: characters"):
+        read_pack(folder)
+
+
+def test_the_digest_follows_what_is_indexed(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(data("rulepacks/GBR-v1"), tmp_path / "GBR-v1"))
+    before = digest(read_pack(folder))
+    provisions = json.loads((folder / "provisions.json").read_text("utf-8"))
+    provisions[0]["section"] += "!"
+    (folder / "provisions.json").write_text(json.dumps(provisions), encoding="utf-8")
+    assert digest(read_pack(folder)) != before

@@ -1,0 +1,140 @@
+"""Ranking: the jurisdiction first, then BM25 and cosine, each provision once, repeats from memory."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivemcp.paths import data
+from services.retrieval.encoders import Vectors
+from services.retrieval.index import normalised, stretched
+from services.retrieval.library import ABSENT, LOADING, Library, Request
+from services.retrieval.tuning import Tuning
+from tests.unit.services.retrieval.support import WordEncoder
+
+FOLDERS = tuple(data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1"))
+
+
+def library(lambda_: float = 0.5) -> Library:
+    return Library(FOLDERS, Tuning(lambdas={"word": {"statutes": lambda_, "signs": lambda_}}), status=LOADING)
+
+
+@pytest.fixture(scope="module")
+def both() -> Library:
+    made = library()
+    made.use(WordEncoder())
+    return made
+
+
+def names(made: Library, query: str, **how: object) -> list[str]:
+    found = made.search(Request(query=query, **how))  # type: ignore[arg-type]
+    return [passage.passage_id.split("/")[1] for passage in found.passages]
+
+
+def test_bm25_answers_at_once_and_says_that_the_encoder_is_loading() -> None:
+    found = library().search(
+        Request(query="visibility cut by fog, no more than 50 km/h", jurisdiction="DEU", language="en")
+    )
+    assert found.encoder == LOADING
+    assert found.lambda_ == 0.0
+    assert found.passages[0].passage_id == "DEU-v1/deu-speed-visibility/en"
+    assert found.passages[0].cosine is None
+
+
+def test_with_an_encoder_the_score_is_the_mix_the_paper_gives(both: Library) -> None:
+    found = both.search(Request(query="pedestrian at a zebra", jurisdiction="GBR", corpus="statutes"))
+    assert found.encoder == "word-1.0"
+    for passage in found.passages:
+        assert passage.cosine is not None
+        assert passage.score == pytest.approx(0.5 * passage.bm25 + 0.5 * min(max(passage.cosine, 0.0), 1.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("lambda_", "same_as_bm25"), [(0.0, True), (1.0, False)])
+def test_lambda_weighs_the_cosine(lambda_: float, same_as_bm25: bool) -> None:
+    made = library(lambda_)
+    request = Request(query="trailer speed on a country road", jurisdiction="DEU", language="en", k=8)
+    bm25 = [passage.passage_id for passage in made.search(request).passages]
+    made.use(WordEncoder())
+    assert ([passage.passage_id for passage in made.search(request).passages] == bm25) is same_as_bm25
+
+
+def test_other_countries_are_left_out_before_ranking(both: Library) -> None:
+    for country in ("DEU", "GBR"):
+        found = both.search(Request(query="roundabout priority", jurisdiction=country, k=20))
+        assert found.passages
+        assert all(passage.passage_id.startswith(country) for passage in found.passages)
+    assert {p.passage_id[:3] for p in both.search(Request(query="roundabout", k=20)).passages} == {"DEU", "GBR"}
+    assert both.search(Request(query="roundabout", jurisdiction="FRA")).passages == ()
+
+
+@pytest.mark.parametrize("corpus", ["statutes", "signs"])
+def test_a_corpus_can_be_asked_alone(both: Library, corpus: str) -> None:
+    found = names(both, "stop sign", jurisdiction="GBR", corpus=corpus, k=10)
+    assert found
+    assert all(name.startswith("sign:") == (corpus == "signs") for name in found)
+
+
+def test_the_wanted_language_is_used_where_the_pack_speaks_it(both: Library) -> None:
+    german = both.search(Request(query="Zeichen 206 Halt", jurisdiction="DEU", language="de"))
+    assert all(passage.passage_id.endswith("/de") for passage in german.passages)
+    polish = both.search(Request(query="stop", jurisdiction="DEU", language="pl"))
+    assert polish.passages  # a language nobody wrote in does not silence the law
+
+
+def test_each_provision_comes_once_and_best_first(both: Library) -> None:
+    found = both.search(Request(query="speed limit Höchstgeschwindigkeit", jurisdiction="DEU", k=15)).passages
+    assert len({passage.passage_id.split("/")[1] for passage in found}) == len(found) == 15
+    assert [passage.score for passage in found] == sorted((passage.score for passage in found), reverse=True)
+
+
+def test_a_later_packs_text_replaces_the_one_of_the_same_name(both: Library) -> None:
+    found = both.search(Request(query="dark gantry panel", jurisdiction="DEU", language="en", corpus="signs"))
+    assert found.passages[0].passage_id == "DEU-v1-VSL/sign:led:blank/en"
+
+
+def test_repeats_do_not_ask_the_encoder_again_and_a_new_encoder_forgets_them() -> None:
+    made, encoder = library(), WordEncoder()
+    made.use(encoder)
+    request = Request(query="fog")
+    assert made.search(request) == made.search(request)
+    assert (encoder.asked, made.hits) == (1, 1)
+    made.give_up(ABSENT)
+    assert made.search(request).encoder == ABSENT
+
+
+def test_the_memory_is_bounded() -> None:
+    made = Library(FOLDERS[2:], Tuning(lambdas={}), status=ABSENT, cache_size=4)
+    for number in range(10):
+        made.search(Request(query=f"rule {number}"))
+    made.search(Request(query="rule 0"))
+    assert made.hits == 0
+    made.search(Request(query="rule 9"))
+    assert made.hits == 1
+
+
+@pytest.mark.parametrize("query", ["", "   ", "§§§", "\0\0", "the of and", "q" * 600])
+def test_a_question_of_no_known_words_finds_nothing_and_breaks_nothing(query: str) -> None:
+    assert library().search(Request(query=query)).passages == ()
+
+
+def test_a_broken_pack_is_left_out_and_named(tmp_path: Path) -> None:
+    made = Library((tmp_path, *FOLDERS[2:]), Tuning(lambdas={}), status=ABSENT)
+    assert len(made.packs) == 1
+    assert "manifest.json" in made.refused[0]
+
+
+def test_embeddings_of_a_wrong_shape_are_an_error_and_bm25_goes_on() -> None:
+    class Broken(WordEncoder):
+        def passages(self, texts: object) -> Vectors:
+            return np.zeros((1, 3), dtype=np.float32)
+
+    made = library()
+    with pytest.raises(ValueError, match="zip"):
+        made.use(Broken())
+    assert made.search(Request(query="fog", jurisdiction="GBR")).passages
+
+
+def test_normalised_scores_keep_their_order_within_one() -> None:
+    scores = normalised(np.array([-1.0, 0.0, 1.0, 6.0, 100.0]))
+    assert scores.tolist() == pytest.approx([0.0, 0.0, 1 / 7, 0.5, 100 / 106])
+    assert stretched(np.array([0.5, 0.8, 0.9, 1.0]), 0.8).tolist() == pytest.approx([0.0, 0.0, 0.5, 1.0])

@@ -1,0 +1,134 @@
+"""The Rules service on a real bus: tools, evidence from retrieval, and what it does without."""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from drivemcp.testing import TestBus, bus
+from proto.rules import RulesAnswer
+from services.retrieval.service import SERVICE as RETRIEVAL
+from services.retrieval.service import RetrievalConfig
+from services.rules.service import SERVICE, RulesConfig
+
+URBAN = {"jurisdiction": "DEU", "road_type": "urban", "visibility_m": 200.0, "wet": False, "segment_id": "s1"}
+TOOLS = {"lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"}
+
+
+def limit(on: TestBus, **changes: Any) -> RulesAnswer:
+    outcome = on.call("applicable_limit", {"situation": {**URBAN, **changes}})
+    assert outcome.ok, outcome.error
+    return msgspec.convert(outcome.result, RulesAnswer)
+
+
+def with_retrieval(on: TestBus) -> None:
+    on.start(RETRIEVAL, RetrievalConfig(encoder="none"))
+    rules = on.start(SERVICE)
+    rules.client.discover()
+    assert "retrieve" in rules.catalogue()
+
+
+def test_the_tools_of_the_design_are_offered() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        b.call("list_rulepacks")
+        assert set(b.probe.catalogue()) >= TOOLS
+
+
+def test_without_retrieval_it_answers_at_lower_confidence_and_says_so() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        answer = limit(b)
+        assert answer.limit is not None
+        assert answer.limit.value == 50
+        assert answer.degraded == ("retrieval",)
+        assert answer.citations
+
+
+def test_with_retrieval_the_same_answer_is_surer() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        alone = limit(b)
+    with bus() as b:
+        with_retrieval(b)
+        supported = limit(b)
+        assert supported.limit == alone.limit
+        assert supported.confidence > alone.confidence
+        assert supported.degraded == ("encoder",)  # BM25 alone, and said so
+
+
+def test_a_repeat_on_the_same_segment_does_not_ask_retrieval_again() -> None:
+    with bus() as b:
+        retrieval = b.start(RETRIEVAL, RetrievalConfig(encoder="none"))
+        rules = b.start(SERVICE, RulesConfig(languages=()))
+        rules.client.discover()
+        first = limit(b, visibility_m=200.0)
+        served = retrieval.tools.served
+        assert limit(b, visibility_m=200.4) == first
+        assert retrieval.tools.served == served
+
+
+def test_a_lookup_cites_what_retrieval_found() -> None:
+    with bus() as b:
+        with_retrieval(b)
+        outcome = b.call("lookup_rule", {"query": "priority at a roundabout from the right", "jurisdiction": "GBR"})
+        answer = msgspec.convert(outcome.result, RulesAnswer)
+        assert answer.degraded == ()
+        assert "gbr-roundabout" in [citation.provision for citation in answer.citations]
+
+
+def test_arguments_that_break_the_schema_are_a_tool_error() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        bad: list[dict[str, Any]] = [
+            {},
+            {"situation": 7},
+            {"situation": {"road_type": "river"}},
+            {"situation": {"posted": [{}]}},
+        ]
+        for arguments in bad:
+            assert b.call("applicable_limit", arguments).status == "tool_error"
+        assert b.call("lookup_rule", {"query": "x" * 10_000}).status == "tool_error"
+        assert limit(b).limit is not None
+
+
+def test_a_pack_that_cannot_be_used_is_refused_and_the_others_answer(tmp_path: Path) -> None:
+    (tmp_path / "bad").mkdir()
+    with bus() as b:
+        node = b.start(SERVICE, RulesConfig(packs=("DEU-v1", str(tmp_path / "bad"), "NO-v9")))
+        assert limit(b).limit is not None
+        assert "manifest.json" in node.detail["refused"]
+        assert node.detail["rulepacks"].startswith("DEU-v1@")
+
+
+def test_with_no_pack_at_all_tools_fail_and_say_why() -> None:
+    with bus() as b:
+        b.start(SERVICE, RulesConfig(packs=("NO-v9",)))
+        outcome = b.call("applicable_limit", {"situation": URBAN})
+        assert outcome.status == "tool_error"
+        assert "no rulepack" in outcome.error
+
+
+def test_a_stale_pack_is_told(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, RulesConfig(expected_packs={"DEU-v1": "1.4.0"}))
+        assert "stale_rulepack" in limit(b).degraded
+
+
+@pytest.mark.parametrize("language", ["en", "de", "fr", "pl"])
+def test_a_sign_is_explained_over_the_bus(language: str) -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        outcome = b.call("interpret_sign", {"reading": "stop", "jurisdiction": "DEU", "language": language})
+        assert outcome.result is not None
+        assert outcome.result["legal_action"] == "stop"
+        assert outcome.result["meaning"]
+
+
+def test_an_unsigned_junction_is_answered_over_the_bus() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        outcome = b.call("right_of_way", {"question": {"jurisdiction": "DEU"}})
+        assert outcome.result is not None
+        assert outcome.result["legal_action"] == "yield"
