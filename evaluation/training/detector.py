@@ -120,11 +120,7 @@ def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
         _follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
         step += 1
         if step % 50 == 0:
-            spent = time.monotonic() - started
-            print(
-                f"step {step} {spent:.0f} s: heat {heat:.3f} sides {sides:.3f} rate {rate_at(progress, step):.5f}",
-                flush=True,
-            )
+            _say(f"step {step} {time.monotonic() - started:.0f} s: heat {heat:.3f} sides {sides:.3f}")
         if time.monotonic() - saved_at > 60:
             saved_at = time.monotonic()
             _save(plan.state, net, average, optimiser, step, saved_at - started)
@@ -185,7 +181,7 @@ def export(net: DetectorNet, path: Path) -> None:
             str(path),
             dynamo=False,
             input_names=["picture"],
-            output_names=["heat", "sides"],
+            output_names=["heat", "sides_px"],
             opset_version=17,
         )
 
@@ -222,7 +218,7 @@ def _rendered(folder: Path, count: int) -> Path:
             renderer, shots = render_stage(renderer, seed, split, 3)
             write_shard(folder / f"{split}-{seed:06d}.npz", shots)
             if seed % 10 == 9:
-                print(f"{split}: {(seed + 1) * 6} pictures rendered", flush=True)  # noqa: T201
+                _say(f"{split}: {(seed + 1) * 6} pictures rendered")
     return folder
 
 
@@ -287,7 +283,12 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "licence": "Apache-2.0",
     }
     write_card(out, card)
-    print(json.dumps(measured), f"written to {out}", flush=True)  # noqa: T201
+    _say(f"{json.dumps(measured)} written to {out}")
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
 
 
 def _without_paths(arguments: list[str]) -> list[str]:

@@ -16,6 +16,8 @@ from torch.nn import functional
 STRIDE = 4
 SIDE_SCALE_PX = 16.0
 """The box head's unit, so that its outputs are of the order of one."""
+MOST_RAW = 4.0
+"""Sides end at 870 px: nothing in a picture is larger, and no untrained cell overflows."""
 PIXEL_SCALE = 60.0
 """Brings 0..255 to the order of one; the first batch norm takes the mean away."""
 
@@ -71,7 +73,8 @@ class DetectorNet(nn.Module):
         self.heat = nn.Conv2d(32, classes, 1)
         self.sides = nn.Conv2d(32, 4, 1)
         nn.init.constant_(self.heat.bias, -4.6)  # type: ignore[arg-type]
-        nn.init.constant_(self.sides.bias, 0.5)  # type: ignore[arg-type]
+        nn.init.normal_(self.sides.weight, std=0.01)
+        nn.init.constant_(self.sides.bias, 0.0)  # type: ignore[arg-type]
 
     def forward(self, images: Tensor) -> tuple[Tensor, Tensor]:
         """See the class."""
@@ -99,16 +102,16 @@ class ExportNet(nn.Module):
             self.net.stem[0].weight.div_(PIXEL_SCALE)  # type: ignore[operator]
 
     def forward(self, picture: Tensor) -> tuple[Tensor, Tensor]:
-        """Heat in 0..1 (1, K, H/4, W/4), kept only where it is the largest of its 3 x 3 neighbours; sides as above."""
-        logits, sides = self.net.forward_scaled(picture.permute(0, 3, 1, 2).float())
+        """Heat in 0..1 (1, K, H/4, W/4), kept only where it is the largest of its 3 x 3 neighbours; sides in px."""
+        logits, raw = self.net.forward_scaled(picture.permute(0, 3, 1, 2).float())
         heat = torch.sigmoid(logits)
         peak = functional.max_pool2d(heat, 3, 1, 1)
-        return heat * (heat >= peak), sides
+        return heat * (heat >= peak), sides_px(raw)
 
 
 def sides_px(raw: Tensor) -> Tensor:
-    """The box head's output in pixels, always positive."""
-    return functional.softplus(raw) * SIDE_SCALE_PX
+    """The box head's output in pixels: an exponential, so that large boxes are learned as fast as small ones."""
+    return torch.exp(raw.clamp(max=MOST_RAW)) * SIDE_SCALE_PX
 
 
 def _double(features: Tensor) -> Tensor:

@@ -13,13 +13,12 @@ from services.perception.detector import DetectorError, DetectorOptions, Picture
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 STRIDE_PX = 4
-SIDE_SCALE_PX = 16.0
-"""The unit of the raw sides; the same number stands in `evaluation/training/detector_net.py`, held by a test."""
+"""The same number stands in `evaluation/training/detector_net.py`, held by a test."""
 _MOST = 100
 
 
 class CentreDetector:
-    """The exported net: input uint8 (1, H, W, 3) RGB, outputs `heat` at peaks (1, K, H/4, W/4) and raw `sides`."""
+    """The exported net: input uint8 (1, H, W, 3) RGB, outputs `heat` at peaks (1, K, H/4, W/4) and `sides_px`."""
 
     def __init__(self, session: Any, card: dict[str, Any], options: DetectorOptions, *, name: str) -> None:
         self.name = name
@@ -37,13 +36,13 @@ class CentreDetector:
     def detect(self, rgb: Picture) -> list[Detection]:
         """See `Detector`."""
         canvas, scale = self._fit(rgb)
-        heat, raw = self._session.run(["heat", "sides"], {self._input: canvas})
+        heat, spread = self._session.run(["heat", "sides_px"], {self._input: canvas})
         kinds, rows, columns = np.nonzero(heat[0] >= self._floors)
         scores = heat[0][kinds, rows, columns]
         if len(scores) > _MOST:
             best = np.argsort(-scores)[:_MOST]
             kinds, rows, columns, scores = kinds[best], rows[best], columns[best], scores[best]
-        sides = np.logaddexp(0.0, raw[0][:, rows, columns]) * SIDE_SCALE_PX
+        sides = spread[0][:, rows, columns]
         centres = np.stack([columns, rows]).astype(np.float32) * STRIDE_PX + STRIDE_PX / 2
         boxes = np.concatenate([centres - sides[:2], centres + sides[2:]]).T / scale
         kept = suppress(boxes.astype(np.float32), scores, kinds, self._options.overlap_limit)

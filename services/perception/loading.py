@@ -20,7 +20,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     session = _session(path, options.threads)
     outputs = {output.name: output.shape for output in session.get_outputs()}
     card = _card(path)
-    if {"heat", "sides"} <= outputs.keys():
+    if {"heat", "sides_px"} <= outputs.keys():
         return CentreDetector(session, card, options, name=path.stem)
     shape = next(iter(outputs.values()))
     if len(outputs) == 1 and len(shape) == 3 and shape[2] == 85:

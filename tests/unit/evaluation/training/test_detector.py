@@ -8,7 +8,7 @@ import pytest
 from evaluation.training.dataset import CLASSES, Frames
 from evaluation.training.detector_batches import augmented
 from evaluation.training.detector_targets import STRIDE, encode
-from services.perception.centre import SIDE_SCALE_PX, STRIDE_PX
+from services.perception.centre import STRIDE_PX
 
 CAR, SIGN = CLASSES.index("vehicle"), CLASSES.index("sign")
 
@@ -72,12 +72,12 @@ def test_the_exported_network_gives_the_boxes_of_the_trained_one(tmp_path: Path)
     torch = pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
     pytest.importorskip("onnx", reason="onnx is for training only: pip install .[train]")
     from evaluation.training.detector import export
-    from evaluation.training.detector_net import SIDE_SCALE_PX as TRAINED_SCALE
+    from evaluation.training.detector_net import STRIDE as TRAINED_STRIDE
     from evaluation.training.detector_net import DetectorNet, sides_px
     from services.perception.detector import DetectorOptions
     from services.perception.loading import load_detector
 
-    assert (TRAINED_SCALE, STRIDE) == (SIDE_SCALE_PX, STRIDE_PX)
+    assert TRAINED_STRIDE == STRIDE == STRIDE_PX
     torch.manual_seed(0)
     net = DetectorNet(len(CLASSES)).eval()
     torch.nn.init.normal_(net.heat.weight, std=2.0)
