@@ -1,5 +1,6 @@
 """Cutting what a box shows out of a picture, the same way in training and on the road."""
 
+import math
 from typing import NamedTuple
 
 import cv2
@@ -35,10 +36,12 @@ class Region(NamedTuple):
 def crop(picture: Picture, region: Region, size_px: int = CROP_PX) -> Picture | None:
     """The region with its margin, stretched to ``size_px`` x ``size_px`` x 3 (RGB in, RGB out).
 
-    Pixels beyond the picture repeat its edge. None when the region is empty or has no part in the picture.
+    Pixels beyond the picture repeat its edge. None when the region is empty, absurd, or has no part in the picture.
     """
     height, width = picture.shape[:2]
-    if min(region.width_px, region.height_px) < 2.0 or not _overlaps(region, width, height):
+    if not all(map(math.isfinite, region)) or not _overlaps(region, width, height):
+        return None
+    if not all(2.0 <= side <= 4.0 * max(height, width) for side in (region.width_px, region.height_px)):
         return None
     grown = _grown(region)
     scale_x, scale_y = size_px / grown.width_px, size_px / grown.height_px

@@ -31,5 +31,5 @@ class RecentFrames:
         if jpeg is None:
             self.missed += 1
             return None
-        decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB)
+        decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if jpeg else None
         return None if decoded is None else np.asarray(decoded, np.uint8)

@@ -33,3 +33,9 @@ def test_a_large_box_is_averaged_down_not_sampled() -> None:
     assert cut is not None
     assert 90 < int(cut.mean()) < 165
     assert int(cut.std()) < 45
+
+
+def test_absurd_boxes_give_nothing() -> None:
+    for edge in (float("nan"), float("inf"), -float("inf"), 1e12):
+        assert crop(PICTURE, Region(0, 0, edge, 20)) is None
+        assert crop(PICTURE, Region(edge, 0, 30, 20)) is None

@@ -1,0 +1,33 @@
+"""Pictures are kept for a while by their stamp; what is no picture is none."""
+
+import cv2
+import numpy as np
+
+from services.drivelm.frames import RecentFrames
+
+JPEG = bytes(cv2.imencode(".jpg", np.full((8, 8, 3), (0, 0, 250), np.uint8))[1].tobytes())
+
+
+def test_the_picture_of_a_stamp_comes_back_in_rgb() -> None:
+    frames = RecentFrames()
+    frames.add("tele", 5, JPEG)
+    picture = frames.picture("tele", 5)
+    assert picture is not None
+    assert picture[4, 4, 0] > 200 > picture[4, 4, 2]
+
+
+def test_old_pictures_go_and_missing_ones_are_counted() -> None:
+    frames = RecentFrames(keep=3)
+    for stamp in range(5):
+        frames.add("tele", stamp, JPEG)
+    assert frames.picture("tele", 1) is None
+    assert frames.picture("front", 4) is None
+    assert frames.picture("tele", 4) is not None
+    assert frames.missed == 2
+
+
+def test_broken_bytes_are_no_picture() -> None:
+    frames = RecentFrames()
+    for stamp, jpeg in enumerate((b"", b"\xff\xd8broken", JPEG[:40])):
+        frames.add("tele", stamp, jpeg)
+        assert frames.picture("tele", stamp) is None or stamp == 2
