@@ -12,6 +12,7 @@ from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
 from drivemcp.errors import UserError
+from proto import topics
 from proto.decision import Advisory
 from proto.perception import Boxes
 
@@ -70,18 +71,18 @@ def annotated(logs: Iterable[Path]) -> Iterator[Image]:
     boxes = {
         record.stamp_ns: decoded
         for record in records
-        if record.topic.endswith("perception/boxes")
-        and (decoded := msgspec.msgpack.decode(record.data, type=Boxes)).camera == "front"
+        if record.topic == topics.BOXES.name
+        and (decoded := msgspec.json.decode(record.data, type=Boxes)).camera == "front"
     }
     advice = {
         advisory.snapshot_stamp_ns: advisory
         for record in records
-        if record.topic.endswith("advisory")
+        if record.topic == topics.ADVISORY.name
         for advisory in [msgspec.json.decode(record.data, type=Advisory)]
     }
     said: Advisory | None = None
     for record in records:
-        if not record.topic.endswith("sensor/camera/front"):
+        if record.topic != "sensor/camera/front":
             continue
         jpeg = jpeg_of(record.data)
         bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
