@@ -105,9 +105,8 @@ def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile)
         return ttc.relative_ttc_s(gap, closing, -track.ax_mps2)
     ego_accel = view.ego_acceleration_mps2 or 0.0
     lead = max(0.0, view.ego_speed_mps - closing)
-    # The track's acceleration is relative to the ego; a lead standing still has none of its own.
-    lead_accel = track.ax_mps2 + ego_accel if lead > 0.0 else 0.0
-    return ttc.ttc_s(gap, view.ego_speed_mps, lead, ego_accel, min(lead_accel, 0.0))
+    # A track's acceleration is over ground. A lead that speeds up is not counted on.
+    return ttc.ttc_s(gap, view.ego_speed_mps, lead, ego_accel, min(track.ax_mps2, 0.0))
 
 
 def _d_min(track: Track, view: View, bounds: Bounds, profile: Profile) -> float | None:
@@ -128,7 +127,8 @@ def _d_min(track: Track, view: View, bounds: Bounds, profile: Profile) -> float 
     else:
         lead = max(0.0, ego + track.vx_mps + bounds.sigmas * track.sigma_vx_mps)
         distance = rss.same_direction_m(ego, lead, follower, profile.brake_max_mps2)
-    return distance * bounds.following_factor + profile.d0_m
+    # Grip stands in the braking part already; weather's factor widens the part that is driven before anyone brakes.
+    return distance + (bounds.following_factor - 1.0) * ego * profile.t_r_s + profile.d0_m
 
 
 def lateral_violation(tracks: tuple[Track, ...], ego_speed_mps: float | None, profile: Profile) -> bool | None:

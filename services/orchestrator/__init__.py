@@ -1,0 +1,1 @@
+"""The orchestrator: one tick from what is seen to what is said."""

@@ -1,0 +1,200 @@
+"""One piece of advice out of everything: target, the matter worth saying, its reasons, and how sure all of it is.
+
+The confidence of the advice is the minimum over what it rests on: the matter itself, the law behind the limit, and,
+where they lower the target, weather and the car; times `DEGRADED` where a routed tool did not answer.
+"""
+
+from typing import Any
+
+from proto.decision import Event, Fused, Reason
+from proto.rules import Citation
+from proto.tools import Outcome
+from services.orchestrator.answers import failed
+from services.orchestrator.matters import Matter, matters
+from services.orchestrator.messages import drive, say, toned, word
+from services.orchestrator.state import Spoken, State
+from services.orchestrator.targets import Bound, Law, Target, target
+from services.orchestrator.units import limit_text
+
+DEGRADED = 0.9
+MOST_CITATIONS = 4
+SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
+"""How many reasons a justification holds, by verbosity."""
+
+
+def fuse(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]) -> Fused:
+    """Target, message and confidence of this tick."""
+    return advise(state, events, outcomes)[0]
+
+
+def advise(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]) -> tuple[Fused, Matter | None]:
+    """The advice, and the matter that it speaks of."""
+    goal = target(state)
+    degraded = tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
+    chosen = choose(matters(state, goal, events, degraded), state)
+    reasons = _reasons(state, goal, chosen)
+    conditions = state.held.conditions
+    preferences = state.preferences
+    directive = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
+    fused = Fused(
+        target_mps=goal.mps,
+        legal_limit=goal.law.limit,
+        headway_factor=goal.headway_factor,
+        directive=toned(preferences, directive, chosen.urgency if chosen is not None else "info"),
+        justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
+        confidence=_confidence(state, goal, chosen, outcomes),
+        urgency=chosen.urgency if chosen is not None else "info",
+        topic=chosen.topic if chosen is not None else "",
+        hazard=chosen.hazard if chosen is not None else "",
+        reasons=reasons,
+        citations=_citations(reasons),
+        mu_low=conditions.mu_low if conditions is not None else None,
+        mu_high=conditions.mu_high if conditions is not None else None,
+        language=preferences.language,
+        unit=preferences.unit,
+        degraded=degraded,
+        new_information=chosen is not None and is_new(chosen, state),
+        first_notice=chosen is not None and owes_first_notice(chosen, state),
+        muted=preferences.muted,
+    )
+    return fused, chosen
+
+
+def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
+    """A new hazard, else a standing one, else a first notice that is owed, else what is new, else the weightiest."""
+    hazards = [matter for matter in found if matter.hazard]
+    owed = [matter for matter in found if owes_first_notice(matter, state)]
+    news = [matter for matter in found if is_new(matter, state)]
+    fresh = [matter for matter in hazards if matter in news]
+    for group in (fresh, hazards, owed, news, list(found)):
+        if group:
+            return group[0]
+    return None
+
+
+def _told(matter: Matter, state: State) -> Spoken | None:
+    return next((each for each in state.memory.spoken if each.topic == matter.slot), None)
+
+
+def is_new(matter: Matter, state: State) -> bool:
+    """Whether the topic says something else than last time, or it was said long ago."""
+    told = _told(matter, state)
+    if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= matter.repeat_s:
+        return True
+    # A calmer word on a hazard just told is no news.
+    return told.key != matter.key and (matter.hazard != "" or (state.now_ns - told.stamp_ns) / 1e9 >= LEAST_PAUSE_S)
+
+
+LEAST_PAUSE_S = 1.0
+"""Between two messages on one topic, hazards apart."""
+EPISODE_PAUSE_S = 10.0
+"""Overspeed that comes and goes within this time is one episode."""
+
+
+def owes_first_notice(matter: Matter, state: State) -> bool:
+    """Whether this episode of an overspeed or a degradation has not been told yet."""
+    if matter.first_since_ns is None:
+        return False
+    told = _told(matter, state)
+    if told is None:
+        return True
+    if matter.slot == "overspeed":
+        return told.stamp_ns < matter.first_since_ns and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
+    return told.key != matter.key and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
+
+
+# -- reasons -----------------------------------------------------------------------------------------------------------
+
+
+def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason, ...]:
+    preferences = state.preferences
+    found = []
+    if chosen is not None:
+        found += [
+            Reason(
+                source=chosen.topic,
+                text=say(preferences, "justification", phrase, **chosen.values),
+                confidence=chosen.confidence,
+            )
+            for phrase in chosen.why
+        ]
+    found.append(_law_reason(state, goal.law))
+    if chosen is not None and chosen.topic in ("foreign", "doubt") and state.held.meaning is not None:
+        meaning = state.held.meaning
+        found[-1:-1] = [
+            Reason(source="rules", text=meaning.note, confidence=meaning.confidence, citations=meaning.citations)
+        ]
+    safety = _safety_reason(state, goal)
+    if safety is not None:
+        found.append(safety)
+    if goal.headway_factor >= 1.15:
+        text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
+        found.append(Reason(source="weather", text=text))
+    return tuple(reason for reason in found if reason.text)
+
+
+def _law_reason(state: State, law: Law) -> Reason:
+    preferences = state.preferences
+    if law.limit is None:
+        text = say(preferences, "justification", "law_none")
+        return Reason(source="rules", text=text, confidence=law.confidence)
+    limit = limit_text(law.limit, preferences.unit)
+    if law.citations and law.citations[0].section:
+        limit = f"{limit} ({law.citations[0].section})"
+    phrase = {"held": "law_held", "sign": "law_sign"}.get(law.basis, "law_advisory" if law.limit.advisory else "law")
+    text = say(preferences, "justification", phrase, limit=limit)
+    return Reason(source="rules", text=text, confidence=law.confidence, citations=law.citations)
+
+
+def _safety_reason(state: State, goal: Target) -> Reason | None:
+    """What recommends less than the law allows; both are said."""
+    law_mps, bound = goal.law.mps, goal.bounds[0]
+    if law_mps is None or goal.mps >= law_mps - 0.5:
+        return None
+    why = _why(state, bound, goal)
+    text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
+    return Reason(source=bound.source, text=text, confidence=bound.confidence)
+
+
+def _why(state: State, bound: Bound, goal: Target) -> str:
+    preferences = state.preferences
+    if bound.why != "law":
+        return say(preferences, "why", bound.why, tool=bound.source)
+    parts = []
+    conditions = state.held.conditions
+    if conditions is None or conditions.speed_factor < 0.98:
+        wet = None if conditions is None else conditions.wet
+        mu = conditions.mu_low if conditions is not None else 0.0
+        values: dict[str, Any] = {
+            "mu": word(preferences, "little" if mu < 0.35 else "reduced" if mu < 0.7 else "full"),
+            "surface": word(preferences, "unknown" if wet is None else "wet" if wet else "dry"),
+        }
+        parts.append(say(preferences, "why", "weather", **values))
+    car = state.held.degradation
+    if car is None or (car.h or 0.0) > 0.1:
+        parts.append(say(preferences, "why", "vehicle"))
+    parts += [limiter.tool for limiter in state.held.limiters if limiter.speed_factor < 1.0]
+    return word(preferences, "and").join(parts) or say(preferences, "why", "unknown")
+
+
+def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
+    seen: dict[tuple[str, int, int], Citation] = {}
+    for reason in reasons:
+        for citation in reason.citations:
+            seen.setdefault((citation.document, citation.start, citation.end), citation)
+    return tuple(seen.values())[:MOST_CITATIONS]
+
+
+# -- confidence ----------------------------------------------------------------------------------------------------------
+
+
+def _confidence(state: State, goal: Target, chosen: Matter | None, outcomes: tuple[Outcome, ...]) -> float:
+    rests_on = [chosen.confidence] if chosen is not None else []
+    if chosen is None or not chosen.hazard:
+        # A hazard rests on the actor alone; everything else on the law, and on what scales it.
+        rests_on.append(goal.law.confidence)
+        if goal.factor < 0.98:
+            conditions = state.world.environment.conditions
+            rests_on.append(conditions.confidence if conditions is not None else 0.3)
+    least = min(rests_on, default=0.0)
+    return max(0.0, min(1.0, least * (DEGRADED if failed(outcomes) else 1.0)))

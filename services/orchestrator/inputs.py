@@ -1,0 +1,110 @@
+"""What one tick gets to see: the newest message of each topic, all facts since the last tick, and who is missing.
+
+It goes into the trace as it is, and the tick can be run again from it.
+"""
+
+from typing import Generic, Literal, TypeVar
+
+import msgspec
+
+from proto.decision import Feedback, Preferences
+from proto.perception import Lanes, Tracks
+from proto.scene import Facts
+from proto.sensors import MapView, StopLine
+from proto.tools import Effect, Outcome, ToolEntry
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+
+M = TypeVar("M", bound=msgspec.Struct)
+Cause = Literal["snapshot", "watchdog", "query"]
+
+
+class Stamped(msgspec.Struct, Generic[M], frozen=True, kw_only=True):
+    """A message with its number and stamp."""
+
+    seq: int
+    stamp_ns: int
+    message: M
+
+
+class RoadAhead(msgspec.Struct, frozen=True, kw_only=True):
+    """What the map says of the road ahead, without its geometry."""
+
+    segment_id: str = ""
+    stop_lines: tuple[StopLine, ...] = ()
+    junction_m: float | None = None
+    road_class: str = "unknown"
+    carriageways_separated: bool | None = None
+
+
+class Expert(msgspec.Struct, frozen=True, kw_only=True):
+    """A tool of a third party that asks to be routed to and fused: it may lower and widen, nothing else."""
+
+    tool: str
+    answers: tuple[str, ...]
+    deadline_ms: float
+    effect: Effect
+
+
+class Observations(msgspec.Struct, frozen=True, kw_only=True):
+    """One tick's inputs."""
+
+    now_ns: int
+    cause: Cause = "snapshot"
+    tracks: Stamped[Tracks] | None = None
+    lanes: Stamped[Lanes] | None = None
+    ego: Stamped[Ego] | None = None
+    road: Stamped[RoadAhead] | None = None
+    position_m: tuple[float, float] | None = None
+    conditions: Stamped[Conditions] | None = None
+    degradation: Stamped[Degradation] | None = None
+    facts: tuple[Stamped[Facts], ...] = ()
+    unhealthy: tuple[str, ...] = ()
+    """Topics that are missing, late or invalid."""
+    absent: tuple[str, ...] = ()
+    """Services that are expected and not there."""
+    late: tuple[Outcome, ...] = ()
+    """Tool results that missed their tick."""
+    preferences: Preferences | None = None
+    feedback: tuple[Feedback, ...] = ()
+    experts: tuple[Expert, ...] = ()
+    query: str = ""
+
+
+def road_ahead(view: MapView) -> RoadAhead:
+    """A map view without its polylines."""
+    return RoadAhead(
+        segment_id=view.segment_id,
+        stop_lines=view.stop_lines,
+        junction_m=view.junction_distance_m,
+        road_class=view.road_class,
+        carriageways_separated=view.carriageways_separated,
+    )
+
+
+OWN_TOOLS = frozenset(
+    {
+        "applicable_limit", "interpret_sign", "right_of_way", "lookup_rule", "list_rulepacks", "assess_weather",
+        "vehicle_health", "read_dtcs", "explain_dtc", "arbitrate", "explain_decision", "ask", "feedback",
+        "set_preferences", "retrieve", "remember", "recall", "find_traces", "ask_scene", "describe_scene", "list_tracks",
+    }
+)  # fmt: skip
+"""Tools that the orchestrator knows how to ask; they take no part as third parties."""
+
+
+def experts(catalogue: dict[str, ToolEntry]) -> tuple[Expert, ...]:
+    """The third parties of a catalogue: context tools that name events and an effect."""
+    found = (
+        Expert(
+            tool=name,
+            answers=entry.meta.answers,
+            deadline_ms=entry.meta.deadline_ms,
+            effect=entry.meta.effect,
+        )
+        for name, entry in sorted(catalogue.items())
+        if name not in OWN_TOOLS
+        and entry.meta.effect is not None
+        and entry.meta.answers
+        and entry.meta.capability == "context"
+    )
+    return tuple(found)

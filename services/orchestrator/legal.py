@@ -1,0 +1,54 @@
+"""The question to the Rules, made of what is believed; coarse, so that a stretch of road is one question."""
+
+import hashlib
+from typing import Any, Literal, cast
+
+import msgspec
+
+from proto.rules import PostedLimit, Situation
+from services.orchestrator.signs import in_force
+from services.orchestrator.state import State
+
+VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)
+ROAD_TYPES = ("urban", "rural", "motorway", "dual_carriageway", "living_street")
+RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street"]
+
+
+def situation(state: State) -> Situation:
+    """Limits in force, ends passed, road, wetness, sight; rounded to the careful side."""
+    signs, conditions = state.signs, state.held.conditions
+    road = state.world.environment.road_type
+    segment = state.world.environment.segment_id
+    return Situation(
+        jurisdiction=signs.jurisdiction.value if signs.jurisdiction is not None else None,
+        road_type=cast(RoadType, road.value) if road is not None and road.value in ROAD_TYPES else None,
+        posted=tuple(_coarse(limit.posted) for limit in in_force(signs)),
+        ended=tuple(reading for reading in signs.ended if reading != "junction"),
+        wet=conditions.wet if conditions is not None else None,
+        visibility_m=_step(conditions.visibility_m if conditions is not None else None),
+        snow=conditions.precipitation == "snow" if conditions is not None else None,
+        segment_id=segment.value if segment is not None else "",
+        language=state.preferences.language,
+        home_unit=state.preferences.unit,
+    )
+
+
+def _coarse(posted: PostedLimit) -> PostedLimit:
+    return msgspec.structs.replace(posted, age_s=0.0, confidence=int(posted.confidence * 20) / 20)
+
+
+def _step(visibility_m: float | None) -> float | None:
+    if visibility_m is None:
+        return None
+    return next((step for step in VISIBILITY_STEPS_M if visibility_m >= step), 0.0)
+
+
+def key(arguments: dict[str, Any]) -> str:
+    """SHA-256 of a question's arguments as canonical JSON."""
+    return hashlib.sha256(msgspec.json.encode(arguments, order="deterministic")).hexdigest()
+
+
+def situation_arguments(state: State) -> dict[str, Any]:
+    """The arguments of `applicable_limit`."""
+    arguments: dict[str, Any] = {"situation": msgspec.to_builtins(situation(state))}
+    return arguments

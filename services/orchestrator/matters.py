@@ -1,0 +1,375 @@
+"""What could be said in this tick, the weightiest first."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from proto.decision import Event, Urgency
+from services.orchestrator.actors import lead, pedestrian
+from services.orchestrator.events import foreign_plate
+from services.orchestrator.messages import drive, speed, word
+from services.orchestrator.state import SignAhead, State
+from services.orchestrator.stops import Stop, needed_mps2, stops
+from services.orchestrator.targets import Target
+from services.orchestrator.units import limit_text, to_mps
+
+HAZARD_TTC_S = 4.0
+ALARM_TTC_S = 2.0
+FIRM_MPS2 = 1.5
+"""A stop that needs more than this is a hazard: it should have begun."""
+YOUNG_S = 0.25
+"""A track younger than this may lower the target, and is not shouted about."""
+QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
+
+
+class Matter(NamedTuple):
+    """One thing to say."""
+
+    topic: str
+    """Messages on one topic replace each other."""
+    key: str
+    """The same key on the same topic is the same news."""
+    phrase: str
+    urgency: Urgency
+    values: dict[str, Any]
+    why: tuple[str, ...] = ()
+    """Phrases of its justification."""
+    hazard: str = ""
+    first_since_ns: int | None = None
+    """Set where the first notice of an episode is owed: when the episode began."""
+    repeat_s: float = 60.0
+    confidence: float = 1.0
+    kind: str = ""
+
+    @property
+    def slot(self) -> str:
+        """Under which it is remembered: its kind where several kinds share a topic."""
+        return self.kind or self.topic
+
+
+Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
+
+
+def matters(state: State, target: Target, events: tuple[Event, ...], degraded: tuple[str, ...]) -> tuple[Matter, ...]:
+    """All of them, in the order of the table."""
+    by_kind = {event.kind: event for event in events}
+    return tuple(matter for make in MAKERS for matter in make(state, target, by_kind, degraded))
+
+
+# -- hazards -----------------------------------------------------------------------------------------------------------
+
+
+def _person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    way = pedestrian(state.world)
+    if way is None or way.track.age_s < YOUNG_S:
+        return
+    ego = state.world.ego.speed_mps
+    need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
+    hazard = near or need > FIRM_MPS2
+    urgency: Urgency = "advice"
+    if hazard:
+        urgency = "alarm" if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S else "warning"
+    yield Matter(
+        topic="person",
+        key=f"{way.track.track_id} {urgency}",
+        phrase="person",
+        urgency=urgency,
+        values={"gap": f"{max(0.0, way.gap_m):.0f}"},
+        why=("person",),
+        hazard="pedestrian" if hazard else "",
+        repeat_s=4.0,
+        confidence=way.track.confidence,
+    )
+
+
+def _lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    way = lead(state.world)
+    if way is None or way.ttc_s is None or way.track.age_s < YOUNG_S:
+        return
+    close = way.ttc_s < HAZARD_TTC_S
+    queue = way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS
+    if not close and not queue:
+        return
+    phrase = "lead" if close else "slow_traffic"
+    yield Matter(
+        topic="lead",
+        key=f"{way.track.track_id} {phrase}",
+        phrase=phrase,
+        urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
+        values={
+            "gap": f"{max(0.0, way.gap_m):.0f}",
+            "closing": speed(state.preferences, way.closing_mps),
+            "ttc": f"{way.ttc_s:.1f}",
+        },
+        why=(phrase,),
+        hazard="closing_lead" if close else "slow_traffic",
+        repeat_s=4.0,
+        confidence=way.track.confidence,
+    )
+
+
+def _stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    if "stop_required" not in events:
+        return
+    for stop in stops(state):
+        if stop.why != "person":
+            yield _stop_matter(state, stop)
+            return
+
+
+def _stop_matter(state: State, stop: Stop) -> Matter:
+    ego = state.world.ego.speed_mps
+    need = needed_mps2(stop, ego.value) if ego is not None else 0.0
+    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0
+    light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
+    return Matter(
+        topic="stop",
+        key=f"{stop.why} {'firm' if firm else 'ahead'}",
+        phrase=stop.why,
+        urgency="warning" if firm else "advice",
+        values={
+            "gap": f"{max(0.0, stop.room_m):.0f}",
+            "state": word(state.preferences, light if light in ("red", "red_amber", "amber") else "red"),
+        },
+        why=(stop.why,),
+        hazard=stop.why if firm else "",
+        repeat_s=20.0,
+        confidence=stop.confidence,
+    )
+
+
+def _go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    told = next((each for each in state.memory.spoken if each.topic == "stop"), None)
+    light = state.light
+    if told is None or not told.key.startswith("red_light") or light is None or light.state != "green":
+        return
+    yield Matter(
+        topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence
+    )
+
+
+# -- the car -----------------------------------------------------------------------------------------------------------
+
+
+def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("vehicle_fault")
+    if event is None:
+        return
+    health = state.held.health
+    drive_on = health.safe_to_drive if health is not None else "with_care"
+    phrase = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}.get(
+        drive_on, "vehicle_with_care"
+    )
+    fault = health.advice if health is not None and health.advice else event.detail or f"h {event.g:.2f}"
+    yield Matter(
+        topic="vehicle",
+        key=f"{phrase} {event.detail}",
+        phrase=phrase,
+        urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
+        values={"fault": fault},
+        why=("fault",),
+        hazard="vehicle_fault" if drive_on == "stop_now" else "",
+        first_since_ns=event.since_ns,
+        repeat_s=300.0,
+        confidence=health.confidence if health is not None else 0.7,
+    )
+
+
+# -- the law -----------------------------------------------------------------------------------------------------------
+
+
+def _overspeed(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
+    if event is None or limit is None or ego is None or target.law.basis == "unknown":
+        return
+    far = ego.value > 1.2 * limit.mps
+    yield Matter(
+        topic="limit",
+        key=f"over {limit.value:g} {limit.unit}{' far' if far else ''}",
+        phrase="overspeed",
+        urgency="warning" if far else "advice",
+        values={
+            "limit": limit_text(limit, state.preferences.unit),
+            "speed": speed(state.preferences, ego.value),
+        },
+        why=("overspeed",),
+        first_since_ns=event.since_ns,
+        repeat_s=20.0,
+        confidence=target.law.confidence,
+        kind="overspeed",
+    )
+
+
+def _border(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event, here = events.get("jurisdiction_change"), state.signs.jurisdiction
+    if event is None or here is None:
+        return
+    limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
+    yield Matter(
+        topic="border",
+        key=here.value,
+        phrase="border",
+        urgency="advice",
+        values={
+            "country": here.value,
+            "limit": limit_text(limit, state.preferences.unit) if limit is not None else "?",
+            "unit": unit.value if unit is not None else limit.unit if limit is not None else "?",
+            "side": word(state.preferences, side.value)
+            if side is not None and side.value in ("left", "right")
+            else "?",
+        },
+        why=("border",),
+        repeat_s=600.0,
+        confidence=event.confidence,
+    )
+
+
+def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The limit in force, once for each that is in force; as a gantry's where a gantry changed it."""
+    limit = target.law.limit
+    if limit is None or target.law.basis == "unknown":
+        return
+    safe = target.mps < 0.9 * limit.mps and target.bounds[0].why == "law"
+    gantry = "gantry" if "dynamic_limit_update" in events else "limit"
+    ended = bool(state.signs.ended) and "speed_limit_change" in events
+    yield Matter(
+        topic="limit",
+        key=f"{limit.value:g} {limit.unit}",
+        phrase=f"{gantry}_safe" if safe else gantry,
+        urgency="advice" if gantry == "gantry" else "info",
+        values={
+            "limit": limit_text(limit, state.preferences.unit),
+            "target": drive(state.preferences, target.mps),
+        },
+        why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
+        repeat_s=3600.0,
+        confidence=target.law.confidence,
+    )
+
+
+def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    limit = target.law.limit
+    lower = [s for s in state.signs.ahead if _is_lower(s, limit.mps if limit is not None else None)]
+    if not lower:
+        return
+    sign = min(lower, key=lambda each: (each.value or 0.0, each.track_id))
+    text = f"{sign.value:g} {sign.unit or 'km/h'}"
+    yield Matter(
+        topic="ahead",
+        key=sign.reading,
+        phrase="limit_ahead",
+        urgency="info",
+        values={"limit": text, "gap": f"{max(0.0, sign.distance_m or 0.0):.0f}"},
+        why=("ahead",),
+        confidence=sign.confidence,
+    )
+
+
+def _is_lower(sign: SignAhead, mps: float | None) -> bool:
+    if sign.kind != "limit" or sign.value is None or sign.scope == "end" or not sign.believed or not sign.own_lane:
+        return False
+    # Only where the ego's own speed would have to fall is it worth a message before the sign.
+    return sign.distance_m is not None and mps is not None and to_mps(sign.value, sign.unit or "km/h") < mps - 0.5
+
+
+def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    meaning = state.held.meaning
+    if "foreign_sign" not in events or meaning is None:
+        return
+    sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
+    if sign is None or meaning.reading != sign.reading:
+        return
+    yield Matter(
+        topic="foreign",
+        key=f"{sign.reading} {' '.join(sign.plates)}",
+        phrase="foreign",
+        urgency="advice",
+        values={"meaning": meaning.meaning, "reading": sign.reading},
+        why=("foreign",),
+        repeat_s=120.0,
+        confidence=min(meaning.confidence, sign.confidence),
+    )
+
+
+def _doubt(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("uncertain_sign")
+    if event is None or not any(bound.why == "doubt" for bound in target.bounds):
+        return
+    sign = next((s for s in state.signs.ahead if not s.believed and f"track {s.track_id}" == event.detail), None)
+    if sign is None or sign.distance_m is None or sign.distance_m > 25.0:
+        return  # it may still become readable; the target comes down meanwhile
+    names = word(state.preferences, "or").join(c.reading.partition(":")[2] or c.reading for c in sign.candidates[:3])
+    yield Matter(
+        topic="doubt",
+        key=event.detail,
+        phrase="doubt",
+        urgency="advice",
+        values={"target": drive(state.preferences, target.mps), "candidates": names or sign.reading},
+        why=("doubt",),
+        confidence=1.0 - sign.confidence,
+    )
+
+
+# -- the road and ourselves --------------------------------------------------------------------------------------------
+
+
+def _friction(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("low_friction")
+    if event is None:
+        return
+    yield Matter(
+        topic="friction",
+        key=event.detail,
+        phrase="friction",
+        urgency="warning" if event.detail == "severe" else "advice",
+        values={"target": drive(state.preferences, target.mps)},
+        repeat_s=180.0,
+        confidence=event.confidence,
+    )
+
+
+def _expert(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    for limiter in state.held.limiters:
+        lowers = limiter.target_mps is not None or limiter.speed_factor < 1.0 or limiter.headway_factor > 1.0
+        if lowers:
+            yield Matter(
+                topic=f"expert:{limiter.tool}",
+                key=limiter.tool,
+                phrase="expert",
+                urgency="advice",
+                values={
+                    "target": drive(state.preferences, target.mps),
+                    "tool": limiter.tool,
+                    "text": limiter.text,
+                },
+                why=("expert",) if limiter.text else (),
+                confidence=limiter.confidence,
+            )
+
+
+def _degraded(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """Each service or topic that goes missing is told once; what comes and goes is not told again for a while."""
+    names = tuple(sorted({name.split("/")[0] for name in degraded if name not in QUIET}))
+    if not names or state.tick < SETTLED_TICKS:
+        return
+    yield Matter(
+        topic="degraded",
+        key=" ".join(names),
+        phrase="degraded",
+        urgency="info",
+        values={"names": ", ".join(names)},
+        why=("degraded",),
+        first_since_ns=0,
+        repeat_s=120.0,
+    )
+
+
+SETTLED_TICKS = 50
+"""While a drive begins, services are still coming up."""
+QUIET = frozenset({"logger", "gateway", "sensor"})
+"""Their absence costs the driver nothing."""
+MAKERS: tuple[Maker, ...] = (
+    _person, _lead, _stop, _vehicle, _overspeed, _border, _limit, _go, _doubt, _friction, _foreign, _ahead, _expert,
+    _degraded,
+)  # fmt: skip
+"""In order of weight."""

@@ -1,0 +1,44 @@
+"""What a tick leaves behind: what was said, what is held, since when events last. No clock, no bus."""
+
+import msgspec
+
+from proto.decision import Decision, Event, Fused
+from services.orchestrator.events import onsets
+from services.orchestrator.matters import Matter
+from services.orchestrator.state import Memory, Spoken, State
+
+SPOKEN_KINDS = ("SPEAK", "ACT")
+KEPT_TOPICS = 40
+
+
+def remember(
+    state: State, before: State, events: tuple[Event, ...], fused: Fused, matter: Matter | None, decision: Decision
+) -> State:
+    """The state after the tick."""
+    held = msgspec.structs.replace(state.held, target_mps=fused.target_mps, target_ns=state.now_ns)
+    memory = state.memory
+    if decision.kind in SPOKEN_KINDS:
+        memory = said(memory, matter, state.now_ns)
+    return msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
+
+
+def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:
+    """A message was spoken; without a matter it was the arbiter's own warning."""
+    slot, key = (matter.slot, matter.key) if matter is not None else ("caution", "caution")
+    known = next((each for each in memory.spoken if each.topic == slot), None)
+    entry = Spoken(topic=slot, key=key, stamp_ns=now_ns, count=known.count + 1 if known is not None else 1)
+    others = tuple(each for each in memory.spoken if each.topic != slot)
+    hazard = matter is None or bool(matter.hazard)
+    return msgspec.structs.replace(
+        memory,
+        spoken=(*others, entry)[-KEPT_TOPICS:],
+        spoken_ns=now_ns,
+        messages=memory.messages + 1,
+        hazards=memory.hazards + int(hazard),
+    )
+
+
+def seconds_since_spoken(state: State) -> float | None:
+    """Since the last message of any kind; None: nothing was said yet."""
+    spoken_ns = state.memory.spoken_ns
+    return None if spoken_ns is None else (state.now_ns - spoken_ns) / 1e9

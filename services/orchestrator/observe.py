@@ -1,0 +1,396 @@
+"""Observations become `world_state`: typed, stamped, with confidences that fall once a field's validity is over."""
+
+import math
+from typing import Any, Literal, TypeVar, cast
+
+import msgspec
+
+from proto.observed import Observed, Source
+from proto.perception import Lanes, Track, Tracks
+from proto.rules import PostedLimit
+from proto.scene import Fact, Unit
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from proto.world import EgoState, Environment, SeenSign, WorldState
+from services.orchestrator import signs as sign_memory
+from services.orchestrator.inputs import Observations, Stamped
+from services.orchestrator.signs import Motion
+from services.orchestrator.state import Believed, Held, InForce, Light, SignAhead, Signs, State
+
+T = TypeVar("T")
+SECOND = 1_000_000_000
+VALID_NS: dict[str, int] = {
+    "speed": SECOND // 5, "tracks": 3 * SECOND // 10, "lanes": SECOND // 2, "conditions": 5 * SECOND,
+    "degradation": 5 * SECOND // 2, "light": SECOND, "sign": 3 * SECOND, "limit": 600 * SECOND, "position": SECOND // 2,
+    "stated": 3600 * SECOND,
+}  # fmt: skip
+"""How long an observation is taken at its word."""
+UNSET_AFTER = 3.0
+"""Validities after which a field is unset; on the way there its confidence falls to nothing."""
+STOP_PASSED_M = -3.0
+MAX_STEP_S = 1.0
+WEATHER_SURE = 0.4
+"""Below this confidence a report of better weather changes nothing."""
+
+
+def observe(state: State, seen: Observations) -> State:
+    """The state with the observations taken in: world, signs, light, stop line, and the experts' last words."""
+    ego = fresh(seen.ego, VALID_NS["speed"], seen.now_ns)
+    motion = _motion(state, ego, seen)
+    facts = tuple(fact for stamped in seen.facts for fact in stamped.message.facts)
+    signs = sign_memory.update(state.signs, facts, motion, seen.now_ns)
+    light = _light(state.light, facts, motion, seen.now_ns)
+    stop_m, stop_kind = _stop_line(state, seen, motion)
+    held = _held(state.held, seen)
+    after = msgspec.structs.replace(
+        state,
+        tick=state.tick + 1,
+        now_ns=seen.now_ns,
+        signs=signs,
+        light=light,
+        stop_m=stop_m,
+        stop_kind=stop_kind,
+        halted_ns=_halted(state, ego, stop_m, seen.now_ns),
+        held=held,
+        preferences=seen.preferences if seen.preferences is not None else state.preferences,
+        effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
+    )
+    return msgspec.structs.replace(after, world=_world(after, seen, motion))
+
+
+def confidence_at(confidence: float, age_ns: int, valid_ns: int) -> float:
+    """As observed while valid, then falling in a straight line to nothing at `UNSET_AFTER` validities."""
+    over = age_ns / valid_ns - 1.0
+    return max(0.0, confidence * min(1.0, 1.0 - over / (UNSET_AFTER - 1.0)))
+
+
+def fresh(stamped: Stamped[Any] | None, valid_ns: int, now_ns: int) -> Stamped[Any] | None:
+    """The message unless it is older than a field may get, or comes from a future that clock skew does not explain."""
+    if stamped is None or not -VALID_NS["speed"] <= now_ns - stamped.stamp_ns < UNSET_AFTER * valid_ns:
+        return None
+    return stamped
+
+
+def _motion(state: State, ego: Stamped[Ego] | None, seen: Observations) -> Motion:
+    step_s = min(MAX_STEP_S, max(0.0, (seen.now_ns - state.now_ns) / 1e9)) if state.now_ns else 0.0
+    speed = _number(ego.message.speed_mps) if ego is not None else None
+    yaw = _number(ego.message.yaw_rate_radps) if ego is not None else None
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
+    junction = road.message.junction_m if road is not None else None
+    if junction is None and lanes is not None:
+        junction = lanes.message.junction_distance_m
+    return Motion(
+        travelled_m=max(0.0, speed or 0.0) * step_s,
+        turned_rad=(yaw or 0.0) * step_s,
+        junction_m=junction,
+        lane_id=lanes.message.ego_lane_id if lanes is not None else "",
+    )
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _light(light: Light | None, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Light | None:
+    if light is not None:
+        moved = light.distance_m - motion.travelled_m if light.distance_m is not None else None
+        light = msgspec.structs.replace(light, distance_m=moved)
+        # Permission wears off at once; a red that was believed stands until green is read or the light is passed.
+        lasts_s = 60 if light.state in ("red", "red_amber", "amber") else 2
+        if now_ns - light.seen_ns > lasts_s * SECOND or (moved is not None and moved < STOP_PASSED_M):
+            light = None
+    for fact in facts:
+        if fact.kind == "light" and fact.reading.startswith("light:"):
+            light = _read_light(light, fact)
+    return light
+
+
+_STATES = ("red", "red_amber", "amber", "green", "off")
+
+
+def _read_light(light: Light | None, fact: Fact) -> Light | None:
+    state = fact.reading.partition(":")[2]
+    if fact.passed:
+        return None if light is not None and light.track_id == fact.track_id else light
+    if state not in _STATES or not math.isfinite(fact.confidence):
+        return light
+    # Green is permission: only a sure reading grants it. Red and amber are believed at once.
+    if state in ("green", "off") and not (fact.believed and fact.confidence >= sign_memory.SURE):
+        return light
+    distance = fact.distance_m if fact.distance_m is not None else (light.distance_m if light is not None else None)
+    return Light(
+        state=state,
+        confidence=min(1.0, max(0.0, fact.confidence)),
+        seen_ns=fact.frame_stamp_ns,
+        distance_m=distance,
+        track_id=fact.track_id,
+    )
+
+
+def _stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:
+    """From the map; where it falls silent the last known line comes nearer by the way travelled, until it is passed."""
+    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
+    if road is not None:
+        line = min(road.message.stop_lines, key=lambda each: each.distance_m, default=None)
+        return (line.distance_m, line.kind) if line is not None else (None, "")
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    if lanes is not None and lanes.message.source == "map":
+        return lanes.message.stop_line_distance_m, lanes.message.stop_line_kind
+    if state.stop_m is None or state.stop_m - motion.travelled_m < STOP_PASSED_M:
+        return None, ""
+    return state.stop_m - motion.travelled_m, state.stop_kind
+
+
+def _halted(state: State, ego: Stamped[Ego] | None, stop_m: float | None, now_ns: int) -> int | None:
+    speed = ego.message.speed_mps if ego is not None else None
+    if stop_m is None or stop_m > 12.0:
+        return None
+    return now_ns if speed is not None and speed < 0.5 else state.halted_ns
+
+
+def _held(held: Held, seen: Observations) -> Held:
+    conditions, degradation = seen.conditions, seen.degradation
+    if conditions is not None and conditions.stamp_ns != held.conditions_ns:
+        settled = settle(held.conditions, conditions.message)
+        held = msgspec.structs.replace(held, conditions=settled, conditions_ns=conditions.stamp_ns)
+    if degradation is not None and degradation.stamp_ns != held.degradation_ns and sane_health(degradation.message):
+        held = msgspec.structs.replace(held, degradation=degradation.message, degradation_ns=degradation.stamp_ns)
+    limiters = tuple(each for each in held.limiters if each.until_ns > seen.now_ns)
+    return msgspec.structs.replace(held, limiters=limiters)
+
+
+def sane_health(car: Degradation) -> bool:
+    """A degradation that is known and is one."""
+    parts = [car.h, *([car.brake_envelope] if car.brake_envelope is not None else [])]
+    return all(part is not None and math.isfinite(part) and 0.0 <= part <= 1.0 for part in parts)
+
+
+def sane_conditions(conditions: Conditions) -> bool:
+    """Numbers that weather can have."""
+    numbers = (conditions.mu_low, conditions.mu_high, conditions.speed_factor, conditions.following_factor)
+    if not all(math.isfinite(number) for number in (*numbers, conditions.confidence)):
+        return False
+    return 0.0 < conditions.mu_low <= conditions.mu_high <= 1.5 and conditions.speed_factor > 0.0
+
+
+def settle(before: Conditions | None, after: Conditions) -> Conditions | None:
+    """The new word on the weather. One that is hardly sure may tighten what was known, not loosen it; nonsense is none."""
+    if not sane_conditions(after):
+        return before
+    if before is None or after.confidence >= WEATHER_SURE:
+        return after
+    return msgspec.structs.replace(
+        after,
+        mu_low=min(before.mu_low, after.mu_low),
+        mu_high=max(before.mu_high, after.mu_high),
+        speed_factor=min(before.speed_factor, after.speed_factor),
+        following_factor=max(before.following_factor, after.following_factor),
+    )
+
+
+# -- the world -------------------------------------------------------------------------------------------------------
+
+
+def _world(state: State, seen: Observations, motion: Motion) -> WorldState:
+    tracks = fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
+    return WorldState(
+        stamp_ns=seen.tracks.stamp_ns if seen.tracks is not None and seen.cause == "snapshot" else seen.now_ns,
+        tick=state.tick,
+        ego=_ego(state, seen),
+        environment=_environment(state, seen, motion),
+        actors=_actors(tracks, seen.now_ns),
+        lead_track_id=tracks.message.lead_track_id if tracks is not None else None,
+        degraded=degraded(seen),
+    )
+
+
+def degraded(seen: Observations) -> tuple[str, ...]:
+    """What this tick had to do without."""
+    names = {*seen.unhealthy, *seen.absent}
+    if seen.cause == "watchdog":
+        names.add("snapshot")
+    return tuple(sorted(names))
+
+
+def _actors(tracks: Stamped[Tracks] | None, now_ns: int) -> Observed[tuple[Track, ...]] | None:
+    if tracks is None:
+        return None
+    known = tuple(track for track in tracks.message.tracks if sane(track))
+    seen: Observed[tuple[Track, ...]] | None = _observed(
+        known, 1.0, "perception", tracks.stamp_ns, VALID_NS["tracks"], now_ns
+    )
+    return seen
+
+
+def sane(track: Track) -> bool:
+    """A track with finite numbers; any other is no track."""
+    numbers = (
+        track.x_m, track.y_m, track.vx_mps, track.vy_mps, track.ax_mps2, track.length_m, track.width_m,
+        track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
+    )  # fmt: skip
+    return all(math.isfinite(number) for number in numbers)
+
+
+def _ego(state: State, seen: Observations) -> EgoState:
+    def signal(name: str) -> Observed[float] | None:
+        if seen.ego is None:
+            return None
+        value = _number(getattr(seen.ego.message, name))
+        return (
+            None if value is None else _observed(value, 1.0, "can", seen.ego.stamp_ns, VALID_NS["speed"], seen.now_ns)
+        )
+
+    held, lanes = state.held, fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    car, stamp_ns = held.degradation, held.degradation_ns or 0
+
+    def health(value: T | None) -> Observed[T] | None:
+        return None if value is None else _observed(value, 1.0, "can", stamp_ns, VALID_NS["degradation"], seen.now_ns)
+
+    return EgoState(
+        speed_mps=signal("speed_mps"),
+        acceleration_mps2=signal("acceleration_mps2"),
+        yaw_rate_radps=signal("yaw_rate_radps"),
+        lane_id=_of_lanes(lanes, "ego_lane_id", seen.now_ns),
+        lateral_offset_m=_of_lanes(lanes, "lateral_offset_m", seen.now_ns),
+        position_m=_observed(seen.position_m, 0.9, "map", seen.now_ns, VALID_NS["position"], seen.now_ns)
+        if seen.position_m is not None
+        else None,
+        degradation_h=health(car.h if car is not None else None),
+        brake_envelope=health(car.brake_envelope if car is not None else None),
+        dtcs=health(car.dtcs if car is not None else None),
+        warning_lamps=health(car.warning_lamps if car is not None else None),
+    )
+
+
+def _environment(state: State, seen: Observations, motion: Motion) -> Environment:
+    signs, now_ns, held = state.signs, seen.now_ns, state.held
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], now_ns)
+    road = fresh(seen.road, VALID_NS["lanes"], now_ns)
+    segment = (road.message.segment_id if road is not None else "") or (
+        lanes.message.segment_id if lanes is not None else ""
+    )
+    conditions = held.conditions
+    return Environment(
+        lane_count=_of_lanes(lanes, "lane_count", now_ns),
+        stop_line_m=_map(state.stop_m, now_ns),
+        stop_line_kind=state.stop_kind,
+        junction_m=_map(motion.junction_m, now_ns),
+        segment_id=_map(segment or None, now_ns),
+        light=_observed_light(state.light, now_ns),
+        light_distance_m=_map(state.light.distance_m, now_ns) if state.light is not None else None,
+        signs=tuple(_observed_sign(sign, now_ns) for sign in signs.ahead),
+        posted_limit=_limit(signs.permanent, now_ns),
+        dynamic_limit=_limit(signs.gantry, now_ns),
+        conditional_limit=_limit(signs.conditional[-1] if signs.conditional else None, now_ns),
+        zone_limit=_limit(signs.zone, now_ns),
+        doubted_limit=_doubted(signs, now_ns),
+        ended=signs.ended,
+        conditions=_observed(
+            conditions, conditions.confidence, "weather", held.conditions_ns or 0, VALID_NS["conditions"], now_ns
+        )
+        if conditions is not None
+        else None,
+        jurisdiction=_believed(signs.jurisdiction, now_ns),
+        units=cast("Observed[Unit] | None", _believed(signs.units, now_ns)),
+        traffic_side=cast("Observed[Literal['left', 'right']] | None", _believed(signs.traffic_side, now_ns)),
+        road_type=_believed(_road_type(signs, seen), now_ns),
+    )
+
+
+def _road_type(signs: Signs, seen: Observations) -> Believed | None:
+    """From signs; where none was seen yet, what the map calls the road."""
+    if signs.road_type is not None:
+        return signs.road_type
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
+    for name in (road.message.road_class if road is not None else "", lanes.message.road_class if lanes else ""):
+        if name in ("urban", "rural", "motorway"):
+            return Believed(value=name, confidence=0.7, since_ns=seen.now_ns)
+    return None
+
+
+def _observed(value: T, confidence: float, source: Source, stamp_ns: int, valid_ns: int, now_ns: int) -> Any:
+    """The observation, at the confidence its age leaves; None once that is nothing."""
+    left = confidence_at(confidence, now_ns - stamp_ns, valid_ns)
+    if left <= 0.0 and confidence > 0.0:
+        return None
+    return Observed(value=value, confidence=left, source=source, stamp_ns=stamp_ns, valid_for_ns=valid_ns)
+
+
+def _of_lanes(lanes: Stamped[Lanes] | None, name: str, now_ns: int) -> Any:
+    if lanes is None:
+        return None
+    confidence = 0.95 if lanes.message.source == "map" else 0.5
+    source: Source = "map" if lanes.message.source == "map" else "perception"
+    return _observed(getattr(lanes.message, name), confidence, source, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
+
+
+def _map(value: T | None, now_ns: int) -> Any:
+    return None if value is None else _observed(value, 0.95, "map", now_ns, VALID_NS["lanes"], now_ns)
+
+
+def _believed(believed: Believed | None, now_ns: int) -> Any:
+    if believed is None:
+        return None
+    # Restated from time to time by the front end; what was believed does not wear off by itself.
+    return Observed(
+        value=believed.value,
+        confidence=believed.confidence,
+        source="drivelm",
+        stamp_ns=believed.since_ns,
+        valid_for_ns=VALID_NS["stated"],
+    )
+
+
+def _limit(limit: InForce | None, now_ns: int) -> Observed[PostedLimit] | None:
+    if limit is None:
+        return None
+    posted = msgspec.structs.replace(limit.posted, age_s=round((now_ns - limit.since_ns) / 1e9, 1))
+    return Observed(
+        value=posted,
+        confidence=posted.confidence,
+        source="drivelm",
+        stamp_ns=limit.since_ns,
+        valid_for_ns=VALID_NS["limit"],
+        evidence=f"track {limit.track_id}",
+    )
+
+
+def _doubted(signs: Signs, now_ns: int) -> Observed[PostedLimit] | None:
+    doubted = [sign for sign in signs.ahead if sign.kind == "limit" and not sign.believed and sign.value is not None]
+    sign = min(doubted, key=lambda each: sign_memory.value_kmh(each.value or 0.0, each.unit), default=None)
+    if sign is None or sign.value is None:
+        return None
+    posted = PostedLimit(value=sign.value, unit=sign.unit or "km/h", confidence=sign.confidence, reading=sign.reading)
+    seen: Observed[PostedLimit] | None = _observed(
+        posted, sign.confidence, "drivelm", sign.seen_ns, VALID_NS["sign"], now_ns
+    )
+    return seen
+
+
+def _observed_sign(sign: SignAhead, now_ns: int) -> Observed[SeenSign]:
+    seen = SeenSign(
+        reading=sign.reading,
+        track_id=sign.track_id,
+        distance_m=sign.distance_m,
+        candidates=sign.candidates,
+        plates=sign.plates,
+        believed=sign.believed,
+        text=sign.text,
+    )
+    left = confidence_at(sign.confidence, now_ns - sign.seen_ns, VALID_NS["sign"])
+    return Observed(
+        value=seen,
+        confidence=left,
+        source="drivelm",
+        stamp_ns=sign.seen_ns,
+        valid_for_ns=VALID_NS["sign"],
+        evidence=f"track {sign.track_id}",
+    )
+
+
+def _observed_light(light: Light | None, now_ns: int) -> Any:
+    if light is None:
+        return None
+    return _observed(light.state, light.confidence, "drivelm", light.seen_ns, VALID_NS["light"], now_ns)

@@ -1,0 +1,326 @@
+"""A driver's question: what it is about, whom to ask, and the answer out of the running drive. Pure."""
+
+import re
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Literal, NamedTuple, TypeVar, cast
+
+import msgspec
+
+from proto.decision import Preferences
+from proto.rules import Citation, RulesAnswer, SignMeaning
+from proto.tools import Outcome
+from proto.vehicle import VehicleHealth
+from proto.weather import Conditions
+from services.orchestrator import legal
+from services.orchestrator.messages import drive, phrases, say, speed, word
+from services.orchestrator.routing import Call
+from services.orchestrator.signs import in_force
+from services.orchestrator.state import SignAhead, State
+from services.orchestrator.targets import target
+from services.orchestrator.text import plain
+from services.orchestrator.units import limit_text
+
+Subject = Literal["sign", "units", "change", "lamp", "limit", "law"]
+S = TypeVar("S")
+DEADLINE_MS = 250.0
+MOST_CITATIONS = 6
+
+
+class ToolUse(msgspec.Struct, frozen=True, kw_only=True):
+    """A tool that was asked for an answer."""
+
+    tool: str
+    status: str
+    elapsed_ms: float
+
+
+class Answer(msgspec.Struct, frozen=True, kw_only=True):
+    """What the driver is told, and what it rests on."""
+
+    text: str
+    subject: Subject
+    citations: tuple[Citation, ...]
+    confidence: float
+    target_mps: float | None
+    tools: tuple[ToolUse, ...]
+    language: str
+    degraded: tuple[str, ...] = ()
+
+
+class Told(NamedTuple):
+    """Sentences with how sure they are and where they stand."""
+
+    lines: tuple[str, ...]
+    confidence: float
+    citations: tuple[Citation, ...] = ()
+
+
+# -- what it is about ----------------------------------------------------------------------------------------------------
+
+
+@cache
+def _subjects() -> tuple[tuple[Subject, re.Pattern[str], int], ...]:
+    table = tomllib.loads((Path(__file__).parent / "subjects.toml").read_text(encoding="utf-8"))
+    return tuple((cast(Subject, name), _pattern(row["words"]), int(row["weight"])) for name, row in table.items())
+
+
+def _pattern(words: list[str]) -> re.Pattern[str]:
+    parts = (re.escape(word.removesuffix("*")) + (r"\w*" if word.endswith("*") else "") for word in words)
+    return re.compile(rf"(?<!\w)(?:{'|'.join(parts)})(?!\w)", re.IGNORECASE)
+
+
+def subject_of(question: str) -> Subject:
+    """By the words in it; what names nothing known is a question for the law books."""
+    scores = [
+        (weight * len(pattern.findall(question)), -i, name) for i, (name, pattern, weight) in enumerate(_subjects())
+    ]
+    score, _, name = max(scores)
+    return name if score > 0 else "law"
+
+
+# -- whom to ask ---------------------------------------------------------------------------------------------------------
+
+
+def calls_for(subject: Subject, question: str, state: State) -> tuple[Call, ...]:
+    """A sign → Rules and Weather; units or country → Rules; a changed limit → Rules and Weather; a lamp → CAN and Rules."""
+    limit = Call(tool="applicable_limit", arguments=legal.situation_arguments(state), deadline_ms=DEADLINE_MS)
+    weather = Call(tool="assess_weather", arguments={}, deadline_ms=DEADLINE_MS)
+    language = {"language": state.preferences.language}
+    car = tuple(Call(tool=t, arguments=language, deadline_ms=DEADLINE_MS) for t in ("vehicle_health", "read_dtcs"))
+    table: dict[Subject, tuple[Call, ...]] = {
+        "sign": (*_sign_call(state), weather),
+        "units": (limit, _lookup(LAW_QUERIES["units"], state)),
+        "change": (limit, weather, _lookup(LAW_QUERIES["change"], state)),
+        "lamp": (*car, _lookup(LAW_QUERIES["lamp"], state)),
+        "limit": (limit, weather),
+        "law": (_lookup(question, state),),
+    }
+    return table[subject]
+
+
+LAW_QUERIES = {
+    "units": "units of speed limits, kilometres or miles per hour",
+    "change": "variable speed limit signs on gantries, and signs that end a limit",
+    "lamp": "vehicle must be roadworthy; defects, brakes, breakdown",
+}
+"""Asked in English: the encoder is multilingual, BM25 finds less."""
+
+
+def _lookup(query: str, state: State) -> Call:
+    here = state.signs.jurisdiction
+    return Call(
+        tool="lookup_rule",
+        arguments={
+            "query": plain(query, 400),
+            "jurisdiction": here.value if here is not None else None,
+            "language": state.preferences.language,
+        },
+        deadline_ms=DEADLINE_MS,
+    )
+
+
+def sign_asked_about(state: State) -> SignAhead | None:
+    """The nearest sign ahead, else the one passed last."""
+    ahead = sorted(state.signs.ahead, key=lambda s: (s.distance_m if s.distance_m is not None else 1e3, s.track_id))
+    if ahead:
+        return ahead[0]
+    return state.signs.recent[-1] if state.signs.recent else None
+
+
+def _sign_call(state: State) -> tuple[Call, ...]:
+    sign = sign_asked_about(state)
+    if sign is None:
+        return ()
+    here = state.signs.jurisdiction
+    arguments = {
+        "reading": sign.reading,
+        "jurisdiction": here.value if here is not None else None,
+        "language": state.preferences.language,
+        "plates": list(sign.plates),
+        "candidates": [{"reading": c.reading, "confidence": c.confidence} for c in sign.candidates],
+        "home_unit": state.preferences.unit,
+    }
+    return (Call(tool="interpret_sign", arguments=arguments, deadline_ms=DEADLINE_MS),)
+
+
+# -- the answer ----------------------------------------------------------------------------------------------------------
+
+
+def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcome, ...]) -> Answer:
+    """Text with citations, from the drive's state and what was answered just now."""
+    told = _units(question, state, outcomes) if subject == "units" else _TELL[subject](state, outcomes)
+    citations: dict[tuple[str, int, int], Citation] = {}
+    for each in told.citations:
+        citations.setdefault((each.document, each.start, each.end), each)
+    goal = target(state)
+    return Answer(
+        text=" ".join(told.lines) or say(state.preferences, "ask", "nothing"),
+        subject=subject,
+        citations=tuple(citations.values())[:MOST_CITATIONS],
+        confidence=max(0.0, min(1.0, told.confidence)),
+        target_mps=goal.mps,
+        tools=tuple(ToolUse(tool=o.tool, status=o.status, elapsed_ms=round(o.elapsed_ms, 2)) for o in outcomes),
+        language=state.preferences.language,
+        degraded=tuple(sorted({*state.world.degraded, *(f"tool:{o.tool}" for o in outcomes if not o.ok)})),
+    )
+
+
+def _result(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> S | None:
+    found = next((o for o in outcomes if o.tool == tool and o.ok), None)
+    if found is None:
+        return None
+    try:
+        return msgspec.convert(found.result, kind)
+    except msgspec.ValidationError:
+        return None
+
+
+def _weather_line(state: State, outcomes: tuple[Outcome, ...]) -> str:
+    preferences = state.preferences
+    conditions = _result(outcomes, "assess_weather", Conditions) or state.held.conditions
+    if conditions is None:
+        return say(preferences, "ask", "weather_unknown")
+    grip = word(preferences, "little" if conditions.mu_low < 0.35 else "reduced" if conditions.mu_low < 0.7 else "full")
+    sight = conditions.visibility_m
+    return say(
+        preferences,
+        "ask",
+        "weather",
+        mu=grip,
+        low=f"{conditions.mu_low:.2f}",
+        high=f"{conditions.mu_high:.2f}",
+        sight=f"{sight:.0f} m" if sight is not None else phrases(preferences.language)["ask"]["sight_unknown"],
+        target=drive(preferences, target(state).mps),
+    )
+
+
+def _sign(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    preferences, sign = state.preferences, sign_asked_about(state)
+    if sign is None:
+        return Told((say(preferences, "ask", "no_sign"), _weather_line(state, outcomes)), 0.5)
+    meaning = _result(outcomes, "interpret_sign", SignMeaning)
+    if meaning is None:
+        return Told((say(preferences, "ask", "no_rules"), _weather_line(state, outcomes)), 0.2)
+    lines = [say(preferences, "ask", "sign", meaning=meaning.meaning.rstrip("."))]
+    if not sign.believed and sign.candidates:
+        names = word(preferences, "or").join(c.reading for c in sign.candidates[:3])
+        lines.append(say(preferences, "ask", "unsure", candidates=names))
+    if meaning.limit is not None:
+        lines.append(say(preferences, "ask", "sign_limit", limit=limit_text(meaning.limit, preferences.unit)))
+    if meaning.legal_action == "stop":
+        lines.append(say(preferences, "ask", "sign_stop"))
+    lines += [plain(meaning.note)] if meaning.note else []
+    lines.append(_weather_line(state, outcomes))
+    return Told(tuple(lines), min(meaning.confidence, sign.confidence), meaning.citations)
+
+
+def _limit_line(state: State, answered: RulesAnswer | None) -> str:
+    preferences = state.preferences
+    limit = answered.limit if answered is not None else target(state).law.limit
+    if limit is None:
+        return say(preferences, "ask", "limit_unknown")
+    other = "km/h" if limit.unit == "mph" else "mph"
+    converted = speed(msgspec.structs.replace(preferences, unit=other), limit.mps)
+    return say(preferences, "ask", "limit_here", limit=f"{limit.value:g} {limit.unit}", converted=converted)
+
+
+_ASKED_UNIT = {"mph": re.compile(r"mph|mile|meile", re.I), "km/h": re.compile(r"km|kph|kilomet", re.I)}
+
+
+def _units(question: str, state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    preferences, signs = state.preferences, state.signs
+    answered = _result(outcomes, "applicable_limit", RulesAnswer)
+    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    here = signs.jurisdiction
+    unit = signs.units.value if signs.units is not None else None
+    if unit is None and answered is not None and answered.limit is not None:
+        unit = answered.limit.unit
+    if here is None or unit is None:
+        return Told((say(preferences, "ask", "units_unknown"), _limit_line(state, answered)), 0.3)
+    asked = [name for name, pattern in _ASKED_UNIT.items() if pattern.search(question)]
+    phrase = "units" if len(asked) != 1 else "units_yes" if asked[0] == unit else "units_no"
+    lines = [say(preferences, "ask", phrase, country=here.value, unit=unit)]
+    if signs.former_jurisdiction:
+        lines.append(say(preferences, "ask", "switched", former=signs.former_jurisdiction))
+    lines.append(_limit_line(state, answered))
+    citations = (*(answered.citations if answered else ()), *(law.citations if law else ()))
+    sure = min(here.confidence, answered.confidence if answered is not None else 0.4)
+    return Told(tuple(lines), sure, citations)
+
+
+def _change(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    preferences = state.preferences
+    answered = _result(outcomes, "applicable_limit", RulesAnswer)
+    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    lines = [_why_changed(state), _limit_line(state, answered), _weather_line(state, outcomes)]
+    lines.append(say(preferences, "ask", "recommend", target=drive(preferences, target(state).mps)))
+    citations = (*(answered.citations if answered else ()), *(law.citations if law else ()))
+    return Told(tuple(lines), answered.confidence if answered is not None else 0.3, citations)
+
+
+def _why_changed(state: State) -> str:
+    preferences, signs = state.preferences, state.signs
+    gantry = signs.gantry
+    newest = max(in_force(signs), key=lambda each: each.since_ns, default=None)
+    if gantry is not None and (newest is None or newest.since_ns <= gantry.since_ns):
+        shown = f"{gantry.posted.value:g} {gantry.posted.unit}"
+        return say(preferences, "ask", "changed_gantry", limit=shown)
+    if newest is not None and newest.since_ns == signs.changed_ns:
+        ago = (state.now_ns - newest.since_ns) / 1e9
+        limit = f"{newest.posted.value:g} {newest.posted.unit}"
+        return say(preferences, "ask", "changed_sign", ago=f"{ago:.0f}", limit=limit)
+    if signs.ended:
+        return say(preferences, "ask", "changed_ended", reading=signs.ended[-1])
+    return say(preferences, "ask", "changed_none")
+
+
+def _lamp(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    preferences, car = state.preferences, state.held.degradation
+    health = _result(outcomes, "vehicle_health", VehicleHealth)
+    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    lamps = health.warning_lamps if health is not None else car.warning_lamps if car is not None else ()
+    lines = [say(preferences, "ask", "lamp", lamps=", ".join(lamps)) if lamps else say(preferences, "ask", "lamp_none")]
+    if health is None:
+        lines += [say(preferences, "ask", "no_health"), say(preferences, "ask", "safe_unknown")]
+        return Told(tuple(lines), 0.2, law.citations if law is not None else ())
+    lines += [
+        say(preferences, "ask", "code", code=dtc.code, summary=dtc.summary.rstrip("."), step=dtc.next_step)
+        for dtc in health.dtcs[:3]
+    ]
+    safe = f"safe_{health.safe_to_drive}"
+    known = safe in phrases(preferences.language)["ask"]
+    lines.append(
+        say(preferences, "ask", safe if known else "safe_unknown", target=drive(preferences, target(state).mps))
+    )
+    lines += [plain(health.advice)] if health.advice and not health.dtcs else []
+    return Told(tuple(lines), health.confidence, law.citations if law is not None else ())
+
+
+def _limit(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    answered = _result(outcomes, "applicable_limit", RulesAnswer)
+    lines = (_limit_line(state, answered), _weather_line(state, outcomes))
+    citations = answered.citations if answered is not None else ()
+    return Told(lines, answered.confidence if answered is not None else 0.3, citations)
+
+
+def _law(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    preferences = state.preferences
+    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    if law is None:
+        return Told((say(preferences, "ask", "no_rules"),), 0.0)
+    text = plain(law.note, 600)
+    lines = (text,) if text else (say(preferences, "ask", "nothing"),)
+    return Told(lines, law.confidence, law.citations)
+
+
+_TELL = {"sign": _sign, "change": _change, "lamp": _lamp, "limit": _limit, "law": _law}
+
+
+def in_language(state: State, language: str | None) -> State:
+    """The state with another language for this one answer."""
+    if language not in ("en", "de"):
+        return state
+    preferences: Preferences = msgspec.structs.replace(state.preferences, language=language)
+    return msgspec.structs.replace(state, preferences=preferences)

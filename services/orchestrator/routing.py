@@ -1,0 +1,137 @@
+"""From events to calls: which tool, with which arguments, and whether the answer at hand still serves."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import msgspec
+
+from proto.decision import Event
+from proto.rules import RightOfWayQuestion
+from services.orchestrator import legal
+from services.orchestrator.actors import pedestrian
+from services.orchestrator.events import TOOLS, foreign_plate
+from services.orchestrator.inputs import Expert
+from services.orchestrator.state import State
+
+RETRY_NS = 500_000_000
+"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
+
+
+class Call(msgspec.Struct, frozen=True, kw_only=True):
+    """One call of a tick."""
+
+    tool: str
+    arguments: dict[str, Any]
+    deadline_ms: float
+    events: tuple[str, ...] = ()
+    """Because of which events."""
+
+
+class ToolRow(NamedTuple):
+    """How a tool is asked: the arguments it needs (None: nothing to ask now), its deadline, how long its answer serves."""
+
+    arguments: Callable[[State], dict[str, Any] | None]
+    deadline_ms: float
+    serves_s: float
+
+
+def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[Call, ...]:
+    """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
+    because: dict[str, list[str]] = {}
+    for event in events:
+        for tool in (*TOOLS[event.kind], *(x.tool for x in experts if event.kind in x.answers)):
+            because.setdefault(tool, []).append(event.kind)
+    rows = {**TOOL_TABLE, **{x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}}
+    calls = []
+    for tool, kinds in sorted(because.items()):
+        row = rows.get(tool)
+        arguments = row.arguments(state) if row is not None else None
+        if row is not None and arguments is not None and not answered(state, tool, arguments, row.serves_s):
+            calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=tuple(kinds)))
+    return tuple(calls)
+
+
+def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
+    """Whether this very question was answered lately, or the tool failed a moment ago."""
+    sha = legal.key(arguments)
+    for asked in state.memory.asked:
+        if asked.tool != tool:
+            continue
+        age_ns = state.now_ns - asked.stamp_ns
+        if not asked.ok and age_ns < RETRY_NS:
+            return True
+        if asked.ok and asked.arguments_sha256 == sha and age_ns < serves_s * 1e9:
+            return True
+    return False
+
+
+# -- arguments ---------------------------------------------------------------------------------------------------------
+
+
+def _nothing(state: State) -> dict[str, Any]:
+    return {}
+
+
+def _language(state: State) -> dict[str, Any]:
+    return {"language": state.preferences.language}
+
+
+def _sign(state: State) -> dict[str, Any] | None:
+    """The sign to be explained: a doubted one with all its candidates, else one with a plate in a foreign language."""
+    language = state.preferences.language
+    doubted = [s for s in state.signs.ahead if not s.believed and s.kind == "limit"]
+    foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
+    sign = max(doubted or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
+    if sign is None:
+        return None
+    return {
+        "reading": sign.reading,
+        "jurisdiction": state.signs.jurisdiction.value if state.signs.jurisdiction is not None else None,
+        "language": language,
+        "plates": list(sign.plates),
+        "candidates": [
+            {"reading": c.reading, "confidence": int(c.confidence * 10) / 10}
+            for c in sign.candidates
+            if c.confidence > 0
+        ],
+        "home_unit": state.preferences.unit,
+    }
+
+
+def _junction(state: State) -> dict[str, Any]:
+    person = pedestrian(state.world)
+    light = state.light
+    question = RightOfWayQuestion(
+        jurisdiction=state.signs.jurisdiction.value if state.signs.jurisdiction is not None else None,
+        signs=tuple(s.reading for s in state.signs.ahead if s.believed and s.reading in JUNCTION_SIGNS),
+        light=light.state if light is not None else None,  # type: ignore[arg-type]
+        # Nobody seen is not nobody there: only a tick with tracks can say so.
+        pedestrians_on_crossing=True if person is not None else None if state.world.actors is None else False,
+        language=state.preferences.language,
+    )
+    arguments: dict[str, Any] = {"question": msgspec.to_builtins(question)}
+    return arguments
+
+
+def _new_law(state: State) -> dict[str, Any] | None:
+    here = state.signs.jurisdiction
+    if here is None:
+        return None
+    return {
+        "query": "speed limits, units and side of the road in this country",
+        "jurisdiction": here.value,
+        "language": state.preferences.language,
+    }
+
+
+JUNCTION_SIGNS = frozenset({"stop", "yield", "priority_road", "priority_here", "crossing"})
+EXPERT_SERVES_S = 2.0
+TOOL_TABLE: dict[str, ToolRow] = {
+    "applicable_limit": ToolRow(legal.situation_arguments, 40.0, 30.0),
+    "interpret_sign": ToolRow(_sign, 40.0, 30.0),
+    "right_of_way": ToolRow(_junction, 40.0, 5.0),
+    "lookup_rule": ToolRow(_new_law, 60.0, 60.0),
+    "assess_weather": ToolRow(_nothing, 40.0, 5.0),
+    "vehicle_health": ToolRow(_language, 40.0, 5.0),
+    "read_dtcs": ToolRow(_language, 40.0, 10.0),
+}

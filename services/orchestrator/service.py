@@ -1,0 +1,300 @@
+"""Binds the tick to the bus: gathers observations, starts ticks, publishes world, advisory and trace, offers the driver's tools."""
+
+import threading
+import time
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from drivemcp.config import ServiceConfig
+from drivemcp.errors import ToolFailed
+from drivemcp.node import Node
+from drivemcp.received import Received
+from drivemcp.service import Service
+from proto import topics
+from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Preferences
+from proto.perception import Tracks
+from proto.scene import Facts, Unit
+from proto.tools import Outcome
+from proto.topics import Topic
+from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
+from services.orchestrator.events import new
+from services.orchestrator.inputs import Cause, M, Observations, Stamped, experts, road_ahead
+from services.orchestrator.preferences import changed, remembered
+from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
+from services.orchestrator.ratelimit import Given, admit
+from services.orchestrator.routing import Call
+from services.orchestrator.state import State
+from services.orchestrator.text import plain
+from services.orchestrator.tick import Ticked, tick, trace_of
+
+WHOLE_STATE_EVERY = 100
+NEEDED: tuple[Topic[Any], ...] = (topics.TRACKS, topics.EGO, topics.CONDITIONS, topics.DEGRADATION)
+WELCOME: tuple[Topic[Any], ...] = (topics.LANES, topics.MAP, topics.GNSS)
+"""Missed only once they were there."""
+MOST_FACTS = 200
+
+Label = Literal["late_warning", "false_positive", "override", "helpful", "annoying"]
+Question = Annotated[str, msgspec.Meta(max_length=400, description="the driver's question in plain words")]
+
+
+class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
+    """When a silent perception is ticked over, whose absence degrades a tick, and how the driver is first spoken to."""
+
+    silence_s: float = 0.3
+    expected: tuple[str, ...] = ("perception", "drivelm", "rules", "retrieval", "weather", "can", "arbiter", "logger")
+    preferences: Preferences = Preferences()
+
+
+class LiveAsk:
+    """The two waits, over the bus and within the budget of one tick."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._started_s = time.monotonic()
+
+    def spent_ms(self) -> float:
+        """Since the tick began; nothing in lockstep, where lateness is modelled."""
+        return 0.0 if self._node.lockstep else (time.monotonic() - self._started_s) * 1e3
+
+    def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
+        """In parallel, each with min(its deadline, what is left)."""
+        outcomes = self._node.call_all(within_budget(calls, self.spent_ms()))
+        # A tool that nobody offers leaves no arguments in its outcome; memory and replay go by them.
+        return tuple(
+            msgspec.structs.replace(outcome, arguments=call.arguments)
+            for call, outcome in zip(calls, outcomes, strict=True)
+        )
+
+    def arbiter(self, request: ArbitrationRequest) -> Decision | None:
+        """None where it is not there, too late, or answers what is no decision."""
+        left_ms = max(LEAST_MS, min(ARBITER_DEADLINE_MS, BUDGET_MS - self.spent_ms()))
+        outcome = self._node.call("arbitrate", {"request": request}, deadline_ms=left_ms)
+        if not outcome.ok:
+            return None
+        try:
+            return msgspec.convert(outcome.result, Decision)
+        except msgspec.ValidationError as error:
+            self._node.log.warning("the arbiter answers what is no decision: %s", error)
+            return None
+
+
+class Orchestrator:
+    """The running service: what came in since the last tick, and the state. Ticks run on the node's worker thread."""
+
+    def __init__(self, config: OrchestratorConfig, node: Node) -> None:
+        self._config = config
+        self._node = node
+        self._lock = threading.Lock()
+        self._facts: list[Stamped[Facts]] = []
+        self._feedback: list[Feedback] = []
+        self._given = Given()
+        self._query = ""
+        self._preferences: Preferences | None = config.preferences
+        self._seen: set[str] = set()
+        self._recalled = node.lockstep  # a lockstep run starts from its configuration alone
+        self._ticked_ns: int | None = None
+        self.state = State()
+
+    # -- ticks ---------------------------------------------------------------------------------------------------------
+
+    def on_facts(self, facts: Facts, info: Received[Facts]) -> None:
+        """Facts arrive when they arrive; none gates a tick."""
+        self._facts.append(Stamped(seq=info.seq, stamp_ns=info.stamp_ns, message=facts))
+        del self._facts[:-MOST_FACTS]
+
+    def on_tracks(self, tracks: Tracks, info: Received[Tracks]) -> None:
+        """A snapshot is complete."""
+        self.tick("snapshot")
+
+    def watch(self) -> None:
+        """Tick over where sensors fall silent."""
+        now_ns = self._node.clock.now_ns()
+        if self._ticked_ns is None or (now_ns - self._ticked_ns) / 1e9 >= self._config.silence_s:
+            self.tick("watchdog")
+
+    def tick(self, cause: Cause) -> None:
+        """One tick, from the newest of everything to the advisory."""
+        seen = self._observations(cause)
+        ask = LiveAsk(self._node)
+        ticked = tick(self.state, seen, ask)
+        self.state = ticked.state
+        self._ticked_ns = seen.now_ns
+        advisory = self._timed(ticked, seen, ask)
+        self._node.publish(topics.ADVISORY, advisory)
+        self._node.publish(topics.WORLD, ticked.world)
+        number = ticked.state.tick
+        whole = number == 1 or number % WHOLE_STATE_EVERY == 0
+        self._node.publish(topics.TRACE, trace_of(ticked, seen, self._versions(ticked), advisory, whole=whole))
+
+    def _timed(self, ticked: Ticked, seen: Observations, ask: LiveAsk) -> Advisory:
+        """With both latencies: from event detection, where an event began, and from the snapshot."""
+        began = bool(new(ticked.events, seen.now_ns)) and ticked.decision.kind != "SILENT"
+        modelled = max((outcome.elapsed_ms for outcome in ticked.outcomes), default=0.0)
+        took_ms = modelled if self._node.lockstep else ask.spent_ms()
+        now_ns = self._node.clock.now_ns()
+        from_snapshot = (now_ns - ticked.world.stamp_ns) / 1e6 + (modelled if self._node.lockstep else 0.0)
+        return msgspec.structs.replace(
+            ticked.advisory,
+            event_to_advice_ms=round(took_ms, 3) if began else None,
+            snapshot_to_advice_ms=round(from_snapshot, 3) if seen.cause == "snapshot" else None,
+        )
+
+    def _versions(self, ticked: Ticked) -> dict[str, str]:
+        versions = {"profile": f"{ticked.decision.profile} {ticked.decision.profile_sha256[:12]}".strip()}
+        legal = ticked.state.held.legal
+        if legal is not None:
+            versions["rulepack"] = legal.rulepack_version
+        return versions
+
+    # -- observations --------------------------------------------------------------------------------------------------
+
+    def _observations(self, cause: Cause) -> Observations:
+        node = self._node
+        with self._lock:
+            feedback, self._feedback = tuple(self._feedback), []
+            query, self._query = self._query, ""
+            preferences, self._preferences = self._preferences, None
+        facts, self._facts = tuple(self._facts), []
+        gnss, road = node.latest(topics.GNSS), node.latest(topics.MAP)
+        return Observations(
+            now_ns=node.clock.now_ns(),
+            cause=cause,
+            tracks=self._stamped(topics.TRACKS),
+            lanes=self._stamped(topics.LANES),
+            ego=self._stamped(topics.EGO),
+            road=Stamped(seq=road.seq, stamp_ns=road.stamp_ns, message=road_ahead(road.message))
+            if road is not None
+            else None,
+            position_m=(gnss.message.x_m, gnss.message.y_m) if gnss is not None else None,
+            conditions=self._stamped(topics.CONDITIONS),
+            degradation=self._stamped(topics.DEGRADATION),
+            facts=facts,
+            unhealthy=self._unhealthy(),
+            absent=tuple(sorted(set(self._config.expected) - node.alive_services())),
+            late=tuple(node.late()),
+            preferences=preferences,
+            feedback=feedback,
+            experts=experts(node.catalogue()),
+            query=query,
+        )
+
+    def _stamped(self, topic: Topic[M]) -> Stamped[M] | None:
+        received = self._node.latest(topic)
+        if received is None or not self._node.health(topic).valid:
+            return None
+        return Stamped(seq=received.seq, stamp_ns=received.stamp_ns, message=received.message)
+
+    def _unhealthy(self) -> tuple[str, ...]:
+        names = []
+        for topic in (*NEEDED, *WELCOME):
+            health = self._node.health(topic)
+            if health.alive and health.valid:
+                self._seen.add(topic.name)
+            elif topic in NEEDED or topic.name in self._seen:
+                names.append(topic.name)
+        return tuple(sorted(names))
+
+    # -- the driver ----------------------------------------------------------------------------------------------------
+
+    def ask(self, question: str, language: str | None) -> Answer:
+        """Answer from the running drive."""
+        state = in_language(self.state, language)
+        subject = subject_of(question)
+        with self._lock:
+            self._query = plain(question)
+        calls = calls_for(subject, question, state)
+        outcomes = self._node.call_all([(call.tool, call.arguments, call.deadline_ms) for call in calls])
+        return answer(question, subject, state, tuple(outcomes))
+
+    def give_feedback(self, label: Label, number: int, note: str) -> int:
+        """Queue a label for the next tick; raises ToolFailed when there were too many."""
+        with self._lock:
+            self._given, refused = admit(self._given, self._node.clock.now_ns())
+            if refused:
+                raise ToolFailed(f"{refused}; try again later")
+            self._feedback.append(Feedback(label=label, tick=number or self.state.tick, note=plain(note)))
+        self._remember("feedback", label, {"tick": number or self.state.tick, "note": plain(note)})
+        return number or self.state.tick
+
+    def prefer(self, **fields: Any) -> Preferences:
+        """Change preferences from the next tick on, and have them remembered."""
+        with self._lock:
+            after = changed(self._preferences or self.state.preferences, **fields)
+            self._preferences = after
+        self._remember("preferences", "driver", msgspec.to_builtins(after))
+        return after
+
+    def recall(self) -> None:
+        """Once the logger is there, the preferences of the last drive."""
+        if self._recalled or "recall" not in self._node.catalogue():
+            return
+        outcome = self._node.call("recall", {"kind": "preferences", "key": "driver", "limit": 1}, deadline_ms=40.0)
+        if not outcome.ok:
+            return
+        self._recalled = True
+        kept = remembered(outcome.result)
+        with self._lock:
+            # What the driver has said in this drive already comes before what was kept.
+            if kept is not None and self.state.preferences == self._config.preferences and self._preferences is None:
+                self._preferences = kept
+
+    def _remember(self, kind: str, key: str, value: dict[str, Any]) -> None:
+        if "remember" in self._node.catalogue():
+            outcome = self._node.call("remember", {"kind": kind, "key": key, "value": value}, deadline_ms=100.0)
+            if not outcome.ok:
+                self._node.log.warning("%s is not remembered: %s", kind, outcome.error)
+
+
+def build(config: OrchestratorConfig, node: Node) -> None:
+    """Wire the orchestrator to a node."""
+    orchestrator = Orchestrator(config, node)
+    node.watch_services()
+    quiet: tuple[Topic[Any], ...] = (
+        topics.EGO,
+        topics.LANES,
+        topics.MAP,
+        topics.GNSS,
+        topics.CONDITIONS,
+        topics.DEGRADATION,
+    )
+    for topic in quiet:
+        node.subscribe(topic)
+    node.subscribe(topics.FACTS, orchestrator.on_facts)
+    node.subscribe(topics.TRACKS, orchestrator.on_tracks)
+    node.every(0.1, orchestrator.watch)
+    node.every(1.0, orchestrator.recall)
+    _offer(node, orchestrator)
+
+
+def _offer(node: Node, orchestrator: Orchestrator) -> None:
+    @node.tool(deadline_ms=600, read_only=True)
+    def ask(
+        question: Question,
+        language: Annotated[str | None, msgspec.Meta(description="en or de; absent: the driver's")] = None,
+    ) -> Answer:
+        """Answer a driver's question from the running drive: signs, units and country, a changed limit, a warning lamp, the law."""
+        return orchestrator.ask(question, language)
+
+    @node.tool(deadline_ms=200, capability="diagnostic", read_only=False, idempotent=False)
+    def feedback(
+        label: Label,
+        tick: Annotated[int, msgspec.Meta(description="the tick meant; 0: the last one")] = 0,
+        note: Annotated[str, msgspec.Meta(max_length=200)] = "",
+    ) -> dict[str, int]:
+        """A label on a warning: it moves, within bounds, how soon the car acts. Rate-limited and traced."""
+        return {"tick": orchestrator.give_feedback(label, tick, note)}
+
+    @node.tool(deadline_ms=200, read_only=False)
+    def set_preferences(
+        language: Literal["en", "de"] | None = None,
+        unit: Unit | None = None,
+        verbosity: Literal["short", "normal", "full"] | None = None,
+        tone: Literal["neutral", "friendly"] | None = None,
+        muted: Annotated[bool | None, msgspec.Meta(description="hazards and first notices are spoken anyway")] = None,
+    ) -> Preferences:
+        """How the driver wants to be spoken to, from the next message on; absent fields stay as they are."""
+        return orchestrator.prefer(language=language, unit=unit, verbosity=verbosity, tone=tone, muted=muted)
+
+
+SERVICE = Service("orchestrator", OrchestratorConfig, build)

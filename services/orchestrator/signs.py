@@ -1,0 +1,292 @@
+"""Signs seen become limits in force: pure, from facts and the way travelled.
+
+A limit comes into force when its sign is passed. A limit that was believed stays until positive evidence ends it: an end
+sign, a new sign, a junction at which the ego turned, a border. What is doubted never enters here; see `fusion`.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Literal, NamedTuple, cast
+
+import msgspec
+
+from proto.rules import PostedLimit
+from proto.scene import Fact, Unit
+from services.orchestrator.state import Believed, InForce, SignAhead, Signs
+
+SURE = 0.6
+"""From this confidence on a reading may end or raise a limit."""
+TOLD = 0.3
+"""From this confidence on a believed reading may lower one."""
+LOST_S = 6.0
+"""A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
+FORGOTTEN_S = 30.0
+TURN_RAD = math.radians(50.0)
+JUNCTION_NEAR_M = 15.0
+MOST_AHEAD = 12
+RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet")
+"""Plates under which a limit stands beside the others instead of replacing them."""
+
+
+class Motion(NamedTuple):
+    """What the ego did since the last tick."""
+
+    travelled_m: float = 0.0
+    turned_rad: float = 0.0
+    junction_m: float | None = None
+    lane_id: str = ""
+
+
+def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Signs:
+    """The signs after a tick; facts in the order in which they came."""
+    signs = _move(signs, motion)
+    for fact in facts:
+        signs = _take(signs, fact, motion, now_ns)
+    signs = _pass_reached(signs, now_ns)
+    return _junction(signs, motion, now_ns)
+
+
+# -- facts -----------------------------------------------------------------------------------------------------------
+
+
+def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
+    if not (math.isfinite(fact.confidence) and len(fact.reading) <= 64):
+        return signs
+    if fact.kind in _STATED:
+        return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
+    if fact.kind not in ("limit", "sign", "message") or not plausible_value(fact.value):
+        return signs
+    sign = _merge(signs, fact, motion)
+    others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
+    if fact.passed:
+        return _apply(msgspec.structs.replace(signs, ahead=others), sign, now_ns)
+    return msgspec.structs.replace(signs, ahead=(*others, sign)[-MOST_AHEAD:])
+
+
+def plausible_value(value: float | None) -> bool:
+    """A number that a sign can show: none, or one from 5 to 140."""
+    return value is None or (math.isfinite(value) and 5.0 <= value <= 140.0)
+
+
+def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
+    known = next((each for each in signs.ahead if each.track_id == fact.track_id), None)
+    distance = fact.distance_m if fact.distance_m is not None and math.isfinite(fact.distance_m) else None
+    return SignAhead(
+        track_id=fact.track_id,
+        kind=fact.kind,
+        reading=fact.reading,
+        scope=fact.scope,
+        value=fact.value,
+        unit=fact.unit,
+        confidence=min(1.0, max(0.0, fact.confidence)),
+        believed=fact.believed,
+        distance_m=distance if distance is not None or known is None else known.distance_m,
+        seen_ns=fact.frame_stamp_ns,
+        first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
+        candidates=fact.candidates[:5],
+        plates=fact.plates[:4],
+        text=fact.text[:120],
+        own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
+    )
+
+
+def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
+    def state(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+        known: Believed | None = getattr(signs, field)
+        if fact.confidence < SURE or (known is not None and known.value == fact.reading):
+            return signs
+        return msgspec.structs.replace(
+            signs, **{field: Believed(value=fact.reading, confidence=min(1.0, fact.confidence), since_ns=now_ns)}
+        )
+
+    return state
+
+
+def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+    after = _state("jurisdiction")(signs, fact, now_ns)
+    if after is signs or signs.jurisdiction is None:
+        return after
+    # Another country's signs, believed: the border is behind us even if its sign was missed.
+    return msgspec.structs.replace(_clear(after, now_ns), former_jurisdiction=signs.jurisdiction.value)
+
+
+_STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
+    "jurisdiction": _jurisdiction,
+    "units": _state("units"),
+    "traffic_side": _state("traffic_side"),
+    "road_type": _state("road_type"),
+}
+
+
+# -- passing ---------------------------------------------------------------------------------------------------------
+
+
+def _move(signs: Signs, motion: Motion) -> Signs:
+    ahead = tuple(
+        msgspec.structs.replace(each, distance_m=each.distance_m - motion.travelled_m)
+        if each.distance_m is not None
+        else each
+        for each in signs.ahead
+    )
+    return msgspec.structs.replace(signs, ahead=ahead)
+
+
+def _pass_reached(signs: Signs, now_ns: int) -> Signs:
+    for sign in sorted(signs.ahead, key=lambda each: (each.first_ns, each.track_id)):
+        unseen_s = (now_ns - sign.seen_ns) / 1e9
+        # A range is a few metres off: what lowers counts at the post, what raises well behind it.
+        reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
+        lost = sign.distance_m is None and unseen_s > LOST_S
+        if reached or lost or unseen_s > FORGOTTEN_S:
+            left = tuple(each for each in signs.ahead if each.track_id != sign.track_id)
+            signs = msgspec.structs.replace(signs, ahead=left)
+            # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
+            if reached or (lost and lowers(signs, sign)):
+                signs = _apply(signs, sign, now_ns)
+    return signs
+
+
+def lowers(signs: Signs, sign: SignAhead) -> bool:
+    """Whether a sign shows a limit below the lowest in force."""
+    if sign.value is None:
+        return False
+    value = value_kmh(sign.value, sign.unit)
+    return all(value <= value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs))
+
+
+def value_kmh(value: float, unit: Unit | None) -> float:
+    """For comparison; a number without unit is taken as km/h, the lower reading."""
+    return value * 1.609344 if unit == "mph" else value
+
+
+def in_force(signs: Signs) -> tuple[InForce, ...]:
+    """All limits in force."""
+    single = tuple(each for each in (signs.permanent, signs.gantry, signs.zone) if each is not None)
+    return (*single, *signs.conditional)
+
+
+def _apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    others = tuple(each for each in signs.recent if each.reading != sign.reading)
+    signs = msgspec.structs.replace(signs, recent=(*others, sign)[-4:])
+    if not sign.believed or not sign.own_lane or sign.confidence < TOLD:
+        return signs
+    if sign.confidence < SURE and not lowers(signs, sign):
+        return signs
+    if sign.value is not None and sign.scope != "end":
+        return _set(signs, sign, now_ns)
+    head = sign.reading.partition(":")[0]
+    if sign.scope == "end" and sign.value is not None:
+        head = "limit_end"
+    ends = _ENDS.get(sign.reading) or _ENDS.get(head)
+    return ends(signs, sign, now_ns) if ends is not None else signs
+
+
+def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    units = cast(Unit, signs.units.value) if signs.units and signs.units.value in ("km/h", "mph") else "km/h"
+    posted = PostedLimit(
+        value=sign.value or 0.0,
+        unit=sign.unit or units,
+        scope=cast(Literal["permanent"], sign.scope),
+        confidence=sign.confidence,
+        plates=sign.plates,
+        reading=sign.reading,
+    )
+    limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
+    beside = sign.scope == "when_wet" or any(plate.startswith(RESTRICTED_PLATES) for plate in sign.plates)
+    if beside:
+        others = tuple(each for each in signs.conditional if _differs(each, posted))
+        return _changed(signs, now_ns, conditional=(*others, limit)[-3:])
+    if "plate:distance" in sign.plates and not lowers(signs, sign):
+        return signs
+    slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
+    known: InForce | None = getattr(signs, slot)
+    if known is not None and not _differs(known, posted):
+        return signs
+    also = {"permanent": None} if slot == "zone" else {}
+    when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
+    return _changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+
+
+def _differs(known: InForce, posted: PostedLimit) -> bool:
+    old = known.posted
+    return (old.value, old.unit, old.scope, old.plates) != (posted.value, posted.unit, posted.scope, posted.plates)
+
+
+# -- ends ------------------------------------------------------------------------------------------------------------
+
+
+def _changed(signs: Signs, now_ns: int, **fields: object) -> Signs:
+    return msgspec.structs.replace(signs, changed_ns=now_ns, **fields)
+
+
+def _clear(signs: Signs, now_ns: int) -> Signs:
+    return _changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
+
+
+def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+        fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
+        if not any(getattr(signs, slot) for slot in slots):
+            return signs
+        when = {"gantry_changed_ns": now_ns} if signs.gantry is not None and "gantry" in slots else {}
+        ended = (*signs.ended, sign.reading)[-4:]
+        return _changed(signs, now_ns, ended=ended, **fields, **when)
+
+    return end
+
+
+def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    def place(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
+        ended = (*signs.ended, sign.reading)[-4:]
+        return msgspec.structs.replace(_clear(signs, now_ns), road_type=believed, ended=ended)
+
+    return place
+
+
+def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    after = _end("permanent", "zone", "conditional")(signs, sign, now_ns)
+    if signs.road_type is None or signs.road_type.value == "urban":
+        rural = Believed(value="rural", confidence=sign.confidence, since_ns=now_ns)
+        after = _changed(after, now_ns, road_type=rural)
+    return after
+
+
+def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    country = sign.reading.partition(":")[2]
+    if not (len(country) == 3 and country.isalpha() and country.isupper()):
+        return signs
+    before = signs.jurisdiction.value if signs.jurisdiction is not None else ""
+    if before == country:
+        return signs
+    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns)
+    return msgspec.structs.replace(
+        _clear(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
+    )
+
+
+_ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
+    "limit_end": _end("permanent", "conditional", "gantry"),
+    "all_end": _end("permanent", "conditional", "gantry"),
+    "zone_end": _end("zone"),
+    "led:end": _end("gantry"),
+    "led:blank": _end("gantry"),
+    "national": _national,
+    "town_entry": _place("urban"),
+    "town_exit": _place("rural"),
+    "motorway": _place("motorway"),
+    "motorway_end": _place("rural"),
+    "calm_street": _place("living_street"),
+    "border": _border,
+}
+
+
+def _junction(signs: Signs, motion: Motion, now_ns: int) -> Signs:
+    near = motion.junction_m is not None and motion.junction_m <= JUNCTION_NEAR_M
+    if near or signs.near_junction:
+        turned = (signs.turned_rad if signs.near_junction else 0.0) + motion.turned_rad
+        if abs(turned) >= TURN_RAD:
+            cleared = _changed(signs, now_ns, permanent=None, conditional=(), ended=(*signs.ended, "junction")[-4:])
+            return msgspec.structs.replace(cleared, near_junction=False, turned_rad=0.0)
+        return msgspec.structs.replace(signs, near_junction=near or abs(turned) > 0.1, turned_rad=turned)
+    return signs

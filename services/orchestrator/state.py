@@ -1,0 +1,180 @@
+"""What the orchestrator remembers between two ticks. Frozen, and the same bytes for the same drive."""
+
+import hashlib
+
+import msgspec
+
+from proto.decision import Preferences
+from proto.rules import PostedLimit, RulesAnswer, SignMeaning
+from proto.scene import Candidate, Unit
+from proto.tools import Effect
+from proto.vehicle import Degradation, VehicleHealth
+from proto.weather import Conditions
+from proto.world import WorldState
+
+
+class Believed(msgspec.Struct, frozen=True, kw_only=True):
+    """A fact that holds until another one ends it."""
+
+    value: str
+    confidence: float
+    since_ns: int
+
+
+class InForce(msgspec.Struct, frozen=True, kw_only=True):
+    """A limit whose sign the ego has passed."""
+
+    posted: PostedLimit
+    since_ns: int
+    track_id: int = 0
+
+
+class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
+    """A sign not yet passed, moved along by the ego's own speed."""
+
+    track_id: int
+    kind: str
+    reading: str
+    scope: str
+    value: float | None
+    unit: Unit | None
+    confidence: float
+    believed: bool
+    distance_m: float | None
+    seen_ns: int
+    first_ns: int
+    candidates: tuple[Candidate, ...] = ()
+    plates: tuple[str, ...] = ()
+    text: str = ""
+    own_lane: bool = True
+
+
+class Signs(msgspec.Struct, frozen=True, kw_only=True):
+    """Limits in force, signs ahead, and the evidence that ended earlier limits."""
+
+    permanent: InForce | None = None
+    gantry: InForce | None = None
+    zone: InForce | None = None
+    conditional: tuple[InForce, ...] = ()
+    ahead: tuple[SignAhead, ...] = ()
+    ended: tuple[str, ...] = ()
+    """Readings of the end signs passed since the last sign that set a limit."""
+    changed_ns: int | None = None
+    """When the limits in force last changed."""
+    gantry_changed_ns: int | None = None
+    jurisdiction: Believed | None = None
+    former_jurisdiction: str = ""
+    units: Believed | None = None
+    traffic_side: Believed | None = None
+    road_type: Believed | None = None
+    recent: tuple[SignAhead, ...] = ()
+    """The last signs passed, for questions about them."""
+    turned_rad: float = 0.0
+    """How far the ego has turned since it came near the junction."""
+    near_junction: bool = False
+
+
+class Light(msgspec.Struct, frozen=True, kw_only=True):
+    """The traffic light ahead as last read."""
+
+    state: str
+    confidence: float
+    seen_ns: int
+    distance_m: float | None
+    track_id: int
+
+
+class Limiter(msgspec.Struct, frozen=True, kw_only=True):
+    """What a third-party expert asks for, and until when."""
+
+    tool: str
+    until_ns: int
+    confidence: float
+    target_mps: float | None = None
+    speed_factor: float = 1.0
+    headway_factor: float = 1.0
+    text: str = ""
+
+
+class Held(msgspec.Struct, frozen=True, kw_only=True):
+    """The last word of each expert: it bounds the target until a better one replaces it."""
+
+    legal: RulesAnswer | None = None
+    legal_key: str = ""
+    """The question that it answered."""
+    conditions: Conditions | None = None
+    conditions_ns: int | None = None
+    degradation: Degradation | None = None
+    degradation_ns: int | None = None
+    health: VehicleHealth | None = None
+    meaning: SignMeaning | None = None
+    right_of_way: RulesAnswer | None = None
+    limiters: tuple[Limiter, ...] = ()
+    doubted_mps: float | None = None
+    doubted_until_ns: int = 0
+    target_mps: float | None = None
+    target_ns: int | None = None
+
+
+class Cached(msgspec.Struct, frozen=True, kw_only=True):
+    """That a question was answered, or failed, and when; results themselves stand in `Held`."""
+
+    tool: str
+    arguments_sha256: str
+    stamp_ns: int
+    ok: bool
+
+
+class Spoken(msgspec.Struct, frozen=True, kw_only=True):
+    """The last message on a topic."""
+
+    topic: str
+    key: str
+    stamp_ns: int
+    count: int = 1
+
+
+class Memory(msgspec.Struct, frozen=True, kw_only=True):
+    """Short-term memory."""
+
+    asked: tuple[Cached, ...] = ()
+    spoken: tuple[Spoken, ...] = ()
+    spoken_ns: int | None = None
+    messages: int = 0
+    hazards: int = 0
+    noticed: tuple[str, ...] = ()
+    """Topics whose first notice was given in this drive."""
+
+
+class Onset(msgspec.Struct, frozen=True, kw_only=True):
+    """Since when an event holds."""
+
+    kind: str
+    since_ns: int
+    last_ns: int
+    detail: str = ""
+
+
+class State(msgspec.Struct, frozen=True, kw_only=True):
+    """All of it."""
+
+    tick: int = 0
+    now_ns: int = 0
+    world: WorldState = WorldState(stamp_ns=0, tick=0)
+    signs: Signs = Signs()
+    light: Light | None = None
+    stop_m: float | None = None
+    """Distance to the stop line, moved along when the map is silent."""
+    stop_kind: str = ""
+    halted_ns: int | None = None
+    """When the ego last stood at the line ahead."""
+    held: Held = Held()
+    memory: Memory = Memory()
+    onsets: tuple[Onset, ...] = ()
+    preferences: Preferences = Preferences()
+    effects: tuple[tuple[str, Effect], ...] = ()
+
+
+def digest(state: State) -> str:
+    """SHA-256 of the state as canonical JSON."""
+    return hashlib.sha256(msgspec.json.encode(state, order="deterministic")).hexdigest()

@@ -1,0 +1,66 @@
+"""Where the ego has to stop: red lights, stop signs, people on a crossing."""
+
+from typing import NamedTuple
+
+from services.orchestrator.actors import EGO_HALF_M, pedestrian
+from services.orchestrator.state import State
+
+STANDSTILL_M = 1.0
+"""Kept before a line."""
+PERSON_M = 3.0
+"""Kept before a person."""
+COMFORT_MPS2 = 2.0
+"""Braking that nobody minds; the approach speed to a stop is sqrt(2 a d)."""
+UNKNOWN_STOP_M = 60.0
+
+
+class Stop(NamedTuple):
+    """One reason to stop. `room_m` from the front bumper to where the ego shall stand."""
+
+    why: str
+    """`red_light`, `stop_sign`, `person`"""
+    room_m: float
+    confidence: float
+
+    def approach_mps(self) -> float:
+        """The speed from which comfortable braking ends at the line."""
+        return float((2.0 * COMFORT_MPS2 * max(0.0, self.room_m)) ** 0.5)
+
+
+def stops(state: State) -> tuple[Stop, ...]:
+    """All of them, the nearest first."""
+    found = [stop for stop in (_red(state), _sign(state), _person(state)) if stop is not None]
+    return tuple(sorted(found, key=lambda stop: (stop.room_m, stop.why)))
+
+
+def needed_mps2(stop: Stop, speed_mps: float) -> float:
+    """The deceleration that ends at the line."""
+    return speed_mps * speed_mps / (2.0 * max(0.5, stop.room_m))
+
+
+def _red(state: State) -> Stop | None:
+    light = state.light
+    if light is None or light.state not in ("red", "red_amber", "amber"):
+        return None
+    line = state.stop_m if state.stop_kind in ("light", "stop_line", "crossing") else None
+    distance = line if line is not None else light.distance_m
+    room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
+    if room < -EGO_HALF_M - 2.0:
+        return None
+    return Stop("red_light", room, light.confidence)
+
+
+def _sign(state: State) -> Stop | None:
+    sign = next((each for each in state.signs.ahead if each.reading == "stop"), None)
+    if sign is None or state.halted_ns is not None:
+        return None
+    distance = state.stop_m if state.stop_m is not None and state.stop_kind != "light" else sign.distance_m
+    room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
+    return Stop("stop_sign", room, sign.confidence) if room > -EGO_HALF_M - 2.0 else None
+
+
+def _person(state: State) -> Stop | None:
+    person = pedestrian(state.world)
+    if person is None:
+        return None
+    return Stop("person", person.gap_m - PERSON_M, person.track.confidence)

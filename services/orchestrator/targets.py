@@ -1,0 +1,228 @@
+"""The target speed: the legal limit first, and everything else can only lower it.
+
+Each bound says how fast one may go and why; the target is the least of them. What is unknown takes a careful default,
+what was believed holds until something better is known.
+"""
+
+import math
+from typing import NamedTuple
+
+from proto.rules import Citation, LegalLimit, RulesAnswer
+from services.orchestrator import legal
+from services.orchestrator.actors import Way, lead
+from services.orchestrator.signs import RESTRICTED_PLATES, SURE, in_force
+from services.orchestrator.state import State
+from services.orchestrator.stops import stops
+from services.orchestrator.units import to_mps
+
+KMH = 1.0 / 3.6
+CAUTIOUS_MPS: dict[str, float] = {
+    "living_street": 7 * KMH, "urban": 30 * KMH, "rural": 60 * KMH, "dual_carriageway": 70 * KMH, "motorway": 80 * KMH,
+}  # fmt: skip
+"""Where no law and no sign is known: below every ordinary limit of such a road."""
+CAUTIOUS_UNKNOWN_MPS = 30 * KMH
+PLAUSIBLE_KMH: dict[str, tuple[float, float]] = {
+    "living_street": (5, 30), "urban": (10, 70), "rural": (30, 120), "dual_carriageway": (40, 130), "motorway": (40, 140),
+}  # fmt: skip
+"""Limits that a road can have; a doubted reading outside them lowers nothing."""
+DOUBT_RATE_MPS2 = 0.7
+"""How fast a doubted restriction lowers the target: lifting the foot, no braking."""
+APPROACH_MPS2 = 1.2
+"""Coasting down to a lower limit ahead."""
+UNKNOWN_FACTOR = 0.95
+"""Weather or vehicle never heard of."""
+H_SLOPE = 0.4
+"""How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
+LEAST_FACTOR = 0.2
+HEADWAY_S = 1.2
+GAP_TIME_S = 4.0
+"""In which a gap that is too small is to be opened again."""
+STANDSTILL_M = 2.0
+UNANSWERED = 0.6
+"""Factor on the confidence of a limit that rests on an older answer, or on the sign alone."""
+
+
+class Bound(NamedTuple):
+    """One upper bound of the target."""
+
+    mps: float
+    why: str
+    source: str
+    confidence: float = 1.0
+    factor: float = 1.0
+    """With which weather, vehicle and experts had scaled it."""
+
+
+class Law(NamedTuple):
+    """The legal limit as it stands, and how well it stands."""
+
+    limit: LegalLimit | None
+    mps: float | None
+    """None: the law sets none here."""
+    confidence: float
+    basis: str
+    """`rules`, `held`, `sign`, `unknown`"""
+    citations: tuple[Citation, ...] = ()
+    answer: RulesAnswer | None = None
+
+
+class Target(NamedTuple):
+    """The target with all that bounds it, the tightest first."""
+
+    mps: float
+    law: Law
+    factor: float
+    headway_factor: float
+    bounds: tuple[Bound, ...]
+
+
+def target(state: State) -> Target:
+    """All bounds, and the least."""
+    law = law_of(state)
+    weather, vehicle, expert = factors(state)
+    factor = max(LEAST_FACTOR, weather * vehicle * expert)
+    found = [Bound(_or_max(law.mps) * factor, "law", law.basis, law.confidence, factor)]
+    found += [b._replace(mps=b.mps * factor, factor=factor) for b in (*_ahead(state, law), *_doubts(state, law))]
+    found += [Bound(s.approach_mps(), s.why, "perception", s.confidence) for s in stops(state)]
+    headway = headway_factor(state)
+    found += _following(lead(state.world), headway)
+    found += [
+        Bound(each.target_mps, "expert", each.tool, each.confidence)
+        for each in state.held.limiters
+        if each.target_mps is not None
+    ]
+    ordered = tuple(sorted(found, key=lambda b: (b.mps, b.why)))
+    return Target(ordered[0].mps, law, factor, headway, ordered)
+
+
+# -- the law -----------------------------------------------------------------------------------------------------------
+
+
+def law_of(state: State) -> Law:
+    """The answer to today's question; else the last answer, if no sign says less; else the sign; else caution."""
+    answer = state.held.legal
+    asked = legal.key(legal.situation_arguments(state))
+    if answer is not None and state.held.legal_key == asked and answer.legal_action != "unknown":
+        mps = answer.limit.mps if answer.limit is not None else None
+        return Law(answer.limit, mps, answer.confidence, "rules", answer.citations, answer)
+    sign = posted_limit(state)
+    known = answer.limit if answer is not None and answer.legal_action != "unknown" else None
+    if known is not None and answer is not None and (sign is None or known.mps <= sign[0].mps):
+        return Law(known, known.mps, UNANSWERED * answer.confidence, "held", answer.citations, answer)
+    if sign is not None:
+        return Law(sign[0], sign[0].mps, UNANSWERED * sign[1], "sign")
+    return Law(None, cautious_mps(state), 0.3, "unknown")
+
+
+def posted_limit(state: State) -> tuple[LegalLimit, float] | None:
+    """The lowest limit on signs in force, and its confidence; conditions that may hold are taken to hold."""
+    conditions = state.held.conditions
+    dry = conditions is not None and conditions.wet is False and conditions.confidence >= SURE
+    shown = []
+    for each in in_force(state.signs):
+        posted = each.posted
+        if posted.scope == "when_wet" and dry:
+            continue
+        if posted.scope != "when_wet" and any(plate.startswith(RESTRICTED_PLATES[0]) for plate in posted.plates):
+            continue
+        shown.append((LegalLimit(value=posted.value, unit=posted.unit, mps=to_mps(posted.value, posted.unit)), posted))
+    if not shown:
+        return None
+    limit, posted = min(shown, key=lambda pair: (pair[0].mps, pair[1].reading))
+    return limit, posted.confidence
+
+
+def cautious_mps(state: State) -> float:
+    """A speed for a road whose law is unknown."""
+    road = state.world.environment.road_type
+    return CAUTIOUS_MPS.get(road.value, CAUTIOUS_UNKNOWN_MPS) if road is not None else CAUTIOUS_UNKNOWN_MPS
+
+
+def _or_max(mps: float | None) -> float:
+    # Where the law sets no limit and recommends none either, the highest speed any of our packs recommends.
+    return 130 * KMH if mps is None else mps
+
+
+# -- signs ahead and doubts ----------------------------------------------------------------------------------------------
+
+
+def _ahead(state: State, law: Law) -> list[Bound]:
+    """Lower limits that are believed but not yet passed: come down to them in time."""
+    found = []
+    for sign in state.signs.ahead:
+        if sign.kind != "limit" or sign.value is None or sign.scope == "end" or not sign.believed or not sign.own_lane:
+            continue
+        mps = to_mps(sign.value, sign.unit or "km/h")
+        room = max(0.0, sign.distance_m) if sign.distance_m is not None else 0.0
+        found.append(Bound(math.sqrt(mps * mps + 2.0 * APPROACH_MPS2 * room), "ahead", "drivelm", sign.confidence))
+    return found
+
+
+def doubted_mps(state: State) -> float | None:
+    """The lowest limit that a doubted sign may show, if it is plausible for this road."""
+    road = state.world.environment.road_type
+    low, high = PLAUSIBLE_KMH.get(road.value, (30.0, 140.0)) if road is not None else (30.0, 140.0)
+    values = [
+        to_mps(sign.value, sign.unit or "km/h")
+        for sign in state.signs.ahead
+        if sign.kind == "limit" and sign.value is not None and sign.scope != "end" and not sign.believed
+    ]
+    if state.held.doubted_mps is not None and state.now_ns < state.held.doubted_until_ns:
+        values.append(state.held.doubted_mps)
+    return min((mps for mps in values if low * KMH - 0.1 <= mps <= high * KMH + 0.1), default=None)
+
+
+def _doubts(state: State, law: Law) -> list[Bound]:
+    doubted, before = doubted_mps(state), state.held.target_mps
+    if doubted is None:
+        return []
+    if before is None or state.held.target_ns is None:
+        return [Bound(max(doubted, _or_max(law.mps) - DOUBT_RATE_MPS2), "doubt", "drivelm", 0.5)]
+    passed_s = min(1.0, max(0.0, (state.now_ns - state.held.target_ns) / 1e9))
+    return [Bound(max(doubted, before - DOUBT_RATE_MPS2 * passed_s), "doubt", "drivelm", 0.5)]
+
+
+# -- what scales ---------------------------------------------------------------------------------------------------------
+
+
+def factors(state: State) -> tuple[float, float, float]:
+    """Weather, vehicle, experts: each in (0, 1]."""
+    conditions = state.held.conditions
+    weather = UNKNOWN_FACTOR if conditions is None else min(1.0, conditions.speed_factor)
+    expert = min((each.speed_factor for each in state.held.limiters), default=1.0)
+    return weather, vehicle_factor(state), expert
+
+
+def vehicle_factor(state: State) -> float:
+    """By h, and by what CAN asks for while its own degradation still says that something is wrong."""
+    car = state.held.degradation
+    if car is None or car.h is None:
+        return UNKNOWN_FACTOR
+    own = 1.0 - H_SLOPE * car.h
+    brakes = math.sqrt(car.brake_envelope) if car.brake_envelope is not None else 1.0
+    asked = state.held.health.speed_factor if state.held.health is not None and car.h > 0.1 else 1.0
+    return max(LEAST_FACTOR, min(1.0, own, max(0.5, brakes), asked))
+
+
+def headway_factor(state: State) -> float:
+    """How much the following distance is widened; 1 is ordinary."""
+    conditions, car = state.held.conditions, state.held.degradation
+    weather = 1.1 if conditions is None else max(1.0, conditions.following_factor)
+    h = car.h if car is not None else None
+    vehicle = 1.1 if h is None else 1.0 + h
+    if state.held.health is not None and h is not None and h > 0.1:
+        vehicle = max(vehicle, state.held.health.headway_factor)
+    return max(weather, vehicle, *(each.headway_factor for each in state.held.limiters), 1.0)
+
+
+def _following(way: Way | None, headway: float) -> list[Bound]:
+    """Open a gap that is too small, or do not run into one that closes."""
+    if way is None or way.speed_mps is None or way.track.oncoming:
+        return []
+    speed = max(0.0, way.speed_mps)
+    wanted = STANDSTILL_M + HEADWAY_S * headway * speed
+    closing = way.ttc_s is not None and way.ttc_s < 6.0
+    if way.gap_m >= wanted and not closing:
+        return []
+    # Doubted or not: an actor may always lower the target.
+    return [Bound(max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S), "lead", "perception", way.track.confidence)]

@@ -1,0 +1,188 @@
+"""One tick as data. The two steps that wait are `ask.experts` and `ask.arbiter`; all others are pure.
+
+observe → detect_events → route → ask.experts → fuse → ask.arbiter → remember
+"""
+
+from typing import NamedTuple
+
+import msgspec
+
+from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
+from proto.tools import Outcome
+from proto.world import WorldState
+from services.orchestrator import answers
+from services.orchestrator.actors import lead, pedestrian
+from services.orchestrator.ask import Ask, Recorded
+from services.orchestrator.events import detect_events
+from services.orchestrator.fusion import advise
+from services.orchestrator.inputs import Observations
+from services.orchestrator.local import decide_locally
+from services.orchestrator.matters import Matter
+from services.orchestrator.memory import remember, seconds_since_spoken
+from services.orchestrator.messages import say, toned
+from services.orchestrator.observe import observe
+from services.orchestrator.routing import Call, route
+from services.orchestrator.state import State, digest
+
+
+class Ticked(NamedTuple):
+    """All that a tick came to."""
+
+    state: State
+    world: WorldState
+    events: tuple[Event, ...]
+    calls: tuple[Call, ...]
+    outcomes: tuple[Outcome, ...]
+    fused: Fused
+    request: ArbitrationRequest
+    decision: Decision
+    advisory: Advisory
+
+
+def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
+    """The next state and everything on the way to it."""
+    state = answers.take(observe(before, seen), seen.late)
+    events = detect_events(state, before, seen.query)
+    calls = route(events, state, seen.experts)
+    outcomes = ask.experts(calls) if calls else ()
+    state = answers.take(state, outcomes)
+    # An answer can be news itself: what it tells of is detected now, not a tick later. It calls nothing any more.
+    events = detect_events(state, before, seen.query) if outcomes else events
+    fused, matter = advise(state, events, outcomes)
+    request = request_of(state, fused, outcomes, seen)
+    decision = judged(ask.arbiter(request), request)
+    after = remember(state, before, events, fused, matter, decision)
+    advisory = advisory_of(state, fused, decision, matter, seen, outcomes)
+    return Ticked(after, state.world, events, calls, outcomes, fused, request, decision, advisory)
+
+
+def request_of(state: State, fused: Fused, outcomes: tuple[Outcome, ...], seen: Observations) -> ArbitrationRequest:
+    """What the arbiter is asked: the advice, and the numbers as the orchestrator sees them."""
+    world, held = state.world, state.held
+    ahead, person = lead(world), pedestrian(world)
+    speed, accel = world.ego.speed_mps, world.ego.acceleration_mps2
+    conditions, car = held.conditions, held.degradation
+    return ArbitrationRequest(
+        tick=state.tick,
+        stamp_ns=world.stamp_ns,
+        fused=fused,
+        ego_speed_mps=speed.value if speed is not None else None,
+        ego_acceleration_mps2=accel.value if accel is not None else None,
+        lead=ahead.track if ahead is not None else None,
+        pedestrian=person.track if person is not None else None,
+        h=car.h if car is not None else None,
+        brake_envelope=car.brake_envelope if car is not None else None,
+        mu_low=conditions.mu_low if conditions is not None else None,
+        mu_high=conditions.mu_high if conditions is not None else None,
+        following_factor=fused.headway_factor,
+        tool_timed_out=any(not outcome.ok for outcome in outcomes),
+        degraded=world.degraded,
+        seconds_since_spoken=seconds_since_spoken(state),
+        feedback=seen.feedback,
+    )
+
+
+def judged(decision: Decision | None, request: ArbitrationRequest) -> Decision:
+    """The arbiter's word on this very tick; without it the local rule, which never acts."""
+    if decision is None or decision.tick != request.tick:
+        return decide_locally(request)
+    return decision
+
+
+def advisory_of(
+    state: State,
+    fused: Fused,
+    decision: Decision,
+    matter: Matter | None,
+    seen: Observations,
+    outcomes: tuple[Outcome, ...],
+) -> Advisory:
+    """What the driver is told. A warning that the arbiter alone wants gets words of its own."""
+    preferences = state.preferences
+    directive, justification = fused.directive, fused.justification
+    urgency, hazard, topic = fused.urgency, fused.hazard, fused.topic
+    if decision.kind != "SILENT" and (matter is None or (decision.reason.startswith("hazard") and not hazard)):
+        directive = say(preferences, "directive", "caution")
+        urgency, hazard, topic = "warning", decision.reason.partition(": ")[2] or "caution", "caution"
+    if decision.act_withheld:
+        withheld = say(preferences, "justification", "withheld", why=decision.act_withheld)
+        justification = f"{justification} {withheld}".strip()
+        urgency = "alarm"
+    return Advisory(
+        tick=state.tick,
+        snapshot_stamp_ns=state.world.stamp_ns,
+        kind=decision.kind,
+        directive=toned(preferences, directive, urgency) if directive != fused.directive else directive,
+        justification=justification,
+        urgency=urgency,
+        topic=topic,
+        hazard=hazard,
+        target_mps=fused.target_mps,
+        legal_limit=fused.legal_limit,
+        unit=fused.unit,
+        language=fused.language,
+        confidence=fused.confidence,
+        citations=fused.citations,
+        degraded=fused.degraded,
+        act_withheld=decision.act_withheld,
+        late_tools=tuple(sorted({o.tool for o in (*outcomes, *seen.late) if o.late or o.status == "timeout"})),
+    )
+
+
+def trace_of(
+    ticked: Ticked, seen: Observations, versions: dict[str, str], advisory: Advisory, *, whole: bool
+) -> TraceRecord:
+    """The record of a tick: enough, with the state before, to run it again."""
+    return TraceRecord(
+        tick=ticked.state.tick,
+        stamp_ns=ticked.world.stamp_ns,
+        cause=seen.cause,
+        inputs=msgspec.to_builtins(seen),
+        events=ticked.events,
+        calls=ticked.outcomes,
+        fused=ticked.fused,
+        request=ticked.request,
+        decision=ticked.decision,
+        advisory=advisory,
+        state_sha256=digest(ticked.state),
+        state=msgspec.to_builtins(ticked.state) if whole else None,
+        versions=versions,
+        world=msgspec.to_builtins(ticked.world),
+    )
+
+
+class Redecided(NamedTuple):
+    """A logged tick, run again."""
+
+    ticked: Ticked
+    differences: tuple[str, ...]
+    """Names of what came out otherwise; empty: the same to the last bit."""
+
+
+def redecide(before: State, trace: TraceRecord, ask: Ask | None = None) -> Redecided:
+    """Run a logged tick again from the state before it, its inputs and its answers; `ask` replaces the logged answers.
+
+    Raises msgspec.ValidationError if the inputs are none.
+    """
+    recorded = Recorded(trace)
+    ticked = tick(before, msgspec.convert(trace.inputs, Observations), ask or recorded)
+    pairs = {
+        "events": (ticked.events, trace.events),
+        "calls": (len(ticked.outcomes) if not recorded.unknown else -1, len(trace.calls)),
+        "fused": (ticked.fused, trace.fused),
+        "request": (ticked.request, trace.request),
+        "decision": (ticked.decision, trace.decision),
+        "advisory": (_timeless(ticked.advisory), _timeless(trace.advisory)),
+        "state": (digest(ticked.state), trace.state_sha256),
+    }
+    return Redecided(ticked, tuple(name for name, (ours, theirs) in pairs.items() if ours != theirs))
+
+
+def state_of(trace: TraceRecord) -> State | None:
+    """The whole state after a tick whose record carries it."""
+    return msgspec.convert(trace.state, State) if trace.state is not None else None
+
+
+def _timeless(advisory: Advisory) -> Advisory:
+    """Without the latencies, which were measured."""
+    return msgspec.structs.replace(advisory, event_to_advice_ms=None, snapshot_to_advice_ms=None)
