@@ -47,7 +47,7 @@ def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | Non
         candidates=() if believed else _candidates(best),
         plates=plates,
         sentence=SENTENCES.get(best.reading, ""),
-        lane_id=_lane(track, here) if best.reading.startswith("led:") else "",
+        lane_id=_lane(track, best.reading, here) if best.reading.startswith("led:") else "",
         disc_px=round(track.region.height_px, 1),
         passed=passed,
     )
@@ -78,9 +78,16 @@ def _ahead(track: SignTrack) -> float | None:
     return round(track.place.distance_m - track.travelled_m, 1) if track.place else None
 
 
-def _lane(track: SignTrack, here: Here) -> str:
-    """The lane below a panel: the ego's lane by name, others by their offset (`offset:+1` is one to the left)."""
+def _lane(track: SignTrack, reading: str, here: Here) -> str:
+    """The lane below a panel: the ego's lane by name, others by their offset (`offset:+1` is one to the left).
+
+    A panel that lifts something (blank, end, open lane) counts for the ego's lane only when it hangs well over it.
+    """
     if track.place is None:
         return ""
-    lanes_left = round((track.place.lateral_m + here.lateral_offset_m) / here.lane_width_m)
-    return here.ego_lane_id if lanes_left == 0 else f"offset:{lanes_left:+d}"
+    lanes_left = (track.place.lateral_m + here.lateral_offset_m) / here.lane_width_m
+    reach = 0.3 if reading in _LIFTING else 0.5
+    return here.ego_lane_id if abs(lanes_left) <= reach else f"offset:{lanes_left:+.1f}"
+
+
+_LIFTING = frozenset({"led:blank", "led:end", "led:lane_open"})

@@ -101,7 +101,16 @@ def test_a_gantry_limit_names_the_ego_lane_or_the_offset() -> None:
     fact = drive_past(over, kind="panel", size_m=1.2, lateral_m=0.2)[-1]
     assert (fact.scope, fact.value, fact.lane_id) == ("gantry", 80, "L1")
     beside = drive_past(_end("led:60"), kind="panel", size_m=1.2, lateral_m=3.4)[-1]
-    assert beside.lane_id == "offset:+1"
+    assert beside.lane_id == "offset:+1.0"
+
+
+def test_a_dark_panel_between_two_lanes_lifts_nothing_for_the_ego() -> None:
+    end = _end("led:blank")
+    end.here = end.here._replace(ego_lane_id="L1")
+    assert drive_past(end, kind="panel", size_m=1.2, lateral_m=1.5)[-1].lane_id.startswith("offset:")
+    over = _end("led:blank")
+    over.here = over.here._replace(ego_lane_id="L1")
+    assert drive_past(over, kind="panel", size_m=1.2, lateral_m=0.1)[-1].lane_id == "L1"
 
 
 def test_a_light_is_said_with_every_frame_and_forgotten_when_it_is_gone() -> None:
