@@ -8,7 +8,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from services.simulator.render import buildings, overlays, plants, shaders, textures
+from services.simulator.render import (
+    buildings,
+    overlays,
+    plants,
+    shaders,
+    shaders_flat,
+    shaders_screen,
+    shaders_upright,
+    textures,
+)
 from services.simulator.render.context import open_context
 from services.simulator.render.faces import FaceAtlas
 from services.simulator.render.mesh import VERTEX_FORMAT, VERTEX_NAMES, Builder, Mesh
@@ -18,25 +27,25 @@ from services.simulator.scene import Actor
 MODEL_CACHE = 160
 Uniform = float | int | tuple[float, ...] | bytes
 
-OBJECT_SOURCES = (shaders.OBJECT_VERTEX, shaders.OBJECT_FRAGMENT)
-ID_SOURCES = (shaders.OBJECT_VERTEX, shaders.ID_FRAGMENT)
-GROUND_SOURCES = (shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT)
+OBJECT_SOURCES = (shaders_upright.OBJECT_VERTEX, shaders_upright.OBJECT_FRAGMENT)
+ID_SOURCES = (shaders_upright.OBJECT_VERTEX, shaders_upright.ID_FRAGMENT)
+GROUND_SOURCES = (shaders_flat.GROUND_VERTEX, shaders_flat.GROUND_FRAGMENT)
 PROGRAMS: dict[str, tuple[tuple[str, str], tuple[str, ...]]] = {
     "object": (OBJECT_SOURCES, ()),
-    "plant": ((shaders.LEAF_VERTEX, shaders.LEAF_FRAGMENT), ()),
+    "plant": ((shaders_upright.LEAF_VERTEX, shaders_upright.LEAF_FRAGMENT), ()),
     "furniture": (OBJECT_SOURCES, ("INSTANCED",)),
     "id_object": (ID_SOURCES, ()),
-    "id_plant": ((shaders.LEAF_VERTEX, shaders.ID_FRAGMENT), ("LEAFY",)),
+    "id_plant": ((shaders_upright.LEAF_VERTEX, shaders_upright.ID_FRAGMENT), ("LEAFY",)),
     "id_furniture": (ID_SOURCES, ("INSTANCED",)),
     "ground": (GROUND_SOURCES, ()),
     "line": (GROUND_SOURCES, ("LINE",)),
-    "sky": ((shaders.SKY_VERTEX, shaders.SKY_FRAGMENT), ()),
-    "face": ((shaders.FACE_VERTEX, shaders.FACE_FRAGMENT), ()),
-    "id_face": ((shaders.FACE_ID_VERTEX, shaders.FACE_ID_FRAGMENT), ()),
-    "glow": ((shaders.GLOW_VERTEX, shaders.GLOW_FRAGMENT), ()),
-    "shade": ((shaders.SHADE_VERTEX, shaders.SHADE_FRAGMENT), ()),
-    "blob": ((shaders.BLOB_VERTEX, shaders.BLOB_FRAGMENT), ()),
-    "post": ((shaders.POST_VERTEX, shaders.POST_FRAGMENT), ()),
+    "sky": ((shaders_flat.SKY_VERTEX, shaders_flat.SKY_FRAGMENT), ()),
+    "face": ((shaders_upright.FACE_VERTEX, shaders_upright.FACE_FRAGMENT), ()),
+    "id_face": ((shaders_upright.FACE_ID_VERTEX, shaders_upright.FACE_ID_FRAGMENT), ()),
+    "glow": ((shaders_screen.GLOW_VERTEX, shaders_screen.GLOW_FRAGMENT), ()),
+    "shade": ((shaders_flat.SHADE_VERTEX, shaders_flat.SHADE_FRAGMENT), ()),
+    "blob": ((shaders_flat.BLOB_VERTEX, shaders_flat.BLOB_FRAGMENT), ()),
+    "post": ((shaders_screen.POST_VERTEX, shaders_screen.POST_FRAGMENT), ()),
 }
 SAMPLERS = {"u_surfaces": 0, "u_faces": 1, "u_image": 2, "u_grain": 3, "u_streaks": 4, "u_drops": 5}
 FACE_DTYPE = np.dtype(

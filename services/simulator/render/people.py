@@ -1,6 +1,6 @@
 """Pedestrians: bodies of tubes and balls, jointed at hips, knees and shoulders; the vertex shader walks them.
 
-A vertex's joint: 0 trunk, 1 and 2 left and right leg, 3 and 4 lower legs, 5 and 6 arms (see ``shaders``).
+A vertex's joint: 0 trunk, 1 and 2 left and right leg, 3 and 4 lower legs, 5 and 6 arms (see ``shaders_upright``).
 The figure is built for a height of 1 and scaled to the actor's own.
 """
 
