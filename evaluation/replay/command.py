@@ -1,0 +1,138 @@
+"""`drivemcp replay FILE...`: every tick decided again from its log; with a supposition, what would have differed."""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from drivemcp.errors import UserError
+from drivemcp.paths import data, has_data
+from evaluation.replay.again import Again, UnknownProfile, decide_again
+from evaluation.replay.log import traces
+from evaluation.replay.whatif import Change, Otherwise, otherwise
+from proto.decision import TraceRecord
+from services.logger.verify import verify
+from services.rules.book import RuleBook, load_book
+
+if TYPE_CHECKING:
+    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
+
+LISTED = 20
+
+
+def replay(subparsers: "Subparsers") -> None:
+    """Add `drivemcp replay`."""
+    parser = subparsers.add_parser(
+        "replay",
+        help="decide every tick of a log again",
+        description="Decides every tick again from its log, on the same commit and platform bit for bit. "
+        "Exit status: 0 all identical, 1 some differ (or the log is not as it was written), 2 it cannot be replayed. "
+        "With a supposition it prints what would have differed, the road and the driver staying as they were, and exits 0.",
+    )
+    parser.add_argument("files", metavar="FILE", nargs="+", help="the log files of a drive, in order")
+    parser.add_argument("--delta", type=float, help="suppose another Delta (the margin that ACT takes)")
+    parser.add_argument("--mu", type=float, help="suppose this friction, as the arbiter reads it")
+    parser.add_argument(
+        "--rulepack", metavar="NAME|FOLDER", action="append", default=[], help="suppose these rulepacks and no others"
+    )
+    parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
+    parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
+    parser.set_defaults(run=command)
+
+
+def command(flags: argparse.Namespace) -> int:
+    """Replay, or suppose."""
+    paths = [Path(name) for name in flags.files]
+    change = _change(flags)
+    if change != Change():
+        return _suppose(traces(paths), change, flags)
+    unsound = [path for path in paths if not _sound(path)]  # each is told
+    ticks = list(decide_again(traces(paths)))
+    counts = Counter[str](one.status for one in ticks)
+    if not ticks:
+        raise UserError("no traces in this log: nothing to decide again")
+    if flags.json:
+        _say(
+            msgspec.json.encode(
+                {"ticks": len(ticks), **counts, "log_intact": not unsound, "differing": _differing(ticks)}
+            ).decode()
+        )
+    else:
+        _tell(ticks, counts, everything=flags.all)
+    return int(counts["different"] > 0 or counts["identical"] == 0 or bool(unsound))
+
+
+def _sound(path: Path) -> bool:
+    """Whether the log is as it was written; what is decided from a log that is not proves nothing."""
+    if not path.is_file():
+        raise UserError(f"no such file: {path}")
+    report = verify(path)
+    if not report.intact:
+        sys.stderr.write(f"drivemcp: {path} is not as it was written: {report.first_bad}\n")
+    return report.intact
+
+
+def _differing(ticks: Iterable[Again]) -> list[Again]:
+    return [one for one in ticks if one.status == "different"]
+
+
+def _tell(ticks: list[Again], counts: Counter[str], *, everything: bool) -> None:
+    differing = _differing(ticks)
+    for one in differing if everything else differing[:LISTED]:
+        _say(f"tick {one.tick}: " + "; ".join(str(difference) for difference in one.differences[:4]))
+    if len(differing) > LISTED and not everything:
+        _say(f"... and {len(differing) - LISTED} more ticks (--all lists them)")
+    for why, count in Counter(one.why for one in ticks if one.status == "undecidable").most_common(5):
+        _say(f"{count} ticks cannot be decided again: {why}")
+    undecidable = f", {counts['undecidable']} not decidable" if counts["undecidable"] else ""
+    _say(f"{len(ticks)} ticks, {counts['identical']} identical decisions, {counts['different']} different{undecidable}")
+
+
+def _change(flags: argparse.Namespace) -> Change:
+    if flags.mu is not None and not 0 < flags.mu <= 1.5:
+        raise UserError("--mu takes a friction above 0 and up to 1.5")
+    if flags.delta is not None and not -1 <= flags.delta <= 2:
+        raise UserError("--delta takes a margin between -1 and 2")
+    return Change(delta=flags.delta, mu=flags.mu, book=_book(flags.rulepack) if flags.rulepack else None)
+
+
+def _book(names: list[str]) -> RuleBook:
+    folders = [data(f"rulepacks/{name}") if has_data(f"rulepacks/{name}") else Path(name) for name in names]
+    book, refused = load_book(folders)
+    if refused:
+        raise UserError(f"rulepack refused: {refused[0]}")
+    return book
+
+
+def _suppose(log: Iterable[TraceRecord], change: Change, flags: argparse.Namespace) -> int:
+    try:
+        ticks = list(otherwise(log, change))
+    except UnknownProfile as error:
+        raise UserError(str(error)) from None
+    if not ticks:
+        raise UserError("no tick of this log can be decided again: it holds no whole state")
+    differing = [one for one in ticks if one.differences]
+    if flags.json:
+        _say(msgspec.json.encode({"ticks": len(ticks), "differing": differing}).decode())
+        return 0
+    for one in differing if flags.all else differing[:LISTED]:
+        _say(f"tick {one.tick}: " + "; ".join(str(difference) for difference in one.differences))
+    if len(differing) > LISTED and not flags.all:
+        _say(f"... and {len(differing) - LISTED} more ticks (--all lists them)")
+    _say(f"{len(ticks)} ticks, {len(differing)} would have differed{_by_field(differing)}")
+    return 0
+
+
+def _by_field(differing: list[Otherwise]) -> str:
+    fields = Counter(field for one in differing for field in {d.field.split(".")[0] for d in one.differences})
+    kinds = Counter(f"{one.logged_kind} to {one.kind}" for one in differing if one.kind != one.logged_kind)
+    parts = [f"{name} in {count}" for name, count in (*fields.most_common(), *kinds.most_common())]
+    return f": {', '.join(parts)}" if parts else ""
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")

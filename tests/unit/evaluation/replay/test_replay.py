@@ -1,0 +1,155 @@
+"""Deciding again from a log."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from drivemcp.cli import make_parser
+from drivemcp.errors import UserError
+from drivemcp.paths import data
+from evaluation.replay.again import decide_again
+from evaluation.replay.log import traces
+from evaluation.replay.whatif import Change, otherwise
+from proto.decision import TraceRecord
+from services.rules.book import load_book
+from tests.unit.evaluation.replay.drive import drive, write_log
+
+replace = msgspec.structs.replace
+
+
+@pytest.fixture(scope="module")
+def recorded() -> list[TraceRecord]:
+    """130 ticks in which something is said, read, and nearly hit."""
+    return drive(130)
+
+
+@pytest.fixture(scope="module")
+def log(recorded: list[TraceRecord], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("drive")
+    write_log(folder / "drive.mcap", recorded, folder / "secrets")
+    return folder / "drive.mcap"
+
+
+def _run(*arguments: str) -> int:
+    flags = make_parser().parse_args(["replay", *arguments])
+    status: int = flags.run(flags)
+    return status
+
+
+def test_the_drive_says_and_asks_something(recorded: list[TraceRecord]) -> None:
+    assert {trace.decision.kind for trace in recorded} == {"SILENT", "SPEAK"}
+    assert any(call.tool == "applicable_limit" for trace in recorded for call in trace.calls)
+
+
+def test_every_tick_of_a_log_is_decided_again_the_same(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run(str(log)) == 0
+    assert capsys.readouterr().out == "130 ticks, 130 identical decisions, 0 different\n"
+
+
+def _other_target(trace: TraceRecord) -> TraceRecord:
+    return replace(trace, fused=replace(trace.fused, target_mps=99.0))
+
+
+def _other_kind(trace: TraceRecord) -> TraceRecord:
+    return replace(trace, decision=replace(trace.decision, kind="ACT"))
+
+
+def _other_number(trace: TraceRecord) -> TraceRecord:
+    metrics = trace.decision.metrics
+    return replace(trace, decision=replace(trace.decision, metrics=replace(metrics, r=metrics.r + 1e-16)))
+
+
+def _other_input(trace: TraceRecord) -> TraceRecord:
+    return replace(trace, inputs={**trace.inputs, "now_ns": trace.inputs["now_ns"] + 1})
+
+
+def _other_answer(trace: TraceRecord) -> TraceRecord:
+    return replace(trace, calls=(*trace.calls[:-1], replace(trace.calls[-1], status="timeout", result=None)))
+
+
+@pytest.mark.parametrize("change", [_other_target, _other_kind, _other_number, _other_input])
+def test_one_changed_number_in_one_tick_is_a_different_decision(
+    recorded: list[TraceRecord], change: Callable[[TraceRecord], TraceRecord]
+) -> None:
+    statuses = [one.status for one in decide_again([*recorded[:50], change(recorded[50]), *recorded[51:60]])]
+    assert statuses[:50] == ["identical"] * 50
+    assert statuses[50] == "different"
+
+
+def test_an_answer_that_came_otherwise_is_a_different_decision(recorded: list[TraceRecord]) -> None:
+    i = next(i for i, trace in enumerate(recorded) if trace.calls and trace.calls[-1].ok)
+    statuses = [one.status for one in decide_again([*recorded[:i], _other_answer(recorded[i])])]
+    assert statuses == ["identical"] * i + ["different"]
+
+
+def test_ticks_behind_a_gap_are_not_called_identical(recorded: list[TraceRecord]) -> None:
+    ticks = list(decide_again([*recorded[:20], *recorded[21:]]))
+    assert [one.status for one in ticks[:20]] == ["identical"] * 20
+    known_again = next(i for i, trace in enumerate(recorded) if i > 20 and trace.state is not None)
+    behind = ticks[20:known_again]
+    assert {one.status for one in behind} == {"undecidable"}
+    assert all("state before it" in one.why for one in behind)
+    assert {one.status for one in ticks[known_again:]} == {"identical"}
+
+
+def test_a_log_that_was_tampered_with_does_not_pass(log: Path, tmp_path: Path) -> None:
+    raw = bytearray(log.read_bytes())
+    raw[-200] ^= 1
+    (tmp_path / "t.mcap").write_bytes(raw)
+    assert _run(str(tmp_path / "t.mcap")) == 1
+
+
+def test_other_packs_give_other_limits(log: Path) -> None:
+    book, _ = load_book([data("rulepacks/GBR-v1")])
+    ticks = list(otherwise(traces([log]), Change(book=book)))
+    fields = {d.field for one in ticks for d in one.differences}
+    assert "limit.unit" in fields
+
+
+def test_the_same_pack_gives_the_same_drive(log: Path) -> None:
+    book, _ = load_book([data("rulepacks/DEU-v1"), data("rulepacks/GBR-v1")])
+    assert not any(one.differences for one in otherwise(traces([log]), Change(book=book)))
+
+
+def test_a_lower_delta_never_leads_to_fewer_wishes_to_act(log: Path, recorded: list[TraceRecord]) -> None:
+    def wishes(delta: float) -> int:
+        wished = {trace.tick: trace.advisory.act_withheld != "" for trace in recorded}
+        for one in otherwise(traces([log]), Change(delta=delta)):
+            for difference in one.differences:
+                if difference.field == "act_withheld":
+                    wished[one.tick] = difference.again != '""'
+        return sum(wished.values())
+
+    counts = [wishes(delta) for delta in (0.4, 0.2, 0.0)]
+    assert counts == sorted(counts)
+    assert counts[-1] > counts[0]
+
+
+def test_less_friction_never_lowers_the_risk(log: Path) -> None:
+    for one in otherwise(traces([log]), Change(mu=0.1)):
+        for difference in one.differences:
+            if difference.field == "r":
+                assert float(difference.again) >= float(difference.logged)
+
+
+def test_suppositions_are_told_in_words(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _run("--delta", "0.0", str(log)) == 0
+    assert "would have differed: act_withheld in" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("none.mcap",), ("--mu", "-1", "LOG"), ("--delta", "9", "LOG"), ("--rulepack", "no-such", "LOG")],
+)
+def test_mistakes_are_told_in_one_line(log: Path, arguments: tuple[str, ...]) -> None:
+    with pytest.raises(UserError) as told:
+        _run(*(str(log) if argument == "LOG" else argument for argument in arguments))
+    assert "\n" not in str(told.value)
+
+
+def test_a_log_without_traces_is_a_mistake(tmp_path: Path) -> None:
+    write_log(tmp_path / "empty.mcap", [], tmp_path / "secrets")
+    with pytest.raises(UserError, match="no traces"):
+        _run(str(tmp_path / "empty.mcap"))
