@@ -37,6 +37,8 @@ class Calibration(msgspec.Struct, frozen=True, kw_only=True):
     pitch_rad: float = 0.0
     yaw_rad: float = 0.0
     distortion: tuple[float, ...] = ()
+    assumed: bool = False
+    """Nobody measured this camera: the mount is a guess, and its pitch may be learned from what is seen."""
 
 
 class LidarSweep(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import cv2
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,7 +46,13 @@ class Camera:
         focal = width_px / 2 / math.tan(ASSUMED_FOV_RAD / 2)
         middle = (width_px / 2, height_px / 2)
         plain = Calibration(
-            fx_px=focal, fy_px=focal, cx_px=middle[0], cy_px=middle[1], width_px=width_px, height_px=height_px
+            fx_px=focal,
+            fy_px=focal,
+            cx_px=middle[0],
+            cy_px=middle[1],
+            width_px=width_px,
+            height_px=height_px,
+            assumed=True,
         )
         return Camera.of(plain, assumed=True)
 
@@ -61,19 +68,14 @@ class Camera:
         if (width_px, height_px) == (c.width_px, c.height_px):
             return self
         u, v = width_px / c.width_px, height_px / c.height_px
-        resized = Calibration(
+        resized = msgspec.structs.replace(
+            c,
             fx_px=c.fx_px * u,
             fy_px=c.fy_px * v,
             cx_px=c.cx_px * u,
             cy_px=c.cy_px * v,
             width_px=width_px,
             height_px=height_px,
-            x_m=c.x_m,
-            y_m=c.y_m,
-            z_m=c.z_m,
-            pitch_rad=c.pitch_rad,
-            yaw_rad=c.yaw_rad,
-            distortion=c.distortion,
         )
         return Camera(resized, self.axes, self.eye, self.pitch_sigma_rad)
 

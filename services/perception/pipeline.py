@@ -69,7 +69,7 @@ class Perception:
         known = self._cameras.get(camera_id)
         if known is not None and known.calibration == calibration:
             return
-        camera = Camera.of(calibration)
+        camera = Camera.of(calibration, assumed=calibration.assumed)
         if not camera.usable():
             raise Malformed(f"the calibration of {camera_id!r} holds impossible numbers")
         self._cameras[camera_id] = camera
@@ -87,8 +87,9 @@ class Perception:
         self._map = (stamp_ns, view)
 
     def calibrated(self, camera_id: str) -> bool:
-        """Whether a calibration of this camera came; else a usual dashcam is assumed."""
-        return camera_id in self._cameras
+        """Whether a measured calibration of this camera came; else a usual dashcam is assumed."""
+        known = self._cameras.get(camera_id)
+        return known is not None and not known.calibration.assumed
 
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame) -> Seen:
         """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed."""
