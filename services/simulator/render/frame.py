@@ -140,6 +140,7 @@ def draw_sky(kit: Kit, cast_: Cast, shared: dict[str, Uniform]) -> None:
             "u_haze": light.haze,
             "u_cloud": light.cloud,
             "u_drift": (cast_.scene.static.seed % 97 * 0.137 + cast_.scene.time_s * 2e-4, 0.31),
+            "u_ridge": (cast_.scene.static.seed % 89 * 0.0113, cast_.scene.static.seed % 83 * 0.0127),
             "u_low": max(-1.0, min(1.0, view.horizon_ndc() - 0.08)),
         },
     )
