@@ -12,6 +12,7 @@ import msgspec
 
 from proto import topics
 from proto.sensors import CameraFrame, CanFrame, CanFrames
+from proto.truth import ScenarioState
 from services.simulator.session import CAMERAS, STEP_NS, Batch, Outgoing, Session, Shot
 from services.simulator.studio import Order, Studio
 
@@ -108,13 +109,13 @@ class RealTime:
     # What leaves when ---------------------------------------------------------------------------------------------------
 
     def _take_in(self, batch: Batch) -> None:
-        for message in batch.messages:
-            self._put(batch.stamp_ns, message)
-        for shot in batch.shots:
+        for shot in batch.shots:  # before the messages of the instant, so that the state counts a picture that is late
             number = self._put(batch.stamp_ns, shot)
             if self._studio is None or self._studio.waiting >= MOST_ORDERS:
                 continue  # nobody draws it: it will be missing at its instant, and counted
             self._studio.order(Order(number, shot.camera, shot.scene, batch.stamp_ns))
+        for message in batch.messages:
+            self._put(batch.stamp_ns, message)
 
     def _put(self, at_ns: int, what: Outgoing | Shot) -> int:
         self._numbers += 1
@@ -127,7 +128,13 @@ class RealTime:
             if isinstance(due.what, Shot):
                 self._send_picture(due.what, due)
             elif self._now_ns() - due.at_ns < STALE_NS or due.what.topic.name in _KEPT_IF_STALE:
-                self._publish(due.what, due.at_ns)
+                self._publish(self._up_to_date(due.what), due.at_ns)
+
+    def _up_to_date(self, out: Outgoing) -> Outgoing:
+        if not isinstance(out.message, ScenarioState):
+            return out
+        state = msgspec.structs.replace(out.message, late_frames=self.session.late_frames)
+        return Outgoing(out.topic, state, out.id)
 
     def _send_picture(self, shot: Shot, due: _Due) -> None:
         picture = self._studio.take(due.number) if self._studio is not None else None

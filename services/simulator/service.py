@@ -115,7 +115,7 @@ class Simulator:
         if self._studio is None:
             cameras = [CAMERAS[name] for name in self._config.cameras]
             self._studio = Studio(cameras, seed, self._config.camera_niceness)
-        self._studio.load(session.world.static)
+        self._studio.load(session.world.scene())
         return self._studio
 
     def halt(self) -> None:

@@ -66,9 +66,9 @@ class Studio:
         """Orders not yet answered."""
         return len(self._waiting)
 
-    def load(self, static: StaticWorld) -> None:
-        """Show a world; returns when it is drawn for the first time. Raises StudioError."""
-        self._send(static)
+    def load(self, scene: Scene) -> None:
+        """Show a scene's world; returns when every camera has drawn it once. Raises StudioError."""
+        self._send(scene)
         if not self._pipe.poll(OPEN_WITHIN_S):
             raise StudioError(f"the cameras were not ready within {OPEN_WITHIN_S:.0f} s")
         reply = self._receive()
@@ -129,7 +129,7 @@ def _work(pipe: Connection, cameras: Mapping[str, CameraSpec], seed: int, nicene
         except (EOFError, OSError):
             return
         try:
-            pipe.send(desk.load(job) if isinstance(job, StaticWorld) else desk.draw(job))
+            pipe.send(desk.load(job) if isinstance(job, Scene) else desk.draw(job))
         except (BrokenPipeError, OSError):
             return
 
@@ -142,18 +142,20 @@ class _Desk:
         self._renderer: Any = None
         self._static = _NOTHING
 
-    def load(self, static: StaticWorld) -> str:
-        """Show a world and warm up; the reason why not, or nothing."""
+    def load(self, scene: Scene) -> str:
+        """Show a world and draw it once, because a first picture takes long; the reason why not, or nothing."""
         from services.simulator.render import Renderer, RendererUnavailable
 
         try:
             if self._renderer is None:
-                self._renderer = Renderer(static, self._seed)
+                self._renderer = Renderer(scene.static, self._seed)
             else:
-                self._renderer.load(static)
+                self._renderer.load(scene.static)
         except RendererUnavailable as error:
             return str(error)
-        self._static = static
+        self._static = scene.static
+        for camera in self._cameras.values():
+            self._renderer.render(scene, camera)
         return ""
 
     def draw(self, order: Order) -> Picture:

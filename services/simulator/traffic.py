@@ -129,8 +129,8 @@ class Traffic:
             ended = not 3.0 < car.s_m < self.route.length_m - 8.0
             if not ended and -BEHIND_M < away < GONE_AHEAD_M:
                 continue
-            if car.speed < 1.0 and away > 0 and not ended:
-                continue
+            if away > 0 and not ended and (car in self.queue or car in self.parts or car.speed < 1.0):
+                continue  # its part is still to come
             place = self._place(direction, ahead=away < 0 or ended or direction == "oncoming")
             if place is not None:
                 self._replace(car, direction, *place)

@@ -11,34 +11,34 @@ from proto.decision import BrakeCommand
 from services.simulator import staging
 from services.simulator.brake import Brake, Controls
 from services.simulator.cars import Car, Ego
-from services.simulator.driver import Advice, Driver, StopAhead, View, pedals
+from services.simulator.driver import Advice, Driver, View, pedals
 from services.simulator.driver_profile import draw_driver
 from services.simulator.furniture import build_gantries, build_lights, build_signs
 from services.simulator.gantries import LOOKS_AHEAD_M, Shown, decide, programme
-from services.simulator.hazards import QUEUE_SEEN_M, HazardLog, person_ahead_m
-from services.simulator.kinematics import FREE, GRAVITY_MPS2, bend_speed_mps, stopping_mps2
+from services.simulator.hazards import QUEUE_SEEN_M, HazardLog
+from services.simulator.kinematics import FREE, GRAVITY_MPS2, bend_speed_mps
 from services.simulator.law import Legal, build_law
 from services.simulator.lights import Cycle
-from services.simulator.lines import Lights, Line, Stood, build_lines, must_stop
+from services.simulator.lines import Lights, build_lines
 from services.simulator.moment import EgoMotion, Moment, Mover
+from services.simulator.outlook import Outlook
 from services.simulator.people import Surroundings, populate, step_person
 from services.simulator.plan import RoadClass, Scenario
 from services.simulator.reading import understands
 from services.simulator.road_layout import build_flat
 from services.simulator.roadway import build_road, direction_of, lane_index, to_pose
 from services.simulator.route import Route
-from services.simulator.scene import Scene, StaticWorld
+from services.simulator.scene import Pose, Scene, StaticWorld
 from services.simulator.scenery import build_parked, build_scenery
 from services.simulator.traffic import Traffic
 from services.simulator.truth import Books, Crossed
 from services.simulator.weather import Weather, WeatherCourse, atmosphere
 
 STEP_S = 0.05
-SEES_LINE_M, SEES_LEAD_M = 90.0, 160.0
+SEES_LEAD_M = 160.0
 LIGHTS_BELOW_M = 1500.0
 RECYCLE_EVERY, LAW_EVERY = 10, 5
 END_BEFORE_M = 60.0
-PATH_MARGIN_M = 0.25
 SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "motorway": 150 / 3.6}
 
 
@@ -67,7 +67,8 @@ class World:
         self.traffic.fill(scenario)
         self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather), Books()
         self.lines = build_lines(self.route)
-        self.lights, self._stood = Lights([Cycle(plan) for plan in scenario.lights]), Stood()
+        self.lights = Lights([Cycle(plan) for plan in scenario.lights])
+        self.outlook = Outlook(self.ego, self.traffic, self.lines, self.lights)
         self.people = populate(scenario, self.route.kerb_m, self.route.near, seed)
         self._parked = [
             (self.route.section.spine.project(a.pose.x_m, a.pose.y_m)[0], a) for a in build_parked(self.route, seed)
@@ -77,7 +78,7 @@ class World:
         self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
         self._wish, self._wheel_rad = pedals(0.0), 0.0
-        self._front_before = self._read_to_m = self._front_m()
+        self._front_before = self._read_to_m = self.outlook.front_m
 
     # One step ---------------------------------------------------------------------------------------------------------
 
@@ -102,14 +103,15 @@ class World:
         return self._moment(motion, weather)
 
     def _advance_surroundings(self) -> None:
-        self.lights.advance(self.time_s, self.lines, self._front_m())
+        self.lights.advance(self.time_s, self.lines, self.outlook.front_m)
         around = Surroundings(
             time_s=self.time_s,
-            ego_s_m=self._front_m(),
+            ego_s_m=self.outlook.front_m,
             ego_speed_mps=self.ego.speed,
             cars_have_red=self._cars_have_red,
         )
         self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)
+        self.outlook.people, self.outlook.time_s = self.people, self.time_s
         if self._step % LAW_EVERY == 0:
             for ordinal, plan in enumerate(self.scenario.gantries):
                 downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
@@ -131,36 +133,9 @@ class World:
             if (self._step + index) % LAW_EVERY == 0 or self._step == 1:
                 law = self.law.at(car.s_m, now_showing).limit_mps(weather.wet)
                 self.traffic.wish_speed(car, law, self.time_s)
-            car.stop_mps2 = min(self._line_for(car), self._person_for(car), self.traffic.halt_mps2(car, STEP_S))
-
-    def _line_for(self, car: Car) -> float:
-        forward = direction_of(car.lane_index) == "forward"
-        front = car.s_m + (car.LENGTH / 2 if forward else -car.LENGTH / 2)
-        demands = [FREE]
-        for line in self.lines:
-            at_m = line.at_m if forward else line.opposite_m
-            if at_m is None:
-                continue
-            distance = at_m - front if forward else front - at_m
-            if -1.0 < distance < SEES_LINE_M and self._bars(car, line, distance, not forward):
-                demands.append(stopping_mps2(car.speed, distance, 1.8))
-        return min(demands)
-
-    def _bars(self, car: Car, line: Line, distance_m: float, oncoming: bool) -> bool:
-        if line.kind == "light":
-            return must_stop(self.lights.state(line, oncoming), car.speed, distance_m)
-        return not self._stood.watch(car.number, line, distance_m, car.speed, self.time_s)
-
-    def _person_for(self, car: Car) -> float:
-        forward = direction_of(car.lane_index) == "forward"
-        front = car.s_m + (car.LENGTH / 2 if forward else -car.LENGTH / 2)
-        ahead = person_ahead_m(self.people, front, car.lane.line.offset_at(car.s_m), forward, 45.0)
-        return FREE if ahead is None else stopping_mps2(car.speed, ahead - 2.0, 1.5)
+            car.stop_mps2 = min(self.outlook.stop_mps2(car), self.traffic.halt_mps2(car, STEP_S))
 
     # The ego --------------------------------------------------------------------------------------------------------------
-
-    def _front_m(self) -> float:
-        return self.ego.s_m + self.ego.LENGTH / 2
 
     def _legal(self) -> Legal:
         return self.law.at(self.ego.s_m, self._passed_panels)
@@ -187,7 +162,7 @@ class World:
         return round(self.time_s * 1e9)
 
     def _view(self, weather: Weather) -> View:
-        lead = self.lead()
+        lead = self.outlook.lead()
         line = self.ego.lane.line
         speed = float(self.ego.speed)
         seen = lead is not None and lead[0] < min(SEES_LEAD_M, weather.visibility_m)
@@ -200,47 +175,20 @@ class World:
             sense_mps=SENSE_MPS[self.route.stretch_at(self.ego.s_m).road_class],
             gap_m=lead[0] if lead is not None and seen else None,
             lead_mps=lead[1] if lead is not None else 0.0,
-            stop=self._stop_ahead(weather),
-            person_m=person_ahead_m(self.people, self._front_m(), line.offset_at(self.ego.s_m), True),
+            stop=self.outlook.stop_ahead(weather.visibility_m),
+            person_m=self.outlook.person_m(),
             passed=self._posts_passed(weather),
         )
-
-    def lead(self) -> tuple[float, float] | None:
-        """(gap, speed along the road) of the nearest vehicle in the ego's path, whichever way it faces."""
-        found: tuple[float, float] | None = None
-        for car in self.traffic.cars:
-            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
-            if -1.0 < gap < 200.0 and self._in_path(car) and (found is None or gap < found[0]):
-                found = (max(gap, 0.0), car.speed * math.cos(float(car.heading) - float(self.ego.heading)))
-        return found
-
-    def _in_path(self, car: Car) -> bool:
-        line = self.ego.lane.line
-        s, d = car.spine_place
-        beside = abs(d - line.offset_at(s))
-        return beside < (car.WIDTH + self.ego.WIDTH) / 2 + PATH_MARGIN_M
-
-    def _stop_ahead(self, weather: Weather) -> StopAhead | None:
-        speed = float(self.ego.speed)
-        for line in self.lines:
-            distance = line.at_m - self._front_m()
-            if not -1.0 < distance < min(SEES_LINE_M, weather.visibility_m):
-                continue
-            if line.kind == "stop_line" and not self._stood.watch(0, line, distance, speed, self.time_s):
-                return StopAhead(key=line.key, distance_m=distance)
-            if line.kind == "light" and must_stop(self.lights.state(line), speed, distance):
-                return StopAhead(key=line.key, distance_m=distance)
-        return None
 
     def _posts_passed(self, weather: Weather) -> tuple[tuple[int, float | None, bool], ...]:
         passed = []
         for number, post in enumerate(self.law.posts):
-            if self._read_to_m < post.at_m <= self._front_m():
+            if self._read_to_m < post.at_m <= self.outlook.front_m:
                 if post.ordinal >= 0:
                     self._passed_panels[post.ordinal] = self.gantries[post.ordinal].code
                 limit = self.law.at(post.at_m, self._passed_panels).limit_mps(weather.wet)
                 passed.append((number, limit, understands(self.scenario, post)))
-        self._read_to_m = self._front_m()
+        self._read_to_m = self.outlook.front_m
         return tuple(passed)
 
     # What came of it --------------------------------------------------------------------------------------------------------
@@ -270,7 +218,7 @@ class World:
         )
 
     def _moment(self, motion: EgoMotion, weather: Weather) -> Moment:
-        lead = self.lead()
+        lead = self.outlook.lead()
         legal = self._legal()
         fact = self.books.keep(
             time_s=self.time_s,
@@ -283,12 +231,12 @@ class World:
             crossed=self._crossed(),
             collision=bool(self.ego.crashed) or self._hits_somebody(motion),
         )
-        self._front_before = self._front_m()
+        self._front_before = self.outlook.front_m
         return Moment(
             step=self._step,
             time_s=self.time_s,
             ego=motion,
-            scene=self._scene(motion, weather),
+            scene=self._scene(motion.pose, motion.s_m, weather),
             movers=self._movers(),
             weather=weather,
             wish=self._wish,
@@ -301,24 +249,24 @@ class World:
         present = []
         for person in self.people:
             hazard = person.plan is not None and person.plan.hazard and person.crossing
-            if hazard and -2.0 < person.s_m - self._front_m() < 70.0:
+            if hazard and -2.0 < person.s_m - self.outlook.front_m < 70.0:
                 present.append("pedestrian")
         if lead is None:
             return present
         parts = [part for car, part in self.traffic.parts.items() if 0.0 < car.s_m - self.ego.s_m < 90.0]
         if any(part.halting is not None and part.halting.hazard for part in parts):
             present.append("lead_brakes")
-        tails = [car for car in self.traffic.queue if self._in_path(car)]
+        tails = [car for car in self.traffic.queue if self.outlook.in_path(car)]
         if any(0.0 < car.s_m - self.ego.s_m < QUEUE_SEEN_M and self.ego.speed - car.speed > 3.0 for car in tails):
             present.append("congestion_tail")
         return present
 
     def _crossed(self) -> Crossed | None:
         for line in self.lines:
-            if self._front_before < line.at_m + 0.3 <= self._front_m():
+            if self._front_before < line.at_m + 0.3 <= self.outlook.front_m:
                 if line.kind == "light":
                     return Crossed(kind="light", must_have_stopped=self.lights.state(line) == "red")
-                return Crossed(kind=line.kind, must_have_stopped=(0, line.key) not in self._stood.served)
+                return Crossed(kind=line.kind, must_have_stopped=not self.outlook.has_stood(line))
         return None
 
     def _hits_somebody(self, motion: EgoMotion) -> bool:
@@ -328,14 +276,19 @@ class World:
                 return True
         return False
 
-    def _scene(self, motion: EgoMotion, weather: Weather) -> Scene:
+    def scene(self) -> Scene:
+        """How it looks now."""
+        pose = to_pose(self.ego.position, self.ego.heading)
+        return self._scene(pose, self.ego.s_m, self.course.at(self.time_s))
+
+    def _scene(self, pose: Pose, s_m: float, weather: Weather) -> Scene:
         lamps = weather.rain_mm_h > 1.0 or weather.visibility_m < LIGHTS_BELOW_M or self._night
-        cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - motion.s_m < 450.0]
-        people = [staging.person_actor(self.route, p) for p in self.people if -40.0 < p.s_m - motion.s_m < 160.0]
+        cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - s_m < 450.0]
+        people = [staging.person_actor(self.route, p) for p in self.people if -40.0 < p.s_m - s_m < 160.0]
         return Scene(
             static=self.static,
-            ego=motion.pose,
-            actors=(*cars, *people, *staging.near_parked(self._parked, motion.s_m)),
+            ego=pose,
+            actors=(*cars, *people, *staging.near_parked(self._parked, s_m)),
             panels=staging.panels(self.route, self.gantries),
             lights=staging.heads(self.lines, self.lights),
             atmosphere=atmosphere(weather, self.scenario.daylight),
@@ -352,7 +305,9 @@ class World:
             yaw = -float(car.heading)
             vx, vy = float(car.speed) * math.cos(yaw), float(car.speed) * math.sin(yaw)
             ahead = car.s_m - self.ego.s_m > 0.0
-            cars.append(Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self._in_path(car)))
+            cars.append(
+                Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self.outlook.in_path(car))
+            )
         lane_d = self.ego.lane.line.offset_at(self.ego.s_m)
         for person in self.people:
             yaw = self.route.section.spine.yaw(person.s_m)

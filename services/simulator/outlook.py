@@ -1,0 +1,108 @@
+"""What drivers have in front of them: vehicles in the path, lines at which to stop, people on the road."""
+
+import math
+from dataclasses import dataclass, field
+
+from services.simulator.cars import Car, Ego
+from services.simulator.driver import StopAhead
+from services.simulator.hazards import person_ahead_m
+from services.simulator.kinematics import FREE, stopping_mps2
+from services.simulator.lines import Lights, Line, Stood, must_stop
+from services.simulator.people import Person
+from services.simulator.roadway import direction_of
+from services.simulator.traffic import Traffic
+
+SEES_LINE_M, SEES_CAR_M = 90.0, 200.0
+PATH_MARGIN_M = 0.25
+KEEPS_FROM_PEOPLE_M = 2.0
+EGO = 0
+"""The ego's number among those who stand at lines; cars count from 1."""
+
+
+@dataclass(slots=True)
+class Outlook:
+    """The road ahead of the ego and of each car; `people` is set anew every step."""
+
+    ego: Ego
+    traffic: Traffic
+    lines: tuple[Line, ...]
+    lights: Lights
+    stood: Stood = field(default_factory=Stood)
+    people: tuple[Person, ...] = ()
+    time_s: float = 0.0
+
+    # For the ego ------------------------------------------------------------------------------------------------------
+
+    @property
+    def front_m(self) -> float:
+        """Where the ego's front bumper is, along the spine."""
+        return self.ego.s_m + self.ego.LENGTH / 2
+
+    def lead(self) -> tuple[float, float] | None:
+        """(gap, speed along the road) of the nearest vehicle in the ego's path, whichever way it faces."""
+        found: tuple[float, float] | None = None
+        for car in self.traffic.cars:
+            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
+            if -1.0 < gap < SEES_CAR_M and self.in_path(car) and (found is None or gap < found[0]):
+                found = (max(gap, 0.0), car.speed * math.cos(float(car.heading) - float(self.ego.heading)))
+        return found
+
+    def in_path(self, car: Car) -> bool:
+        """Whether the ego would touch the car on its lane."""
+        s, d = car.spine_place
+        return abs(d - self.ego.lane.line.offset_at(s)) < (car.WIDTH + self.ego.WIDTH) / 2 + PATH_MARGIN_M
+
+    def person_m(self) -> float | None:
+        """Distance to somebody who is in the ego's way or will be soon."""
+        return person_ahead_m(self.people, self.front_m, self.ego.lane.line.offset_at(self.ego.s_m), True)
+
+    def stop_ahead(self, visibility_m: float) -> StopAhead | None:
+        """The next line at which the ego has to stop now."""
+        speed = float(self.ego.speed)
+        for line in self.lines:
+            distance = line.at_m - self.front_m
+            if not -1.0 < distance < min(SEES_LINE_M, visibility_m):
+                continue
+            if line.kind == "stop_line" and not self.stood.watch(EGO, line, distance, speed, self.time_s):
+                return StopAhead(key=line.key, distance_m=distance)
+            if line.kind == "light" and must_stop(self.lights.state(line), speed, distance):
+                return StopAhead(key=line.key, distance_m=distance)
+        return None
+
+    def has_stood(self, line: Line) -> bool:
+        """Whether the ego has stood at a stop sign's line."""
+        return (EGO, line.key) in self.stood.served
+
+    # For the other cars ----------------------------------------------------------------------------------------------------
+
+    def stop_mps2(self, car: Car) -> float:
+        """What lines and people demand of a car."""
+        return min(self._for_lines(car), self._for_people(car))
+
+    def _for_lines(self, car: Car) -> float:
+        forward, front = _front(car)
+        demands = [FREE]
+        for line in self.lines:
+            at_m = line.at_m if forward else line.opposite_m
+            if at_m is None:
+                continue
+            distance = at_m - front if forward else front - at_m
+            if -1.0 < distance < SEES_LINE_M and self._bars(car, line, distance, not forward):
+                demands.append(stopping_mps2(car.speed, distance, 1.8))
+        return min(demands)
+
+    def _bars(self, car: Car, line: Line, distance_m: float, oncoming: bool) -> bool:
+        if line.kind == "light":
+            return must_stop(self.lights.state(line, oncoming), car.speed, distance_m)
+        return not self.stood.watch(car.number, line, distance_m, car.speed, self.time_s)
+
+    def _for_people(self, car: Car) -> float:
+        forward, front = _front(car)
+        ahead = person_ahead_m(self.people, front, car.lane.line.offset_at(car.s_m), forward, 45.0)
+        return FREE if ahead is None else stopping_mps2(car.speed, ahead - KEEPS_FROM_PEOPLE_M, 1.5)
+
+
+def _front(car: Car) -> tuple[bool, float]:
+    """Whether a car drives forward, and where its front bumper is."""
+    forward = direction_of(car.lane_index) == "forward"
+    return forward, car.s_m + (car.LENGTH / 2 if forward else -car.LENGTH / 2)

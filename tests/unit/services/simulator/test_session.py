@@ -1,0 +1,120 @@
+"""A drive as messages: what leaves at which step, and how advice reaches the driver."""
+
+import hashlib
+
+import msgspec
+import pytest
+
+from drivemcp.paths import data
+from proto import topics
+from proto.decision import Advisory
+from proto.rules import LegalLimit
+from proto.sensors import CanFrame, CanFrames
+from services.simulator.plan import Scenario
+from services.simulator.session import STEP_NS, Batch, SensorSet, Session
+from tests.unit.services.simulator._scenes import scenario
+
+
+def session(plan: Scenario | None = None, seed: int = 3, seconds: float = 60.0, **present: object) -> Session:
+    sensors = SensorSet(**present)  # type: ignore[arg-type]
+    dbc = data("vehicles/sim/sim.dbc")
+    return Session(plan or scenario(), seed, seconds=seconds, epoch_ns=10**12, dbc=dbc, bus="can0", present=sensors)
+
+
+def run(drive: Session, steps: int) -> list[Batch]:
+    return [drive.advance() for _ in range(steps)]
+
+
+def counts(batches: list[Batch]) -> dict[str, int]:
+    names = [out.topic.name for batch in batches for out in batch.messages]
+    return {name: names.count(name) for name in names}
+
+
+def test_every_sensor_comes_at_its_rate() -> None:
+    batches = run(session(), 40)
+    found = counts(batches)
+    assert found[topics.CLOCK.name] == found[topics.TRUTH.name] == found[topics.CAN_RX.name] == 40
+    assert found[topics.LIDAR.name] == found[topics.MAP.name] == found[topics.GNSS.name] == 20
+    assert found[topics.WEATHER_SENSING.name] == 2
+    assert found[topics.SCENARIO.name] == 4
+    shots = [shot.camera for batch in batches for shot in batch.shots]
+    assert (shots.count("front"), shots.count("tele")) == (20, 10)
+    assert all(len(batch.shots) <= 1 for batch in batches)
+
+
+def test_a_sensor_that_is_left_out_is_silent_and_changes_no_other() -> None:
+    whole, part = run(session(), 10), run(session(lidar=False, cameras=()), 10)
+    assert topics.LIDAR.name not in counts(part)
+    assert not any(batch.shots for batch in part)
+
+    def fixes(batches: list[Batch]) -> list[msgspec.Struct]:
+        return [out.message for batch in batches for out in batch.messages if out.topic is topics.GNSS]
+
+    assert fixes(whole) == fixes(part)
+
+
+def test_stamps_run_from_the_epoch_in_steps_and_frames_of_the_bus_within_them() -> None:
+    batches = run(session(), 5)
+    assert [batch.stamp_ns for batch in batches] == [10**12 + step * STEP_NS for step in range(1, 6)]
+    sent = next(out.message for out in batches[-1].messages if out.topic is topics.CAN_RX)
+    assert isinstance(sent, CanFrames)
+    stamps = [frame.stamp_ns for frame in sent.frames]
+    assert stamps == sorted(stamps)
+    assert batches[-2].stamp_ns < stamps[0] <= stamps[-1] <= batches[-1].stamp_ns
+
+
+def test_two_drives_with_one_seed_say_the_same_bytes() -> None:
+    def digest(drive: Session) -> str:
+        encoded = [msgspec.msgpack.encode(out.message) for batch in run(drive, 30) for out in batch.messages]
+        return hashlib.sha256(b"".join(encoded)).hexdigest()
+
+    assert digest(session()) == digest(session())
+    assert digest(session()) != digest(session(seed=4))
+
+
+def advisory(kind: str, directive: str = "Slow down to 50 km/h.") -> Advisory:
+    return Advisory(
+        tick=1,
+        snapshot_stamp_ns=0,
+        kind=kind,  # type: ignore[arg-type]
+        directive=directive,
+        justification="",
+        urgency="warning",
+        topic="limit",
+        hazard="",
+        target_mps=13.9,
+        legal_limit=LegalLimit(value=50, unit="km/h", mps=13.9),
+        unit="km/h",
+        language="en",
+        confidence=1.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "directive", "heard"),
+    [("SPEAK", "Slow down.", 1), ("ACT", "Brake!", 1), ("SILENT", "", 0), ("SPEAK", "", 0)],
+)
+def test_the_driver_hears_what_is_spoken_and_nothing_else(kind: str, directive: str, heard: int) -> None:
+    drive = session()
+    drive.hear(advisory(kind, directive))
+    drive.advance()
+    assert drive.world.driver.heard == heard
+
+
+def test_a_drive_ends_after_its_seconds_or_at_the_end_of_the_route() -> None:
+    short = session(seconds=1.0)
+    run(short, 20)
+    assert short.finished
+    assert short.scenario_state(1.0).finished
+    route = session(scenario(length=300, speed=100), seconds=600.0)
+    while not route.finished:
+        assert route.advance().moment.time_s < 30.0
+
+
+def test_the_units_answer_a_request_for_the_speed() -> None:
+    drive = session()
+    run(drive, 4)
+    request = CanFrame(stamp_ns=0, arbitration_id=0x7DF, data=bytes([2, 1, 0x0D, 0, 0, 0, 0, 0]))
+    answers = drive.request([request], 10**12 + 4 * STEP_NS)
+    assert answers[0].arbitration_id == 0x7E8
+    assert answers[0].data[3] == pytest.approx(drive.world.ego.speed * 3.6, abs=1.0)

@@ -1,0 +1,130 @@
+"""The world as a whole: the same per seed, with the ego on the road and the law of physics above all wishes."""
+
+import hashlib
+import math
+
+import pytest
+
+from drivemcp.paths import data
+from proto.decision import BrakeCommand
+from services.simulator.driver import Advice
+from services.simulator.furniture import build_signs
+from services.simulator.moment import Moment
+from services.simulator.route import Route
+from services.simulator.scenario import load_scenario
+from services.simulator.world import Inputs, World
+from tests.unit.services.simulator._scenes import scenario
+
+SHIPPED = ("urb-rain", "cross-border", "dynamic-vsl")
+
+
+def drive(world: World, seconds: float, inputs: Inputs = Inputs()) -> list[Moment]:
+    return [world.step(inputs) for _ in range(round(seconds * 20))]
+
+
+def fingerprint(name: str, seed: int, seconds: float = 5.0) -> str:
+    world, digest = World(load_scenario(data(f"scenarios/{name}.toml")), seed), hashlib.sha256()
+    for moment in drive(world, seconds):
+        digest.update(repr((moment.ego, moment.movers, moment.fact, moment.scene.actors, moment.scene.panels)).encode())
+    return digest.hexdigest()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_scenario_is_bit_identical_per_seed_and_differs_between_seeds(name: str) -> None:
+    assert fingerprint(name, 5) == fingerprint(name, 5)
+    assert fingerprint(name, 5, 2.0) != fingerprint(name, 6, 2.0)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_ego_stays_in_its_lane(name: str) -> None:
+    world = World(load_scenario(data(f"scenarios/{name}.toml")), 2)
+    for moment in drive(world, 12.0):
+        assert abs(moment.ego.d_m - world.ego.lane.line.offset_at(moment.ego.s_m)) < 0.2
+
+
+def test_after_the_border_one_drives_on_the_left() -> None:
+    rest = '[[signs]]\nat_m = 200\ncodes = ["border:GBR"]\n[[signs]]\nat_m = 420\ncodes = ["limit:40"]'
+    plan = scenario(rest=rest, road="changeover_m = 300", speed=40)
+    moments = drive(World(plan, 1), 35.0)
+    before = [moment.ego.d_m for moment in moments if moment.ego.s_m < 200]
+    after = [moment.ego.d_m for moment in moments if moment.ego.s_m > 380]
+    assert after
+    assert max(before) < -1.3
+    assert min(after) > 1.3
+
+
+def test_signs_stand_on_the_side_on_which_one_drives_and_face_the_driver() -> None:
+    rest = '[[signs]]\nat_m = 150\ncodes = ["limit:70"]\n[[signs]]\nat_m = 500\ncodes = ["limit:50"]'
+    right, left = build_signs(Route(scenario(rest=rest, road="changeover_m = 300")), 1)
+    assert right.pose.y_m < -3.0
+    assert left.pose.y_m > 3.0
+    assert math.cos(right.pose.yaw_rad) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("rain", [0.0, 18.0])
+def test_no_braking_exceeds_what_the_road_gives(rain: float) -> None:
+    rest = "[[crossers]]\nat_m = 70\nside = 'near'\nwalk_mps = 2.5\nwhen_ego_within_m = 45\nhazard = true"
+    moments = drive(World(scenario(rest=rest, rain=rain, speed=70), 4), 6.0)
+    hardest = min(moment.ego.acceleration_mps2 for moment in moments)
+    assert hardest < -3.0
+    assert hardest >= -moments[0].ego.mu * 9.81 - 1e-6
+
+
+def test_worn_brakes_brake_less() -> None:
+    command = BrakeCommand(deceleration_mps2=6.0, jerk_mps3=10.0, grant_id="g")
+    moments = drive(World(scenario(), 1), 2.0, Inputs(brakes=(command,), brake_share=0.3))
+    assert min(moment.ego.acceleration_mps2 for moment in moments) >= -0.3 * 0.85 * 9.81 - 1e-6
+
+
+def test_advice_slows_the_car_down_and_only_after_the_reaction_time() -> None:
+    told, alone = World(scenario(speed=90), 8), World(scenario(speed=90), 8)
+    advice = Inputs(advice=(Advice(topic="limit", target_mps=10.0),))
+    pairs = [(told.step(advice if step == 20 else Inputs()), alone.step()) for step in range(200)]
+    until = 21 + int(told.driver.profile.reaction_s * 20) - 1
+    assert all(one.ego.speed_mps == other.ego.speed_mps for one, other in pairs[:until])
+    assert pairs[-1][0].ego.speed_mps < pairs[-1][1].ego.speed_mps - 3.0
+
+
+def test_a_braking_command_slows_the_car_and_lets_go_when_it_expires() -> None:
+    command = BrakeCommand(deceleration_mps2=4.0, jerk_mps3=10.0, grant_id="g")
+    world = World(scenario(speed=90), 8)
+    drive(world, 1.0)
+    held = drive(world, 0.5, Inputs(brakes=(command,)))
+    after = drive(world, 1.0)
+    assert held[-1].brake.applied_mps2 == pytest.approx(4.0)
+    assert held[-1].ego.acceleration_mps2 == pytest.approx(-4.0, abs=0.01)
+    assert all(moment.brake.applied_mps2 == 0.0 for moment in after[5:])
+
+
+def test_somebody_who_steps_out_is_a_hazard_with_an_onset_and_can_be_hit() -> None:
+    rest = "[[crossers]]\nat_m = 70\nside = 'near'\nwalk_mps = 1.6\nwhen_ego_within_m = 30\nhazard = true"
+    moments = drive(World(scenario(rest=rest, speed=100, rain=15), 4), 5.0)
+    on = [moment for moment in moments if moment.fact.hazard == "pedestrian"]
+    assert on
+    assert on[0].fact.hazard_onset_s == pytest.approx(on[0].time_s, abs=0.06)
+    assert moments[-1].fact.collision
+
+
+def test_the_ego_stops_for_red_and_goes_on_at_green() -> None:
+    rest = "[[lights]]\nat_m = 150\nred_on_approach_m = 90\nred_s = 6"
+    moments = drive(World(scenario(rest=rest, speed=50, road_class="urban"), 2), 30.0)
+    assert min(moment.ego.speed_mps for moment in moments) < 0.1
+    assert moments[-1].ego.s_m > 160
+    assert moments[-1].fact.infractions == 0 or all(m.fact.infraction != "red_light" for m in moments)
+
+
+def test_traffic_keeps_its_gaps_and_nobody_crashes() -> None:
+    world = World(load_scenario(data("scenarios/dynamic-vsl.toml")), 3)
+    drive(world, 12.0)
+    assert not [car.number for car in world.traffic.cars if car.crashed]
+
+
+def test_everything_that_moves_or_stands_has_an_id_of_its_own() -> None:
+    for name in SHIPPED:
+        world = World(load_scenario(data(f"scenarios/{name}.toml")), 1)
+        scene, static = world.step().scene, world.static
+        ids = [actor.id for actor in scene.actors] + [post.id for post in static.signs]
+        ids += [panel.id for gantry in static.gantries for panel in gantry.panels]
+        ids += [gantry.id for gantry in static.gantries] + [light.id for light in static.lights]
+        assert len(ids) == len(set(ids))
+        assert all(0 < each < 65536 for each in ids)
