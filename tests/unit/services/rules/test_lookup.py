@@ -1,12 +1,10 @@
 """Questions in plain words: from passages where retrieval answers, from shared words where not."""
 
-from collections.abc import Sequence
-
 import pytest
 
 from proto.rules import Passage
 from services.rules.book import RuleBook
-from services.rules.lookup import lookup_rule
+from services.rules.lookup import corpus_for, lookup_rule, sureness
 
 
 def passage(name: str, score: float, pack: str = "DEU-v1") -> Passage:
@@ -14,10 +12,6 @@ def passage(name: str, score: float, pack: str = "DEU-v1") -> Passage:
         passage_id=f"{pack}/{name}/en", document="d", start=0, end=1, excerpt="ignored", section="s", kind="statute",
         score=score, bm25=score, cosine=None, rulepack_version="v",
     )  # fmt: skip
-
-
-def ask(book: RuleBook, passages: Sequence[Passage] | None, query: str = "?", country: str | None = "DEU") -> object:
-    return lookup_rule(book, query, country, "en", None if passages is None else tuple(passages), 3)
 
 
 def test_the_best_passage_is_cited_from_the_checked_pack_and_not_from_the_reply(book: RuleBook) -> None:
@@ -66,3 +60,22 @@ def test_an_unknown_country_lowers_confidence(book: RuleBook) -> None:
     unknown = lookup_rule(book, "?", None, "en", (passage("deu-sign-stop", 0.9),), 3)
     assert unknown.confidence < known.confidence
     assert "jurisdiction" in unknown.degraded
+
+
+@pytest.mark.parametrize(("score", "sure"), [(0.0, 0.0), (0.05, 0.0), (0.3, 0.8), (2.0, 0.8)])
+def test_a_weak_best_passage_is_little_trusted(score: float, sure: float) -> None:
+    assert sureness(score) == pytest.approx(sure)
+
+
+@pytest.mark.parametrize(
+    ("query", "corpus"),
+    [
+        ("What does this sign mean?", "all"),
+        ("Was heißt das Stoppschild?", "all"),
+        ("Que veut dire ce panneau ?", "all"),
+        ("Are we in mph now?", "statutes"),
+        ("Who has right of way?", "statutes"),
+    ],
+)
+def test_the_sign_table_is_searched_for_questions_about_signs(query: str, corpus: str) -> None:
+    assert corpus_for(query) == corpus
