@@ -19,7 +19,8 @@ from services.simulator.kinematics import (
 NO_LIMIT_MPS = 130 / 3.6
 GENTLE_MPS2 = -2.5
 """What he does without being startled; more takes his reaction time first."""
-ADVICE_HOLDS_S = 25.0
+ADVICE_HOLDS_S, WARNING_HOLDS_S = 25.0, 4.0
+"""How long he keeps to what was said when it is not said again; a hazard he can see pass himself."""
 WARNED_FACTOR = 0.6
 """A warned driver reacts in this share of his reaction time."""
 ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
@@ -118,7 +119,8 @@ class Driver:
         if advice.limit_mps is not None:
             self._beliefs.append((acts_s, advice.limit_mps))
         if advice.target_mps is not None:
-            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), acts_s)
+            holds_s = WARNING_HOLDS_S if advice.warns else ADVICE_HOLDS_S
+            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), acts_s, holds_s)
 
     def drive(self, view: View, dt: float) -> Wish:
         """His next wish."""
@@ -221,11 +223,11 @@ class Driver:
             self._answers[key] = self._dice.says(self.profile.compliance, 3, zlib.crc32(repr(key).encode()))
         return self._answers[key]
 
-    def _stand_by(self, topic: str, target_mps: float, acts_s: float) -> None:
+    def _stand_by(self, topic: str, target_mps: float, acts_s: float, holds_s: float) -> None:
         known = self._standing.get(topic)
         same = known is not None and abs(known.target_mps - target_mps) < 0.3 and known.until_s > acts_s
         from_s = min(known.from_s, acts_s) if known is not None and same else acts_s
-        self._standing[topic] = _Standing(target_mps, from_s, acts_s + ADVICE_HOLDS_S)
+        self._standing[topic] = _Standing(target_mps, from_s, acts_s + holds_s)
 
     def _take_over_beliefs(self, time_s: float) -> None:
         for acts_s, limit_mps in [each for each in self._beliefs if each[0] <= time_s]:

@@ -65,6 +65,13 @@ def test_advice_wears_off_when_nobody_repeats_it() -> None:
     assert driver.wanted_mps(replace(ROAD, time_s=60.0)) == pytest.approx(25.0)
 
 
+def test_a_warning_wears_off_sooner_than_a_limit() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic="vulnerable_road_user", target_mps=5.0, warns=True), 0.0)
+    assert driver.wanted_mps(replace(ROAD, time_s=3.0)) == pytest.approx(5.0)
+    assert driver.wanted_mps(replace(ROAD, time_s=8.0)) == pytest.approx(25.0)
+
+
 def test_a_warned_driver_brakes_earlier_for_somebody_on_the_road() -> None:
     view = replace(ROAD, person_m=30.0)
     alone, warned = Driver(CALM, 25.0), Driver(CALM, 25.0)
