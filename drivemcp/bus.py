@@ -105,9 +105,10 @@ class Bus:
     ) -> None:
         self.close()
 
-    def publisher(self, key: str) -> Publisher:
-        """Declare a publisher; nothing is dropped under congestion, images excepted by the receiver's own inbox."""
-        publisher = self._session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP, express=True)
+    def publisher(self, key: str, *, droppable: bool = False) -> Publisher:
+        """Declare a publisher. Under congestion it waits, unless what it carries may be dropped."""
+        control = zenoh.CongestionControl.DROP if droppable else zenoh.CongestionControl.BLOCK
+        publisher = self._session.declare_publisher(key, congestion_control=control, express=True)
         self._keep(publisher)
         return Publisher(publisher)
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from drivemcp.bus import Bus, Publisher, Query
+from drivemcp.bus import Bus, Publisher, Query, wait_settled
 from drivemcp.clock import Clock, SimulatedClock, WallClock
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ContractError, LockstepError
@@ -38,6 +38,7 @@ _JSON = msgspec.json.Encoder()
 _EPOCHS = itertools.count(time.time_ns())
 HEALTH_PERIOD_S = 1.0
 CALLS_PERIOD_S = 0.05
+SETTLE_S = 0.3
 
 
 class _Outlet:
@@ -111,7 +112,7 @@ class Node:
         key = topic_key(self.config.vehicle, topic, id or (self.name if topic.has_id else None))
         payload = (_MSGPACK if topic.encoding == "msgpack" else _JSON).encode(message)
         now_ns = self.clock.now_ns()
-        outlet = self._outlet(key)
+        outlet = self._outlet(key, droppable=topic.droppable and not self.lockstep)
         with outlet.lock:
             outlet.seq += 1
             head = PubHead(
@@ -123,11 +124,13 @@ class Node:
             )
             outlet.publisher.put(payload, _MSGPACK.encode(head))
 
-    def _outlet(self, key: str) -> _Outlet:
+    def _outlet(self, key: str, *, droppable: bool) -> _Outlet:
         outlet = self._outlets.get(key)
         if outlet is None:
             with self._outlet_lock:
-                outlet = self._outlets.setdefault(key, _Outlet(self._bus.publisher(key)))
+                outlet = self._outlets.setdefault(key, _Outlet(self._bus.publisher(key, droppable=droppable)))
+            if self.lockstep:  # the first message must not outrun the news of who subscribes
+                wait_settled(outlet.publisher.matching, SETTLE_S)
         return outlet
 
     def _log_call(self, record: CallRecord) -> None:

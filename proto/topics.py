@@ -36,6 +36,8 @@ class Topic(msgspec.Struct, Generic[M], frozen=True, kw_only=True):
     encoding: Encoding = "msgpack"
     keep: Literal["latest", "all"] = "all"
     """What a slow subscriber may lose: `latest` keeps the newest only."""
+    droppable: bool = False
+    """Large and soon out of date: lost rather than waited for when a link is congested."""
     private: bool = False
     """Never to a guest or the gateway."""
 
@@ -64,6 +66,7 @@ CAMERA = Topic(
     max_age_ms=300,
     publishers=("simulator", "player"),
     readers=_SEEING,
+    droppable=True,
     logged="foxglove_image",
 )
 CALIBRATION = Topic(
@@ -81,6 +84,7 @@ LIDAR = Topic(
     max_age_ms=300,
     publishers=("simulator",),
     readers=("perception", "logger"),
+    droppable=True,
     logged="never",
     keep="latest",
 )

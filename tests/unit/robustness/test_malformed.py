@@ -19,7 +19,7 @@ from proto.topics import TOPICS, Topic
 from proto.wire import PubHead
 from tests.golden.make import sample
 
-SERVICES = ("can", "weather", "rules", "retrieval", "arbiter", "logger")
+SERVICES = ("can", "weather", "rules", "retrieval", "arbiter", "orchestrator", "logger")
 QUICK = {"retrieval": {"encoder": "none"}}
 BURST = settings(
     max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
