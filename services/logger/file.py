@@ -146,18 +146,19 @@ class LogFile:
         return self.head
 
     def finish(self) -> None:
-        """Writes the summary behind a closing chain record, and lets go of the file. Raises OSError."""
+        """Writes the summary behind a closing chain record. Raises OSError."""
         self._write(self._contents.tail(offset=self.size, data_crc=self._crc))
-        self._raw.sync()
-        self._raw.close()
+
+    def release(self) -> None:
+        """Lets go of the file, once it would outlive a loss of power. An unfinished file stays unclosed. Raises OSError."""
+        try:
+            self._raw.sync()
+        finally:
+            self._raw.close()
 
     def sync(self) -> None:
         """Puts what was written beyond a loss of power. Raises OSError."""
         self._raw.sync()
-
-    def abandon(self) -> None:
-        """Lets go of the file as it is: it stays unclosed."""
-        self._raw.close()
 
     def _seal(
         self, before: bytes, stored: Sequence[container.Stored], *, messages: int, closed: bool

@@ -10,6 +10,7 @@ import msgspec
 
 from proto.health import ChainHead
 from services.logger import files
+from services.logger.aside import Aside
 from services.logger.file import DiskFile, LogFile, Origin, RawFile, Record
 from services.logger.forms import Gap, gap_record
 from services.logger.signing import Signer
@@ -47,7 +48,7 @@ class Tally(msgspec.Struct, kw_only=True):
 
 
 class Listener(Protocol):
-    """Who is told, on the writer's thread."""
+    """Who is told, on a thread beside the writer's."""
 
     def sealed(self, head: ChainHead, n: int) -> None:
         """A flush is in the file."""
@@ -84,6 +85,7 @@ class LogWriter:
         self._previous: files.Previous | None = None
         self._stop = threading.Event()
         self.tally = Tally()
+        self._aside = Aside("log-aside", failed=self._failed)
         self._thread = threading.Thread(target=self._run, name="log-writer", daemon=True)
 
     def start(self) -> None:
@@ -104,7 +106,8 @@ class LogWriter:
         """Writes what waits, closes the file in order; whether that was done in time."""
         self._stop.set()
         self._thread.join(timeout_s)
-        return not self._thread.is_alive() and not self.tally.trouble
+        settled = self._aside.close(timeout_s)
+        return settled and not self._thread.is_alive() and not self.tally.trouble
 
     @property
     def running(self) -> bool:
@@ -130,12 +133,18 @@ class LogWriter:
         try:
             work()
         except OSError as error:
-            self.tally.failed_flushes += 1
-            text = f"the log cannot be written: {error.strerror or error}"
-            if text != self.tally.trouble:
-                self.tally.trouble = text
-                self._listener.trouble(text)
+            self._failed(error)
         self.tally.worst_flush_ms = max(self.tally.worst_flush_ms, (time.monotonic() - started_s) * 1e3)
+
+    def _failed(self, error: OSError) -> None:
+        self.tally.failed_flushes += 1
+        text = f"the log cannot be written: {error.strerror or error}"
+        if text != self.tally.trouble:
+            self.tally.trouble = text
+            self._tell(text)
+
+    def _tell(self, text: str) -> None:
+        self._aside.put(lambda: self._listener.trouble(text))
 
     def _flush(self) -> None:
         with self._lock:
@@ -161,10 +170,13 @@ class LogWriter:
             del self._waiting[:done]
         if self.tally.trouble:
             self.tally.trouble = ""
-            self._listener.trouble("the log is written again")
+            self._tell("the log is written again")
         self.tally.messages += len(batch)
         self.tally.stored_bytes += file.size - before
-        self._listener.sealed(head, file.chained - 1)
+        self._sealed(head, file.chained - 1)
+
+    def _sealed(self, head: ChainHead, n: int) -> None:
+        self._aside.put(lambda: self._listener.sealed(head, n))
 
     def _after(self) -> None:
         """Durability and rotation."""
@@ -173,7 +185,7 @@ class LogWriter:
             return
         if now_s - self._synced_s >= self._settings.fsync_s:
             self._synced_s = now_s
-            file.sync()
+            self._aside.put(file.sync)
         if file.size >= self._settings.max_file_mb * 1e6 or now_s - self._opened_s >= self._settings.max_file_s:
             self._finish()
 
@@ -200,8 +212,12 @@ class LogWriter:
         self.tally.files += 1
         self._opened_s = self._synced_s = time.monotonic()
         self.tally.file = name
-        files.retire(settings.directory, settings.retention, now_s=time.time(), spare=name, gone=self._listener.retired)
+        self._aside.put(lambda: self._retire(name))
         return self._file
+
+    def _retire(self, spare: str) -> None:
+        keep, directory = self._settings.retention, self._settings.directory
+        files.retire(directory, keep, now_s=time.time(), spare=spare, gone=self._listener.retired)
 
     def _finish(self) -> None:
         """Closes the file in order; the next begins from its head. A file that cannot be closed stays unclosed."""
@@ -212,11 +228,10 @@ class LogWriter:
         try:
             head = file.append([], now_ns=self._now_ns(), closed=True)
             self._previous = files.Previous(file=file.origin.file, head=head.head_sha256)
+            self._sealed(head, file.chained - 1)
             file.finish()
-        except OSError:
-            file.abandon()
-            raise
-        self._listener.sealed(head, file.chained - 1)
+        finally:
+            self._aside.put(file.release)
 
 
 def _batches(records: list[Record]) -> Iterator[list[Record]]:

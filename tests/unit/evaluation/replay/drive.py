@@ -143,3 +143,4 @@ def write_log(path: Path, traces: Sequence[TraceRecord], secrets: Path) -> None:
     file.append(records, now_ns=0)
     file.append([], now_ns=0, closed=True)
     file.finish()
+    file.release()

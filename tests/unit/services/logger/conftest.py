@@ -57,8 +57,7 @@ def write(
     if close:
         file.append([], now_ns=999, closed=True)
         file.finish()
-    else:
-        file.abandon()
+    file.release()
     return file
 
 
