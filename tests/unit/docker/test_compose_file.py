@@ -144,3 +144,8 @@ def test_final_images_hold_no_build_tools() -> None:
         text = "\n".join(instructions(container["build"]["target"]))
         assert "hatchling" not in text
         assert not re.search(r"\b(gcc|g\+\+|build-essential|cmake|curl|wget|git)\b", text)
+
+
+def test_the_file_for_builds_by_the_hosts_network_names_every_container() -> None:
+    extra = yaml.safe_load((ROOT / "docker/build-host-network.yml").read_text(encoding="utf-8"))
+    assert extra["services"] == {name: {"build": {"network": "host"}} for name in CONTAINERS}
