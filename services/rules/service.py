@@ -53,6 +53,11 @@ class _Evidence:
         self._passages = config.passages
         self._known: Cache[Retrieved] = Cache(config.cache_size)
 
+    @property
+    def alive(self) -> bool:
+        """Whether retrieval is there to be asked; a call to nobody would be waited for."""
+        return "retrieve" in self._node.catalogue() and "retrieval" in self._node.alive_services()
+
     def ask(
         self,
         query: str,
@@ -75,7 +80,7 @@ class _Evidence:
         key = (query, jurisdiction, language, context, corpus)
         if (known := self._known.get(key)) is not None:
             return known
-        if "retrieve" not in self._node.catalogue() or "retrieval" not in self._node.alive_services():
+        if not self.alive:
             return None
         outcome = self._node.call("retrieve", arguments, deadline_ms=deadline_ms)
         if not outcome.ok:
@@ -145,14 +150,14 @@ def _offer_limits(node: Node, book: RuleBook, found: _Evidence, config: RulesCon
         _need_packs(book)
         asked = coarse(situation)
         if (known := answers.get(asked)) is not None:
-            return known
+            return known if found.alive else evidence.from_memory(known)
         answer = limit_answer.applicable_limit(book, asked)
         query = evidence.question_for(answer, asked.language)
         retrieved = found.ask(query, _country(asked.jurisdiction), asked.language)
         answer = evidence.supported(answer, retrieved, asked)
         if retrieved is not None and _lasting(retrieved):
             answers.put(asked, answer)
-        return answer
+        return answer if found.alive else evidence.from_memory(answer)
 
 
 def _offer_signs(node: Node, book: RuleBook) -> None:

@@ -69,6 +69,22 @@ def test_a_repeat_on_the_same_segment_does_not_ask_retrieval_again() -> None:
         assert retrieval.tools.served == served
 
 
+def test_when_retrieval_goes_known_answers_stay_and_are_marked_degraded() -> None:
+    with bus() as b:
+        with_retrieval(b)
+        before = limit(b)
+    with bus() as b:
+        retrieval = b.start(RETRIEVAL, RetrievalConfig(encoder="none"))
+        rules = b.start(SERVICE)
+        rules.client.discover()
+        assert limit(b) == before
+        rules.client._alive.discard("retrieval")  # as the liveliness token's end does
+        after = limit(b)
+        assert after.limit == before.limit
+        assert after.degraded == ("encoder", "retrieval")
+        assert retrieval.name == "retrieval"
+
+
 def test_a_lookup_cites_what_retrieval_found() -> None:
     with bus() as b:
         with_retrieval(b)
