@@ -24,6 +24,8 @@ CONFIRM_SCORE = 1.2
 """A track is published after this many hits and this sum of scores, or one hit less with twice the score."""
 TENTATIVE_S = 0.35
 COAST_S = 1.0
+COAST_PER_HIT_S = 0.15
+"""A track coasts for as long as its past supports: 0.45 s after three hits, the whole second from seven on."""
 BEHIND_M = -8.0
 RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
@@ -194,7 +196,8 @@ def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
 
 def _alive(track: Tracked, now_ns: int) -> bool:
     unseen_s = (now_ns - track.seen_ns) / 1e9
-    return unseen_s <= (COAST_S if track.confirmed else TENTATIVE_S) and float(track.estimate.mean[0]) > BEHIND_M
+    coast_s = min(COAST_S, COAST_PER_HIT_S * track.hits) if track.confirmed else TENTATIVE_S
+    return unseen_s <= coast_s and float(track.estimate.mean[0]) > BEHIND_M
 
 
 def _without_duplicates(tracks: tuple[Tracked, ...]) -> tuple[Tracked, ...]:
