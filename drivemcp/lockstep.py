@@ -26,12 +26,17 @@ def matches(pattern: str, key: str) -> bool:
     return len(left) == len(right) and all(a in ("*", b) for a, b in zip(left, right, strict=True))
 
 
+def step_order(service: str) -> int:
+    """The place of a service in a step; third parties stand before the arbiter."""
+    return BY_NAME[service].step_order if service in BY_NAME else 48
+
+
 class HeldParcels:
     """Publications that wait for the step in which they count."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._held: list[tuple[int, str, int, int, Parcel]] = []
+        self._held: list[tuple[int, int, str, int, int, Parcel]] = []
         self._seen: dict[str, int] = {}
         self._patterns: set[str] = set()
         self._count = 0
@@ -48,21 +53,24 @@ class HeldParcels:
             return
         with self._changed:
             self._count += 1
-            self._held.append((head.stamp_ns, parcel.key, head.seq, self._count, parcel))
+            self._held.append((head.stamp_ns, step_order(head.publisher), parcel.key, head.seq, self._count, parcel))
             self._seen[parcel.key] = max(head.seq, self._seen.get(parcel.key, -1))
             self._changed.notify_all()
 
     def take(self, published: Mapping[str, int], timeout_s: float) -> list[Parcel]:
-        """All that was published up to the given numbers, by stamp, key and number. Raises LockstepError when some never come."""
+        """All that was published up to the given numbers, by stamp, the publisher's place in the step, key and number.
+
+        Raises LockstepError when some never come.
+        """
         wanted = {key: seq for key, seq in published.items() if any(matches(p, key) for p in self._patterns)}
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
                 if not self._changed.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:
                     raise LockstepError(f"publications never arrived: {', '.join(missing[:4])}")
-            ready = [item for item in self._held if item[2] <= wanted.get(item[1], -1)]
-            self._held = [item for item in self._held if item[2] > wanted.get(item[1], -1)]
-        return [item[4] for item in sorted(ready, key=lambda item: item[:4])]
+            ready = [item for item in self._held if item[3] <= wanted.get(item[2], -1)]
+            self._held = [item for item in self._held if item[3] > wanted.get(item[2], -1)]
+        return [item[5] for item in sorted(ready, key=lambda item: item[:5])]
 
 
 class Conductor:
@@ -79,9 +87,7 @@ class Conductor:
         """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck."""
         self._step += 1
         self.published.update(own)
-        order = sorted(
-            services - {self._name}, key=lambda name: (BY_NAME[name].step_order if name in BY_NAME else 48, name)
-        )
+        order = sorted(services - {self._name}, key=lambda name: (step_order(name), name))
         for service in order:
             self._ask(service, now_ns, report_only=False)
         for service in order:  # what tool calls made a service publish after its own turn

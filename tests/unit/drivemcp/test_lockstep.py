@@ -48,7 +48,7 @@ def drive(steps: int) -> list[str]:
 
 def test_every_step_is_handled_whole_and_in_the_order_of_the_data() -> None:
     log = drive(4)
-    assert log[:3] == ["ego 1.0 at 50000000", "rain 1.0", "ego 2.0 at 100000000"]
+    assert log[:3] == ["rain 1.0", "ego 1.0 at 50000000", "rain 2.0"]  # the sensor before what was made of it
     assert [line for line in log if line.startswith("timer")] == ["timer at 100000000", "timer at 200000000"]
 
 
