@@ -14,6 +14,7 @@ from services.simulator.scene import Actor, ActorKind, Scenery, SceneryKind
 PARKED_IDS = 700
 LAMP_EVERY_M, POST_EVERY_M = 36.0, 50.0
 CLEAR_OF_JUNCTION_M = 7.0
+SIGHT_BEFORE_SIGN_M = 70.0
 PARKED_KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van")
 Chance = np.random.Generator
 
@@ -180,4 +181,14 @@ def _clear(route: Route, thing: Scenery) -> bool:
     s, d = route.section.spine.project(thing.pose.x_m, thing.pose.y_m)
     deep = {"house": 4.0, "tower": 6.0}.get(thing.kind, 0.4)
     margin = CLEAR_OF_JUNCTION_M if thing.kind in ("house", "tower") else 1.0
-    return abs(d) > route.kerb_m(s) + deep * 0.9 and not route.at_junction(s, margin + deep)
+    on_the_road = abs(d) <= route.kerb_m(s) + deep * 0.9
+    return not on_the_road and not route.at_junction(s, margin + deep) and not _hides_a_sign(route, thing, s, d)
+
+
+def _hides_a_sign(route: Route, thing: Scenery, s_m: float, d_m: float) -> bool:
+    """Whether leaves would stand between a sign and those who come towards it, as no road keeper lets them."""
+    plan, crown = route.scenario, {"tree": 4.5, "conifer": 4.0, "hedge": 1.5}.get(thing.kind)
+    if crown is None or abs(d_m) > route.kerb_m(s_m) + crown:
+        return False
+    kept: tuple[PlacedPlan, ...] = (*plan.signs, *plan.stops, *plan.zebras, *plan.lights)
+    return any(-4.0 < each.at_m - s_m < SIGHT_BEFORE_SIGN_M for each in kept)

@@ -128,3 +128,13 @@ def test_everything_that_moves_or_stands_has_an_id_of_its_own() -> None:
         ids += [gantry.id for gantry in static.gantries] + [light.id for light in static.lights]
         assert len(ids) == len(set(ids))
         assert all(0 < each < 65536 for each in ids)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_no_leaves_hide_a_sign_from_those_who_come_towards_it(name: str) -> None:
+    world = World(load_scenario(data(f"scenarios/{name}.toml")), 1)
+    spine = world.route.section.spine
+    posts = [spine.project(post.pose.x_m, post.pose.y_m) for post in world.static.signs]
+    trees = [spine.project(each.pose.x_m, each.pose.y_m) for each in world.static.scenery if each.kind == "tree"]
+    for s, d in posts:
+        assert not [t for t in trees if 0 < s - t[0] < 40 and t[1] * d > 0 and abs(t[1]) < abs(d) + 1.5]
