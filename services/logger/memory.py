@@ -20,6 +20,7 @@ from proto.health import ChainHead
 Kind = Literal["preferences", "feedback", "rulepack", "drive", "note"]
 MAX_VALUE_BYTES = 65_536
 MAX_ROWS = 500
+HEADS_KEPT_EVERY = 100
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS memories(
     id INTEGER PRIMARY KEY, kind TEXT NOT NULL, key TEXT NOT NULL, value TEXT NOT NULL, stamp_ns INTEGER NOT NULL);
@@ -112,8 +113,10 @@ class MemoryStore:
         )
 
     def add_head(self, head: ChainHead, n: int) -> None:
-        """Keeps a signed head of a file."""
+        """Keeps a signed head of a file: the newest, and of the older ones every hundredth."""
         with self._lock, self._db:
+            if (n - 1) % HEADS_KEPT_EVERY:
+                self._db.execute("DELETE FROM heads WHERE file = ? AND n = ?", (head.file, n - 1))
             self._db.execute(
                 "INSERT OR REPLACE INTO heads VALUES (?, ?, ?, ?, ?, ?, ?)",
                 (head.file, n, head.records, head.head_sha256, head.signature, head.key_id, int(head.closed)),

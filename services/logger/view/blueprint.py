@@ -9,8 +9,8 @@ SERIES: tuple[tuple[str, str, tuple[int, int, int]], ...] = (
     ("speed/target", "target km/h", (80, 200, 120)),
     ("risk/r", "r", (230, 60, 60)),
     ("risk/delta", "threshold", (150, 150, 150)),
-    ("risk/ttc_s", "time to collision s (up to 20)", (240, 180, 60)),
-    ("risk/headway_s", "headway s (up to 20)", (120, 200, 240)),
+    ("times/ttc_s", "time to collision (up to 20)", (240, 180, 60)),
+    ("times/headway_s", "headway (up to 20)", (120, 200, 240)),
 )
 """Entity, legend, colour."""
 
@@ -23,7 +23,8 @@ def blueprint() -> rrb.Blueprint:
     )
     curves = rrb.Vertical(
         rrb.TimeSeriesView(origin="speed", name="Speed, limit, target (km/h)"),
-        rrb.TimeSeriesView(origin="risk", name="Risk"),
+        rrb.TimeSeriesView(origin="risk", name="Risk r, and the margin that ACT takes"),
+        rrb.TimeSeriesView(origin="times", name="Time to collision, headway (s)"),
         rrb.TimeSeriesView(origin="latency", name="Tool latency (ms)"),
     )
     bird = rrb.Spatial2DView(

@@ -137,7 +137,7 @@ class Drawing:
     def _decision(self, message: Decision) -> None:
         metrics = message.metrics
         terms = {"risk/r": metrics.r, "risk/delta": metrics.delta}
-        for entity, value in (("risk/ttc_s", metrics.ttc_s), ("risk/headway_s", metrics.headway_s)):
+        for entity, value in (("times/ttc_s", metrics.ttc_s), ("times/headway_s", metrics.headway_s)):
             if value is not None:
                 terms[entity] = min(value, _SHOWN_S)
         for entity, value in terms.items():
