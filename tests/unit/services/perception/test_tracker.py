@@ -185,3 +185,13 @@ def test_no_input_makes_a_track_that_is_no_number(data: st.DataObject) -> None:
             assert math.isfinite(track.x_m + track.y_m + track.vx_mps + track.vy_mps + track.ax_mps2)
             assert track.sigma_x_m > 0
             assert 0 <= track.confidence <= 1
+
+
+def test_a_short_past_supports_a_short_coast_only() -> None:
+    tracker = Tracker()
+    drive(tracker, 3, 40.0, 0.0)
+    shown = []
+    for k in range(4, 14):
+        tracker.step(k * STEP_NS, [], EgoState(20.0, 0.0))
+        shown.append(len(tracker.published()))
+    assert shown == [1] * 4 + [0] * 6
