@@ -12,6 +12,7 @@ import msgspec
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
 from evaluation.replay.again import Again, UnknownProfile, decide_again
+from evaluation.replay.against import side_by_side
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, Otherwise, otherwise
 from proto.decision import TraceRecord
@@ -39,6 +40,9 @@ def replay(subparsers: "Subparsers") -> None:
     parser.add_argument(
         "--rulepack", metavar="NAME|FOLDER", action="append", default=[], help="suppose these rulepacks and no others"
     )
+    parser.add_argument(
+        "--against", metavar="FILE", action="append", default=[], help="compare with another drive's log, tick by tick"
+    )
     parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
     parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
     parser.set_defaults(run=command)
@@ -50,8 +54,9 @@ def command(flags: argparse.Namespace) -> int:
     change = _change(flags)
     if change != Change():
         return _suppose(traces(paths), change, flags)
-    unsound = [path for path in paths if not _sound(path)]  # each is told
-    ticks = list(decide_again(traces(paths)))
+    unsound = [path for path in (*paths, *(Path(name) for name in flags.against)) if not _sound(path)]  # each is told
+    others = [Path(name) for name in flags.against]
+    ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths)))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
         raise UserError("no traces in this log: nothing to decide again")

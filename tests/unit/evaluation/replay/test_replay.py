@@ -153,3 +153,15 @@ def test_a_log_without_traces_is_a_mistake(tmp_path: Path) -> None:
     write_log(tmp_path / "empty.mcap", [], tmp_path / "secrets")
     with pytest.raises(UserError, match="no traces"):
         _run(str(tmp_path / "empty.mcap"))
+
+
+def test_a_drive_is_the_same_as_itself_and_not_as_a_shorter_or_another_one(
+    log: Path, recorded: list[TraceRecord], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run("--against", str(log), str(log)) == 0
+    write_log(tmp_path / "short.mcap", recorded[:-1], tmp_path / "secrets")
+    assert _run("--against", str(tmp_path / "short.mcap"), str(log)) == 1
+    capsys.readouterr()
+    write_log(tmp_path / "other.mcap", [*recorded[:-1], _other_number(recorded[-1])], tmp_path / "secrets")
+    assert _run("--against", str(tmp_path / "other.mcap"), str(log)) == 1
+    assert "tick 130: decision.metrics.r" in capsys.readouterr().out
