@@ -33,12 +33,14 @@ def place(track: Track, model: LaneModel) -> Placed:
     along, left = model.ego.place(track.x_m, track.y_m)
     _, ego_left = model.ego.place(0.0, 0.0)
     aside = left - ego_left * max(0.0, 1.0 - along / 30.0)
-    in_path = along > 0 and _reaches(track, aside)
+    against_us = lane is not None and lane.oncoming and track.kind == "vehicle"
+    # who keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
+    in_path = along > 0 and not against_us and _reaches(track, aside)
     placed = msgspec.structs.replace(
         track,
         lane_id=lane.lane_id if lane else "",
         in_ego_path=in_path,
-        oncoming=track.oncoming or (lane is not None and lane.oncoming and track.kind == "vehicle"),
+        oncoming=track.oncoming or against_us,
     )
     return Placed(track=placed, along_m=along)
 
