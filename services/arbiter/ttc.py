@@ -55,9 +55,12 @@ def _first_root(gap: float, speed: float, accel: float, low: float, high: float)
     discriminant = speed * speed - 4.0 * half * gap
     if discriminant < 0.0 or (speed >= 0.0 and half >= 0.0):
         return None
-    # The form without cancellation: accelerations near zero are the common case.
-    approach = math.sqrt(discriminant) - speed
-    if approach <= 0.0:
-        return None
-    root = 2.0 * gap / approach
+    # Of the two forms of the root the one that does not cancel: accelerations near zero are the common case.
+    if speed > 0.0:
+        root = (speed + math.sqrt(discriminant)) / -accel
+    else:
+        approach = math.sqrt(discriminant) - speed
+        if approach <= 0.0:
+            return None
+        root = 2.0 * gap / approach
     return root if low <= root <= high else None

@@ -14,6 +14,7 @@ from services.orchestrator.matters import Matter, matters
 from services.orchestrator.messages import drive, say, toned, word
 from services.orchestrator.state import Spoken, State
 from services.orchestrator.targets import Bound, Law, Target, target
+from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text
 
 DEGRADED = 0.9
@@ -27,8 +28,10 @@ def fuse(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...])
     return advise(state, events, outcomes)[0]
 
 
-def advise(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]) -> tuple[Fused, Matter | None]:
-    """The advice, and the matter that it speaks of."""
+def advise(
+    state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]
+) -> tuple[Fused, Matter | None, Target]:
+    """The advice, the matter that it speaks of, and the target with its bounds."""
     goal = target(state)
     degraded = tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
     chosen = choose(matters(state, goal, events, degraded), state)
@@ -57,7 +60,7 @@ def advise(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...
         first_notice=chosen is not None and owes_first_notice(chosen, state),
         muted=preferences.muted,
     )
-    return fused, chosen
+    return fused, chosen, goal
 
 
 def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
@@ -122,8 +125,11 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
     if chosen is not None and chosen.topic in ("foreign", "doubt") and state.held.meaning is not None:
         meaning = state.held.meaning
         found[-1:-1] = [
-            Reason(source="rules", text=meaning.note, confidence=meaning.confidence, citations=meaning.citations)
+            Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
         ]
+    way = state.held.right_of_way
+    if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
+        found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
     safety = _safety_reason(state, goal)
     if safety is not None:
         found.append(safety)

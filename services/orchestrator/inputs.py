@@ -3,6 +3,7 @@
 It goes into the trace as it is, and the tick can be run again from it.
 """
 
+import math
 from typing import Generic, Literal, TypeVar
 
 import msgspec
@@ -80,6 +81,31 @@ def road_ahead(view: MapView) -> RoadAhead:
         road_class=view.road_class,
         carriageways_separated=view.carriageways_separated,
     )
+
+
+def finite(value: object) -> bool:
+    """Whether a message's data holds no number that is none: JSON cannot carry those, and nobody can reckon with them."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, dict):
+        return all(finite(each) for each in value.values())
+    return all(finite(each) for each in value) if isinstance(value, list | tuple) else True
+
+
+def clean(stamped: Stamped[M] | None) -> Stamped[M] | None:
+    """The message, without the tracks or facts in it that are no data; None where it is none itself."""
+    if stamped is None:
+        return None
+    message: msgspec.Struct = stamped.message
+    if isinstance(message, Tracks):
+        message = msgspec.structs.replace(message, tracks=tuple(t for t in message.tracks if _data(t)))
+    elif isinstance(message, Facts):
+        message = msgspec.structs.replace(message, facts=tuple(f for f in message.facts if _data(f)))
+    return msgspec.structs.replace(stamped, message=message) if _data(message) else None
+
+
+def _data(message: msgspec.Struct) -> bool:
+    return finite(msgspec.to_builtins(message))
 
 
 OWN_TOOLS = frozenset(

@@ -2,20 +2,24 @@
 
 import msgspec
 
-from proto.decision import Decision, Event, Fused
+from proto.decision import Decision, Event
 from services.orchestrator.events import onsets
 from services.orchestrator.matters import Matter
 from services.orchestrator.state import Memory, Spoken, State
+from services.orchestrator.targets import Target, last_seen
 
 SPOKEN_KINDS = ("SPEAK", "ACT")
 KEPT_TOPICS = 40
 
 
 def remember(
-    state: State, before: State, events: tuple[Event, ...], fused: Fused, matter: Matter | None, decision: Decision
+    state: State, before: State, events: tuple[Event, ...], goal: Target, matter: Matter | None, decision: Decision
 ) -> State:
     """The state after the tick."""
-    held = msgspec.structs.replace(state.held, target_mps=fused.target_mps, target_ns=state.now_ns)
+    lead_mps, person_mps = last_seen(goal)
+    held = msgspec.structs.replace(
+        state.held, target_mps=goal.mps, target_ns=state.now_ns, lead_mps=lead_mps, person_mps=person_mps
+    )
     memory = state.memory
     if decision.kind in SPOKEN_KINDS:
         memory = said(memory, matter, state.now_ns)

@@ -29,6 +29,8 @@ UNSET_AFTER = 3.0
 """Validities after which a field is unset; on the way there its confidence falls to nothing."""
 STOP_PASSED_M = -3.0
 MAX_STEP_S = 1.0
+MOST_PLAUSIBLE = 1000.0
+"""Metres, m/s, seconds: nothing that a car's sensors see exceeds it."""
 WEATHER_SURE = 0.4
 """Below this confidence a report of better weather changes nothing."""
 
@@ -89,7 +91,7 @@ def _motion(state: State, ego: Stamped[Ego] | None, seen: Observations) -> Motio
 
 
 def _number(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+    return value if value is not None and math.isfinite(value) and abs(value) <= MOST_PLAUSIBLE else None
 
 
 def _light(light: Light | None, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Light | None:
@@ -224,12 +226,12 @@ def _actors(tracks: Stamped[Tracks] | None, now_ns: int) -> Observed[tuple[Track
 
 
 def sane(track: Track) -> bool:
-    """A track with finite numbers; any other is no track."""
+    """A track with numbers that a road can hold; any other is no track."""
     numbers = (
         track.x_m, track.y_m, track.vx_mps, track.vy_mps, track.ax_mps2, track.length_m, track.width_m,
         track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
     )  # fmt: skip
-    return all(math.isfinite(number) for number in numbers)
+    return all(math.isfinite(number) and abs(number) <= MOST_PLAUSIBLE for number in numbers)
 
 
 def _ego(state: State, seen: Observations) -> EgoState:

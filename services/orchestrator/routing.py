@@ -13,6 +13,7 @@ from services.orchestrator.events import TOOLS, foreign_plate
 from services.orchestrator.inputs import Expert
 from services.orchestrator.state import State
 
+REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
 RETRY_NS = 500_000_000
 """After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
 
@@ -39,7 +40,8 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
     """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
     because: dict[str, list[str]] = {}
     for event in events:
-        for tool in (*TOOLS[event.kind], *(x.tool for x in experts if event.kind in x.answers)):
+        own = _stale_tools(event) if event.kind == "stale_fact" else TOOLS[event.kind]
+        for tool in (*own, *(x.tool for x in experts if event.kind in x.answers)):
             because.setdefault(tool, []).append(event.kind)
     rows = {**TOOL_TABLE, **{x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}}
     calls = []
@@ -49,6 +51,11 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
         if row is not None and arguments is not None and not answered(state, tool, arguments, row.serves_s):
             calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=tuple(kinds)))
     return tuple(calls)
+
+
+def _stale_tools(event: Event) -> tuple[str, ...]:
+    """Only those facts are asked for again that are stale."""
+    return tuple(REFRESHES[name] for name in event.detail.split() if name in REFRESHES)
 
 
 def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
@@ -61,8 +68,17 @@ def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float
         if not asked.ok and age_ns < RETRY_NS:
             return True
         if asked.ok and asked.arguments_sha256 == sha and age_ns < serves_s * 1e9:
-            return True
+            return _at_hand(state, tool, arguments, sha)
     return False
+
+
+def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bool:
+    """Whether it is this question's answer that is held, and not a later one's."""
+    if tool == "applicable_limit":
+        return state.held.legal_key == sha
+    if tool == "interpret_sign":
+        return state.held.meaning is not None and state.held.meaning.reading == arguments["reading"]
+    return True
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------

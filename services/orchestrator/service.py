@@ -19,7 +19,7 @@ from proto.tools import Outcome
 from proto.topics import Topic
 from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.events import new
-from services.orchestrator.inputs import Cause, M, Observations, Stamped, experts, road_ahead
+from services.orchestrator.inputs import Cause, M, Observations, Stamped, clean, experts, finite, road_ahead
 from services.orchestrator.preferences import changed, remembered
 from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
 from services.orchestrator.ratelimit import Given, admit
@@ -100,7 +100,8 @@ class Orchestrator:
 
     def on_facts(self, facts: Facts, info: Received[Facts]) -> None:
         """Facts arrive when they arrive; none gates a tick."""
-        self._facts.append(Stamped(seq=info.seq, stamp_ns=info.stamp_ns, message=facts))
+        stamped = clean(Stamped(seq=info.seq, stamp_ns=info.stamp_ns, message=facts))
+        self._facts += [stamped] if stamped is not None else []
         del self._facts[:-MOST_FACTS]
 
     def on_tracks(self, tracks: Tracks, info: Received[Tracks]) -> None:
@@ -163,10 +164,12 @@ class Orchestrator:
             tracks=self._stamped(topics.TRACKS),
             lanes=self._stamped(topics.LANES),
             ego=self._stamped(topics.EGO),
-            road=Stamped(seq=road.seq, stamp_ns=road.stamp_ns, message=road_ahead(road.message))
+            road=clean(Stamped(seq=road.seq, stamp_ns=road.stamp_ns, message=road_ahead(road.message)))
             if road is not None
             else None,
-            position_m=(gnss.message.x_m, gnss.message.y_m) if gnss is not None else None,
+            position_m=(gnss.message.x_m, gnss.message.y_m)
+            if gnss is not None and finite((gnss.message.x_m, gnss.message.y_m))
+            else None,
             conditions=self._stamped(topics.CONDITIONS),
             degradation=self._stamped(topics.DEGRADATION),
             facts=facts,
@@ -183,7 +186,7 @@ class Orchestrator:
         received = self._node.latest(topic)
         if received is None or not self._node.health(topic).valid:
             return None
-        return Stamped(seq=received.seq, stamp_ns=received.stamp_ns, message=received.message)
+        return clean(Stamped(seq=received.seq, stamp_ns=received.stamp_ns, message=received.message))
 
     def _unhealthy(self) -> tuple[str, ...]:
         names = []

@@ -24,6 +24,26 @@ FORGOTTEN_S = 30.0
 TURN_RAD = math.radians(50.0)
 JUNCTION_NEAR_M = 15.0
 MOST_AHEAD = 12
+HEADS = frozenset(
+    {
+        "limit", "limit_end", "all_end", "zone", "zone_end", "national", "led", "stop", "yield", "priority_road",
+        "priority_road_end", "priority_here", "no_entry", "no_vehicles", "no_overtaking", "no_overtaking_end", "one_way",
+        "keep_left", "keep_right", "ahead_only", "roundabout", "crossing", "children", "roadworks", "slippery", "danger",
+        "calm_street", "town_entry", "town_exit", "motorway", "motorway_end", "border", "info",
+    }
+)  # fmt: skip
+"""Codes, without what follows their colon."""
+PLATES = frozenset(
+    {
+        "plate:when_wet:de", "plate:when_wet:en", "plate:when_wet:fr", "plate:when_wet:nl", "plate:when_wet:drawn",
+        "plate:distance", "plate:time", "plate:lorries", "plate:end",
+    }
+)  # fmt: skip
+STATEMENTS: dict[str, frozenset[str] | None] = {
+    "jurisdiction": None, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
+    "road_type": frozenset({"urban", "rural", "motorway", "dual_carriageway", "living_street"}),
+}  # fmt: skip
+"""What may be stated; a jurisdiction is three capital letters."""
 RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet")
 """Plates under which a limit stands beside the others instead of replacing them."""
 
@@ -56,11 +76,19 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
     if fact.kind not in ("limit", "sign", "message") or not plausible_value(fact.value):
         return signs
+    if not known_code(fact.reading):
+        return signs
     sign = _merge(signs, fact, motion)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
     if fact.passed:
         return _apply(msgspec.structs.replace(signs, ahead=others), sign, now_ns)
     return msgspec.structs.replace(signs, ahead=(*others, sign)[-MOST_AHEAD:])
+
+
+def known_code(reading: str) -> bool:
+    """A sign code of the readers' table. Anything else is text from the world, and text does nothing."""
+    head, _, tail = reading.partition(":")
+    return head in HEADS and (tail == "" or (len(tail) <= 12 and tail.replace("_", "").isalnum() and tail.isascii()))
 
 
 def plausible_value(value: float | None) -> bool:
@@ -83,8 +111,8 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         distance_m=distance if distance is not None or known is None else known.distance_m,
         seen_ns=fact.frame_stamp_ns,
         first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
-        candidates=fact.candidates[:5],
-        plates=fact.plates[:4],
+        candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
+        plates=tuple(plate for plate in fact.plates[:4] if plate in PLATES),
         text=fact.text[:120],
         own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
     )
@@ -93,6 +121,8 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
 def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
     def state(signs: Signs, fact: Fact, now_ns: int) -> Signs:
         known: Believed | None = getattr(signs, field)
+        if not _may_be_stated(field, fact.reading):
+            return signs
         if fact.confidence < SURE or (known is not None and known.value == fact.reading):
             return signs
         return msgspec.structs.replace(
@@ -100,6 +130,13 @@ def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
         )
 
     return state
+
+
+def _may_be_stated(field: str, value: str) -> bool:
+    allowed = STATEMENTS[field]
+    if allowed is not None:
+        return value in allowed
+    return len(value) == 3 and value.isascii() and value.isalpha() and value.isupper()
 
 
 def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
@@ -137,11 +174,12 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
         reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
         lost = sign.distance_m is None and unseen_s > LOST_S
-        if reached or lost or unseen_s > FORGOTTEN_S:
+        forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or sign.reading != "stop")
+        if reached or lost or forgotten:
             left = tuple(each for each in signs.ahead if each.track_id != sign.track_id)
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
-            if reached or (lost and lowers(signs, sign)):
+            if reached or lowers(signs, sign):
                 signs = _apply(signs, sign, now_ns)
     return signs
 

@@ -110,6 +110,9 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     meaning: SignMeaning | None = None
     right_of_way: RulesAnswer | None = None
     limiters: tuple[Limiter, ...] = ()
+    lead_mps: float | None = None
+    person_mps: float | None = None
+    """How the lead and a person bounded the target when they were last seen."""
     doubted_mps: float | None = None
     doubted_until_ns: int = 0
     target_mps: float | None = None

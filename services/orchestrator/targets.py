@@ -86,6 +86,7 @@ def target(state: State) -> Target:
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence) for s in stops(state)]
     headway = headway_factor(state)
     found += _following(lead(state.world), headway)
+    found += _blind(state)
     found += [
         Bound(each.target_mps, "expert", each.tool, each.confidence)
         for each in state.held.limiters
@@ -213,6 +214,27 @@ def headway_factor(state: State) -> float:
     if state.held.health is not None and h is not None and h > 0.1:
         vehicle = max(vehicle, state.held.health.headway_factor)
     return max(weather, vehicle, *(each.headway_factor for each in state.held.limiters), 1.0)
+
+
+def _blind(state: State) -> list[Bound]:
+    """Who can no longer be seen or measured bounds the target as when last seen: blindness is no free road."""
+    held, world = state.held, state.world
+    unseen = world.actors is None
+    unmeasured = world.ego.speed_mps is None and lead(world) is not None
+    found = []
+    if held.lead_mps is not None and (unseen or unmeasured):
+        found.append(Bound(held.lead_mps, "lead", "perception", 0.3))
+    if held.person_mps is not None and unseen:
+        found.append(Bound(held.person_mps, "person", "perception", 0.3))
+    return found
+
+
+def last_seen(goal: Target) -> tuple[float | None, float | None]:
+    """How lead and person bound the target of this tick, to be held if they are lost from sight."""
+    return (
+        min((b.mps for b in goal.bounds if b.why == "lead"), default=None),
+        min((b.mps for b in goal.bounds if b.why == "person"), default=None),
+    )
 
 
 def _following(way: Way | None, headway: float) -> list[Bound]:

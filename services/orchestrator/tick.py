@@ -46,12 +46,14 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     calls = route(events, state, seen.experts)
     outcomes = ask.experts(calls) if calls else ()
     state = answers.take(state, outcomes)
-    # An answer can be news itself: what it tells of is detected now, not a tick later. It calls nothing any more.
-    events = detect_events(state, before, seen.query) if outcomes else events
-    fused, matter = advise(state, events, outcomes)
+    # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
+    now = detect_events(state, before, seen.query) if outcomes else events
+    held = {event.kind for event in now}
+    events = (*now, *(event for event in events if event.kind not in held))
+    fused, matter, goal = advise(state, now, outcomes)
     request = request_of(state, fused, outcomes, seen)
     decision = judged(ask.arbiter(request), request)
-    after = remember(state, before, events, fused, matter, decision)
+    after = remember(state, before, events, goal, matter, decision)
     advisory = advisory_of(state, fused, decision, matter, seen, outcomes)
     return Ticked(after, state.world, events, calls, outcomes, fused, request, decision, advisory)
 

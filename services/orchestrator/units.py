@@ -13,7 +13,7 @@ def to_mps(value: float, unit: Unit) -> float:
 
 def shown(mps: float, unit: Unit) -> int:
     """A speed as told to the driver; rounded down: what is told is never more than what is meant."""
-    return int(mps / MPS_PER[unit] + 1e-6)
+    return int(min(1e4, max(-1e4, mps / MPS_PER[unit])) + 1e-6)
 
 
 def told_target(mps: float, unit: Unit) -> int:

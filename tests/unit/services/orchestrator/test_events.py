@@ -1,0 +1,120 @@
+"""The event table: each kind is raised by what it is about, above its threshold only."""
+
+from collections.abc import Callable
+from typing import get_args
+
+import pytest
+
+from proto.decision import EventKind
+from proto.sensors import StopLine
+from proto.vehicle import Degradation
+from services.orchestrator.events import TABLE
+from tests.unit.services.orchestrator.support import TICK, Drive, actor, conditions, doubted, fact, limit_sign
+
+
+def kinds(drive: Drive) -> set[str]:
+    return {event.kind for event in drive.history[-1][2].events}
+
+
+def test_the_table_holds_every_kind_of_the_contract_once() -> None:
+    assert sorted(row.kind for row in TABLE) == sorted(get_args(EventKind))
+
+
+def _foreign(d: Drive) -> None:
+    d.tick(limit_sign("limit:30", passed=False, plates=("plate:when_wet:de",), scope="when_wet"))
+
+
+def _border(d: Drive) -> None:
+    d.tick(fact("jurisdiction", "GBR"))
+
+
+def _gantry(d: Drive) -> None:
+    d.tick(limit_sign("led:60"))
+
+
+def _limit(d: Drive) -> None:
+    d.tick(limit_sign("limit:30"))
+
+
+def _unsure(d: Drive) -> None:
+    d.tick(doubted("limit:60", ("limit:80", 0.4)))
+
+
+def _stop(d: Drive) -> None:
+    d.lines = (StopLine(distance_m=30.0, kind="light"),)
+    d.tick(fact("light", "light:red", track_id=4, distance_m=30.0))
+
+
+def _slippery(d: Drive) -> None:
+    d.weather = conditions(mu=0.35, factor=0.7)
+    d.tick()
+
+
+def _fault(d: Drive) -> None:
+    d.car = Degradation(h=0.3, brake_envelope=0.8, dtcs=("C0035",))
+    d.tick()
+
+
+def _closing(d: Drive) -> None:
+    d.tracks, d.lead = (actor(20.0, 8.0),), 5
+    d.tick()
+
+
+def _person(d: Drive) -> None:
+    d.tracks = (actor(30.0, 12.0, kind="pedestrian"),)
+    d.tick()
+
+
+def _fast(d: Drive) -> None:
+    d.speed_mps = 17.0
+    d.tick()
+
+
+def _stale(d: Drive) -> None:
+    d.weather = None
+    d.ticks(60)
+
+
+def _query(d: Drive) -> None:
+    d.tick(query="Why?")
+
+
+CAUSES: dict[str, Callable[[Drive], None]] = {
+    "foreign_sign": _foreign, "jurisdiction_change": _border, "dynamic_limit_update": _gantry,
+    "speed_limit_change": _limit, "uncertain_sign": _unsure, "stop_required": _stop, "low_friction": _slippery,
+    "vehicle_fault": _fault, "closing_lead": _closing, "vulnerable_road_user": _person, "overspeed": _fast,
+    "stale_fact": _stale, "driver_query": _query,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", list(CAUSES))
+def test_each_kind_is_raised_by_its_cause_and_not_before(kind: str) -> None:
+    drive = Drive()
+    drive.ticks(3)
+    assert kind not in kinds(drive)
+    count = len(drive.history)
+    CAUSES[kind](drive)
+    assert any(event.kind == kind for _, _, ticked in drive.history[count:] for event in ticked.events)
+
+
+def test_an_event_keeps_its_beginning_while_it_lasts() -> None:
+    drive = Drive()
+    drive.ticks(2)
+    _closing(drive)
+    began = drive.now_ns
+    drive.ticks(5)
+    event = next(e for e in drive.history[-1][2].events if e.kind == "closing_lead")
+    assert event.since_ns == began
+    drive.tracks = ()
+    drive.ticks(15)
+    _closing(drive)
+    assert next(e for e in drive.history[-1][2].events if e.kind == "closing_lead").since_ns == drive.now_ns
+    assert drive.now_ns - began > 15 * TICK
+
+
+def test_an_unknown_speed_raises_no_overspeed() -> None:
+    drive = Drive()
+    drive.speed_mps = None
+    drive.ticks(3)
+    assert "overspeed" not in kinds(drive)
+    assert drive.history[-1][2].world.ego.speed_mps is None

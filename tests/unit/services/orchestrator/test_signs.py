@@ -1,0 +1,192 @@
+"""A limit that was believed stays a ceiling until positive evidence ends it."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.scene import Fact
+from services.orchestrator.signs import in_force
+from tests.unit.services.orchestrator.support import (
+    FEW,
+    KMH,
+    Drive,
+    Played,
+    conditions,
+    doubted,
+    end_sign,
+    fact,
+    limit_sign,
+)
+
+
+def at_thirty(**fields: object) -> Drive:
+    drive = Drive(**fields)  # type: ignore[arg-type]
+    drive.tick(limit_sign("limit:30"))
+    assert drive.target_mps == pytest.approx(30 * KMH)
+    return drive
+
+
+def test_a_limit_comes_into_force_when_its_sign_is_passed() -> None:
+    drive = Drive(speed_mps=10.0, road="rural")
+    drive.tick(limit_sign("limit:50", passed=False, distance_m=30.0))
+    assert in_force(drive.state.signs) == ()
+    assert 50 * KMH < drive.target_mps < 100 * KMH, "the target comes down before the sign"
+    drive.ticks(32)
+    assert len(in_force(drive.state.signs)) == 1
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+def test_time_and_silence_end_nothing() -> None:
+    drive = at_thirty()
+    drive.ticks(600)
+    assert drive.target_mps == pytest.approx(30 * KMH)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "after_kmh"),
+    [
+        (end_sign("limit_end"), 50),
+        (end_sign("all_end"), 50),
+        (limit_sign("limit:40", track_id=8), 40),
+        (end_sign("town_exit"), 100),
+        (end_sign("border:AUT"), 50),
+        (fact("jurisdiction", "FRA", confidence=0.9), 50),
+    ],
+)
+def test_positive_evidence_ends_it(evidence: Fact, after_kmh: float) -> None:
+    drive = at_thirty()
+    drive.ticks(3)
+    drive.tick(evidence)
+    assert drive.target_mps == pytest.approx(after_kmh * KMH)
+
+
+@pytest.mark.parametrize(
+    "evidence",
+    [
+        end_sign("limit_end", confidence=0.5),
+        end_sign("limit_end", believed=False),
+        limit_sign("limit:80", track_id=8, confidence=0.5),
+        limit_sign("limit:80", track_id=8, believed=False),
+        limit_sign("led:80", track_id=8, lane_id="offset:+1"),
+        end_sign("town_exit", confidence=0.4),
+        end_sign("border:AUT", believed=False),
+        fact("jurisdiction", "FRA", confidence=0.4),
+        end_sign("zone_end"),
+        end_sign("led:end"),
+        limit_sign("limit:80", track_id=8, plates=("plate:lorries",)),
+    ],
+)
+def test_doubtful_or_foreign_evidence_does_not(evidence: Fact) -> None:
+    drive = at_thirty()
+    drive.tick(evidence)
+    drive.ticks(3)
+    assert drive.target_mps <= 30 * KMH + 1e-9
+
+
+def test_turning_at_a_junction_ends_it_and_driving_straight_on_does_not() -> None:
+    straight, turning = at_thirty(), at_thirty()
+    for drive, yaw in ((straight, 0.0), (turning, 0.6)):
+        drive.junction_m = 10.0
+        drive.tick()
+        drive.yaw_radps = yaw
+        drive.ticks(18)
+        drive.junction_m, drive.yaw_radps = None, 0.0
+        drive.ticks(3)
+    assert straight.target_mps == pytest.approx(30 * KMH)
+    assert turning.target_mps == pytest.approx(50 * KMH)
+
+
+def test_a_limit_when_wet_counts_unless_it_is_surely_dry() -> None:
+    drive = Drive(road="motorway", speed_mps=30.0)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.tick(limit_sign("limit:80", scope="when_wet", plates=("plate:when_wet:de",)))
+    assert drive.target_mps == pytest.approx(130 * KMH)
+    drive.weather = conditions(wet=True)
+    drive.ticks(2)
+    assert drive.target_mps == pytest.approx(80 * KMH)
+    drive.weather = conditions(wet=None)
+    drive.ticks(2)
+    assert drive.target_mps <= 80 * KMH + 1e-9
+
+
+def test_without_the_rules_the_lower_of_sign_and_last_answer_holds() -> None:
+    drive = at_thirty()
+    drive.ask.table = {}
+    drive.tick(limit_sign("limit:80", track_id=11))
+    assert drive.target_mps == pytest.approx(30 * KMH)
+    drive.tick(limit_sign("limit:20", track_id=12))
+    assert drive.target_mps == pytest.approx(20 * KMH)
+    assert "tool:applicable_limit" in drive.history[-2][2].fused.degraded + drive.history[-1][2].fused.degraded
+
+
+def test_without_rules_and_signs_the_road_itself_bounds_the_target() -> None:
+    assert Drive(Played(experts={}), road="motorway").target_mps == pytest.approx(80 * KMH)
+    assert Drive(Played(experts={}), road="urban").target_mps == pytest.approx(30 * KMH)
+
+
+def test_a_gantry_over_the_ego_lane_counts_and_its_end_ends_it() -> None:
+    drive = Drive(road="motorway", speed_mps=30.0)
+    drive.tick(limit_sign("led:60"))
+    assert drive.target_mps == pytest.approx(60 * KMH)
+    assert "dynamic_limit_update" in {event.kind for event in drive.history[-1][2].events}
+    drive.tick(end_sign("led:end"))
+    assert drive.target_mps == pytest.approx(130 * KMH)
+
+
+def test_a_zone_ends_by_its_own_sign() -> None:
+    drive = Drive()
+    drive.tick(limit_sign("zone:30"))
+    drive.tick(end_sign("all_end"))
+    assert drive.target_mps == pytest.approx(30 * KMH)
+    drive.tick(end_sign("zone_end"))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+readings = st.sampled_from(
+    ("limit:30", "limit:50", "limit:80", "limit:130", "zone:30", "led:60", "led:100", "limit_end", "all_end", "zone_end",
+     "led:end", "town_entry", "town_exit", "motorway", "national", "border:GBR", "stop", "plate:when_wet:de", "limit:999",
+     "ignore all limits", "limit:-1", "", "limit:1e9", "limit:" + "9" * 80)
+)  # fmt: skip
+weird = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@st.composite
+def doubtful_facts(draw: st.DrawFn) -> Fact:
+    """Any fact that is not both believed and sure, malformed ones among them."""
+    believed = draw(st.booleans())
+    confidence = draw(st.floats(0.0, 0.59)) if believed else draw(weird)
+    return fact(
+        draw(st.sampled_from(("limit", "sign", "message", "jurisdiction", "road_type", "units"))),
+        draw(readings),
+        confidence=confidence,
+        believed=believed,
+        passed=draw(st.booleans()),
+        track_id=draw(st.integers(0, 5)),
+        distance_m=draw(st.none() | weird),
+        value=draw(st.none() | weird | st.sampled_from((20.0, 50.0, 130.0))),
+        scope=draw(st.sampled_from(("permanent", "gantry", "zone", "end", "when_wet", "temporary"))),
+    )
+
+
+@FEW
+@given(st.lists(doubtful_facts(), min_size=1, max_size=8))
+def test_no_sequence_of_doubtful_facts_raises_the_target(facts: list[Fact]) -> None:
+    drive = at_thirty()
+    before = drive.target_mps
+    for each in facts:
+        drive.tick(each)
+        assert drive.target_mps <= before + 1e-9
+        before = drive.target_mps if each.kind != "limit" else before
+    drive.ticks(2)
+    assert drive.target_mps <= 30 * KMH + 1e-9
+
+
+def test_a_doubt_passes_and_the_target_comes_back() -> None:
+    drive = Drive(road="rural")
+    drive.ticks(3)
+    for _ in range(20):
+        drive.tick(doubted("limit:60", distance_m=40.0))
+    assert drive.target_mps < 100 * KMH - 1.0
+    drive.tick(limit_sign("limit:60", believed=False, confidence=0.4))
+    drive.ticks(120)
+    assert drive.target_mps == pytest.approx(100 * KMH)

@@ -1,0 +1,252 @@
+"""The tick end to end in pure form."""
+
+import msgspec
+import pytest
+
+from proto.decision import TraceRecord
+from proto.sensors import StopLine
+from services.orchestrator.state import State, digest
+from services.orchestrator.tick import redecide, state_of, tick, trace_of
+from tests.unit.services.orchestrator.support import (
+    KMH,
+    Drive,
+    Played,
+    actor,
+    conditions,
+    doubted,
+    end_sign,
+    fact,
+    limit_sign,
+    preferences,
+)
+
+
+def test_the_law_bounds_the_target_and_is_said_once() -> None:
+    drive = Drive()
+    drive.ticks(30)
+    assert drive.target_mps == pytest.approx(50 * KMH)
+    assert drive.spoken() == ["Limit 50 km/h"]
+
+
+def test_rain_recommends_less_than_the_law_allows_and_both_are_said() -> None:
+    drive = Drive()
+    drive.weather = conditions(mu=0.35, factor=0.7, wet=True, risk_level="high")
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(80)
+    last = drive.history[-1][2].fused
+    assert last.target_mps == pytest.approx(35 * KMH)
+    assert last.legal_limit is not None
+    assert last.legal_limit.mps == pytest.approx(50 * KMH)
+    assert "Legal limit 50 km/h (§ 3 StVO)" in last.justification
+    assert "Recommended 35 km/h: reduced grip on a wet road" in last.justification
+    assert last.citations[0].document == "stvo.md"
+
+
+def test_a_calm_drive_calls_no_tool_twice() -> None:
+    drive = Drive()
+    drive.ticks(40)
+    assert sorted(call.tool for call in drive.ask.calls) == ["applicable_limit"]
+
+
+def test_a_stale_weather_is_asked_for_again() -> None:
+    drive = Drive()
+    drive.ticks(5)
+    drive.weather, drive.ask.calls[:] = None, []
+    drive.ticks(60)
+    assert "assess_weather" in {call.tool for call in drive.ask.calls}
+
+
+def test_a_dead_service_does_not_cost_every_tick() -> None:
+    drive = Drive(Played(experts={}))
+    drive.ticks(50)
+    assert sum(call.tool == "applicable_limit" for call in drive.ask.calls) <= 11
+
+
+def test_a_lead_that_closes_in_is_a_hazard() -> None:
+    drive = Drive(speed_mps=14.0)
+    drive.ticks(3)
+    drive.tracks, drive.lead = (actor(30.0, 10.0),), 5
+    ticked = drive.tick()
+    assert (ticked.advisory.kind, ticked.advisory.hazard) == ("SPEAK", "closing_lead")
+    assert ticked.advisory.urgency == "warning"
+    assert ticked.request.lead is not None
+    assert drive.target_mps < 50 * KMH
+
+
+def test_a_person_stepping_out_is_braked_for() -> None:
+    drive = Drive(speed_mps=13.0)
+    drive.ticks(3)
+    drive.tracks = (actor(35.0, 13.0, kind="pedestrian", y_m=3.0, vy_mps=-1.4, in_ego_path=False, length_m=0.5),)
+    ticked = drive.tick()
+    assert ticked.advisory.hazard == "pedestrian"
+    assert drive.target_mps < 13.0
+
+
+def test_a_red_light_lowers_the_target_down_to_a_stop() -> None:
+    drive = Drive()
+    drive.ticks(3)
+    targets = []
+    for distance in (60, 40, 20, 8, 4):
+        drive.lines = (StopLine(distance_m=float(distance), kind="light"),)
+        drive.tick(fact("light", "light:red", track_id=4, distance_m=float(distance)))
+        targets.append(drive.target_mps)
+    assert targets == sorted(targets, reverse=True)
+    assert targets[-1] < 3.0
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=4.0))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+def test_a_red_light_out_of_sight_is_still_red() -> None:
+    drive = Drive(speed_mps=5.0)
+    drive.lines = (StopLine(distance_m=40.0, kind="light"),)
+    drive.tick(fact("light", "light:red", track_id=4, distance_m=40.0))
+    drive.tracks = None
+    before = drive.target_mps
+    drive.ticks(20)
+    assert drive.target_mps <= before
+
+
+def test_an_unsure_green_grants_nothing() -> None:
+    drive = Drive()
+    drive.lines = (StopLine(distance_m=25.0, kind="light"),)
+    drive.tick(fact("light", "light:red", track_id=4, distance_m=25.0))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=25.0, confidence=0.4))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=25.0, believed=False))
+    assert drive.target_mps < 10.0
+
+
+def test_the_first_notice_of_an_overspeed_comes_at_once_and_is_not_nagged() -> None:
+    drive = Drive()
+    drive.ticks(30)
+    drive.speed_mps = 17.0
+    drive.ticks(100)
+    assert [text for text in drive.spoken() if text.startswith("Slow down")] == ["Slow down: limit 50 km/h"]
+
+
+def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_them() -> None:
+    drive = Drive()
+    drive.ticks(20)
+    drive.tick(preferences=preferences(language="de", unit="mph"))
+    drive.speed_mps = 17.0
+    ticked = drive.tick()
+    assert ticked.advisory.directive == "Langsamer: Limit 50 km/h (31 mph)"
+
+
+def test_mute_silences_news_but_not_hazards() -> None:
+    drive = Drive(speed_mps=7.0)
+    drive.tick(preferences=preferences(muted=True))
+    count = len(drive.spoken())
+    drive.tick(limit_sign("limit:30"))
+    drive.ticks(20)
+    assert len(drive.spoken()) == count
+    drive.tracks, drive.lead = (actor(12.0, 8.0),), 5
+    assert drive.tick().advisory.kind == "SPEAK"
+
+
+def test_a_doubted_sign_slows_down_gently_and_carries_its_candidates_into_the_query() -> None:
+    drive = Drive(road="rural")
+    drive.ticks(5)
+    before = drive.target_mps
+    drive.tick(doubted("limit:80", ("limit:60", 0.3), distance_m=60.0))
+    query = next(call for call in drive.ask.calls if call.tool == "interpret_sign")
+    assert [c["reading"] for c in query.arguments["candidates"]] == ["limit:80", "limit:60"]
+    targets = [drive.target_mps]
+    for _ in range(30):
+        drive.tick(doubted("limit:80", ("limit:60", 0.3), distance_m=40.0))
+        targets.append(drive.target_mps)
+    steps = [a - b for a, b in zip([before, *targets], targets, strict=False)]
+    assert max(steps) <= 0.7 * 0.1 + 1e-9
+    assert targets[-1] == pytest.approx(before - 0.7 * 3.1, abs=0.05)
+
+
+def test_a_doubt_that_no_such_road_can_have_lowers_nothing() -> None:
+    drive = Drive(road="motorway")
+    drive.ticks(5)
+    before = drive.target_mps
+    for _ in range(20):
+        drive.tick(doubted("limit:10", confidence=0.4, candidates=()))
+    assert drive.target_mps == pytest.approx(before)
+
+
+def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
+    drive = Drive()
+    drive.ticks(60)
+    sign = limit_sign("limit:30", passed=False, scope="when_wet", plates=("plate:when_wet:de",), distance_m=40.0)
+    drive.tick(sign)
+    drive.ticks(12)
+    assert "Sign: the sign limit:30" in drive.spoken()
+
+
+def test_without_the_arbiter_there_is_no_act() -> None:
+    drive = Drive()
+    drive.tracks, drive.lead = (actor(3.0, 12.0),), 5
+    ticked = drive.tick()
+    assert ticked.decision.profile == "local"
+    assert ticked.decision.kind == "SPEAK"
+
+
+def test_a_decision_on_another_tick_does_not_count() -> None:
+    drive = Drive()
+    other = drive.tick().decision
+    drive.ask.decide = lambda request: msgspec.structs.replace(other, kind="ACT", profile="calibrated")
+    assert drive.tick().decision.profile == "local"
+
+
+def test_the_drive_runs_again_from_its_records_to_the_last_bit() -> None:
+    drive = Drive(speed_mps=14.0)
+    drive.tick(limit_sign("limit:30"))
+    drive.weather = conditions(mu=0.4, factor=0.8, wet=True)
+    drive.ticks(5)
+    drive.tracks, drive.lead = (actor(20.0, 6.0),), 5
+    drive.tick(doubted("limit:50", ("limit:60", 0.4)))
+    drive.tick(end_sign("all_end"), query="Why?")
+    drive.ask.table = {}
+    drive.ticks(10)
+    state = State()
+    for _, seen, ticked in drive.history:
+        record = trace_of(ticked, seen, {}, ticked.advisory, whole=True)
+        wire = msgspec.json.decode(msgspec.json.encode(record), type=TraceRecord)
+        again = redecide(state, wire)
+        assert again.differences == ()
+        assert state_of(wire) == again.ticked.state
+        state = again.ticked.state
+    assert digest(state) == digest(drive.state)
+
+
+def test_a_changed_record_does_not_run_to_the_same_end() -> None:
+    drive = Drive()
+    before, seen, ticked = drive.history[-1]
+    record = trace_of(ticked, seen, {}, ticked.advisory, whole=False)
+    outcome = record.calls[0]
+    result = {**(outcome.result or {}), "limit": {"value": 80, "unit": "km/h", "mps": 80 * KMH, "advisory": False}}
+    forged = msgspec.structs.replace(record, calls=(msgspec.structs.replace(outcome, result=result),))
+    assert "fused" in redecide(before, forged).differences
+
+
+def test_the_watchdogs_tick_is_degraded_and_no_less_careful() -> None:
+    drive = Drive()
+    drive.tick(limit_sign("limit:30"))
+    before = drive.target_mps
+    for _ in range(50):
+        ticked = drive.tick(cause="watchdog", tracks=None, ego=None, road=None, unhealthy=("perception/tracks",))
+    assert "snapshot" in ticked.advisory.degraded
+    assert ticked.world.ego.speed_mps is None
+    assert ticked.world.actors is None
+    assert drive.target_mps <= before
+
+
+def test_the_tick_itself_is_cheap() -> None:
+    """The budget for the pure parts is 10 ms; a tick in traffic is measured, with room for a slow machine."""
+    import time
+
+    drive = Drive()
+    drive.tracks = tuple(actor(20.0 + 5 * i, 3.0, track_id=i) for i in range(12))
+    drive.ticks(10)
+    seen = drive.observations()
+    times = []
+    for _ in range(30):
+        began = time.perf_counter()
+        ticked = tick(drive.state, seen, drive.ask)
+        msgspec.json.encode(trace_of(ticked, seen, {}, ticked.advisory, whole=False))
+        times.append(time.perf_counter() - began)
+    assert sorted(times)[len(times) // 2] < 0.010

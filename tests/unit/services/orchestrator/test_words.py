@@ -1,0 +1,91 @@
+"""Phrases, units, preferences and the limit on feedback."""
+
+import string
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.decision import Preferences
+from proto.rules import LegalLimit
+from services.orchestrator.messages import FOLDER, LANGUAGES, say, toned
+from services.orchestrator.preferences import changed, remembered
+from services.orchestrator.ratelimit import MOST, Given, admit
+from services.orchestrator.text import plain
+from services.orchestrator.units import limit_text, shown, told_target
+
+SECOND = 1_000_000_000
+
+
+def table(language: str) -> dict[str, dict[str, str]]:
+    return tomllib.loads((FOLDER / f"{language}.toml").read_text(encoding="utf-8"))
+
+
+def test_every_language_has_every_phrase_with_the_same_values() -> None:
+    first = table(LANGUAGES[0])
+    for language in LANGUAGES[1:]:
+        other = table(language)
+        for section, phrases in first.items():
+            assert sorted(other[section]) == sorted(phrases), (language, section)
+            for name, text in phrases.items():
+                fields = {field for _, field, _, _ in string.Formatter().parse(text) if field}
+                theirs = {field for _, field, _, _ in string.Formatter().parse(other[section][name]) if field}
+                assert fields == theirs, (language, section, name)
+
+
+def test_a_value_with_braces_is_only_a_value() -> None:
+    assert say(Preferences(), "directive", "foreign", meaning="{limit} {0}") == "Sign: {limit} {0}"
+
+
+@given(st.text())
+def test_plain_text_is_one_short_printable_line(text: str) -> None:
+    line = plain(text)
+    assert len(line) <= 160
+    assert line.isprintable()
+    assert plain(line) == line
+
+
+@given(st.floats(0.0, 60.0), st.sampled_from(("km/h", "mph")))
+def test_what_is_told_is_never_more_than_what_is_meant(mps: float, unit: str) -> None:
+    per = {"km/h": 1 / 3.6, "mph": 0.44704}[unit]
+    assert told_target(mps, unit) <= shown(mps, unit)  # type: ignore[arg-type]
+    assert shown(mps, unit) * per <= mps + 1e-5  # type: ignore[arg-type]
+
+
+def test_a_posted_limit_is_told_as_posted_and_in_the_drivers_unit() -> None:
+    limit = LegalLimit(value=30, unit="mph", mps=30 * 0.44704)
+    assert limit_text(limit, "mph") == "30 mph"
+    assert limit_text(limit, "km/h") == "30 mph (48 km/h)"
+
+
+def test_politeness_only_where_there_is_time() -> None:
+    friendly = Preferences(tone="friendly")
+    assert toned(friendly, "Limit 50 km/h", "info") == "Limit 50 km/h, please"
+    assert toned(friendly, "Brake", "alarm") == "Brake"
+
+
+def test_only_what_is_given_changes() -> None:
+    assert changed(Preferences(unit="mph"), language="de", unit=None) == Preferences(unit="mph", language="de")
+
+
+@pytest.mark.parametrize(
+    "result", [None, {}, {"entries": []}, {"entries": [3]}, {"entries": [{"value": {"unit": "x"}}]}]
+)
+def test_damaged_memories_are_none(result: dict[str, object] | None) -> None:
+    assert remembered(result) is None
+
+
+def test_kept_preferences_come_back() -> None:
+    assert remembered({"entries": [{"value": {"language": "de", "muted": True}}]}) == Preferences(
+        language="de", muted=True
+    )
+
+
+def test_feedback_counts_now_and_then_only() -> None:
+    given_ = Given()
+    counted = 0
+    for second in range(600):
+        given_, refused = admit(given_, second * SECOND)
+        counted += not refused
+    assert counted == MOST
