@@ -2,6 +2,7 @@
 
 import argparse
 import logging
+import os
 import signal
 import sys
 import threading
@@ -69,7 +70,11 @@ def parser_for(service: Service[Any]) -> argparse.ArgumentParser:
 
 def main(service: Service[Any], arguments: Sequence[str] | None = None) -> None:
     """Run a service as a process, and exit: 0 after SIGTERM or SIGINT, 2 on a user's mistake, 1 when it broke."""
-    sys.exit(run(service, arguments))
+    status = run(service, arguments)
+    logging.shutdown()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # a tool that hangs must not keep, nor crash, an interpreter that ends
 
 
 def run(service: Service[Any], arguments: Sequence[str] | None = None) -> int:

@@ -30,6 +30,7 @@ from proto.tools import (
 
 _HEAD = msgspec.msgpack.Decoder(CallHead)
 _ENCODER = msgspec.json.Encoder()
+CLOSE_GRACE_S = 2.0
 Authorize = Callable[[Tool, CallHead, bytes], str]
 """Why a call of an actuation tool is refused; empty: it is allowed."""
 
@@ -98,9 +99,12 @@ class ToolServer:
             self._bus.serve(tool_key(self._vehicle, self._server, name), self._receiver(name))
 
     def close(self) -> None:
-        """Take no more calls; those running are left to their deadlines."""
+        """Take no more calls, and wait a moment for those that run: a reply must not come back to a closed session."""
         for _ in self._threads:
             self._jobs.put(None)
+        deadline_s = time.monotonic() + CLOSE_GRACE_S
+        for thread in self._threads:
+            thread.join(max(0.0, deadline_s - time.monotonic()))
 
     def _receiver(self, name: str) -> Callable[[Query], None]:
         tool, decoder = self._tools[name], self._decoders[name]
