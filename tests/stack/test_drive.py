@@ -150,6 +150,26 @@ def driving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Stack, N
         yield stack, node, listener
 
 
+QUESTIONS = (
+    "What does this sign mean?",
+    "Are we in mph now?",
+    "Why did the limit drop?",
+    "A warning light came on; is it safe?",
+)
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_the_papers_four_questions_are_answered_from_the_running_drive(
+    driving: tuple[Stack, Node, Listener], question: str
+) -> None:
+    _, node, _ = driving
+    outcome = node.call("ask", {"question": question}, deadline_ms=5000)
+    assert outcome.ok, outcome.error
+    assert outcome.result is not None
+    assert len(outcome.result["answer"]) > 20
+    assert outcome.result["citations"], outcome.result
+
+
 def kill(stack: Stack, name: str) -> float:
     """kill -9 of one of our own processes; the instant."""
     pid = stack.child(name).pid
