@@ -24,7 +24,7 @@ from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
 from services.drivelm.backend import EmbeddedBackend
-from services.drivelm.classes import LIMIT_VALUES, SIGNS
+from services.drivelm.classes import LIGHTS, LIMIT_VALUES, PANELS, SIGNS
 from services.drivelm.crops import Region
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reader import Reader
@@ -105,7 +105,7 @@ class _Log:
                 continue
             track = self._track(label, name, frame.labels)
             if label.visible_fraction > 0.95:
-                self._largest[track] = max(self._largest.get(track, 0.0), label.disc_px)
+                self._largest[track] = max(self._largest.get(track, 0.0), label.disc_px or region_height(label))
             region = jittered(Region(*label.full_box_px), chance, 0.05)
             found.append(Box(x0_px=region.x0_px, y0_px=region.y0_px, x1_px=region.x1_px, y1_px=region.y1_px,
                              kind=label.kind, score=0.9, track_id=track))  # fmt: skip
@@ -135,6 +135,11 @@ class _Log:
         ]  # fmt: skip
 
 
+def region_height(label: Label) -> float:
+    """Height of the whole object in pixels."""
+    return label.full_box_px[3] - label.full_box_px[1]
+
+
 def _calibration(camera: CameraSpec) -> Calibration:
     focal = camera.focal_px
     return Calibration(fx_px=focal, fy_px=focal, cx_px=camera.width_px / 2, cy_px=camera.height_px / 2,
@@ -144,12 +149,8 @@ def _calibration(camera: CameraSpec) -> Calibration:
 def table(signs: list[Passed]) -> dict[str, Any]:
     """Shares believed right at the last, ever believed wrong, ever believed higher; and of scopes by plate."""
     rows: dict[str, Any] = {}
-    for group, labels in (("limit", _LIMITS), ("signs", SIGNS), ("led", None)):
-        part = [
-            one
-            for one in signs
-            if one.largest_px >= 20 and (one.label in labels if labels else one.label.startswith("led:"))
-        ]
+    for group, labels in (("limit", _LIMITS), ("signs", SIGNS), ("led", PANELS), ("light", LIGHTS)):
+        part = [one for one in signs if one.largest_px >= 20 and one.label in labels]
         rows[group] = _row(part)
     wet = [
         one for one in signs if one.plate.startswith("plate:when_wet") and one.label in _LIMITS and one.largest_px >= 20

@@ -15,9 +15,9 @@ PLATE_BELIEVE = 0.95
 DOUBT = 0.30
 """Posterior from which a reading that is not believed is worth reporting as a candidate."""
 DOUBT_PX = 16.0
-KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.5}
+KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.7}
 """Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
-_LIGHT_CLEAR = 1.4  # with half forgotten each frame, two clear frames in a row give 1.5
+_LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +70,7 @@ class SignTrack:
     def read(self, ranked: tuple[tuple[str, float], ...], region: Region, stamp_ns: int) -> "SignTrack":
         """With one more frame's readings."""
         keep = KEEP[self.kind]
-        evidence = fused(self.evidence, ranked, min(region.height_px, region.width_px), keep)
+        evidence = fused(self.evidence, ranked, _legible_px(self.kind, region), keep)
         return replace(self, evidence=evidence, region=region, seen_ns=stamp_ns)
 
     def read_plate(self, ranked: tuple[tuple[str, float], ...], height_px: float) -> "SignTrack":
@@ -82,3 +82,8 @@ class SignTrack:
         since_ns = max(self.moved_ns, self.seen_ns)
         step_m = max(0.0, speed_mps) * max(0, stamp_ns - since_ns) * 1e-9
         return replace(self, travelled_m=self.travelled_m + step_m, moved_ns=stamp_ns)
+
+
+def _legible_px(kind: str, region: Region) -> float:
+    """The size that decides how legible a crop is: the shorter side; a light is narrow, its three lamps lie along it."""
+    return 0.8 * region.height_px if kind == "light" else min(region.height_px, region.width_px)

@@ -72,6 +72,14 @@ def test_a_light_that_changes_is_believed_anew_within_three_frames() -> None:
     assert track.believed(best)
 
 
+def test_a_narrow_light_is_believed_from_twenty_pixels() -> None:
+    region = Region(0, 0, 9, 20)
+    track = SignTrack(camera="tele", track_id=1, kind="light", first_ns=0, seen_ns=0, region=region)
+    for _ in range(6):
+        track = track.read((("light:red", 0.97),), region, 0)
+    assert track.believed(track.belief())
+
+
 _READINGS = st.sampled_from(["limit:30", "limit:50", "limit:80", OTHER])
 _FRAME = st.lists(st.tuples(_READINGS, st.floats(0, 1)), max_size=3, unique_by=lambda row: row[0]).map(tuple)
 
