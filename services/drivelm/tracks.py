@@ -15,9 +15,9 @@ PLATE_BELIEVE = 0.95
 DOUBT = 0.30
 """Posterior from which a reading that is not believed is worth reporting as a candidate."""
 DOUBT_PX = 16.0
-KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.7}
+KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.62}
 """Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
-_LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.7
+_LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.62
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
