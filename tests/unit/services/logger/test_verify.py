@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -37,15 +37,27 @@ def test_any_mcap_reader_opens_it_and_its_checksums_hold(closed_log: Path) -> No
     assert topics.count(chain.TOPIC) == 4
 
 
-def test_a_flipped_bit_in_any_byte_is_found(closed_log: Path, tmp_path: Path) -> None:
-    raw = closed_log.read_bytes()
-    flipped = tmp_path / "flipped.mcap"
+def test_a_flipped_bit_in_any_byte_is_found(tmp_path: Path, signer: signing.Signer) -> None:
+    whole, flipped = tmp_path / "t.mcap", tmp_path / "flipped.mcap"
+    write(whole, signer, flushes=FLUSHES[:1])
+    raw = whole.read_bytes()
     missed = []
     for at in range(len(raw)):
         flipped.write_bytes(raw[:at] + bytes([raw[at] ^ (1 << at % 8)]) + raw[at + 1 :])
         if verify(flipped).intact:
             missed.append(at)
     assert missed == []
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_other_byte_anywhere_is_found(closed_log: Path, data: st.DataObject) -> None:
+    raw = closed_log.read_bytes()
+    at = data.draw(st.integers(0, len(raw) - 1))
+    other = data.draw(st.integers(0, 255).filter(lambda value: value != raw[at]))
+    changed = closed_log.with_name("changed.mcap")
+    changed.write_bytes(raw[:at] + bytes([other]) + raw[at + 1 :])
+    assert not verify(changed).intact
 
 
 def test_a_flipped_bit_in_an_unclosed_log_is_found_or_leaves_a_tail_that_nothing_vouches_for(
