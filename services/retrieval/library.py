@@ -15,6 +15,8 @@ from services.retrieval.index import Index
 from services.retrieval.tuning import Tuning
 
 LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
+MAX_ENCODED = 256
+"""Characters of a question that the encoder sees: its time grows with them, and one long question must not hold up others."""
 Wanted = Literal["statutes", "signs", "all"]
 
 
@@ -92,7 +94,7 @@ class Library:
 
     def _search(self, state: _State, request: Request) -> Retrieved:
         words = f"{request.query} {request.road_context}".strip()
-        vector = state.encoder.query(words) if state.encoder and words else None
+        vector = state.encoder.query(words[:MAX_ENCODED]) if state.encoder and words else None
         encoder = state.status
         country = (request.jurisdiction or "")[:3].upper()
         indexes = [index for j, index in state.indexes.items() if not country or j == country]

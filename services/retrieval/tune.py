@@ -1,12 +1,13 @@
 """`python -m services.retrieval.tune`: chooses lambda per corpus on the development queries and stores it beside this file."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 
 from drivemcp.paths import data
-from services.retrieval.encoders import installed, load_encoder
+from services.retrieval.encoders import Encoder, Vectors, installed, load_encoder
 from services.retrieval.library import LOADING, Library, Request, Wanted
 from services.retrieval.tuning import PATH, Tuning, read_tuning
 
@@ -24,6 +25,29 @@ class Query(msgspec.Struct, frozen=True, kw_only=True):
     language: str
     corpus: Wanted
     expect: tuple[str, ...]
+
+
+class Remembering:
+    """An encoder that embeds each text once, however many lambdas are tried."""
+
+    def __init__(self, encoder: Encoder) -> None:
+        self.name, self.floor = encoder.name, encoder.floor
+        self._encoder = encoder
+        self._passages: dict[tuple[str, ...], Vectors] = {}
+        self._queries: dict[str, Vectors] = {}
+
+    def passages(self, texts: Sequence[str]) -> Vectors:
+        """One row for each text."""
+        key = tuple(texts)
+        if key not in self._passages:
+            self._passages[key] = self._encoder.passages(texts)
+        return self._passages[key]
+
+    def query(self, text: str) -> Vectors:
+        """One vector."""
+        if text not in self._queries:
+            self._queries[text] = self._encoder.query(text)
+        return self._queries[text]
 
 
 def read_queries(path: Path = QUERIES) -> list[Query]:
@@ -47,7 +71,7 @@ def mean_rank(library: Library, queries: list[Query]) -> float:
 
 def tuned(encoder_name: str, queries: list[Query]) -> tuple[dict[str, float], dict[str, float]]:
     """lambda and its mean reciprocal rank by corpus; of equally good ones the middle."""
-    encoder = load_encoder(encoder_name, threads=2)
+    encoder = Remembering(load_encoder(encoder_name, threads=2))
     lambdas: dict[str, float] = {}
     measured: dict[str, float] = {}
     by_step: dict[float, Library] = {}

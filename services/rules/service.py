@@ -52,10 +52,19 @@ class _Evidence:
         self._node = node
         self._passages = config.passages
         self._known: Cache[Retrieved] = Cache(config.cache_size)
+        self._looked = False
 
     @property
     def alive(self) -> bool:
-        """Whether retrieval is there to be asked; a call to nobody would be waited for."""
+        """Whether retrieval is there to be asked; a call to nobody would be waited for.
+
+        In lockstep it is looked for once and waited for, so that two runs find the same.
+        """
+        if self._node.lockstep:
+            if not self._looked:
+                self._looked = True
+                self._node.client.discover()
+            return "retrieve" in self._node.catalogue()
         return "retrieve" in self._node.catalogue() and "retrieval" in self._node.alive_services()
 
     def ask(

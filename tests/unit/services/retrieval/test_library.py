@@ -8,7 +8,7 @@ import pytest
 from drivemcp.paths import data
 from services.retrieval.encoders import Vectors
 from services.retrieval.index import normalised, stretched
-from services.retrieval.library import ABSENT, LOADING, Library, Request
+from services.retrieval.library import ABSENT, LOADING, MAX_ENCODED, Library, Request
 from services.retrieval.tuning import Tuning
 from tests.unit.services.retrieval.support import WordEncoder
 
@@ -138,3 +138,17 @@ def test_normalised_scores_keep_their_order_within_one() -> None:
     scores = normalised(np.array([-1.0, 0.0, 1.0, 6.0, 100.0]))
     assert scores.tolist() == pytest.approx([0.0, 0.0, 1 / 7, 0.5, 100 / 106])
     assert stretched(np.array([0.5, 0.8, 0.9, 1.0]), 0.8).tolist() == pytest.approx([0.0, 0.0, 0.5, 1.0])
+
+
+def test_a_long_question_does_not_hold_up_the_encoder() -> None:
+    seen: list[int] = []
+
+    class Counting(WordEncoder):
+        def query(self, text: str) -> Vectors:
+            seen.append(len(text))
+            return super().query(text)
+
+    made = library()
+    made.use(Counting())
+    made.search(Request(query="fog " * 150, road_context="motorway " * 60))
+    assert seen == [MAX_ENCODED]

@@ -85,6 +85,13 @@ def test_when_retrieval_goes_known_answers_stay_and_are_marked_degraded() -> Non
         assert retrieval.name == "retrieval"
 
 
+def test_in_lockstep_retrieval_is_found_before_the_first_answer() -> None:
+    with bus() as b:
+        b.start(RETRIEVAL, RetrievalConfig(encoder="none", lockstep=True))
+        b.start(SERVICE, RulesConfig(lockstep=True))
+        assert "retrieval" not in limit(b).degraded
+
+
 def test_a_lookup_cites_what_retrieval_found() -> None:
     with bus() as b:
         with_retrieval(b)
