@@ -2,6 +2,7 @@
 
 import sqlite3
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -66,7 +67,7 @@ class Recorder:
             self._note(message, now_ns)
 
     def sealed(self, head: ChainHead, n: int) -> None:
-        """A flush is in the file: its head and its traces go to memory."""
+        """A flush is in the file: its head and its traces go to memory; its first and last make an entry of the drive."""
         self.head = head
         with self._lock:
             rows, self._rows = self._rows, []
@@ -74,6 +75,10 @@ class Recorder:
             return
         try:
             self._memory.add_head(head, n)
+            if n == 0 or head.closed:
+                now_ns = time.time_ns()
+                entry = {"file": head.file, "messages": head.records, "closed": head.closed, "head": head.head_sha256}
+                self._memory.remember("drive", head.file, entry, stamp_ns=now_ns)
             if rows:
                 self._memory.add_traces([msgspec.structs.replace(row, file=head.file) for row in rows])
         except sqlite3.Error as error:

@@ -125,6 +125,9 @@ def test_the_signed_head_goes_onto_the_bus_and_into_memory(tmp_path: Path) -> No
     assert kept is not None
     assert kept.closed
     assert kept.head_sha256 == verify(path).head
+    drive = MemoryStore(tmp_path / "memory.sqlite").recall("drive", path.name)
+    assert [one.value["closed"] for one in drive] == [True, False]
+    assert drive[0].value["head"] == kept.head_sha256
 
 
 def test_health_tells_where_the_log_is_and_what_it_costs(tmp_path: Path) -> None:
