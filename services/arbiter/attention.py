@@ -20,13 +20,13 @@ def spend(attention: Attention) -> Attention:
     return msgspec.structs.replace(attention, messages=max(0.0, attention.messages - 1.0))
 
 
-def told(attention: Attention, hazard: str, now_ns: int) -> Attention:
+def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool) -> Attention:
     """A hazard said."""
-    return msgspec.structs.replace(attention, hazard=hazard, hazard_ns=now_ns)
+    return msgspec.structs.replace(attention, hazard=hazard, hazard_ns=now_ns, alarm=alarm)
 
 
-def fresh_hazard(attention: Attention, hazard: str, now_ns: int, profile: Profile) -> bool:
-    """Whether a hazard is another than the last one told, or that one was told long enough ago to be said again."""
-    if attention.hazard != hazard or attention.hazard_ns is None:
+def fresh_hazard(attention: Attention, hazard: str, now_ns: int, profile: Profile, *, alarm: bool) -> bool:
+    """Whether a hazard is another than the last one told, or graver, or was told long enough ago to be said again."""
+    if attention.hazard != hazard or attention.hazard_ns is None or (alarm and not attention.alarm):
         return True
     return (now_ns - attention.hazard_ns) / 1e9 >= profile.hazard_repeat_s

@@ -127,8 +127,8 @@ def hazard_of(request: ArbitrationRequest, weighed: Weighed, reading: Reading, p
     speak = weighed.speak
     if speak is None or speak.ttc_s is None:
         return ""
-    # A doubted actor may be spoken of, a ghost of one frame may not.
-    near = speak.ttc_s < profile.tau_hazard_s and speak.closing_mps > 0.5
+    # A doubted actor may be spoken of; a ghost of one frame, or one whose speed is not known yet, may not.
+    near = speak.ttc_s < profile.tau_hazard_s and speak.closing_mps > max(0.5, speak.track.sigma_vx_mps)
     return f"{speak.track.kind}_close" if near and speak.track.age_s >= profile.act_track_age_s else ""
 
 
@@ -185,23 +185,21 @@ def _say(
     profile: Profile,
 ) -> tuple[DecisionKind, str, Attention]:
     attended = state.attention
+    alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
-        return "ACT", _act_reason(weighed, state), attention.told(attended, hazard, now_ns)
+        return "ACT", _act_reason(weighed, state), attention.told(attended, hazard, now_ns, alarm=alarm)
     if withheld:
-        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns)
+        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=alarm)
     saying = _Saying(
         request=request,
         hazard=hazard,
-        fresh_hazard=attention.fresh_hazard(attended, hazard, now_ns, profile),
+        fresh_hazard=attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm),
         c_min=state.adapted.c_min,
         messages=attended.messages,
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
-        return kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns)
-    if not hazard and attended.hazard:
-        # A hazard that is over may come back and is then told at once.
-        attended = msgspec.structs.replace(attended, hazard="", hazard_ns=None)
+        return kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns, alarm=alarm)
     return kind, reason, attention.spend(attended) if kind == "SPEAK" and reason == "new advice" else attended
 
 

@@ -23,6 +23,8 @@ class Attention(msgspec.Struct, frozen=True, kw_only=True):
     refilled_ns: int | None = None
     hazard: str = ""
     hazard_ns: int | None = None
+    alarm: bool = False
+    """Whether it was told as an alarm."""
 
 
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):

@@ -74,7 +74,7 @@ def _legal(held: Held, state: State, outcome: Outcome) -> Held:
         return held  # a late answer to another question than today's
     if held.legal is not None and raises(held.legal, answer) and answer.confidence < SURE / 2.0:
         return held
-    return msgspec.structs.replace(held, legal=answer, legal_key=key)
+    return msgspec.structs.replace(held, legal=answer, legal_key=key, legal_ns=state.now_ns)
 
 
 def sane_limit(answer: RulesAnswer) -> bool:

@@ -13,6 +13,8 @@ from services.orchestrator.stops import needed_mps2, stops
 FRESH_NS = 1_500_000_000
 """For how long a change counts as news; longer than a lost tick, shorter than a message."""
 DRY_MU = 0.8
+LAW_KNOWN, WEATHER_KNOWN = 0.4, 0.3
+"""Confidence from which law and weather are known well enough to be spoken of."""
 HELD_OVER_NS = 1_000_000_000
 """An event that pauses for less than this is the same one."""
 
@@ -145,8 +147,8 @@ def _stop_required(state: State, before: State, query: str) -> Signal:
 
 def _low_friction(state: State, before: State, query: str) -> Signal:
     conditions = state.held.conditions
-    if conditions is None:
-        return NOTHING
+    if conditions is None or conditions.confidence < WEATHER_KNOWN:
+        return NOTHING  # unknown grip lowers the target; it is no news that the road is slippery
     return Signal(1.0 - conditions.mu_low / DRY_MU, conditions.risk_level, conditions.confidence)
 
 
@@ -176,6 +178,8 @@ def _overspeed(state: State, before: State, query: str) -> Signal:
     speed, answer = state.world.ego.speed_mps, state.held.legal
     if speed is None or answer is None or answer.limit is None or answer.limit.advisory:
         return NOTHING
+    if answer.confidence < LAW_KNOWN:
+        return NOTHING  # nobody drives too fast by a law that is a guess; the target is careful all the same
     confidence = min(speed.confidence, answer.confidence)
     return Signal(speed.value / max(0.5, answer.limit.mps) - 1.0, f"{answer.limit.value:g}", confidence)
 

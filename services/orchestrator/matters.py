@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from proto.decision import Event, Urgency
 from services.orchestrator.actors import lead, pedestrian
-from services.orchestrator.events import foreign_plate
+from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.stops import Stop, needed_mps2, stops
@@ -16,8 +16,10 @@ HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
-YOUNG_S = 0.25
-"""A track younger than this may lower the target, and is not shouted about."""
+YOUNG_S = 0.3
+FAINT = 0.3
+"""A track younger, or fainter, or whose closing is less than its own uncertainty may lower the target, and is not
+shouted about."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
@@ -60,7 +62,7 @@ def matters(state: State, target: Target, events: tuple[Event, ...], degraded: t
 
 def _person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     way = pedestrian(state.world)
-    if way is None or way.track.age_s < YOUNG_S:
+    if way is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
         return
     ego = state.world.ego.speed_mps
     need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
@@ -84,7 +86,9 @@ def _person(state: State, target: Target, events: dict[str, Event], degraded: tu
 
 def _lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     way = lead(state.world)
-    if way is None or way.ttc_s is None or way.track.age_s < YOUNG_S:
+    if way is None or way.ttc_s is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
+        return
+    if way.closing_mps <= way.track.sigma_vx_mps:
         return
     close = way.ttc_s < HAZARD_TTC_S
     queue = way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS
@@ -182,6 +186,8 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
     event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
     if event is None or limit is None or ego is None or target.law.basis == "unknown":
         return
+    if ego.value <= limit.mps:
+        return  # another limit than the one that the event was about
     far = ego.value > 1.2 * limit.mps
     yield Matter(
         topic="limit",
@@ -227,7 +233,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
 def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The limit in force, once for each that is in force; as a gantry's where a gantry changed it."""
     limit = target.law.limit
-    if limit is None or target.law.basis == "unknown":
+    if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN:
         return
     safe = target.mps < 0.9 * limit.mps and target.bounds[0].why == "law"
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
@@ -249,8 +255,10 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
 
 def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     limit = target.law.limit
-    lower = [s for s in state.signs.ahead if _is_lower(s, limit.mps if limit is not None else None)]
-    if not lower:
+    ego = state.world.ego.speed_mps
+    speed_mps = ego.value if ego is not None else None
+    lower = [s for s in state.signs.ahead if _is_lower(s, limit.mps if limit is not None else None, speed_mps)]
+    if not lower or _told_within(state, "foreign", 5.0):
         return
     sign = min(lower, key=lambda each: (each.value or 0.0, each.track_id))
     text = f"{sign.value:g} {sign.unit or 'km/h'}"
@@ -265,11 +273,18 @@ def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tup
     )
 
 
-def _is_lower(sign: SignAhead, mps: float | None) -> bool:
+def _told_within(state: State, slot: str, seconds: float) -> bool:
+    told = next((each for each in state.memory.spoken if each.topic == slot), None)
+    return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
+
+
+def _is_lower(sign: SignAhead, mps: float | None, speed_mps: float | None) -> bool:
     if sign.kind != "limit" or sign.value is None or sign.scope == "end" or not sign.believed or not sign.own_lane:
         return False
+    ahead = to_mps(sign.value, sign.unit or "km/h")
     # Only where the ego's own speed would have to fall is it worth a message before the sign.
-    return sign.distance_m is not None and mps is not None and to_mps(sign.value, sign.unit or "km/h") < mps - 0.5
+    faster = speed_mps is None or speed_mps > ahead + 1.5
+    return sign.distance_m is not None and mps is not None and ahead < mps - 0.5 and faster
 
 
 def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -317,6 +332,8 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
     event = events.get("low_friction")
     if event is None:
         return
+    if event.detail != "severe" and _told_within(state, "limit", FRICTION_TOLD_S):
+        return  # the limit was told with the safe target and its reason
     yield Matter(
         topic="friction",
         key=event.detail,
@@ -349,7 +366,8 @@ def _expert(state: State, target: Target, events: dict[str, Event], degraded: tu
 
 def _degraded(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """Each service or topic that goes missing is told once; what comes and goes is not told again for a while."""
-    names = tuple(sorted({name.split("/")[0] for name in degraded if name not in QUIET}))
+    long = {o.kind.split("/")[0] for o in state.missing if state.now_ns - o.since_ns >= MISSING_NS}
+    names = tuple(sorted(long - QUIET))
     if not names or state.tick < SETTLED_TICKS:
         return
     yield Matter(
@@ -366,7 +384,10 @@ def _degraded(state: State, target: Target, events: dict[str, Event], degraded: 
 
 SETTLED_TICKS = 50
 """While a drive begins, services are still coming up."""
-QUIET = frozenset({"logger", "gateway", "sensor"})
+MISSING_NS = 2_000_000_000
+"""A gap shorter than this is not worth a word."""
+FRICTION_TOLD_S = 45.0
+QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (
     _person, _lead, _stop, _vehicle, _overspeed, _border, _limit, _go, _doubt, _friction, _foreign, _ahead, _expert,

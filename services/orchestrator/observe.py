@@ -15,7 +15,7 @@ from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator import signs as sign_memory
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.signs import Motion
-from services.orchestrator.state import Believed, Held, InForce, Light, SignAhead, Signs, State
+from services.orchestrator.state import Believed, Held, InForce, Light, Onset, SignAhead, Signs, State
 
 T = TypeVar("T")
 SECOND = 1_000_000_000
@@ -55,9 +55,17 @@ def observe(state: State, seen: Observations) -> State:
         halted_ns=_halted(state, ego, stop_m, seen.now_ns),
         held=held,
         preferences=seen.preferences if seen.preferences is not None else state.preferences,
+        missing=_missing(state, degraded(seen), seen.now_ns),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
     return msgspec.structs.replace(after, world=_world(after, seen, motion))
+
+
+def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, ...]:
+    known = {onset.kind: onset for onset in state.missing}
+    return tuple(
+        Onset(kind=name, since_ns=known[name].since_ns if name in known else now_ns, last_ns=now_ns) for name in names
+    )
 
 
 def confidence_at(confidence: float, age_ns: int, valid_ns: int) -> float:

@@ -102,6 +102,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     legal: RulesAnswer | None = None
     legal_key: str = ""
     """The question that it answered."""
+    legal_ns: int = 0
+    """When it was answered."""
     conditions: Conditions | None = None
     conditions_ns: int | None = None
     degradation: Degradation | None = None
@@ -174,6 +176,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     held: Held = Held()
     memory: Memory = Memory()
     onsets: tuple[Onset, ...] = ()
+    missing: tuple[Onset, ...] = ()
+    """Since when topics and services are missing."""
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
 

@@ -38,6 +38,8 @@ HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
 """In which a gap that is too small is to be opened again."""
 STANDSTILL_M = 2.0
+ANSWER_SERVES_NS = 2_000_000_000
+"""For how long an answer counts as today's while a detail of the question (wetness, sight) has just changed."""
 UNANSWERED = 0.6
 """Factor on the confidence of a limit that rests on an older answer, or on the sign alone."""
 
@@ -82,7 +84,8 @@ def target(state: State) -> Target:
     weather, vehicle, expert = factors(state)
     factor = max(LEAST_FACTOR, weather * vehicle * expert)
     found = [Bound(_or_max(law.mps) * factor, "law", law.basis, law.confidence, factor)]
-    found += [b._replace(mps=b.mps * factor, factor=factor) for b in (*_ahead(state, law), *_doubts(state, law))]
+    found += [b._replace(mps=b.mps * factor, factor=factor) for b in _ahead(state, law)]
+    found += _doubts(state, law, factor)
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence) for s in stops(state)]
     headway = headway_factor(state)
     found += _following(lead(state.world), headway)
@@ -92,7 +95,7 @@ def target(state: State) -> Target:
         for each in state.held.limiters
         if each.target_mps is not None
     ]
-    ordered = tuple(sorted(found, key=lambda b: (b.mps, b.why)))
+    ordered = tuple(sorted(found, key=lambda b: (b.mps, b.why != "law", b.why)))
     return Target(ordered[0].mps, law, factor, headway, ordered)
 
 
@@ -109,6 +112,8 @@ def law_of(state: State) -> Law:
     sign = posted_limit(state)
     known = answer.limit if answer is not None and answer.legal_action != "unknown" else None
     if known is not None and answer is not None and (sign is None or known.mps <= sign[0].mps):
+        if state.now_ns - state.held.legal_ns < ANSWER_SERVES_NS:
+            return Law(known, known.mps, answer.confidence, "rules", answer.citations, answer)
         return Law(known, known.mps, UNANSWERED * answer.confidence, "held", answer.citations, answer)
     if sign is not None:
         return Law(sign[0], sign[0].mps, UNANSWERED * sign[1], "sign")
@@ -173,14 +178,17 @@ def doubted_mps(state: State) -> float | None:
     return min((mps for mps in values if low * KMH - 0.1 <= mps <= high * KMH + 0.1), default=None)
 
 
-def _doubts(state: State, law: Law) -> list[Bound]:
+def _doubts(state: State, law: Law, factor: float) -> list[Bound]:
+    """Down towards what a doubted sign may show, at a bounded rate from where the target stood."""
     doubted, before = doubted_mps(state), state.held.target_mps
-    if doubted is None:
+    if doubted is None or doubted >= _or_max(law.mps):
         return []
+    passed_s = 0.0
     if before is None or state.held.target_ns is None:
-        return [Bound(max(doubted, _or_max(law.mps) - DOUBT_RATE_MPS2), "doubt", "drivelm", 0.5)]
-    passed_s = min(1.0, max(0.0, (state.now_ns - state.held.target_ns) / 1e9))
-    return [Bound(max(doubted, before - DOUBT_RATE_MPS2 * passed_s), "doubt", "drivelm", 0.5)]
+        before = _or_max(law.mps) * factor
+    else:
+        passed_s = min(1.0, max(0.0, (state.now_ns - state.held.target_ns) / 1e9))
+    return [Bound(max(doubted * factor, before - DOUBT_RATE_MPS2 * passed_s), "doubt", "drivelm", 0.5, factor)]
 
 
 # -- what scales ---------------------------------------------------------------------------------------------------------
