@@ -17,7 +17,7 @@ from services.arbiter import decide as arbiter
 from services.arbiter import profiles
 from services.arbiter.errors import ProfileError
 from services.arbiter.profiles import Profile
-from services.orchestrator.state import State
+from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of
 
 LOCAL = "local"
@@ -90,10 +90,11 @@ def _orchestrator(before: State | None, trace: TraceRecord) -> tuple[Again, Stat
             msgspec.structs.replace(ticked.advisory, **_MEASURED),
         ),
         ("calls", [call.tool for call in trace.calls], [call.tool for call in ticked.outcomes]),
+        ("state_sha256", trace.state_sha256, digest(ticked.state)),
     )
     found = tuple(one for name, logged, new in pairs for one in differences(name, logged, new))
-    named = found or tuple(Difference(field=name, logged="", again="") for name in again.differences)
     # go on from the logged state where there is one, so that one difference is not told of every later tick
+    named = found or tuple(Difference(field=name, logged="", again="otherwise") for name in again.differences)
     return Again(tick=trace.tick, status="different", differences=named), state_of(trace)
 
 

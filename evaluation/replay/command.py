@@ -16,6 +16,7 @@ from evaluation.replay.against import side_by_side
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, Otherwise, otherwise
 from proto.decision import TraceRecord
+from services.logger.files import named
 from services.logger.verify import verify
 from services.rules.book import RuleBook, load_book
 
@@ -34,7 +35,7 @@ def replay(subparsers: "Subparsers") -> None:
         "Exit status: 0 all identical, 1 some differ (or the log is not as it was written), 2 it cannot be replayed. "
         "With a supposition it prints what would have differed, the road and the driver staying as they were, and exits 0.",
     )
-    parser.add_argument("files", metavar="FILE", nargs="+", help="the log files of a drive, in order")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="the log files of a drive in order, or their folder")
     parser.add_argument("--delta", type=float, help="suppose another Delta (the margin that ACT takes)")
     parser.add_argument("--mu", type=float, help="suppose this friction, as the arbiter reads it")
     parser.add_argument(
@@ -50,12 +51,11 @@ def replay(subparsers: "Subparsers") -> None:
 
 def command(flags: argparse.Namespace) -> int:
     """Replay, or suppose."""
-    paths = [Path(name) for name in flags.files]
+    paths, others = named(flags.files), named(flags.against)
     change = _change(flags)
     if change != Change():
         return _suppose(traces(paths), change, flags)
-    unsound = [path for path in (*paths, *(Path(name) for name in flags.against)) if not _sound(path)]  # each is told
-    others = [Path(name) for name in flags.against]
+    unsound = [path for path in (*paths, *others) if not _sound(path)]  # each is told
     ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths)))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
@@ -73,8 +73,6 @@ def command(flags: argparse.Namespace) -> int:
 
 def _sound(path: Path) -> bool:
     """Whether the log is as it was written; what is decided from a log that is not proves nothing."""
-    if not path.is_file():
-        raise UserError(f"no such file: {path}")
     report = verify(path)
     if not report.intact:
         sys.stderr.write(f"drivemcp: {path} is not as it was written: {report.first_bad}\n")

@@ -15,8 +15,6 @@ def traces(paths: Iterable[Path]) -> Iterator[TraceRecord]:
     """Every trace of the files, which are read one after the other. Raises UserError where one cannot be used."""
     decoder = msgspec.json.Decoder(TraceRecord)
     for path in paths:
-        if not path.is_file():
-            raise UserError(f"no such file: {path}")
         for logged in messages(path):
             if logged.name == topics.TRACE.name:
                 try:

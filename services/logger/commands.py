@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from drivemcp.errors import UserError
-from services.logger import chain, signing
+from services.logger import chain, files, signing
 from services.logger.memory import kept_head
 from services.logger.report import Report
 from services.logger.verify import verify
@@ -30,7 +30,7 @@ def audit(subparsers: "Subparsers") -> None:
         description="Several files are also checked to continue each other, in the order given. "
         "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, 2 cannot be read.",
     )
-    check.add_argument("files", metavar="FILE", nargs="+")
+    check.add_argument("files", metavar="FILE", nargs="+", help="a log, or a folder of logs")
     check.add_argument("--expect-head", metavar="HEX", default="", help="a head that the last file must reach")
     check.add_argument("--key", metavar="HEX|FILE", default="", help="the public key that must have signed")
     check.add_argument(
@@ -45,9 +45,10 @@ def audit(subparsers: "Subparsers") -> None:
 def _verify(flags: argparse.Namespace) -> int:
     key = _public_key(flags.key)
     reports = list[Report]()
-    for i, name in enumerate(flags.files):
-        expected = flags.expect_head.lower() if i == len(flags.files) - 1 else ""
-        reports.append(_verified(Path(name), expected or _kept_head(Path(name), flags.memory), key))
+    paths = files.named(flags.files)
+    for path in paths:
+        expected = flags.expect_head.lower() if path == paths[-1] else ""
+        reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
     broken = _broken_links(reports)
     if flags.json:
         sys.stdout.write(msgspec.json.encode({"files": reports, "continuity": broken}).decode() + "\n")
@@ -60,8 +61,6 @@ def _verify(flags: argparse.Namespace) -> int:
 def _verified(path: Path, expected_head: str, key: str) -> Report:
     try:
         return verify(path, expected_head=expected_head, public_key=key)
-    except FileNotFoundError:
-        raise UserError(f"no such file: {path}") from None
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}") from None
 

@@ -2,11 +2,12 @@
 
 import mmap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import UserError
 from services.logger import chain
 from services.logger.signing import Signer, signature_holds
 
@@ -30,6 +31,19 @@ class Retention(msgspec.Struct, frozen=True, kw_only=True):
 def logs(directory: Path) -> list[Path]:
     """The log files, oldest first; names begin with the time, so their order is theirs."""
     return sorted(directory.glob(f"*{SUFFIX}"))
+
+
+def named(names: Iterable[str]) -> list[Path]:
+    """The files that a command was given; a folder stands for the logs in it, oldest first. Raises UserError."""
+    found: list[Path] = []
+    for one in map(Path, names):
+        if not one.exists():
+            raise UserError(f"no such file: {one}")
+        inside = logs(one) if one.is_dir() else [one]
+        if not inside:
+            raise UserError(f"no logs (*{SUFFIX}) in {one}")
+        found += inside
+    return found
 
 
 def name(started_ns: int, index: int) -> str:

@@ -64,6 +64,7 @@ def test_files_that_do_not_continue_each_other_are_told(
     write(tmp_path / "3.mcap", signer)
     assert _run(str(tmp_path / "1.mcap"), str(tmp_path / "2.mcap")) == 0
     assert _run(str(tmp_path / "2.mcap"), str(tmp_path / "3.mcap")) == 1
+    assert _run(str(tmp_path)) == 1
     assert "does not go on from" in capsys.readouterr().out
 
 
