@@ -26,6 +26,9 @@ TENTATIVE_S = 0.35
 COAST_S = 1.0
 COAST_PER_HIT_S = 0.15
 """A track coasts for as long as its past supports: 0.45 s after three hits, the whole second from seven on."""
+EVIDENCE_UNIT, MOST_EVIDENCE, LOST_EVIDENCE_PER_S = 1.5, 4.0, 3.0
+"""Confidence is 1 - exp(-evidence / unit): 0.63 after scores that add up to 1.5, at most 0.93, less while unseen. A
+detector's score tells how sure one picture is; that many pictures agree makes it surer (our choice, not calibrated)."""
 BEHIND_M = -8.0
 RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
@@ -62,7 +65,8 @@ class Tracked:
     seen_ns: int
     hits: int = 1
     score_sum: float = 0.0
-    score: float = 0.0
+    evidence: float = 0.0
+    """Scores gathered, less what time without a sighting takes away."""
     ground_vx_mps: float | None = None
     ax_mps2: float = 0.0
 
@@ -127,7 +131,8 @@ class Tracker:
                 speed_before_mps=self._ego.speed_mps,
                 yaw_rate_radps=ego.yaw_rate_radps,
             )
-            self.tracks = tuple(_moved(track, motion, ego.speed_mps) for track in self.tracks)
+            fading = tuple(_faded(track, self._now_ns, dt) for track in self.tracks)
+            self.tracks = tuple(_moved(track, motion, ego.speed_mps) for track in fading)
         if dt > 0 or not self._now_ns:
             self._now_ns, self._ego = stamp_ns, ego
 
@@ -156,7 +161,7 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
         seen_ns=now_ns,
         hits=track.hits + 1,
         score_sum=track.score_sum + sighting.score,
-        score=track.score + 0.3 * (sighting.score - track.score),
+        evidence=min(MOST_EVIDENCE, track.evidence + sighting.score),
     )
 
 
@@ -179,8 +184,14 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         born_ns=now_ns,
         seen_ns=now_ns,
         score_sum=sighting.score,
-        score=sighting.score,
+        evidence=sighting.score,
     )
+
+
+def _faded(track: Tracked, before_ns: int, dt_s: float) -> Tracked:
+    """Less evidence where it was not seen at the last instant."""
+    lost = LOST_EVIDENCE_PER_S * dt_s if track.seen_ns < before_ns else 0.0
+    return replace(track, evidence=max(0.0, track.evidence - lost))
 
 
 def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
@@ -225,7 +236,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
     heading = _heading(ground_vx, vy, oncoming)
     centre = _middle(track, heading)
     sigma = np.sqrt(np.maximum(np.diagonal(track.estimate.covariance), 0.0)).tolist()
-    settled = min(1.0, track.hits / 5)
+    sure = 1.0 - math.exp(-track.evidence / EVIDENCE_UNIT)
     return Track(
         track_id=track.track_id,
         kind=track.kind,
@@ -239,7 +250,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
         heading_rad=heading,
         sigma_x_m=sigma[0],
         sigma_vx_mps=sigma[2],
-        confidence=max(0.0, min(1.0, track.score * (0.5 + 0.5 * settled) * (1.0 - 0.7 * unseen_s / COAST_S))),
+        confidence=max(0.0, min(1.0, sure * (1.0 - 0.7 * unseen_s / COAST_S))),
         age_s=(now_ns - track.born_ns) / 1e9,
         unseen_s=unseen_s,
         oncoming=oncoming,

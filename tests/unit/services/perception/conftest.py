@@ -18,7 +18,9 @@ def street() -> Iterator[np.typing.NDArray[np.uint8]]:
     """The front camera's picture of an estate car 18 m ahead, a person at the kerb and a speed limit sign."""
     line = np.array([(x, 0.0) for x in np.arange(-20.0, 200.0, 5.0)])
     static = StaticWorld(
-        road=Road(lanes=tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))),
+        road=Road(
+            lanes=tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
+        ),
         signs=(
             SignPost(
                 id=9, pose=Pose(x_m=15.0, y_m=-4.0, yaw_rad=np.pi), faces=(SignFace(country="DEU", code="limit:50"),)

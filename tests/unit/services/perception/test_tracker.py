@@ -195,3 +195,13 @@ def test_a_short_past_supports_a_short_coast_only() -> None:
         tracker.step(k * STEP_NS, [], EgoState(20.0, 0.0))
         shown.append(len(tracker.published()))
     assert shown == [1] * 4 + [0] * 6
+
+
+def test_confidence_comes_from_agreement_over_pictures() -> None:
+    steady, flickering = Tracker(), Tracker()
+    for k in range(1, 21):
+        steady.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)], EgoState(20.0, 0.0))
+        flickering.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)] if k % 2 else [], EgoState(20.0, 0.0))
+    (sure,), (unsure,) = steady.published(), flickering.published()
+    assert sure.confidence > 0.9
+    assert unsure.confidence < sure.confidence
