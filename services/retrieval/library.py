@@ -13,10 +13,10 @@ from services.retrieval.embeddings import embed, read_stored
 from services.retrieval.encoders import Encoder, Vectors
 from services.retrieval.index import Index
 from services.retrieval.tuning import Tuning
+from services.retrieval.vectors import QuestionVectors
 
 LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
-MAX_ENCODED = 256
-"""Characters of a question that the encoder sees: its time grows with them, and one long question must not hold up others."""
+LATE = "bm25-only (encoder late)"
 Wanted = Literal["statutes", "signs", "all"]
 
 
@@ -35,14 +35,23 @@ class _State(msgspec.Struct, frozen=True):
     """Swapped as a whole, so that a search never sees half of it."""
 
     indexes: dict[str, Index]
-    encoder: Encoder | None
+    vectors: QuestionVectors | None
     status: str
 
 
 class Library:
     """Searchable at once by BM25; by both once `use` has been given an encoder."""
 
-    def __init__(self, folders: tuple[Path, ...], tuning: Tuning, *, status: str, cache_size: int = 512) -> None:
+    def __init__(
+        self,
+        folders: tuple[Path, ...],
+        tuning: Tuning,
+        *,
+        status: str,
+        cache_size: int = 512,
+        budget_s: float | None = None,
+    ) -> None:
+        """`budget_s`: how long a question waits for the encoder before BM25 answers alone; None: as long as it takes."""
         self.refused: list[str] = []
         self.packs: dict[Path, tuple[Text, ...]] = {}
         for folder in folders:
@@ -54,6 +63,7 @@ class Library:
         self._state = _State({j: Index(texts) for j, texts in self._by_jurisdiction().items()}, None, status)
         self._cache: OrderedDict[Request, Retrieved] = OrderedDict()
         self._cache_size = cache_size
+        self._budget_s = budget_s
         self._lock = threading.Lock()
         self.hits = 0
 
@@ -64,7 +74,7 @@ class Library:
 
     def give_up(self, status: str) -> None:
         """Stay with BM25, and say why."""
-        self._swap(msgspec.structs.replace(self._state, status=status))
+        self._swap(_State(self._state.indexes, None, status))
 
     def use(self, encoder: Encoder) -> None:
         """Take stored embeddings or make them (slow), then rank by both."""
@@ -74,7 +84,7 @@ class Library:
             found = embed(encoder, texts) if stored is None else stored
             rows |= {text.passage_id: row for text, row in zip(texts, found, strict=True)}
         indexes = {j: index.with_rows(_stack(rows, index)) for j, index in self._state.indexes.items()}
-        self._swap(_State(indexes, encoder, encoder.name))
+        self._swap(_State(indexes, QuestionVectors(encoder, self._budget_s, self._cache_size), encoder.name))
 
     def search(self, request: Request) -> Retrieved:
         """The best passages of the jurisdiction, or of all where none is named; repeats come from memory."""
@@ -86,7 +96,7 @@ class Library:
         state = self._state
         found = self._search(state, request)
         with self._lock:
-            if state is self._state:
+            if state is self._state and found.encoder != LATE:
                 self._cache[request] = found
                 while len(self._cache) > self._cache_size:
                     self._cache.popitem(last=False)
@@ -94,14 +104,15 @@ class Library:
 
     def _search(self, state: _State, request: Request) -> Retrieved:
         words = f"{request.query} {request.road_context}".strip()
-        vector = state.encoder.query(words[:MAX_ENCODED]) if state.encoder and words else None
-        encoder = state.status
+        vector = state.vectors.get(words) if state.vectors and words else None
+        late = state.vectors is not None and vector is None and bool(words)
         country = (request.jurisdiction or "")[:3].upper()
         indexes = [index for j, index in state.indexes.items() if not country or j == country]
         found = [passage for index in indexes for passage in self._search_one(state, index, request, words, vector)]
         found.sort(key=lambda passage: (-passage.score, passage.passage_id))
         named = "signs" if request.corpus == "signs" else "statutes"
-        lambda_ = self._tuning.lambda_for(encoder, named) if state.encoder else 0.0
+        lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
+        encoder = LATE if late else state.status
         return Retrieved(passages=tuple(found[: request.k]), encoder=encoder, lambda_=lambda_)
 
     def _search_one(
@@ -120,7 +131,7 @@ class Library:
             vector,
             keep=keep,
             lambda_for=lambda corpus: self._tuning.lambda_for(state.status, corpus),
-            floor=state.encoder.floor if state.encoder else 0.0,
+            floor=state.vectors.encoder.floor if state.vectors else 0.0,
             limit=request.k,
         )
 
@@ -134,8 +145,15 @@ class Library:
 
     def _swap(self, state: _State) -> None:
         with self._lock:
-            self._state = state
+            old, self._state = self._state, state
             self._cache.clear()
+        if old.vectors is not None and old.vectors is not state.vectors:
+            old.vectors.close()
+
+    def close(self) -> None:
+        """Take no more questions to the encoder."""
+        if (vectors := self._state.vectors) is not None:
+            vectors.close()
 
 
 def _stack(rows: dict[str, Vectors], index: Index) -> Vectors:

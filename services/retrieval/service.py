@@ -35,6 +35,8 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     encoder_threads: int = 1
     """One: beside a full stack on two cores a second thread mostly waits for the first."""
     cache_size: int = 512
+    encoder_budget_ms: float = 25.0
+    """How long a question waits for the encoder before BM25 answers alone and says so; in lockstep it waits on."""
 
 
 def build(config: RetrievalConfig, node: Node) -> None:
@@ -44,7 +46,9 @@ def build(config: RetrievalConfig, node: Node) -> None:
         read_tuning(),
         status=_first_status(config.encoder),
         cache_size=config.cache_size,
+        budget_s=None if node.lockstep else config.encoder_budget_ms / 1e3,
     )
+    node.on_close(library.close)
     for reason in library.refused:
         node.log.error("rulepack not indexed: %s", reason)
     _describe(node, library)

@@ -105,8 +105,8 @@ class _Evidence:
 
 
 def _lasting(found: Retrieved) -> bool:
-    """Whether the same question would be answered the same later: not while the encoder is still loading."""
-    return not found.encoder.endswith("(loading)")
+    """Whether the same question would be answered the same later: not while the encoder is loading or was late."""
+    return not found.encoder.endswith(("(loading)", "late)"))
 
 
 def build(config: RulesConfig, node: Node) -> None:

@@ -1,15 +1,18 @@
 """Ranking: the jurisdiction first, then BM25 and cosine, each provision once, repeats from memory."""
 
+import threading
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from drivemcp.paths import data
 from services.retrieval.encoders import Vectors
 from services.retrieval.index import normalised, stretched
-from services.retrieval.library import ABSENT, LOADING, MAX_ENCODED, Library, Request
+from services.retrieval.library import ABSENT, LATE, LOADING, Library, Request
 from services.retrieval.tuning import Tuning
+from services.retrieval.vectors import MAX_ENCODED
 from tests.unit.services.retrieval.support import WordEncoder
 
 FOLDERS = tuple(data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1"))
@@ -152,3 +155,52 @@ def test_a_long_question_does_not_hold_up_the_encoder() -> None:
     made.use(Counting())
     made.search(Request(query="fog " * 150, road_context="motorway " * 60))
     assert seen == [MAX_ENCODED]
+
+
+def test_an_encoder_that_is_late_leaves_bm25_and_is_asked_only_once() -> None:
+    release, encoded = threading.Event(), threading.Event()
+
+    class Slow(WordEncoder):
+        def query(self, text: str) -> Vectors:
+            assert release.wait(10)
+            found = super().query(text)
+            encoded.set()
+            return found
+
+    made = Library(FOLDERS, Tuning(lambdas={}), status=LOADING, budget_s=0.01)
+    encoder = Slow()
+    made.use(encoder)
+    request = Request(query="fog", jurisdiction="DEU")
+    first = made.search(request)
+    assert first.encoder == LATE
+    assert first.passages
+    assert first.passages[0].cosine is None
+    release.set()
+    assert encoded.wait(10)
+    assert made.search(msgspec.structs.replace(request, k=3)).encoder in (LATE, "word-1.0")
+    patient = Library(FOLDERS, Tuning(lambdas={}), status=LOADING)
+    patient.use(encoder)
+    assert patient.search(request).encoder == "word-1.0"
+    made.close()
+
+
+def test_questions_do_not_queue_up_behind_a_stuck_encoder() -> None:
+    release = threading.Event()
+
+    class Stuck(WordEncoder):
+        def query(self, text: str) -> Vectors:
+            assert release.wait(10)
+            return super().query(text)
+
+    made = Library(FOLDERS[2:], Tuning(lambdas={}), status=LOADING, budget_s=0.001)
+    made.use(Stuck())
+    assert {made.search(Request(query=f"fog {number}")).encoder for number in range(20)} == {LATE}
+    release.set()
+    made.close()
+
+
+def test_a_closed_library_still_answers_by_bm25() -> None:
+    made = Library(FOLDERS[2:], Tuning(lambdas={}), status=LOADING)
+    made.use(WordEncoder())
+    made.close()
+    assert made.search(Request(query="roundabout")).encoder == LATE
