@@ -19,11 +19,13 @@ def situation(state: State) -> Situation:
     signs, conditions = state.signs, state.held.conditions
     road = state.world.environment.road_type
     segment = state.world.environment.segment_id
+    posted = tuple(_coarse(limit.posted) for limit in in_force(signs))
     return Situation(
         jurisdiction=signs.jurisdiction.value if signs.jurisdiction is not None else None,
         road_type=cast(RoadType, road.value) if road is not None and road.value in ROAD_TYPES else None,
-        posted=tuple(_coarse(limit.posted) for limit in in_force(signs)),
-        ended=tuple(reading for reading in signs.ended if reading != "junction"),
+        posted=posted,
+        # what was ended is out of `posted` already; a limit seen since must not fall to an end sign that came before it
+        ended=() if posted else tuple(reading for reading in signs.ended if reading != "junction"),
         wet=conditions.wet if conditions is not None else None,
         visibility_m=_step(conditions.visibility_m if conditions is not None else None),
         snow=conditions.precipitation == "snow" if conditions is not None else None,
