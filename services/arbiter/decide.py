@@ -129,7 +129,11 @@ def hazard_of(request: ArbitrationRequest, weighed: Weighed, reading: Reading, p
         return ""
     # A doubted actor may be spoken of; a ghost of one frame, or one whose speed is not known yet, may not.
     near = speak.ttc_s < profile.tau_hazard_s and speak.closing_mps > max(0.5, speak.track.sigma_vx_mps)
-    return f"{speak.track.kind}_close" if near and speak.track.age_s >= profile.act_track_age_s else ""
+    return HAZARDS[speak.track.kind] if near and speak.track.age_s >= profile.act_track_age_s else ""
+
+
+HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
+"""As the orchestrator names them: one hazard that both see is one hazard."""
 
 
 def _prepare(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:

@@ -114,12 +114,18 @@ def _sign(state: State) -> dict[str, Any] | None:
     }
 
 
-def _junction(state: State) -> dict[str, Any]:
+def _junction(state: State) -> dict[str, Any] | None:
+    """Only where a sign, a light or a crossing gives the law something to go by."""
     person = pedestrian(state.world)
     light = state.light
+    signs = tuple(s.reading for s in state.signs.ahead if s.believed and s.reading in JUNCTION_SIGNS)
+    if state.stop_kind == "crossing" and "crossing" not in signs:
+        signs = (*signs, "crossing")
+    if not signs and light is None:
+        return None
     question = RightOfWayQuestion(
         jurisdiction=state.signs.jurisdiction.value if state.signs.jurisdiction is not None else None,
-        signs=tuple(s.reading for s in state.signs.ahead if s.believed and s.reading in JUNCTION_SIGNS),
+        signs=signs,
         light=light.state if light is not None else None,  # type: ignore[arg-type]
         # Nobody seen is not nobody there: only a tick with tracks can say so.
         pedestrians_on_crossing=True if person is not None else None if state.world.actors is None else False,

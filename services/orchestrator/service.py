@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
+from drivemcp.codehash import code_hash
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
@@ -33,6 +34,7 @@ NEEDED: tuple[Topic[Any], ...] = (topics.TRACKS, topics.EGO, topics.CONDITIONS, 
 WELCOME: tuple[Topic[Any], ...] = (topics.LANES, topics.MAP, topics.GNSS)
 """Missed only once they were there."""
 MOST_FACTS = 200
+CODE = code_hash("proto", "services.arbiter", "services.orchestrator")
 
 Label = Literal["late_warning", "false_positive", "override", "helpful", "annoying"]
 Question = Annotated[str, msgspec.Meta(max_length=400, description="the driver's question in plain words")]
@@ -42,6 +44,8 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """When a silent perception is ticked over, whose absence degrades a tick, and how the driver is first spoken to."""
 
     silence_s: float = 0.3
+    start_s: float = 10.0
+    """How long a first snapshot may take; sensors that never spoke have not fallen silent before that."""
     expected: tuple[str, ...] = ("perception", "drivelm", "rules", "retrieval", "weather", "can", "arbiter", "logger")
     preferences: Preferences = Preferences()
 
@@ -94,6 +98,8 @@ class Orchestrator:
         self._seen: set[str] = set()
         self._recalled = node.lockstep  # a lockstep run starts from its configuration alone
         self._ticked_ns: int | None = None
+        self._began_ns: int | None = None
+        self._logged = False
         self.state = State()
 
     # -- ticks ---------------------------------------------------------------------------------------------------------
@@ -111,7 +117,9 @@ class Orchestrator:
     def watch(self) -> None:
         """Tick over where sensors fall silent."""
         now_ns = self._node.clock.now_ns()
-        if self._ticked_ns is None or (now_ns - self._ticked_ns) / 1e9 >= self._config.silence_s:
+        began_ns = self._began_ns = self._began_ns or now_ns
+        waited_s = (now_ns - (self._ticked_ns or began_ns)) / 1e9
+        if waited_s >= (self._config.start_s if self._ticked_ns is None else self._config.silence_s):
             self.tick("watchdog")
 
     def tick(self, cause: Cause) -> None:
@@ -125,7 +133,9 @@ class Orchestrator:
         self._node.publish(topics.ADVISORY, advisory)
         self._node.publish(topics.WORLD, ticked.world)
         number = ticked.state.tick
-        whole = number == 1 or number % WHOLE_STATE_EVERY == 0
+        logged = "logger" in self._node.alive_services()
+        whole = number == 1 or number % WHOLE_STATE_EVERY == 0 or (logged and not self._logged)
+        self._logged = logged
         self._node.publish(topics.TRACE, trace_of(ticked, seen, self._versions(ticked), advisory, whole=whole))
 
     def _timed(self, ticked: Ticked, seen: Observations, ask: LiveAsk) -> Advisory:
@@ -142,7 +152,7 @@ class Orchestrator:
         )
 
     def _versions(self, ticked: Ticked) -> dict[str, str]:
-        versions = {"profile": f"{ticked.decision.profile} {ticked.decision.profile_sha256[:12]}".strip()}
+        versions = {"code": CODE, "profile": f"{ticked.decision.profile} {ticked.decision.profile_sha256[:12]}".strip()}
         legal = ticked.state.held.legal
         if legal is not None:
             versions["rulepack"] = legal.rulepack_version

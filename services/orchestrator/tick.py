@@ -104,8 +104,9 @@ def advisory_of(
     directive, justification = fused.directive, fused.justification
     urgency, hazard, topic = fused.urgency, fused.hazard, fused.topic
     if decision.kind != "SILENT" and (matter is None or (decision.reason.startswith("hazard") and not hazard)):
-        directive = say(preferences, "directive", "caution")
-        urgency, hazard, topic = "warning", decision.reason.partition(": ")[2] or "caution", "caution"
+        hazard = decision.reason.partition(": ")[2] or "caution"
+        phrase = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
+        directive, urgency, topic = say(preferences, "directive", phrase), "warning", phrase
     if decision.act_withheld:
         withheld = say(preferences, "justification", "withheld", why=decision.act_withheld)
         justification = f"{justification} {withheld}".strip()

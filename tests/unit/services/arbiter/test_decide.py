@@ -200,7 +200,7 @@ def test_the_arbiter_warns_of_what_only_it_sees() -> None:
     inputs = with_view(mirror(asked), actors=(track(gap_m=20.0, closing_mps=12.0),))
     decision = decide(asked, inputs, CALIBRATED).decision
     assert decision.kind == "SPEAK"
-    assert decision.reason == "hazard: vehicle_close"
+    assert decision.reason == "hazard: closing_lead"
 
 
 def test_a_decision_can_be_decided_again_from_its_log() -> None:

@@ -1,5 +1,7 @@
 """The tick end to end in pure form."""
 
+import itertools
+
 import msgspec
 import pytest
 
@@ -159,6 +161,20 @@ def test_a_doubted_sign_slows_down_gently_and_carries_its_candidates_into_the_qu
     assert targets[-1] == pytest.approx(before - 0.7 * 3.1, abs=0.05)
 
 
+def test_in_bad_weather_a_doubt_comes_down_no_faster_and_is_scaled_once() -> None:
+    drive = Drive(road="rural")
+    drive.weather = conditions(mu=0.4, factor=0.7, wet=True)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(5)
+    targets = [drive.target_mps]
+    for _ in range(150):
+        drive.tick(doubted("limit:60", distance_m=40.0))
+        targets.append(drive.target_mps)
+    assert max(a - b for a, b in itertools.pairwise(targets)) <= 0.7 * 0.1 + 1e-9
+    assert targets[0] == pytest.approx(70 * KMH)
+    assert targets[-1] == pytest.approx(0.7 * 60 * KMH)
+
+
 def test_a_doubt_that_no_such_road_can_have_lowers_nothing() -> None:
     drive = Drive(road="motorway")
     drive.ticks(5)
@@ -175,6 +191,17 @@ def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
     drive.tick(sign)
     drive.ticks(12)
     assert "Sign: the sign limit:30" in drive.spoken()
+
+
+def test_what_only_the_arbiter_sees_is_said_in_words() -> None:
+    drive = Drive()
+    local = drive.tick().decision
+    drive.ask.decide = lambda request: msgspec.structs.replace(
+        local, tick=request.tick, kind="SPEAK", reason="hazard: closing_lead", profile="calibrated"
+    )
+    advisory = drive.tick().advisory
+    assert (advisory.directive, advisory.hazard) == ("Brake: vehicle close ahead", "closing_lead")
+    assert advisory.urgency == "warning"
 
 
 def test_without_the_arbiter_there_is_no_act() -> None:
