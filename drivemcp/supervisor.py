@@ -165,24 +165,26 @@ class Supervisor:
             if self._stopping.wait(0.02):
                 raise KeyboardInterrupt
 
-    def stop(self) -> None:
-        """End all, last started first; nothing is left running."""
+    def stop(self, last: Sequence[str] = ("router",)) -> None:
+        """End all together, then those named `last`, one after the other; nothing is left running."""
         if self._stopping.is_set():
             return
         self._stopping.set()
         self._watcher.join(2.0)
-        children = self.children[::-1]
-        router_last = [child for child in children if child.name != "router"]
-        for child in router_last:
-            child.terminate()
-        deadline_s = time.monotonic() + STOP_GRACE_S
-        for child in router_last:
-            child.end(deadline_s - time.monotonic())
-        for child in children:
-            child.terminate()
-            child.end(2.0)
+        together = [child for child in self.children if child.name not in last]
+        _end(together)
+        for name in last:
+            _end([child for child in self.children if child.name == name])
 
     def _watch(self) -> None:
         while not self._stopping.wait(0.02):
             for child in self.children:
                 child.look_after(self._say)
+
+
+def _end(children: Sequence[Child]) -> None:
+    for child in children:
+        child.terminate()
+    deadline_s = time.monotonic() + STOP_GRACE_S
+    for child in children:
+        child.end(deadline_s - time.monotonic())

@@ -18,6 +18,7 @@ from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, summary_lines
 from proto import topics
+from services.logger.commands import broken_links
 from services.logger.verify import verify
 
 LIVE_PERIOD_S = 0.25
@@ -155,14 +156,15 @@ def _logs_of(folder: Path) -> list[Path]:
 
 
 def _verify(logs: list[Path]) -> tuple[bool | None, str]:
-    """Every file of the drive; a logger that was restarted goes on in another one."""
+    """Every file of the drive, and that each goes on from the one before; a restarted logger goes on in another file."""
     if not logs:
         return None, "no log was written; see the folder's log/logger.log"
-    for log in logs:
-        report = verify(log)
+    reports = [verify(log) for log in logs]
+    for report in reports:
         if not report.intact:
-            return False, f"{log}: {report.first_bad or 'an expected head is missing'}"
-    return True, ""
+            return False, f"{report.file}: {report.first_bad or 'an expected head is missing'}"
+    broken = broken_links(reports)
+    return not broken, "; ".join(broken)
 
 
 def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:

@@ -20,6 +20,8 @@ from drivemcp.supervisor import Child, Supervisor, free_port
 from proto.services import ServiceRow
 
 READY_S = 60.0
+FIRST = "logger"
+"""Alive before the others speak, ended after them: the log holds the first tick and the last."""
 SOURCES = ("simulator", "player")
 
 
@@ -77,16 +79,18 @@ class Stack:
         self.supervisor.run("router", "drivemcp.router", ["--listen", self.endpoint])
         node = self._join()
         rows = self.rows()
-        for row in rows:
-            if row.name != self._plan.source:
-                self._run(row)
-        wanted = {row.name for row in rows} - {self._plan.source}
-        self._wait_alive(node, wanted)
+        self._begin(node, [row for row in rows if row.name == FIRST])
+        self._begin(node, [row for row in rows if row.name not in (FIRST, self._plan.source)])
         for row in rows:
             if row.name == self._plan.source:
                 self._run(row)
         note_stack(RunningStack(endpoint=self.endpoint, vehicle=self.vehicle, folder=str(self.folder), pid=os.getpid()))
         return node
+
+    def _begin(self, node: Node, rows: list[ServiceRow]) -> None:
+        for row in rows:
+            self._run(row)
+        self._wait_alive(node, {row.name for row in rows})
 
     def wait_for_source(self) -> None:
         """Wait until the simulator or player is alive."""
@@ -108,7 +112,7 @@ class Stack:
             self.node.close()
         if self._session is not None:
             self._session.close()
-        self.supervisor.stop()
+        self.supervisor.stop(last=(FIRST, "router"))
 
     def _join(self) -> Node:
         deadline_s = time.monotonic() + 15.0
@@ -142,7 +146,7 @@ class Stack:
             alive = node.alive_services() & wanted
             for name in sorted(alive - said):
                 said.add(name)
-                self._say(f"{name} is up ({len(said)} of {len(wanted)})")
+                self._say(f"{name} is up")
             return alive == wanted
 
         self.supervisor.wait_until(ready, f"{', '.join(sorted(wanted)) if len(wanted) < 3 else 'the stack'}", READY_S)

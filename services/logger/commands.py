@@ -49,7 +49,7 @@ def _verify(flags: argparse.Namespace) -> int:
     for path in paths:
         expected = flags.expect_head.lower() if path == paths[-1] else ""
         reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
-    broken = _broken_links(reports)
+    broken = broken_links(reports)
     if flags.json:
         sys.stdout.write(msgspec.json.encode({"files": reports, "continuity": broken}).decode() + "\n")
     else:
@@ -79,7 +79,7 @@ def lines(report: Report) -> list[str]:
     return found
 
 
-def _broken_links(reports: Sequence[Report]) -> list[str]:
+def broken_links(reports: Sequence[Report]) -> list[str]:
     """Where a file does not go on from the one before it."""
     broken = []
     for before, after in itertools.pairwise(reports):

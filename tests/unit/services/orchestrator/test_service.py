@@ -197,7 +197,7 @@ def test_alone_it_still_advises_and_says_what_is_missing() -> None:
 
 def test_silent_sensors_are_ticked_over() -> None:
     with bus() as b:
-        b.start(SERVICE, OrchestratorConfig(silence_s=0.2))
+        b.start(SERVICE, OrchestratorConfig(silence_s=0.2, start_s=0.3))
         traces = b.collect(topics.TRACE)
         watched = traces.wait(lambda trace: trace.cause == "watchdog" and trace.tick >= 2)
         assert "perception/tracks" in watched.advisory.degraded
