@@ -29,7 +29,7 @@ def command(flags: argparse.Namespace) -> int:
     if flags.json:
         sys.stdout.write(msgspec.json.encode(outcome.result).decode() + "\n")
         return 0
-    sys.stdout.write(str(outcome.result.get("answer", outcome.result)) + "\n")
+    sys.stdout.write(str(outcome.result["text"]) + "\n")
     for citation in outcome.result.get("citations", ()):
         sys.stdout.write(f"  [{citation['section']}] {citation['document']} {citation['start']}-{citation['end']}\n")
     return 0

@@ -28,6 +28,10 @@ DEADLINE_MS = 250.0
 MOST_CITATIONS = 6
 
 
+CONTRADICTED = 0.5
+"""At most as sure as this where the car and the driver contradict each other."""
+
+
 class ToolUse(msgspec.Struct, frozen=True, kw_only=True):
     """A tool that was asked for an answer."""
 
@@ -289,13 +293,16 @@ def _lamp(state: State, outcomes: tuple[Outcome, ...]) -> Told:
         say(preferences, "ask", "code", code=dtc.code, summary=dtc.summary.rstrip("."), step=dtc.next_step)
         for dtc in health.dtcs[:3]
     ]
-    safe = f"safe_{health.safe_to_drive}"
+    # the driver sees a lamp and the car knows of none: they contradict each other, and the careful one counts
+    contradicted = not lamps and not health.dtcs and health.safe_to_drive == "yes"
+    safe = "safe_contradicted" if contradicted else f"safe_{health.safe_to_drive}"
     known = safe in phrases(preferences.language)["ask"]
     lines.append(
         say(preferences, "ask", safe if known else "safe_unknown", target=drive(preferences, target(state).mps))
     )
-    lines += [plain(health.advice)] if health.advice and not health.dtcs else []
-    return Told(tuple(lines), health.confidence, law.citations if law is not None else ())
+    lines += [plain(health.advice)] if health.advice and not health.dtcs and not contradicted else []
+    confidence = min(health.confidence, CONTRADICTED) if contradicted else health.confidence
+    return Told(tuple(lines), confidence, law.citations if law is not None else ())
 
 
 def _limit(state: State, outcomes: tuple[Outcome, ...]) -> Told:

@@ -166,7 +166,7 @@ def test_the_papers_four_questions_are_answered_from_the_running_drive(
     outcome = node.call("ask", {"question": question}, deadline_ms=5000)
     assert outcome.ok, outcome.error
     assert outcome.result is not None
-    assert len(outcome.result["answer"]) > 20
+    assert len(outcome.result["text"]) > 20
     assert outcome.result["citations"], outcome.result
 
 
