@@ -94,8 +94,13 @@ def measure(track: Track, view: View, bounds: Bounds, profile: Profile) -> Numbe
 
 def worst(view: View, bounds: Bounds, profile: Profile) -> Numbers | None:
     """The actor with the highest risk; of equals the nearest."""
-    all_numbers = (measure(track, view, bounds, profile) for track in view.actors if track.x_m > 0.0)
-    return max(all_numbers, key=lambda n: (n.r, -n.gap_m, -n.track.track_id), default=None)
+    return max(each(view, bounds, profile), key=lambda n: (n.r, -n.gap_m, -n.track.track_id), default=None)
+
+
+def each(view: View, bounds: Bounds, profile: Profile) -> tuple[Numbers, ...]:
+    """Everyone ahead that is more than noise."""
+    ahead = (track for track in view.actors if track.x_m > 0.0 and track.confidence >= profile.actor_floor)
+    return tuple(measure(track, view, bounds, profile) for track in ahead)
 
 
 def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile) -> float | None:

@@ -8,7 +8,7 @@ import msgspec
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
 from services.arbiter import act, adapt, attention
 from services.arbiter.act import Permission
-from services.arbiter.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.assess import Numbers, View, each, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.guard import Case, case, objections
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
@@ -49,7 +49,7 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     """One tick's verdict."""
     state = _prepare(request, inputs, profile)
     weighed = weigh(request, inputs.reading, state, profile)
-    hazard = hazard_of(request, weighed, inputs.reading, profile)
+    hazard = hazard_of(request, inputs.reading, profile)
     intervention, command, withheld = _intervene(weighed, state, inputs, profile)
     kind, reason, attended = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
     after = msgspec.structs.replace(state, attention=attended, intervention=intervention)
@@ -120,16 +120,26 @@ def wants_act(weighed: Weighed, delta: float) -> bool:
     return not weighed.objections and weighed.utilities.margin > delta
 
 
-def hazard_of(request: ArbitrationRequest, weighed: Weighed, reading: Reading, profile: Profile) -> str:
+def hazard_of(request: ArbitrationRequest, reading: Reading, profile: Profile) -> str:
     """What must be spoken whatever the budget: the orchestrator's hazard, or one that the arbiter sees itself."""
     if request.fused.hazard:
         return request.fused.hazard
-    speak = weighed.speak
-    if speak is None or speak.ttc_s is None:
-        return ""
-    # A doubted actor may be spoken of; a ghost of one frame, or one whose speed is not known yet, may not.
-    near = speak.ttc_s < profile.tau_hazard_s and speak.closing_mps > max(0.5, speak.track.sigma_vx_mps)
-    return HAZARDS[speak.track.kind] if near and speak.track.age_s >= profile.act_track_age_s else ""
+    views = (request_view(request), reading.view)
+    near = [n for view in views for n in each(view, speak_bounds(view, profile), profile) if _hazardous(n, profile)]
+    worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
+    return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
+
+
+def _hazardous(numbers: Numbers, profile: Profile) -> bool:
+    """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
+    track = numbers.track
+    return (
+        numbers.ttc_s is not None
+        and numbers.ttc_s < profile.tau_hazard_s
+        and numbers.closing_mps > max(0.5, track.sigma_vx_mps)
+        and track.age_s >= profile.act_track_age_s
+        and track.confidence >= profile.hazard_confidence
+    )
 
 
 HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}

@@ -63,7 +63,7 @@ def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ex
         reason=decision.reason,
         act_withheld=decision.act_withheld,
         objections=weighed.objections,
-        hazard=hazard_of(request, weighed, inputs.reading, profile),
+        hazard=hazard_of(request, inputs.reading, profile),
         reach=reachability(profile, inputs.state.adapted.delta).text,
         text=_text(decision, weighed.objections, flips),
         flips=flips,

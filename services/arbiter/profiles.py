@@ -67,6 +67,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     hazard_repeat_s: float
     budget_messages: float
     budget_refill_s: float
+    actor_floor: float
+    hazard_confidence: float
     act_confidence: float
     act_unseen_s: float
     act_track_age_s: float

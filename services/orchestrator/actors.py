@@ -8,8 +8,10 @@ from proto.world import WorldState
 EGO_HALF_M = 2.25
 NEAR_PATH_M = 3.0
 LOOK_AHEAD_M = 120.0
-DOUBTED = 0.5
-"""Below this confidence an actor is doubted: it may lower the target, it is said with care."""
+FLOOR = 0.15
+"""Below this confidence perception itself says that there is probably nothing."""
+PERSON_ON_MOTORWAY = 0.5
+"""A person on a motorway is implausible; one that is doubted there bounds nothing."""
 
 
 class Way(NamedTuple):
@@ -25,7 +27,15 @@ class Way(NamedTuple):
 
 def tracks(world: WorldState) -> tuple[Track, ...]:
     """All actors known."""
-    return world.actors.value if world.actors is not None else ()
+    if world.actors is None:
+        return ()
+    return tuple(track for track in world.actors.value if track.confidence >= _floor(world, track))
+
+
+def _floor(world: WorldState, track: Track) -> float:
+    road = world.environment.road_type
+    motorway = road is not None and road.value == "motorway"
+    return PERSON_ON_MOTORWAY if motorway and track.kind in ("pedestrian", "cyclist") else FLOOR
 
 
 def lead(world: WorldState) -> Way | None:

@@ -20,6 +20,7 @@ from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles import load
 from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import fresh
+from services.orchestrator.actors import FLOOR
 from services.orchestrator.inputs import Expert, Observations
 from services.orchestrator.tick import Ticked, tick
 from tests.unit.services.orchestrator.support import (
@@ -193,7 +194,9 @@ def _older(topic: str) -> Callable[[Observations, float], Observations]:
 def _doubt_actors(seen: Observations, x: float) -> Observations:
     assert seen.tracks is not None
     return change(
-        seen, "tracks", tracks=tuple(replace(t, confidence=t.confidence * x) for t in seen.tracks.message.tracks)
+        seen,
+        "tracks",
+        tracks=tuple(replace(t, confidence=max(FLOOR, t.confidence * x)) for t in seen.tracks.message.tracks),
     )
 
 
