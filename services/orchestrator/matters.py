@@ -237,10 +237,11 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
         return
     safe = target.mps < 0.9 * limit.mps and target.bounds[0].why == "law"
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
+    gantry = "limit_advisory" if limit.advisory else gantry
     ended = bool(state.signs.ended) and "speed_limit_change" in events
     yield Matter(
         topic="limit",
-        key=f"{limit.value:g} {limit.unit}",
+        key=f"{limit.value:g} {limit.unit}{' advisory' if limit.advisory else ''}",
         phrase=f"{gantry}_safe" if safe else gantry,
         urgency="advice" if gantry == "gantry" else "info",
         values={

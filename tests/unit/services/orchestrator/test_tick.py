@@ -10,6 +10,7 @@ from proto.sensors import StopLine
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of, tick, trace_of
 from tests.unit.services.orchestrator.support import (
+    EXPERTS,
     KMH,
     Drive,
     Played,
@@ -18,6 +19,7 @@ from tests.unit.services.orchestrator.support import (
     doubted,
     end_sign,
     fact,
+    limit_answer,
     limit_sign,
     preferences,
 )
@@ -48,6 +50,39 @@ def test_a_calm_drive_calls_no_tool_twice() -> None:
     drive = Drive()
     drive.ticks(40)
     assert sorted(call.tool for call in drive.ask.calls) == ["applicable_limit"]
+
+
+def test_a_recommended_speed_is_not_called_a_limit_and_nobody_is_too_fast_by_it() -> None:
+    from proto.rules import LegalLimit
+
+    advised = LegalLimit(value=130, unit="km/h", mps=130 * KMH, advisory=True)
+    ask = Played({**EXPERTS, "applicable_limit": lambda a: limit_answer(130, limit=advised)})
+    drive = Drive(ask, road="motorway", speed_mps=45.0)
+    drive.ticks(70)
+    assert "No limit, recommended 130 km/h" in drive.spoken()
+    assert not any(text.startswith("Slow down: limit 130") for text in drive.spoken())
+
+
+def test_a_late_answer_is_used_in_the_next_tick() -> None:
+    drive = Drive()
+    drive.ask.table = {tool: expert for tool, expert in drive.ask.table.items() if tool != "applicable_limit"}
+    drive.tick(end_sign("town_exit"))
+    held = drive.target_mps
+    missed = next(o for o in drive.history[-1][2].outcomes if o.tool == "applicable_limit")
+    answer = msgspec.to_builtins(limit_answer(100))
+    late = msgspec.structs.replace(missed, status="ok", result=answer, late=True, age_ms=120.0)
+    advisory = drive.tick(late=(late,)).advisory
+    assert held == pytest.approx(50 * KMH)
+    assert drive.target_mps == pytest.approx(100 * KMH)
+    assert advisory.late_tools == ("applicable_limit",)
+
+
+def test_a_late_answer_to_yesterdays_question_is_not() -> None:
+    drive = Drive()
+    question = next(o for o in drive.history[0][2].outcomes if o.tool == "applicable_limit")
+    drive.tick(limit_sign("limit:30"))
+    drive.tick(late=(msgspec.structs.replace(question, late=True, age_ms=200.0),))
+    assert drive.target_mps == pytest.approx(30 * KMH)
 
 
 def test_a_stale_weather_is_asked_for_again() -> None:
