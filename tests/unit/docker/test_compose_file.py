@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[3]
 COMPOSE: dict[str, Any] = yaml.safe_load((ROOT / "docker-compose.yml").read_text(encoding="utf-8"))
 CONTAINERS: dict[str, dict[str, Any]] = COMPOSE["services"]
 DOCKERFILE = (ROOT / "docker/Dockerfile").read_text(encoding="utf-8")
+PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 ROWS = sorted({row.name for row in SERVICES} - {"player"})
 """The player brings recordings in the simulator's place; the demo has the simulator."""
 LIVING = [*ROWS, "router"]
@@ -123,7 +124,7 @@ def test_the_simulator_waits_for_all_that_sense_and_decide() -> None:
 @pytest.mark.parametrize("name", [row.name for row in SERVICES])
 def test_an_image_runs_its_service_with_its_own_extra_alone(name: str) -> None:
     row = BY_NAME[name]
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    extras = PROJECT["optional-dependencies"]
     text = "\n".join(instructions(row.name))
     assert instructions(row.name)[-1] == f'ENTRYPOINT ["python3", "-m", "{module_of(row)}"]'
     copied = re.findall(r"COPY --from=requirements /requirements/(\S+)\.txt", text)
@@ -135,7 +136,8 @@ def test_an_image_runs_its_service_with_its_own_extra_alone(name: str) -> None:
 def test_only_what_is_published_by_name_is_built_and_no_registry_is_named() -> None:
     bases = {parent for parent, _ in STAGES.values() if parent not in STAGES}
     assert bases == {"python:3.11-slim"}
-    assert all(re.fullmatch(r"drivemcp-[a-z]+", container["image"]) for container in CONTAINERS.values())
+    version = PROJECT["version"]
+    assert all(container["image"] == f"drivemcp-{name}:{version}" for name, container in CONTAINERS.items())
     assert not re.search(r"(?:https?|ftp)://", DOCKERFILE)
 
 
