@@ -5,6 +5,11 @@ A braking car stops at zero and stays there: it does not drive backwards, as the
 
 import math
 
+HORIZON_S = 3600.0
+"""What is further off than an hour is never: no measured speed carries that far."""
+STILL = 1e-6
+"""Speeds (m/s) and accelerations (m/s^2) below this are rest: far below what any sensor resolves."""
+
 
 def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:
     """The paper's TTC = d / max(epsilon, closing speed)."""
@@ -13,13 +18,14 @@ def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:
 
 def relative_ttc_s(gap_m: float, closing_mps: float, closing_mps2: float = 0.0) -> float | None:
     """TTC from relative motion alone, where nobody's own speed is known; None: they never meet."""
-    return _first_root(gap_m, -closing_mps, -closing_mps2, 0.0, math.inf)
+    return _within(_first_root(gap_m, -_still(closing_mps), -_still(closing_mps2), 0.0, math.inf))
 
 
 def ttc_s(gap_m: float, ego_mps: float, lead_mps: float, ego_mps2: float = 0.0, lead_mps2: float = 0.0) -> float | None:
     """When the gap (m) is used up if both keep their accelerations until they stand; None: never."""
     if gap_m <= 0.0:
         return 0.0
+    ego_mps, lead_mps, ego_mps2, lead_mps2 = map(_still, (ego_mps, lead_mps, ego_mps2, lead_mps2))
     lead_halt, ego_halt = _halt_s(lead_mps, lead_mps2), _halt_s(ego_mps, ego_mps2)
     start, gap = 0.0, gap_m
     for end in sorted((lead_halt, ego_halt, math.inf)):
@@ -28,13 +34,21 @@ def ttc_s(gap_m: float, ego_mps: float, lead_mps: float, ego_mps2: float = 0.0, 
         speed, accel = lead_speed - ego_speed, lead_accel - ego_accel
         root = _first_root(gap, speed, accel, 0.0, end - start)
         if root is not None:
-            return start + root
+            return _within(start + root)
         if math.isinf(end):
             return None
         span = end - start
         gap += speed * span + 0.5 * accel * span * span
         start = end
     return None
+
+
+def _still(value: float) -> float:
+    return 0.0 if abs(value) < STILL else value
+
+
+def _within(time_s: float | None) -> float | None:
+    return time_s if time_s is not None and time_s <= HORIZON_S else None
 
 
 def _halt_s(speed_mps: float, accel_mps2: float) -> float:
