@@ -16,7 +16,7 @@ _GLOWING = ("led:", "light:")
 _INDEX = {label: index for index, label in enumerate(READER_CLASSES)}
 OTHER_SHARE = 0.16
 # How often a class is drawn, beside 1.0 for all others: numbers are what matters most and is hardest to tell apart.
-_WEIGHTS = {"limit:": 2.2, "led:": 1.4, "light:": 1.3, "border:": 0.6, "limit_end": 1.5}
+_WEIGHTS = {"limit:": 2.2, "led:": 1.4, "light:": 1.6, "zone:": 3.0, "border:": 0.6, "limit_end": 1.5}
 
 
 class Source:

@@ -17,7 +17,7 @@ from services.drivelm.jurisdictions import unit_of
 from services.drivelm.names import TownNames
 from services.drivelm.parser import parse
 from services.drivelm.sentences import QUESTIONS
-from services.drivelm.tracks import SignTrack
+from services.drivelm.tracks import CONTRARY_FRAMES, SignTrack
 
 MIN_PX = 9.0
 """Boxes lower than this are not worth reading."""
@@ -27,6 +27,8 @@ REPEAT_NS = 500_000_000
 GONE_NS = 8_000_000_000
 UNSEEN_NS = 350_000_000
 """A track not seen for this long is on its way past."""
+GHOST_IDS = 1_000_000_000
+"""Numbers above this belong to things whose track went over to something else."""
 _LIGHT_GONE_NS = 1_000_000_000
 KINDS = ("light", "panel", "sign")
 Key = tuple[str, int]
@@ -65,6 +67,7 @@ class FrontEnd:
         self.here = Here(jurisdiction=self.whereabouts.believed)
         self.road_type: tuple[str, float] | None = None
         """The kind of road that the last deciding sign told of, and how sure that sign was."""
+        self._ghosts = 0
 
     def see(self, sighting: Sighting) -> tuple[Fact, ...]:
         """Read what is worth reading in a picture; facts that are new, changed or due."""
@@ -96,6 +99,8 @@ class FrontEnd:
             self.tracks[key] = moved
             if unseen_ns < UNSEEN_NS:
                 continue
+            if key[1] > GHOST_IDS:
+                said.append(self._said(key, track.seen_ns))
             if moved.kind != "light" and _is_behind(moved, speed_mps, unseen_ns):
                 said.append(self._passed(key))
             elif unseen_ns > (_LIGHT_GONE_NS if moved.kind == "light" else GONE_NS):
@@ -107,8 +112,10 @@ class FrontEnd:
         readable = [
             box for box in sighting.boxes if box.kind in KINDS and box.track_id and box.y1_px - box.y0_px >= MIN_PX
         ]
-        open_ones = [box for box in readable if not self._settled((sighting.camera, box.track_id))]
-        return sorted(open_ones, key=lambda box: (KINDS.index(box.kind) > 0, box.y0_px - box.y1_px))[: self.max_reads]
+        return sorted(readable, key=lambda box: self._rank(sighting.camera, box))[: self.max_reads]
+
+    def _rank(self, camera: str, box: Box) -> tuple[bool, bool, float]:
+        return box.kind != "light", self._settled((camera, box.track_id)), box.y0_px - box.y1_px
 
     def _settled(self, key: Key) -> bool:
         track = self.tracks.get(key)
@@ -151,10 +158,28 @@ class FrontEnd:
         track = self.tracks[look.key]
         if look.question == QUESTIONS["plate"]:
             self.tracks[look.key] = track.read_plate(readings, look.region.width_px)
+        elif track.contradicted(readings):
+            self._take_contrary(look, readings, stamp_ns)
         elif readings:
             self.tracks[look.key] = track.read(readings, look.region, stamp_ns)
         else:
             self.tracks[look.key] = _in_sight(track, look.region, stamp_ns)
+
+    def _take_contrary(self, look: _Look, readings: tuple[tuple[str, float], ...], stamp_ns: int) -> None:
+        """The track may have jumped to another thing: wait for a second such frame, then part the two.
+
+        What was believed goes on under a number of its own, out of sight, until it is passed.
+        """
+        track = self.tracks[look.key]
+        if track.contrary + 1 < CONTRARY_FRAMES:
+            self.tracks[look.key] = replace(track, contrary=track.contrary + 1)
+            return
+        self._ghosts += 1
+        ghost = (track.camera, GHOST_IDS + self._ghosts)
+        self.tracks[ghost] = replace(track, track_id=ghost[1], contrary=0, said=())
+        del self.tracks[look.key]
+        self._open(look.key, track.kind, look.region, stamp_ns)
+        self.tracks[look.key] = self.tracks[look.key].read(readings, look.region, stamp_ns)
 
     def _locate(self, key: Key, sighting: Sighting) -> None:
         if sighting.calibration is None:
@@ -163,7 +188,8 @@ class FrontEnd:
         measured = next(
             (box.range_m for box in sighting.boxes if box.track_id == key[1] and box.range_source == "lidar"), None
         )
-        place = geometry.place(track.region, _shape(track), sighting.calibration, measured)
+        seen = geometry.place(track.region, _shape(track), sighting.calibration, measured)
+        place = geometry.smoothed(track.place, track.travelled_m, seen)
         self.tracks[key] = replace(track, place=place, travelled_m=0.0)
 
     def _learn(self, key: Key) -> None:

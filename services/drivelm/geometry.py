@@ -52,3 +52,16 @@ def place(region: Region, reading: str, calibration: Calibration, range_m: float
     sideways = ((region.x0_px + region.x1_px) / 2 - calibration.cx_px) / calibration.fx_px
     lateral_m = calibration.y_m - sideways * distance_m + calibration.yaw_rad * distance_m
     return Place(distance_m + calibration.x_m, lateral_m)
+
+
+_GAIN = 0.5
+_JUMP = 1.5
+
+
+def smoothed(before: Place | None, travelled_m: float, seen: Place) -> Place:
+    """A new sight of a thing, moved halfway from where it should be by now; a jump is taken by at most half itself."""
+    if before is None:
+        return seen
+    due_m = max(1.0, before.distance_m - travelled_m)
+    distance_m = min(max(seen.distance_m, due_m / _JUMP), due_m * _JUMP)
+    return Place(due_m + _GAIN * (distance_m - due_m), before.lateral_m + _GAIN * (seen.lateral_m - before.lateral_m))

@@ -15,6 +15,9 @@ PLATE_BELIEVE = 0.95
 DOUBT = 0.30
 """Posterior from which a reading that is not believed is worth reporting as a candidate."""
 DOUBT_PX = 16.0
+CONTRARY = 0.9
+CONTRARY_FRAMES = 2
+"""How clearly, and in how many frames in a row, a track must show something else to be taken for another thing."""
 KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.62}
 """Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
 _LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.62
@@ -36,6 +39,8 @@ class SignTrack:
     travelled_m: float = 0.0
     """How far the ego went since the element was last seen."""
     moved_ns: int = 0
+    contrary: int = 0
+    """Frames in a row that clearly showed something else: perception's track has jumped to another thing."""
     said: tuple[object, ...] = ()
     said_ns: int = 0
 
@@ -67,11 +72,19 @@ class SignTrack:
         plate_known = self.plate.frames >= 4 and plate.probability >= PLATE_BELIEVE
         return self.kind == "sign" and best.probability >= 0.999 and best.clear_frames >= 5 and plate_known
 
+    def contradicted(self, ranked: tuple[tuple[str, float], ...]) -> bool:
+        """Whether a frame clearly shows another kind of thing than the one believed: not another number on the same
+        kind of sign (that is doubt, and is weighed), but another sign, or nothing."""
+        best = self.belief()
+        top, share = max(ranked, key=lambda row: row[1], default=(OTHER, 0.0))
+        different = top.partition(":")[0] != best.reading.partition(":")[0]
+        return self.kind == "sign" and self.believed(best) and different and share >= CONTRARY
+
     def read(self, ranked: tuple[tuple[str, float], ...], region: Region, stamp_ns: int) -> "SignTrack":
         """With one more frame's readings."""
         keep = KEEP[self.kind]
         evidence = fused(self.evidence, ranked, _legible_px(self.kind, region), keep)
-        return replace(self, evidence=evidence, region=region, seen_ns=stamp_ns)
+        return replace(self, evidence=evidence, region=region, seen_ns=stamp_ns, contrary=0)
 
     def read_plate(self, ranked: tuple[tuple[str, float], ...], height_px: float) -> "SignTrack":
         """With one more frame's readings of the plate below; a plate is half as high as it is wide, so count its width."""

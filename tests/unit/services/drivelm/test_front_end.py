@@ -142,12 +142,53 @@ def test_no_more_crops_are_read_than_allowed() -> None:
     assert len(end.backend.asked) <= 3
 
 
-def test_a_settled_sign_is_not_read_again_but_still_passed() -> None:
-    end = _end("limit:80")
-    facts = drive_past(end, from_m=70, speed_mps=8)
-    assert isinstance(end.backend, Scripted)
-    assert len(end.backend.asked) < 30
-    assert facts[-1].passed
+def test_a_settled_sign_makes_way_for_new_ones() -> None:
+    end = _end("limit:80", max_reads=2)
+    for step in range(8):
+        stamp_ns = NS + step * NS // 5
+        end.see(
+            Sighting(
+                camera="tele",
+                stamp_ns=stamp_ns,
+                boxes=(box_at(30, -3),),
+                open_picture=lambda: PICTURE,
+                calibration=TELE,
+            )
+        )
+    assert end.tracks["tele", 7].settled
+    both = (box_at(30, -3), box_at(60, 2, track_id=8))
+    end.see(Sighting(camera="tele", stamp_ns=4 * NS, boxes=both, open_picture=lambda: PICTURE, calibration=TELE))
+    assert end.tracks["tele", 8].evidence.frames == 1
+
+
+def test_a_track_that_jumps_to_another_sign_is_parted_in_two() -> None:
+    labels = ["border:GBR"] * 6 + ["limit:30"] * 20
+    turn = iter(labels)
+    end = FrontEnd(Scripted(lambda q, n: says(next(turn))), home="DEU")
+    facts = []
+    for step in range(10):
+        near = step >= 6
+        stamp_ns, distance_m = NS + step * NS // 5, (25.0 if near else 60.0) - 3 * (step - 6 * near)
+        box = box_at(distance_m, -3, size_m=0.6 if near else 0.9)
+        sighting = Sighting(
+            camera="tele", stamp_ns=stamp_ns, boxes=(box,), open_picture=lambda: PICTURE, calibration=TELE
+        )
+        facts += [*end.see(sighting), *end.settle(stamp_ns, 15.0)]
+    assert end.tracks["tele", 7].belief().reading == "limit:30"
+    for step in range(40):
+        facts += end.settle(3 * NS + step * NS // 10, 15.0)
+    passed = [fact for fact in facts if fact.passed]
+    assert [fact.reading for fact in passed] == ["limit:30", "border:GBR"]
+    assert passed[0].track_id == 7 != passed[1].track_id
+    assert end.whereabouts.believed == "GBR"
+
+
+def test_another_number_on_the_same_sign_is_doubt_and_no_second_sign() -> None:
+    labels = ["limit:60"] * 4 + ["limit:80"] * 30
+    turn = iter(labels)
+    facts = drive_past(FrontEnd(Scripted(lambda q, n: says(next(turn))), home="DEU"))
+    assert {fact.track_id for fact in facts} == {7}
+    assert sum(fact.passed for fact in facts) == 1
 
 
 def test_a_missing_picture_says_nothing() -> None:
