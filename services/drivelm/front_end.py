@@ -86,7 +86,6 @@ class FrontEnd:
         ]
         for key in seen:
             self._locate(key, sighting)
-            self._learn(key)
             self._ask_name(key, picture)
         return tuple(fact for key in seen if (fact := self._said(key, sighting.stamp_ns)) is not None)
 
@@ -192,11 +191,13 @@ class FrontEnd:
         place = geometry.smoothed(track.place, track.travelled_m, seen)
         self.tracks[key] = replace(track, place=place, travelled_m=0.0)
 
-    def _learn(self, key: Key) -> None:
-        """Count a believed sign as a cue of the country; border signs count when they are passed."""
-        track = self.tracks[key]
+    def _learn(self, key: Key, track: SignTrack) -> None:
+        """Count a believed sign as a cue of the country, once it is passed: what is ahead may stand beyond a border."""
         best = track.belief()
-        if not track.believed(best) or best.reading.startswith("border:"):
+        if not track.believed(best):
+            return
+        if best.reading.startswith("border:"):
+            self.believe(self.whereabouts.past_border(key, best.reading.partition(":")[2]))
             return
         where = self.whereabouts.with_cue(key, cues_of(best.reading))
         for plate in track.plates():
@@ -239,8 +240,7 @@ class FrontEnd:
     def _passed(self, key: Key) -> Fact | None:
         track = self.tracks.pop(key)
         fact = self._named(key, fact_of(track, self.here, passed=True))
-        if fact is not None and fact.believed and fact.reading.startswith("border:"):
-            self.believe(self.whereabouts.past_border(key, fact.reading.partition(":")[2]))
+        self._learn(key, track)
         if fact is not None and fact.believed and fact.reading in ROAD_TYPES:
             self.road_type = (ROAD_TYPES[fact.reading], fact.confidence)
         return fact
