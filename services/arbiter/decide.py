@@ -14,6 +14,7 @@ from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.risk import Utilities, utilities
 from services.arbiter.state import ArbiterState, Attention, Intervention, digest
+from services.arbiter.watching import watch
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True):
@@ -47,7 +48,7 @@ class Weighed(NamedTuple):
 
 def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Verdict:
     """One tick's verdict."""
-    state = _prepare(request, inputs, profile)
+    state = prepared(request, inputs, profile)
     weighed = weigh(request, inputs.reading, state, profile)
     hazard = hazard_of(request, inputs.reading, profile)
     intervention, command, withheld = _intervene(weighed, state, inputs, profile)
@@ -97,7 +98,7 @@ def weigh(request: ArbitrationRequest, reading: Reading, state: ArbiterState, pr
         (worst(v, speak_bounds(v, profile), profile) for v in (view, reading.view)),
         key=lambda n: -1.0 if n is None else n.r,
     )
-    checked = case(request, view, reading, state.adapted.c_min, profile)
+    checked = case(request, view, reading, state.adapted.c_min, state.sightings, profile)
     r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
     gains = utilities(r_act, profile)
     numbers = msgspec.structs.replace(
@@ -146,10 +147,12 @@ HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian"
 """As the orchestrator names them: one hazard that both see is one hazard."""
 
 
-def _prepare(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
+def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
+    """The state with time passed, feedback learnt and the own reading watched."""
     adapted = adapt.learn(adapt.relax(inputs.state.adapted, inputs.now_ns, profile), request.feedback, profile)
     attended = attention.refill(inputs.state.attention, inputs.now_ns, profile)
-    return msgspec.structs.replace(inputs.state, adapted=adapted, attention=attended)
+    seen = watch(inputs.state.sightings, inputs.reading, inputs.now_ns, profile)
+    return msgspec.structs.replace(inputs.state, adapted=adapted, attention=attended, sightings=seen)
 
 
 def _intervene(

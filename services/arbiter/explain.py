@@ -7,9 +7,11 @@ import msgspec
 
 from proto.decision import ArbitrationRequest, Decision
 from proto.perception import Track
-from services.arbiter.decide import Inputs, decide, hazard_of, weigh
+from services.arbiter.assess import View
+from services.arbiter.decide import Inputs, decide, hazard_of, prepared, weigh
 from services.arbiter.profiles import Profile, reachability
 from services.arbiter.reading import Reading
+from services.arbiter.state import ArbiterState
 
 _STEPS = 24
 _HALVINGS = 18
@@ -55,7 +57,7 @@ class _Lever(NamedTuple):
 def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Explanation:
     """Reason, objections and flips of one decision."""
     decision = decide(request, inputs, profile).decision
-    weighed = weigh(request, inputs.reading, inputs.state, profile)
+    weighed = weigh(request, inputs.reading, prepared(request, inputs, profile), profile)
     flips = smallest_flips(request, inputs, profile)
     return Explanation(
         tick=request.tick,
@@ -145,10 +147,20 @@ def _move_actors(
     )
     view = inputs.reading.view
     moved = msgspec.structs.replace(view, actors=tuple(move(track) for track in view.actors))
+    inputs = msgspec.structs.replace(inputs, state=_as_if_watched(view, moved, inputs.state))
     return asked, msgspec.structs.replace(inputs, reading=_with_view(inputs.reading, moved))
 
 
-def _with_view(reading: Reading, view: object) -> Reading:
+def _as_if_watched(before: View, after: View, state: ArbiterState) -> ArbiterState:
+    """What was watched moves along with where the actor is: the question is about another place, not about a jump."""
+    by = {old.track_id: new.x_m - old.x_m for old, new in zip(before.actors, after.actors, strict=True)}
+    sightings = tuple(
+        msgspec.structs.replace(each, gap_m=each.gap_m + by.get(each.track_id, 0.0)) for each in state.sightings
+    )
+    return msgspec.structs.replace(state, sightings=sightings)
+
+
+def _with_view(reading: Reading, view: View) -> Reading:
     return msgspec.structs.replace(reading, view=view)
 
 

@@ -9,6 +9,8 @@ from proto.perception import Track
 from services.arbiter.assess import Numbers, View, act_bounds, measure
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
+from services.arbiter.state import Sighting
+from services.arbiter.watching import shrinks
 
 SEEING = frozenset({"perception/tracks", "perception", "can/ego", "can", "snapshot"})
 """Degradations under which nothing may rest on sight or motion."""
@@ -24,11 +26,20 @@ class Case(msgspec.Struct, frozen=True, kw_only=True):
     asked: Numbers | None
     own: Numbers | None
     """The same actor in both: the pair of highest risk."""
+    watched: bool
+    """Whether the arbiter saw the gap to that actor shrink."""
     c_min: float
     profile: Profile
 
 
-def case(request: ArbitrationRequest, asked: View, reading: Reading, c_min: float, profile: Profile) -> Case:
+def case(
+    request: ArbitrationRequest,
+    asked: View,
+    reading: Reading,
+    c_min: float,
+    sightings: tuple[Sighting, ...],
+    profile: Profile,
+) -> Case:
     """Measure both views at the bounds for ACT, doubted actors left out, and pick whom both see worst.
 
     Actors are taken in pairs, one from each view: a further actor in either can only add a reason to brake, so that
@@ -43,6 +54,7 @@ def case(request: ArbitrationRequest, asked: View, reading: Reading, c_min: floa
         seen=(bool(theirs), bool(ours)),
         asked=pair[0] if pair is not None else None,
         own=pair[1] if pair is not None else None,
+        watched=pair is not None and shrinks(sightings, pair[1].track.track_id, -pair[1].track.vx_mps, profile),
         c_min=c_min,
         profile=profile,
     )
@@ -79,6 +91,7 @@ ROWS: tuple[tuple[str, Callable[[Case], bool]], ...] = (
     ("the ego's motion is unknown to the arbiter", lambda c: _view_moving(c.reading.view)),
     ("no undoubted actor in the arbiter's own reading", lambda c: c.seen[1]),
     ("no RSS violation in the arbiter's own reading at the upper bound of friction", lambda c: _violates(c.own)),
+    ("the arbiter has not seen the gap shrink itself", lambda c: c.own is None or c.watched),
     ("request and own reading disagree on the gap", lambda c: not all(c.seen) or c.own is not None),
 )
 """(what is wrong if it does not hold, whether it holds)."""

@@ -73,6 +73,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_unseen_s: float
     act_track_age_s: float
     act_reading_age_s: float
+    act_watched_s: float
+    act_shrinks: float
     act_disagree_m: float
     act_brake_max_mps2: float
     act_brake_min_mps2: float

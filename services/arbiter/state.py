@@ -37,12 +37,21 @@ class Intervention(msgspec.Struct, frozen=True, kw_only=True):
     rest_until_ns: int | None = None
 
 
+class Sighting(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Where the arbiter itself saw an actor in the path."""
+
+    track_id: int
+    gap_m: float
+    stamp_ns: int
+
+
 class ArbiterState(msgspec.Struct, frozen=True, kw_only=True):
     """All of it."""
 
     adapted: Adapted
     attention: Attention
     intervention: Intervention = Intervention()
+    sightings: tuple[Sighting, ...] = ()
 
 
 def fresh(profile: Profile) -> ArbiterState:

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
 from services.arbiter.act import Permission
-from services.arbiter.assess import View
+from services.arbiter.assess import View, gap_m
 from services.arbiter.decide import Inputs
 from services.arbiter.profiles import Profile, load
 from services.arbiter.reading import Pedals, Reading
-from services.arbiter.state import fresh
+from services.arbiter.state import ArbiterState, Sighting, fresh
 
 SECOND = 1_000_000_000
 FEW = settings(max_examples=60, deadline=None)
@@ -69,12 +69,28 @@ def mirror(asked: ArbitrationRequest, **fields: Any) -> Inputs:
     )
     reading = Reading(view=view, pedals=HANDS_OFF, tracks_age_s=0.05, ego_age_s=0.02)
     profile: Profile = fields.pop("profile", CALIBRATED)
+    now_ns = fields.setdefault("now_ns", 10 * SECOND)
+    fields.setdefault("state", watched(fresh(profile), view, now_ns, profile))
     return Inputs(
         **{
-            "reading": fields.pop("reading", reading), "state": fields.pop("state", fresh(profile)),
-            "permission": fields.pop("permission", GRANTED), "now_ns": fields.pop("now_ns", 10 * SECOND), **fields,
+            "reading": fields.pop("reading", reading), "permission": fields.pop("permission", GRANTED), **fields,
         }
     )  # fmt: skip
+
+
+def watched(state: ArbiterState, view: View, now_ns: int, profile: Profile) -> ArbiterState:
+    """As if every actor had been watched closing in for half a second at the speed it has."""
+    back = (500, 400, 300, 200, 100)
+    sightings = tuple(
+        Sighting(
+            track_id=t.track_id,
+            gap_m=gap_m(t, profile) - t.vx_mps * ms / 1e3,
+            stamp_ns=now_ns - 50_000_000 - ms * 1_000_000,
+        )
+        for ms in back
+        for t in view.actors
+    )
+    return msgspec.structs.replace(state, sightings=sightings)
 
 
 def with_view(inputs: Inputs, **fields: Any) -> Inputs:

@@ -38,6 +38,12 @@ def test_time_only_leads_back_to_the_calibrated_values(feedback: list[Feedback],
     assert abs(later.c_min - CALIBRATED.c_min) <= abs(moved.c_min - CALIBRATED.c_min) + 1e-12
 
 
+def test_many_labels_end_at_the_bounds() -> None:
+    late = learn(START, (Feedback(label="late_warning"),) * 50, CALIBRATED)
+    false = learn(START, (Feedback(label="false_positive"),) * 50, CALIBRATED)
+    assert (late.delta, false.c_min) == (CALIBRATED.delta_low, CALIBRATED.c_min_high)
+
+
 def test_half_an_hour_forgets_most() -> None:
     moved = learn(START, (Feedback(label="late_warning"),) * 5, CALIBRATED)
     later = relax(moved, 1800 * SECOND, CALIBRATED)

@@ -13,7 +13,7 @@ from services.arbiter.decide import decide, redecide
 from services.arbiter.guard import objections
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Pedals
-from services.arbiter.state import Attention
+from services.arbiter.state import Attention, fresh
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
     FEW,
@@ -108,6 +108,33 @@ def test_the_arbiter_brakes_for_nothing_it_does_not_see_itself(change: dict[str,
     inputs = with_view(mirror(CRITICAL), **change)
     assert acts(CRITICAL)
     assert not acts(CRITICAL, inputs)
+
+
+def test_the_arbiter_brakes_only_where_it_saw_the_gap_shrink() -> None:
+    """A part of the car ahead, taken for a person who stands: claimed to close in at 12 m/s, and always 15 m away."""
+    unwatched = mirror(CRITICAL, state=fresh(CALIBRATED))
+    assert not acts(CRITICAL, unwatched)
+    state, kinds = fresh(CALIBRATED), []
+    for tick in range(8):
+        verdict = decide(CRITICAL, mirror(CRITICAL, state=state, now_ns=(100 + tick) * SECOND // 10), CALIBRATED)
+        state = verdict.state
+        kinds.append(verdict.decision.kind)
+    assert "ACT" not in kinds
+    state, kinds = fresh(CALIBRATED), []
+    for tick in range(8):
+        closer = request(track(gap_m=25.0 - 1.2 * tick, closing_mps=12.0))
+        verdict = decide(closer, mirror(closer, state=state, now_ns=(100 + tick) * SECOND // 10), CALIBRATED)
+        state = verdict.state
+        kinds.append(verdict.decision.kind)
+    assert kinds[-1] == "ACT"
+    assert "ACT" not in kinds[:3]
+
+
+def test_no_violation_in_the_own_reading_forbids_act_at_any_delta() -> None:
+    eager = replace(CALIBRATED, delta=0.0)
+    slow = with_view(mirror(CRITICAL, profile=eager), ego_speed_mps=5.0)
+    assert acts(CRITICAL, mirror(CRITICAL, profile=eager), eager)
+    assert not acts(CRITICAL, slow, eager)
 
 
 def test_stale_own_tracks_forbid_act() -> None:

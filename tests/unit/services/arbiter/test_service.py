@@ -1,5 +1,6 @@
 """The arbiter on a real in-process bus."""
 
+import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -22,28 +23,35 @@ LEAD = track(gap_m=15.0, closing_mps=12.0)
 CRITICAL = request(LEAD)
 
 
-def show(node: Node, gap_m: float = 15.0) -> None:
-    """What perception, CAN and weather would publish."""
-    lead = track(gap_m=gap_m, closing_mps=12.0)
-    node.publish(topics.EGO, Ego(speed_mps=20.0, acceleration_mps2=0.0, brake_pedal=0.0, accelerator_pedal=0.2,
-                                 steering_angle_rad=0.0))  # fmt: skip
+def show(node: Node, gap_m: float, track_id: int, stamp_ns: int) -> None:
+    """What perception, CAN and weather would publish of one instant."""
+    lead = track(gap_m=gap_m, closing_mps=12.0, track_id=track_id)
+    ego = Ego(speed_mps=20.0, acceleration_mps2=0.0, brake_pedal=0.0, accelerator_pedal=0.2, steering_angle_rad=0.0)
+    node.publish(topics.EGO, ego)
     node.publish(topics.DEGRADATION, Degradation(h=0.0, brake_envelope=1.0))
     node.publish(
         topics.CONDITIONS,
         Conditions(precipitation="rain", rain_mm_h=5.0, visibility_m=900.0, mu_low=0.5, mu_high=0.6,
                    risk_level="moderate", speed_factor=0.9, following_factor=1.0, confidence=0.9),
     )  # fmt: skip
-    node.publish(topics.TRACKS, Tracks(camera="front", frame=1, tracks=(lead,), lead_track_id=lead.track_id))
+    shown = Tracks(camera="front", frame=1, tracks=(lead,), lead_track_id=track_id)
+    node.publish(topics.TRACKS, shown, stamp_ns=stamp_ns)
 
 
-def arbitrate(b: TestBus, node: Node, tick: int = 1) -> Decision:
-    """The decision, once the arbiter has read the road itself."""
-    for attempt in range(50):
-        show(node)
-        outcome = b.call("arbitrate", {"request": msgspec.structs.replace(CRITICAL, tick=tick + attempt)})
-        assert outcome.ok, outcome.error
+def arbitrate(b: TestBus, node: Node) -> Decision:
+    """The decision, once the arbiter has watched a car close in by itself: in two pictures, 0.27 s apart."""
+    for attempt in range(1, 60):
+        now_ns, track_id = time.time_ns(), 100 + attempt
+        for back_ns, gap_m in ((270_000_000, 18.24), (0, 15.0)):
+            show(node, gap_m, track_id, now_ns - back_ns)
+            asked = msgspec.structs.replace(CRITICAL, tick=attempt, lead=track(gap_m=gap_m, track_id=track_id))
+            outcome = b.call("arbitrate", {"request": asked})
+            assert outcome.ok, outcome.error
         decision = msgspec.convert(outcome.result, Decision)
-        if decision.own["reading"]["view"]["actors"] and decision.own["reading"]["view"]["ego_speed_mps"] is not None:
+        own = decision.own
+        now = [(each["track_id"], each["x_m"]) for each in own["reading"]["view"]["actors"]]
+        before = [each[1] for each in own["state"]["sightings"] if each[0] == track_id]
+        if now == [(track_id, 19.5)] and before and before[0] > 18.0:
             return decision
     raise AssertionError("the arbiter never read its own topics")
 

@@ -15,11 +15,11 @@ from proto.sensors import StopLine
 from proto.tools import Effect
 from proto.vehicle import Degradation
 from services.arbiter.act import Permission
-from services.arbiter.assess import View
+from services.arbiter.assess import View, gap_m
 from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles import load
 from services.arbiter.reading import Pedals, Reading
-from services.arbiter.state import fresh
+from services.arbiter.state import ArbiterState, Sighting, fresh
 from services.orchestrator.actors import FLOOR
 from services.orchestrator.inputs import Expert, Observations
 from services.orchestrator.tick import Ticked, tick
@@ -59,10 +59,21 @@ def arbiter(eyes: ArbitrationRequest | None = None) -> Callable[[ArbitrationRequ
         )
         pedals = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
         reading = Reading(view=view, pedals=pedals, tracks_age_s=0.05, ego_age_s=0.02)
-        inputs = Inputs(reading=reading, state=fresh(PROFILE), permission=GRANT, now_ns=request.stamp_ns)
+        inputs = Inputs(
+            reading=reading, state=watched(view, request.stamp_ns), permission=GRANT, now_ns=request.stamp_ns
+        )
         return decide(request, inputs, PROFILE).decision
 
     return judge
+
+
+def watched(view: View, now_ns: int) -> ArbiterState:
+    """As if the arbiter had watched everyone close in for half a second."""
+    sightings = tuple(
+        Sighting(track_id=t.track_id, gap_m=gap_m(t, PROFILE) - t.vx_mps * 0.5, stamp_ns=now_ns - 550_000_000)
+        for t in view.actors
+    )
+    return replace(fresh(PROFILE), sightings=sightings)
 
 
 @st.composite

@@ -1,6 +1,7 @@
 """The orchestrator on a real in-process bus, with the real arbiter, rules and weather beside it."""
 
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -135,9 +136,11 @@ def test_the_drive_is_run_again_from_its_own_traces(drive: Road) -> None:
 
 def test_a_hazard_is_decided_by_the_arbiter_and_its_act_withheld(drive: Road) -> None:
     drive.speed_mps = 20.0
-    for _ in range(20):
-        advisory = drive.step(tracks=(actor(14.0, 12.0, track_id=77),), lead=77)
-        if advisory.act_withheld:
+    began = time.monotonic()
+    for _ in range(400):
+        gap = 30.0 - 12.0 * (time.monotonic() - began)  # really closing in, at 12 m/s
+        advisory = drive.step(tracks=(actor(gap, 12.0, track_id=77),), lead=77)
+        if advisory.act_withheld or gap < 3.0:
             break
     assert advisory.act_withheld == "no grant"
     assert advisory.kind == "SPEAK"

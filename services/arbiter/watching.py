@@ -1,0 +1,35 @@
+"""Watching gaps: a track's speed is an estimate, and may be a guess; that the gap really shrinks can be seen."""
+
+from services.arbiter.assess import gap_m
+from services.arbiter.profiles import Profile
+from services.arbiter.reading import Reading
+from services.arbiter.state import Sighting
+
+KEPT_NS = 700_000_000
+MOST = 48
+
+
+def watch(sightings: tuple[Sighting, ...], reading: Reading, now_ns: int, profile: Profile) -> tuple[Sighting, ...]:
+    """The sightings of the last moments with those of this reading; one picture is one sighting, however often it is read."""
+    if reading.tracks_age_s is None:
+        return tuple(each for each in sightings if now_ns - each.stamp_ns <= KEPT_NS)
+    stamp_ns = now_ns - round(reading.tracks_age_s * 1e9)
+    known = {(each.track_id, each.stamp_ns) for each in sightings}
+    new = (
+        Sighting(track_id=track.track_id, gap_m=gap_m(track, profile), stamp_ns=stamp_ns)
+        for track in reading.view.actors
+        if (track.track_id, stamp_ns) not in known
+    )
+    return tuple(each for each in (*sightings, *new) if now_ns - each.stamp_ns <= KEPT_NS)[-MOST:]
+
+
+def shrinks(sightings: tuple[Sighting, ...], track_id: int, closing_mps: float, profile: Profile) -> bool:
+    """Whether the gap to an actor was watched for long enough, and shrank by the share of its closing speed that counts."""
+    own = [each for each in sightings if each.track_id == track_id]
+    if not own:
+        return False
+    first, last = own[0], own[-1]
+    seconds = (last.stamp_ns - first.stamp_ns) / 1e9
+    if seconds < profile.act_watched_s:
+        return False
+    return (first.gap_m - last.gap_m) / seconds >= profile.act_shrinks * closing_mps
