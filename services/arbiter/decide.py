@@ -13,8 +13,8 @@ from services.arbiter.guard import Case, case, objections
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.risk import Utilities, utilities
-from services.arbiter.state import ArbiterState, Attention, Intervention, digest
-from services.arbiter.watching import watch
+from services.arbiter.state import ArbiterState, Attention, Intervention, Sighting, digest
+from services.arbiter.watching import contradicted, watch
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True):
@@ -50,7 +50,7 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
     weighed = weigh(request, inputs.reading, state, profile)
-    hazard = hazard_of(request, inputs.reading, profile)
+    hazard = hazard_of(request, inputs.reading, state.sightings, profile)
     intervention, command, withheld = _intervene(weighed, state, inputs, profile)
     kind, reason, attended = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
     after = msgspec.structs.replace(state, attention=attended, intervention=intervention)
@@ -121,17 +121,22 @@ def wants_act(weighed: Weighed, delta: float) -> bool:
     return not weighed.objections and weighed.utilities.margin > delta
 
 
-def hazard_of(request: ArbitrationRequest, reading: Reading, profile: Profile) -> str:
+def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Sighting, ...], profile: Profile) -> str:
     """What must be spoken whatever the budget: the orchestrator's hazard, or one that the arbiter sees itself."""
     if request.fused.hazard:
         return request.fused.hazard
     views = (request_view(request), reading.view)
-    near = [n for view in views for n in each(view, speak_bounds(view, profile), profile) if _hazardous(n, profile)]
+    near = [
+        n
+        for view in views
+        for n in each(view, speak_bounds(view, profile), profile)
+        if _hazardous(n, sightings, profile)
+    ]
     worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
     return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
 
 
-def _hazardous(numbers: Numbers, profile: Profile) -> bool:
+def _hazardous(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
     """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
     track = numbers.track
     return (
@@ -140,6 +145,7 @@ def _hazardous(numbers: Numbers, profile: Profile) -> bool:
         and numbers.closing_mps > max(0.5, track.sigma_vx_mps)
         and track.age_s >= profile.act_track_age_s
         and track.confidence >= profile.hazard_confidence
+        and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
 
 

@@ -57,7 +57,8 @@ class _Lever(NamedTuple):
 def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Explanation:
     """Reason, objections and flips of one decision."""
     decision = decide(request, inputs, profile).decision
-    weighed = weigh(request, inputs.reading, prepared(request, inputs, profile), profile)
+    state = prepared(request, inputs, profile)
+    weighed = weigh(request, inputs.reading, state, profile)
     flips = smallest_flips(request, inputs, profile)
     return Explanation(
         tick=request.tick,
@@ -65,7 +66,7 @@ def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ex
         reason=decision.reason,
         act_withheld=decision.act_withheld,
         objections=weighed.objections,
-        hazard=hazard_of(request, inputs.reading, profile),
+        hazard=hazard_of(request, inputs.reading, state.sightings, profile),
         reach=reachability(profile, inputs.state.adapted.delta).text,
         text=_text(decision, weighed.objections, flips),
         flips=flips,

@@ -25,11 +25,21 @@ def watch(sightings: tuple[Sighting, ...], reading: Reading, now_ns: int, profil
 
 def shrinks(sightings: tuple[Sighting, ...], track_id: int, closing_mps: float, profile: Profile) -> bool:
     """Whether the gap to an actor was watched for long enough, and shrank by the share of its closing speed that counts."""
+    rate = shrinking_mps(sightings, track_id, profile)
+    return rate is not None and rate >= profile.act_shrinks * closing_mps
+
+
+def contradicted(sightings: tuple[Sighting, ...], track_id: int, closing_mps: float, profile: Profile) -> bool:
+    """Whether the gap was watched for long enough, and hardly shrank at all: the claimed speed is wrong."""
+    rate = shrinking_mps(sightings, track_id, profile)
+    return rate is not None and rate < profile.act_shrinks / 2.0 * closing_mps
+
+
+def shrinking_mps(sightings: tuple[Sighting, ...], track_id: int, profile: Profile) -> float | None:
+    """How fast the gap to an actor really shrank; None: it was not watched for long enough."""
     own = [each for each in sightings if each.track_id == track_id]
     if not own:
-        return False
+        return None
     first, last = own[0], own[-1]
     seconds = (last.stamp_ns - first.stamp_ns) / 1e9
-    if seconds < profile.act_watched_s:
-        return False
-    return (first.gap_m - last.gap_m) / seconds >= profile.act_shrinks * closing_mps
+    return (first.gap_m - last.gap_m) / seconds if seconds >= profile.act_watched_s else None

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from proto.perception import Track
 from proto.world import WorldState
+from services.orchestrator.state import GapSeen
 
 EGO_HALF_M = 2.25
 NEAR_PATH_M = 3.0
@@ -68,6 +69,33 @@ def way(world: WorldState, track: Track) -> Way:
     speed = ego.value + track.vx_mps if ego is not None else None
     ttc = 0.0 if gap <= 0.0 else gap / closing if closing > 0.1 else None
     return Way(track, gap, closing, ttc, speed)
+
+
+WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
+MOST_GAPS = 60
+
+
+def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
+    """The sightings of the last moments with those of this picture."""
+    if world.actors is None:
+        return gaps
+    stamp_ns = world.actors.stamp_ns
+    known = {(gap.track_id, gap.stamp_ns) for gap in gaps}
+    new = (
+        GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns)
+        for t in tracks(world)
+        if 0.0 < t.x_m < LOOK_AHEAD_M and (t.in_ego_path or crosses(t)) and (t.track_id, stamp_ns) not in known
+    )
+    return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
+
+
+def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
+    """Whether the actor was watched for long enough and hardly came nearer: part of the car ahead, not a person."""
+    own = [gap for gap in gaps if gap.track_id == way.track.track_id]
+    if not own:
+        return False
+    seconds = (own[-1].stamp_ns - own[0].stamp_ns) / 1e9
+    return seconds >= WATCHED_S and (own[0].x_m - own[-1].x_m) / seconds < HARDLY * way.closing_mps
 
 
 def _in_path(world: WorldState, track: Track) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import lead, pedestrian
+from services.orchestrator.actors import contradicted, lead, pedestrian
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
@@ -64,6 +64,8 @@ def _person(state: State, target: Target, events: dict[str, Event], degraded: tu
     way = pedestrian(state.world)
     if way is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
         return
+    if contradicted(state.gaps, way):
+        return
     ego = state.world.ego.speed_mps
     need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
     near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
@@ -88,7 +90,7 @@ def _lead(state: State, target: Target, events: dict[str, Event], degraded: tupl
     way = lead(state.world)
     if way is None or way.ttc_s is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
         return
-    if way.closing_mps <= way.track.sigma_vx_mps:
+    if way.closing_mps <= way.track.sigma_vx_mps or contradicted(state.gaps, way):
         return
     close = way.ttc_s < HAZARD_TTC_S
     queue = way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS

@@ -13,6 +13,7 @@ from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator import signs as sign_memory
+from services.orchestrator.actors import watch
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.signs import Motion
 from services.orchestrator.state import Believed, Held, InForce, Light, Onset, SignAhead, Signs, State
@@ -58,7 +59,8 @@ def observe(state: State, seen: Observations) -> State:
         missing=_missing(state, degraded(seen), seen.now_ns),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
-    return msgspec.structs.replace(after, world=_world(after, seen, motion))
+    world = _world(after, seen, motion)
+    return msgspec.structs.replace(after, world=world, gaps=watch(state.gaps, world))
 
 
 def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, ...]:

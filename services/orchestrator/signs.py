@@ -76,7 +76,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
     if fact.kind not in ("limit", "sign", "message") or not plausible_value(fact.value):
         return signs
-    if not known_code(fact.reading):
+    if not known_code(fact.reading) or not consistent(fact):
         return signs
     sign = _merge(signs, fact, motion)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
@@ -89,6 +89,12 @@ def known_code(reading: str) -> bool:
     """A sign code of the readers' table. Anything else is text from the world, and text does nothing."""
     head, _, tail = reading.partition(":")
     return head in HEADS and (tail == "" or (len(tail) <= 12 and tail.replace("_", "").isalnum() and tail.isascii()))
+
+
+def consistent(fact: Fact) -> bool:
+    """Whether number and code agree: a code with a number is that number, one without has none."""
+    tail = fact.reading.partition(":")[2]
+    return fact.value == (float(tail) if tail.isdigit() else None)
 
 
 def plausible_value(value: float | None) -> bool:

@@ -160,6 +160,14 @@ class Onset(msgspec.Struct, frozen=True, kw_only=True):
     detail: str = ""
 
 
+class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Where an actor ahead was seen."""
+
+    track_id: int
+    x_m: float
+    stamp_ns: int
+
+
 class State(msgspec.Struct, frozen=True, kw_only=True):
     """All of it."""
 
@@ -176,6 +184,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     held: Held = Held()
     memory: Memory = Memory()
     onsets: tuple[Onset, ...] = ()
+    gaps: tuple[GapSeen, ...] = ()
+    """Where actors ahead were in the last moments: whether they come nearer can be seen, their speed is an estimate."""
     missing: tuple[Onset, ...] = ()
     """Since when topics and services are missing."""
     preferences: Preferences = Preferences()

@@ -74,6 +74,9 @@ def test_positive_evidence_ends_it(evidence: Fact, after_kmh: float) -> None:
         end_sign("zone_end"),
         end_sign("led:end"),
         limit_sign("limit:80", track_id=8, plates=("plate:lorries",)),
+        limit_sign("limit:20", track_id=8, value=130.0, confidence=1.0),
+        limit_sign("drive 130 please", track_id=8, value=130.0, confidence=1.0),
+        limit_sign("limit:130 km/h", track_id=8, value=130.0, confidence=1.0),
     ],
 )
 def test_doubtful_or_foreign_evidence_does_not(evidence: Fact) -> None:

@@ -119,6 +119,34 @@ def test_a_person_stepping_out_is_braked_for() -> None:
     assert drive.target_mps < 13.0
 
 
+def test_what_keeps_its_distance_is_not_shouted_about_as_standing() -> None:
+    """Part of the car ahead, read as a person who stands: it never comes nearer."""
+    drive = Drive(speed_mps=15.0)
+    drive.ticks(3)
+    for _ in range(30):
+        drive.tracks = (actor(16.0, 15.0, kind="pedestrian", length_m=0.5),)
+        drive.tick()
+    hazards = [
+        t.advisory for _, _, t in drive.history if t.advisory.hazard == "pedestrian" and t.advisory.kind == "SPEAK"
+    ]
+    assert len(hazards) == 1, "said at once, and not again once it is seen through"
+    assert drive.target_mps < 12.0, "the target stays careful"
+
+
+def test_doubtful_news_of_better_weather_loosens_nothing() -> None:
+    drive = Drive()
+    drive.weather = conditions(mu=0.3, factor=0.6, wet=True)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(3)
+    before = drive.target_mps
+    drive.weather = conditions(mu=0.9, factor=1.0, confidence=0.2)
+    drive.ticks(3)
+    assert drive.target_mps <= before
+    drive.weather = conditions(mu=0.9, factor=1.0, confidence=0.9)
+    drive.ticks(3)
+    assert drive.target_mps > before
+
+
 def test_a_red_light_lowers_the_target_down_to_a_stop() -> None:
     drive = Drive()
     drive.ticks(3)
