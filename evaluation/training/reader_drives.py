@@ -183,6 +183,12 @@ def _share(flags: list[bool]) -> float | None:
     return round(float(np.mean(flags)), 4) if flags else None
 
 
+def _keep(card_file: Path, name: str, measured: dict[str, Any]) -> None:
+    card = json.loads(card_file.read_text(encoding="utf-8"))
+    card.setdefault("drives", {})[name] = measured
+    card_file.write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+
+
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -191,13 +197,25 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--camera", choices=sorted(RATES_HZ), default="tele")
     parser.add_argument("--all-signs", action="store_true")
+    parser.add_argument("--write", action="store_true", help="keep the table in the model's card too")
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    reader = Reader.load(options.model or data("models/reader.onnx"))
+    path = options.model or data("models/reader.onnx")
+    reader = Reader.load(path)
     signs, picture_ms = drive(
         reader, options.posts, options.seed, not options.all_signs, {FRONT.id: FRONT, TELE.id: TELE}[options.camera]
     )
-    json.dump({**table(signs), "reading_ms_per_picture": round(picture_ms, 2)}, sys.stdout, indent=1)
+    measured = {
+        **table(signs),
+        "posts": options.posts,
+        "seed": options.seed,
+        "reading_ms_per_picture": round(picture_ms, 2),
+    }
+    json.dump(measured, sys.stdout, indent=1)
+    if options.write:
+        _keep(
+            path.with_suffix(".json"), f"{options.camera}, {'all signs' if options.all_signs else 'limits'}", measured
+        )
     return 0
 
 

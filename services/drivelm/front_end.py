@@ -8,7 +8,7 @@ import msgspec
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
-from services.drivelm import geometry, plates
+from services.drivelm import geometry, plates, zones
 from services.drivelm.backend import Answer, Backend
 from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
@@ -32,6 +32,7 @@ GHOST_IDS = 1_000_000_000
 _LIGHT_GONE_NS = 1_000_000_000
 KINDS = ("light", "panel", "sign")
 Key = tuple[str, int]
+Readings = tuple[tuple[str, float], ...]
 ROAD_TYPES = {"motorway": "motorway", "motorway_end": "rural", "town_entry": "urban", "town_exit": "rural"}
 """Which kind of road begins behind a sign."""
 
@@ -55,6 +56,8 @@ class _Look:
     question: str
     image: Picture
     region: Region
+    closer: Picture | None = None
+    """The ring of a zone sign, for a second look."""
 
 
 class FrontEnd:
@@ -77,8 +80,8 @@ class FrontEnd:
         looks = self._looks(sighting, chosen, picture) if picture is not None else []
         for question in dict.fromkeys(look.question for look in looks):
             part = [look for look in looks if look.question == question]
-            for look, answer in zip(part, self.backend.answer([look.image for look in part], question), strict=True):
-                self._take(look, ranked(answer, self.here.jurisdiction), sighting.stamp_ns)
+            for look, readings in zip(part, self._answers(part, question), strict=True):
+                self._take(look, readings, sighting.stamp_ns)
         seen = [
             key
             for key, track in self.tracks.items()
@@ -88,6 +91,16 @@ class FrontEnd:
             self._locate(key, sighting)
             self._ask_name(key, picture)
         return tuple(fact for key in seen if (fact := self._said(key, sighting.stamp_ns)) is not None)
+
+    def _answers(self, looks: Sequence[_Look], question: str) -> list[Readings]:
+        """The readings of all looks that ask one question; a zone's number comes from a closer look at its ring."""
+        images = [look.image for look in looks] + [look.closer for look in looks if look.closer is not None]
+        readings = [ranked(answer, self.here.jurisdiction) for answer in self.backend.answer(images, question)]
+        closer = iter(readings[len(looks) :])
+        return [
+            zones.sharpened(whole, next(closer) if look.closer is not None else ())
+            for look, whole in zip(looks, readings, strict=False)
+        ]
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
         """Let time pass: tracks out of sight move towards the ego, are passed, or are forgotten."""
@@ -137,7 +150,7 @@ class FrontEnd:
             self._open(key, box.kind, region, sighting.stamp_ns)
             own, hung = plates.split(region) if box.kind == "sign" else (region, None)
             if (image := crop(picture, own)) is not None:
-                looks.append(_Look(key, QUESTIONS[box.kind], image, own))
+                looks.append(_Look(key, QUESTIONS[box.kind], image, own, self._closer(key, picture, own)))
             if hung is None or own.height_px < PLATE_FROM_PX or len(looks) >= self.max_reads:
                 continue
             others = [other for other in signs if other != region]
@@ -147,13 +160,17 @@ class FrontEnd:
                 looks.append(_Look(key, QUESTIONS["plate"], image, plate))
         return looks
 
+    def _closer(self, key: Key, picture: Picture, region: Region) -> Picture | None:
+        is_zone = self.tracks[key].belief().reading.startswith(zones.HEAD)
+        return crop(picture, zones.ring(region)) if is_zone else None
+
     def _open(self, key: Key, kind: str, region: Region, stamp_ns: int) -> None:
         if key not in self.tracks:
             self.tracks[key] = SignTrack(
                 camera=key[0], track_id=key[1], kind=kind, first_ns=stamp_ns, seen_ns=stamp_ns, region=region
             )
 
-    def _take(self, look: _Look, readings: tuple[tuple[str, float], ...], stamp_ns: int) -> None:
+    def _take(self, look: _Look, readings: Readings, stamp_ns: int) -> None:
         track = self.tracks[look.key]
         if look.question == QUESTIONS["plate"]:
             self.tracks[look.key] = track.read_plate(readings, look.region.width_px)
@@ -164,7 +181,7 @@ class FrontEnd:
         else:
             self.tracks[look.key] = _in_sight(track, look.region, stamp_ns)
 
-    def _take_contrary(self, look: _Look, readings: tuple[tuple[str, float], ...], stamp_ns: int) -> None:
+    def _take_contrary(self, look: _Look, readings: Readings, stamp_ns: int) -> None:
         """The track may have jumped to another thing: wait for a second such frame, then part the two.
 
         What was believed goes on under a number of its own, out of sight, until it is passed.
@@ -246,7 +263,7 @@ class FrontEnd:
         return fact
 
 
-def ranked(answer: Answer, jurisdiction: str | None) -> tuple[tuple[str, float], ...]:
+def ranked(answer: Answer, jurisdiction: str | None) -> Readings:
     """An answer as readings with probabilities; what the parser refuses is no reading at all.
 
     A sentence in a unit that the country does not use is refused too. A condition said in the sentence itself is not
