@@ -37,11 +37,11 @@ $(VENV)/.full: $(VENV)/.made pyproject.toml
 	@touch $(VENV)/.demo $@
 
 demo: $(VENV)/.demo
-	@scripts/system-packages
+	@scripts/system-packages $(BIN)/python
 	@$(BIN)/drivemcp up --scenario urb-rain --seconds 60 $(ARGS)
 
 install: $(VENV)/.full
-	@scripts/system-packages
+	@scripts/system-packages $(BIN)/python
 
 check: $(VENV)/.full
 	$(BIN)/ruff format --check $(SOURCES)
@@ -54,15 +54,15 @@ format: $(VENV)/.full
 	$(BIN)/ruff check --fix $(SOURCES)
 
 test: $(VENV)/.full
-	@scripts/system-packages
+	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m 'not stack' $(ARGS)
 
 stack: $(VENV)/.full
-	@scripts/system-packages
+	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m stack $(ARGS)
 
 bench: $(VENV)/.full
-	@scripts/system-packages
+	@scripts/system-packages $(BIN)/python
 	$(BIN)/python -m benchmarks $(ARGS)
 
 clean:

@@ -25,7 +25,7 @@ _DATA = (
     "rulepacks/DEU-v1",
     "scenarios/urb-rain.toml",
 )
-_OPENGL = "apt-get install -y libegl1 libgl1-mesa-dri"
+_OPENGL = "apt-get install -y libegl1 libgl1 libgl1-mesa-dri"
 
 
 class Finding(NamedTuple):

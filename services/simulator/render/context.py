@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-PACKAGES = "libegl1 libgl1-mesa-dri"
+PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 
 
 class RendererUnavailable(RuntimeError):
