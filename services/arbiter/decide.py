@@ -142,7 +142,8 @@ def _hazardous(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profi
     return (
         numbers.ttc_s is not None
         and numbers.ttc_s < profile.tau_hazard_s
-        and numbers.closing_mps > max(0.5, track.sigma_vx_mps)
+        and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
+        and track.sigma_vx_mps <= profile.speed_known_mps
         and track.age_s >= profile.act_track_age_s
         and track.confidence >= profile.hazard_confidence
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
@@ -211,12 +212,15 @@ def _say(
     alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
         return "ACT", _act_reason(weighed, state), attention.told(attended, hazard, now_ns, alarm=alarm)
-    if withheld:
-        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=alarm)
+    # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
+    alarm = alarm or bool(withheld)
+    fresh = attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm)
+    if withheld and (fresh or not hazard):
+        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=True)
     saying = _Saying(
         request=request,
         hazard=hazard,
-        fresh_hazard=attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm),
+        fresh_hazard=fresh,
         c_min=state.adapted.c_min,
         messages=attended.messages,
     )

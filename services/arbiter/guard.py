@@ -66,6 +66,7 @@ def undoubted(track: Track, profile: Profile) -> bool:
         track.confidence >= profile.act_confidence
         and track.unseen_s <= profile.act_unseen_s
         and track.age_s >= profile.act_track_age_s
+        and track.sigma_vx_mps <= profile.speed_known_mps
         and not track.oncoming
     )
 

@@ -69,6 +69,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     budget_refill_s: float
     actor_floor: float
     hazard_confidence: float
+    speed_known_mps: float
+    speed_sigmas: float
     act_confidence: float
     act_unseen_s: float
     act_track_age_s: float

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import contradicted, lead, pedestrian
+from services.orchestrator.actors import Way, contradicted, lead, pedestrian
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
@@ -18,8 +18,8 @@ FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 YOUNG_S = 0.3
 FAINT = 0.3
-"""A track younger, or fainter, or whose closing is less than its own uncertainty may lower the target, and is not
-shouted about."""
+SPEED_KNOWN_MPS, SPEED_SIGMAS = 3.0, 3.0
+"""A track younger, or fainter, or whose speed is a guess may lower the target, and is not shouted about."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
@@ -57,14 +57,23 @@ def matters(state: State, target: Target, events: tuple[Event, ...], degraded: t
     return tuple(matter for make in MAKERS for matter in make(state, target, by_kind, degraded))
 
 
+def clear(state: State, way: Way) -> bool:
+    """Whether an actor is seen well enough to be spoken of."""
+    track = way.track
+    return (
+        track.age_s >= YOUNG_S
+        and track.confidence >= FAINT
+        and track.sigma_vx_mps <= SPEED_KNOWN_MPS
+        and not contradicted(state.gaps, way)
+    )
+
+
 # -- hazards -----------------------------------------------------------------------------------------------------------
 
 
 def _person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     way = pedestrian(state.world)
-    if way is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
-        return
-    if contradicted(state.gaps, way):
+    if way is None or not clear(state, way):
         return
     ego = state.world.ego.speed_mps
     need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
@@ -88,9 +97,9 @@ def _person(state: State, target: Target, events: dict[str, Event], degraded: tu
 
 def _lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     way = lead(state.world)
-    if way is None or way.ttc_s is None or way.track.age_s < YOUNG_S or way.track.confidence < FAINT:
+    if way is None or way.ttc_s is None or not clear(state, way):
         return
-    if way.closing_mps <= way.track.sigma_vx_mps or contradicted(state.gaps, way):
+    if way.closing_mps <= SPEED_SIGMAS * way.track.sigma_vx_mps:
         return
     close = way.ttc_s < HAZARD_TTC_S
     queue = way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS

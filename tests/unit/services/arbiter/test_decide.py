@@ -82,6 +82,7 @@ def test_the_drivers_pedals_win(pedals: Pedals) -> None:
         ({"lead": track(gap_m=15.0, confidence=0.5)}, "no undoubted actor"),
         ({"lead": track(gap_m=15.0, unseen_s=0.5)}, "no undoubted actor"),
         ({"lead": track(gap_m=15.0, age_s=0.1)}, "no undoubted actor"),
+        ({"lead": track(gap_m=15.0, sigma_vx_mps=3.5)}, "no undoubted actor"),
     ],
 )
 def test_less_than_all_evidence_in_the_request_forbids_act(change: dict[str, object], objection: str) -> None:

@@ -388,6 +388,20 @@ def test_a_third_party_can_only_lower_and_widen(drive: Drive, result: dict[str, 
     assert acts(before) or not acts(after)
 
 
+@pytest.mark.parametrize(
+    "answer", [{"factor": 2.0}, {"factor": 1e9}, {"target": 99.0}, {"headway": 0.1}, {"headway": -5.0}, {"factor": "2"}]
+)
+def test_a_third_partys_permission_is_none(answer: dict[str, object]) -> None:
+    plain, told = Drive(), Drive(Played({**EXPERTS, "roadworks": lambda a: answer}), experts=(EXPERT,))
+    for drive in (plain, told):
+        drive.weather = conditions(mu=0.5, factor=0.8, following_factor=1.3)
+        drive.tick(limit_sign("limit:30"))
+        drive.ticks(3)
+    assert told.target_mps == pytest.approx(plain.target_mps)
+    assert told.history[-1][2].fused.headway_factor == plain.history[-1][2].fused.headway_factor
+    assert "roadworks" in {call.tool for call in told.ask.calls}
+
+
 def test_a_third_partys_word_joins_routing_fusion_and_message() -> None:
     answer = {"target": 8.0, "headway": 1.5, "text": "Lane narrows", "confidence": 0.8}
     drive = Drive(Played({**EXPERTS, "roadworks": lambda a: answer}), experts=(EXPERT,))

@@ -133,6 +133,14 @@ def test_what_keeps_its_distance_is_not_shouted_about_as_standing() -> None:
     assert drive.target_mps < 12.0, "the target stays careful"
 
 
+@pytest.mark.parametrize("fields", [{"age_s": 0.1}, {"confidence": 0.2}, {"sigma_vx_mps": 8.0}, {"confidence": 0.1}])
+def test_a_ghost_is_not_shouted_about(fields: dict[str, float]) -> None:
+    drive = Drive(speed_mps=15.0)
+    drive.ticks(3)
+    drive.tracks, drive.lead = (actor(20.0, 12.0, **fields),), 5
+    assert drive.tick().advisory.hazard == ""
+
+
 def test_doubtful_news_of_better_weather_loosens_nothing() -> None:
     drive = Drive()
     drive.weather = conditions(mu=0.3, factor=0.6, wet=True)
