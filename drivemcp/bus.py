@@ -20,13 +20,17 @@ OnLife = Callable[[str, bool], None]
 class Query:
     """A query that waits for its reply. Always `answer`, `refuse` or `drop` it, or the caller waits out its timeout."""
 
-    __slots__ = ("_query", "attachment", "key", "payload")
+    __slots__ = ("_query", "attachment", "payload")
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
-        self.key = str(query.key_expr)
         self.payload = query.payload.to_bytes() if query.payload is not None else b""
         self.attachment = query.attachment.to_bytes() if query.attachment is not None else b""
+
+    @property
+    def key(self) -> str:
+        """The key that was asked."""
+        return str(self._query.key_expr)
 
     def answer(self, key: str, payload: bytes) -> None:
         """Reply with data."""

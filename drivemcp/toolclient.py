@@ -215,14 +215,15 @@ class ToolClient:
         return self.catalogue() if self._watching and self._tools else self.discover()
 
     def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
-        if reply is not None and pending.reply is None:
-            pending.reply = reply
-            now_ns = time.time_ns()
-            if now_ns > pending.deadline_ns and reply.payload is not None:
-                late = self._outcome(pending, (now_ns - pending.sent_ns) / 1e6)
-                age_ms = (now_ns - pending.sent_ns) / 1e6
-                self._late.append(msgspec.structs.replace(late, late=True, age_ms=age_ms))
-                return
+        if pending.done:
+            return  # a tool has one server: its first reply is the answer, and the end of replies tells nothing new
+        now_ns = time.time_ns()
+        if reply is not None and reply.payload is not None and now_ns > pending.deadline_ns:
+            age_ms = (now_ns - pending.sent_ns) / 1e6
+            outcome = self._outcome(pending, reply, age_ms)
+            self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=age_ms))
+            return
+        pending.reply = reply
         pending.done = True
         pending.ended.put(None)
 
@@ -235,7 +236,7 @@ class ToolClient:
         limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
         if self._modelled_ms is not None and pending.done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
-        outcome = self._outcome(pending, elapsed_ms)
+        outcome = self._outcome(pending, pending.reply, elapsed_ms)
         if self._modelled_ms is not None and outcome.ok and elapsed_ms > limit_ms:
             self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=elapsed_ms))
             outcome = msgspec.structs.replace(
@@ -244,7 +245,7 @@ class ToolClient:
         self._record(pending.sent_ns, outcome)
         return outcome
 
-    def _outcome(self, pending: _Pending, elapsed_ms: float) -> Outcome:
+    def _outcome(self, pending: _Pending, reply: Reply | None, elapsed_ms: float) -> Outcome:
         base = Outcome(
             tool=pending.tool,
             status="timeout",
@@ -253,7 +254,6 @@ class ToolClient:
             arguments=msgspec.to_builtins(pending.arguments),
             arguments_sha256=hashlib.sha256(pending.payload).hexdigest(),
         )
-        reply = pending.reply
         if reply is None:
             if not pending.done:
                 return msgspec.structs.replace(base, error="no answer before the deadline")
