@@ -26,13 +26,15 @@ from numpy.typing import NDArray
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
 from services.simulator.render.stage import Split, random_stage
-from services.simulator.scene import FRONT, TELE, CameraSpec, Scene, StaticWorld
+from services.simulator.scene import FRONT, TELE, CameraSpec, Scene, SignPost, StaticWorld
+from services.simulator.signart import CODES
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 MIN_HEIGHT_PX = 12.0
 MIN_VISIBLE = 0.5
 """Objects lower or less visible than this are ignored: neither to be found nor counted as a mistake (issue's target)."""
 STAGES_PER_SHARD = 20
+BOARDS = ("town_", "border:", "info:", "zone", "motorway", "calm", "one_way", "expressway")
 CAMERAS = (FRONT, TELE)
 
 
@@ -52,10 +54,18 @@ class Frames:
         return len(self.objects)
 
 
-def render_stage(renderer: Renderer | None, seed: int, split: Split, views: int) -> tuple[Renderer, list[Shot]]:
-    """Some views of one stage by both cameras; makes the renderer where there is none yet."""
+def render_stage(
+    renderer: Renderer | None, seed: int, split: Split, views: int, boards: float = 0.0
+) -> tuple[Renderer, list[Shot]]:
+    """Some views of one stage by both cameras; makes the renderer where there is none yet.
+
+    `boards`: which share of the posts carries a board (town, border, information) instead, which are rare otherwise.
+    """
     static, first = random_stage(seed, split)
     rng = np.random.default_rng((77, seed, split == "test"))
+    if boards > 0:
+        static = replace(static, signs=tuple(_with_board(post, boards, rng) for post in static.signs))
+        first = replace(first, static=static)
     if renderer is None:
         renderer = Renderer(static)
     shots = []
@@ -64,6 +74,14 @@ def render_stage(renderer: Renderer | None, seed: int, split: Split, views: int)
         for camera in CAMERAS:
             shots.append(_shot(renderer, scene, _jittered(camera, rng), rng, seed))
     return renderer, shots
+
+
+def _with_board(post: SignPost, share: float, rng: np.random.Generator) -> SignPost:
+    face = post.faces[0]
+    codes = [code for code in CODES[face.country] if code.startswith(BOARDS)]
+    if rng.uniform() >= share or not codes:
+        return post
+    return replace(post, faces=(replace(face, code=str(rng.choice(codes))), *post.faces[1:]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,6 +222,7 @@ def main() -> None:
     parser.add_argument("--stages", type=int, default=400)
     parser.add_argument("--first", type=int, default=0, help="first seed; give processes that share a folder their own")
     parser.add_argument("--views", type=int, default=3, help="places along each stage's road; each gives two pictures")
+    parser.add_argument("--boards", type=float, default=0.0, help="share of posts that carry a board instead")
     flags = parser.parse_args()
     flags.out.mkdir(parents=True, exist_ok=True)
     renderer: Renderer | None = None
@@ -211,7 +230,7 @@ def main() -> None:
     for first in range(flags.first, flags.first + flags.stages, STAGES_PER_SHARD):
         shots: list[Shot] = []
         for seed in range(first, min(first + STAGES_PER_SHARD, flags.first + flags.stages)):
-            renderer, new = render_stage(renderer, seed, flags.split, flags.views)
+            renderer, new = render_stage(renderer, seed, flags.split, flags.views, flags.boards)
             shots += new
         write_shard(flags.out / f"{flags.split}-{first:06d}.npz", shots)
         done += len(shots)

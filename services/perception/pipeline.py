@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
@@ -13,18 +15,19 @@ from proto.vehicle import Ego
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.detector import Detector
-from services.perception.image_tracks import ImageTracker
+from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import distance_m, sighting_of
-from services.perception.projection import ProjectedSweep, Range, find_range
+from services.perception.projection import ProjectedSweep, Range, find_range, seen_through
 from services.perception.tracker import EgoState, Sighting, Tracker
 
 FRONT = "front"
 PRIMARY_WAIT_NS = 1_000_000_000
 """The front camera's pictures carry the tracks; without one for so long, those of the camera that still comes."""
+SEEN_THROUGH_SHARE = 0.4
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
 
 
@@ -102,7 +105,7 @@ class Perception:
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
         straight = [camera.straight(detection) for detection in found]
         ranges = [find_range(detection, camera, sweep) for detection in straight]
-        owners = self._owners(camera_id, stamp_ns, straight, ranges, camera)
+        owners = self._owners(camera_id, stamp_ns, _doubted(straight, ranges, sweep), ranges, camera)
         boxes = Boxes(
             camera=camera_id,
             frame=frame.frame,
@@ -163,7 +166,9 @@ class Perception:
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
         tracker = self._stills.setdefault(camera_id, ImageTracker(self._tracker.ids))
-        for index, owner in zip(still, tracker.step(stamp_ns, [detections[i] for i in still]), strict=True):
+        speed_mps = self._ego_state(stamp_ns).speed_mps
+        approaches = [_approach(ranges[i], speed_mps, camera) for i in still]
+        for index, owner in zip(still, tracker.step(stamp_ns, [detections[i] for i in still], approaches), strict=True):
             owners[index] = owner
         return owners
 
@@ -180,6 +185,30 @@ class Perception:
             lidar_used=lidar_used,
         )
         return tracks, model.message()
+
+
+def _doubted(
+    detections: Sequence[Detection], ranges: Sequence[Range | None], sweep: ProjectedSweep | None
+) -> list[Detection]:
+    """Detections with less score where the LiDAR sees through them: they confirm a track later, if at all."""
+    if sweep is None:
+        return list(detections)
+    return [
+        replace(detection, score=SEEN_THROUGH_SHARE * detection.score)
+        if found is not None and detection.kind not in STILL and seen_through(detection, sweep, found)
+        else detection
+        for detection, found in zip(detections, ranges, strict=True)
+    ]
+
+
+def _approach(found: Range | None, speed_mps: float | None, camera: Camera) -> Approach | None:
+    """Where standing things drift to as the ego drives straight on: away from where it is heading."""
+    if found is None or speed_mps is None:
+        return None
+    heading, _ = camera.project(camera.eye[None] + np.array([[100.0, 0.0, 0.0]]))
+    return Approach(
+        growth_per_s=max(0.0, speed_mps) / max(found.depth_m, 3.0), u_px=float(heading[0, 0]), v_px=float(heading[0, 1])
+    )
 
 
 def _finite(value: float | None) -> float | None:

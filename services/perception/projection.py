@@ -30,6 +30,8 @@ LONELY_SIGMA_M = {1: 1.0, 2: 0.3}
 BOTTOM_SIGMA_PX = 1.5
 BOTTOM_SIGMA_SHARE = 0.04
 """How well a box's lower edge sits on the tyres: pixels, plus a share of the box's height."""
+LIDAR_SURE_M, BEHIND_M = 45.0, 5.0
+"""Nearer than the first a road user ought to give returns; returns further behind than the second are another thing's."""
 EDGE_PX = 2.0
 FURTHEST_M = 250.0
 STANDING = frozenset({"vehicle", "pedestrian"})
@@ -84,6 +86,15 @@ def lidar_range(detection: Detection, sweep: ProjectedSweep, seen: Range | None)
         if len(cluster) >= enough:
             return _of_cluster(cluster)
     return None
+
+
+def seen_through(detection: Detection, sweep: ProjectedSweep, found: Range) -> bool:
+    """Whether returns come from well behind where the box's object is said to be, and none from there."""
+    if found.source == "lidar" or found.depth_m > LIDAR_SURE_M:
+        return False
+    depths = sweep.depths[_inside(detection, sweep.pixels)]
+    edge = found.depth_m + max(AGREEMENT_SIGMAS * found.sigma_m, BEHIND_M)
+    return bool(len(depths) >= 2 and (depths > edge).mean() > 0.7)
 
 
 def _inside(detection: Detection, pixels: Floats) -> NDArray[np.bool_]:

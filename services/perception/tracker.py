@@ -19,9 +19,8 @@ from services.perception.sizes import PERSON, Body
 
 GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
-CONFIRM_HITS = 3
-CONFIRM_SCORE = 1.2
-"""A track is published after this many hits and this sum of scores, or one hit less with twice the score."""
+CONFIRMING = ((3, 1.2), (2, 1.4))
+"""A track is published after this many hits with this much evidence (a sum of scores that falls while it is unseen)."""
 TENTATIVE_S = 0.35
 COAST_S = 1.0
 COAST_PER_HIT_S = 0.15
@@ -64,18 +63,12 @@ class Tracked:
     born_ns: int
     seen_ns: int
     hits: int = 1
-    score_sum: float = 0.0
     evidence: float = 0.0
     """Scores gathered, less what time without a sighting takes away."""
+    confirmed: bool = False
+    """There was evidence enough to publish it."""
     ground_vx_mps: float | None = None
     ax_mps2: float = 0.0
-
-    @property
-    def confirmed(self) -> bool:
-        """Whether there is evidence enough to publish it."""
-        return (self.hits >= CONFIRM_HITS and self.score_sum >= CONFIRM_SCORE) or (
-            self.hits == CONFIRM_HITS - 1 and self.score_sum >= 2 * CONFIRM_SCORE - 1.0
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,14 +147,15 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
         length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
+    hits, evidence = track.hits + 1, min(MOST_EVIDENCE, track.evidence + sighting.score)
     return replace(
         track,
         estimate=update(track.estimate, sighting.fix),
         body=body,
         seen_ns=now_ns,
-        hits=track.hits + 1,
-        score_sum=track.score_sum + sighting.score,
-        evidence=min(MOST_EVIDENCE, track.evidence + sighting.score),
+        hits=hits,
+        evidence=evidence,
+        confirmed=track.confirmed or any(hits >= least and evidence >= needed for least, needed in CONFIRMING),
     )
 
 
@@ -183,7 +177,6 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         sighting.body,
         born_ns=now_ns,
         seen_ns=now_ns,
-        score_sum=sighting.score,
         evidence=sighting.score,
     )
 
@@ -208,7 +201,9 @@ def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
 def _alive(track: Tracked, now_ns: int) -> bool:
     unseen_s = (now_ns - track.seen_ns) / 1e9
     coast_s = min(COAST_S, COAST_PER_HIT_S * track.hits) if track.confirmed else TENTATIVE_S
-    return unseen_s <= coast_s and float(track.estimate.mean[0]) > BEHIND_M
+    if unseen_s > coast_s or track.evidence <= 0.0:
+        return False
+    return float(track.estimate.mean[0]) > BEHIND_M
 
 
 def _without_duplicates(tracks: tuple[Tracked, ...]) -> tuple[Tracked, ...]:

@@ -23,7 +23,7 @@ def street() -> Iterator[np.typing.NDArray[np.uint8]]:
         ),
         signs=(
             SignPost(
-                id=9, pose=Pose(x_m=15.0, y_m=-4.0, yaw_rad=np.pi), faces=(SignFace(country="DEU", code="limit:50"),)
+                id=9, pose=Pose(x_m=15.0, y_m=-5.0, yaw_rad=np.pi), faces=(SignFace(country="DEU", code="limit:50"),)
             ),
         ),
     )
@@ -31,7 +31,7 @@ def street() -> Iterator[np.typing.NDArray[np.uint8]]:
         id=1, kind="estate", pose=Pose(x_m=GAP_M + 2.25, y_m=0.0), length_m=4.5, width_m=1.8, height_m=1.55, look_seed=4
     )
     person = Actor(
-        id=2, kind="pedestrian", pose=Pose(x_m=13.0, y_m=-3.2, yaw_rad=1.5), length_m=0.5, width_m=0.5, height_m=1.75
+        id=2, kind="pedestrian", pose=Pose(x_m=12.0, y_m=-2.6, yaw_rad=1.5), length_m=0.5, width_m=0.5, height_m=1.75
     )
     try:
         renderer = Renderer(static)

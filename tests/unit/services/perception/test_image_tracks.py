@@ -3,7 +3,7 @@
 import itertools
 
 from services.perception.detection import Detection
-from services.perception.image_tracks import ImageTracker
+from services.perception.image_tracks import Approach, ImageTracker
 
 STEP_NS = 200_000_000
 
@@ -32,6 +32,21 @@ def test_two_signs_on_one_post_keep_apart() -> None:
         distance = 70.0 - 14.0 * k * 0.2
         seen.add(tuple(tracker.step(k * STEP_NS, [sign_at(distance, 4.0, 1.1), sign_at(distance, 4.0, 0.45, 0.4)])))
     assert seen == {(1, 2)}
+
+
+def test_a_lower_face_never_takes_the_track_of_an_upper_one_that_fails() -> None:
+    """The two faces appear in turns; the ego's speed tells how each will move."""
+    tracker = ImageTracker(itertools.count(1))
+    upper_ids, lower_ids = set(), set()
+    for k in range(1, 14):
+        distance = 70.0 - 14.0 * k * 0.2
+        told = [Approach(growth_per_s=14.0 / distance, u_px=320, v_px=180)]
+        if k % 2:
+            upper_ids.update(tracker.step(k * STEP_NS, [sign_at(distance, 4.0, 1.2)], told))
+        else:
+            lower_ids.update(tracker.step(k * STEP_NS, [sign_at(distance, 4.0, 0.55, 0.6)], told))
+    assert upper_ids.isdisjoint(lower_ids)
+    assert len(upper_ids) == len(lower_ids) == 1
 
 
 def test_a_sign_missed_in_two_pictures_keeps_its_id() -> None:

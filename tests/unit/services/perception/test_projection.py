@@ -13,6 +13,7 @@ from services.perception.projection import (
     find_range,
     ground_range,
     lidar_range,
+    seen_through,
     size_range,
 )
 
@@ -130,3 +131,13 @@ def test_a_sign_hanging_over_the_road_has_no_ground_range() -> None:
     assert found is not None
     assert found.source == "size"
     assert found.depth_m == pytest.approx(29.4, rel=0.1)
+
+
+def test_lidar_that_passes_through_a_box_to_what_lies_behind_denies_it() -> None:
+    found = find_range(CAR, CAMERA, None)
+    assert found is not None
+    through = ProjectedSweep.of(wall(70.0, 6.0, 300, 1, 0.3, 6.0), CAMERA)
+    nothing = ProjectedSweep.of(np.zeros((0, 3)), CAMERA)
+    assert seen_through(CAR, through, found)
+    assert not seen_through(CAR, nothing, found), "no returns say nothing: sky behind, rain, a dark coat"
+    assert not seen_through(CAR, ProjectedSweep.of(wall(REAR_M, 0.9, 40, 0), CAMERA), found)
