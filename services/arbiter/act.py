@@ -8,6 +8,9 @@ from services.arbiter.profiles import Profile
 from services.arbiter.reading import Pedals
 from services.arbiter.state import Intervention
 
+PAUSE_NS = 500_000_000
+"""An intervention that pauses for less is the same one: one limit of duration, one look at the pedals."""
+
 
 class Permission(msgspec.Struct, frozen=True, kw_only=True):
     """What a verified grant allows; `refused` says why there is none."""
@@ -48,21 +51,24 @@ def brake(
     """The next bounded command, or None and why the intervention ends or does not begin."""
     if running.rest_until_ns is not None and now_ns < running.rest_until_ns:
         return running, None, "resting after an intervention"
-    going = running.since_ns is not None and running.last_ns is not None and now_ns - running.last_ns < 500_000_000
-    started_ns = running.since_ns if going and running.since_ns is not None else now_ns
-    if (why := overridden(pedals, running.pedals if going else None, profile)) != "":
-        return stop(running, now_ns, profile) if going else Intervention(), None, why
+    on = going(running, now_ns)
+    started_ns = running.since_ns if on and running.since_ns is not None else now_ns
+    if (why := overridden(pedals, running.pedals if on else None, profile)) != "":
+        return stop(running, now_ns, profile) if on else Intervention(), None, why
     if (now_ns - started_ns) / 1e9 >= min(permission.max_duration_s, profile.act_duration_s):
         return stop(running, now_ns, profile), None, "the longest intervention allowed is over"
-    value = _ramp(running, needed, permission, now_ns, profile) if going else _first(needed, permission, profile)
-    begun = Intervention(
-        since_ns=started_ns, last_ns=now_ns, brake_mps2=value, pedals=running.pedals if going else pedals
-    )
+    value = _ramp(running, needed, permission, now_ns, profile) if on else _first(needed, permission, profile)
+    begun = Intervention(since_ns=started_ns, last_ns=now_ns, brake_mps2=value, pedals=running.pedals if on else pedals)
     return (
         begun,
         BrakeCommand(deceleration_mps2=value, jerk_mps3=profile.act_jerk_mps3, grant_id=permission.grant_id),
         "",
     )
+
+
+def going(running: Intervention, now_ns: int) -> bool:
+    """Whether an intervention is under way."""
+    return running.since_ns is not None and running.last_ns is not None and now_ns - running.last_ns < PAUSE_NS
 
 
 def stop(running: Intervention, now_ns: int, profile: Profile) -> Intervention:
@@ -76,7 +82,7 @@ def let_go(running: Intervention, now_ns: int) -> Intervention:
     """Nothing to brake for: an intervention that found its end needs no rest, an elapsed rest is forgotten."""
     if running.rest_until_ns is not None and now_ns < running.rest_until_ns:
         return running
-    return running if running.since_ns is not None and now_ns - (running.last_ns or 0) < 500_000_000 else Intervention()
+    return running if going(running, now_ns) else Intervention()
 
 
 def _limit(needed: float, permission: Permission, profile: Profile) -> float:

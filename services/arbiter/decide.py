@@ -49,7 +49,7 @@ class Weighed(NamedTuple):
 def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Verdict:
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
-    weighed = weigh(request, inputs.reading, state, profile)
+    weighed = weigh(request, inputs.reading, state, profile, inputs.now_ns)
     hazard = hazard_of(request, inputs.reading, state.sightings, profile)
     intervention, command, withheld = _intervene(weighed, state, inputs, profile)
     kind, reason, attended = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
@@ -91,14 +91,28 @@ def request_view(request: ArbitrationRequest) -> View:
     )
 
 
-def weigh(request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile) -> Weighed:
+def unbraked(view: View) -> View:
+    """Without the deceleration that is the arbiter's own doing: what eases because of it is no reason to let go."""
+    accel = view.ego_acceleration_mps2
+    return msgspec.structs.replace(view, ego_acceleration_mps2=max(0.0, accel) if accel is not None else None)
+
+
+def _unbraked_reading(reading: Reading) -> Reading:
+    return msgspec.structs.replace(reading, view=unbraked(reading.view))
+
+
+def weigh(
+    request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile, now_ns: int | None = None
+) -> Weighed:
     """Risk, utilities and objections; ACT by the less risky of the two views, SPEAK by the riskier."""
     view = request_view(request)
     speak = max(
         (worst(v, speak_bounds(v, profile), profile) for v in (view, reading.view)),
         key=lambda n: -1.0 if n is None else n.r,
     )
-    checked = case(request, view, reading, state.adapted.c_min, state.sightings, profile)
+    braking = now_ns is not None and act.going(state.intervention, now_ns)
+    asked, own = (unbraked(view), _unbraked_reading(reading)) if braking else (view, reading)
+    checked = case(request, asked, own, state.adapted.c_min, state.sightings, profile)
     r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
     gains = utilities(r_act, profile)
     numbers = msgspec.structs.replace(

@@ -55,6 +55,17 @@ def test_without_a_grant_the_act_is_withheld_and_spoken() -> None:
     assert verdict.command is None
 
 
+def test_a_withheld_act_is_said_again_in_its_time_and_not_every_tick() -> None:
+    state, spoken, withheld = mirror(CRITICAL).state, 0, 0
+    for tick in range(21):
+        inputs = mirror(CRITICAL, permission=Permission(), now_ns=10 * SECOND + tick * SECOND // 10)
+        verdict = decide(CRITICAL, replace(inputs, state=replace(inputs.state, attention=state.attention)), CALIBRATED)
+        state = verdict.state
+        spoken += verdict.decision.kind == "SPEAK"
+        withheld += verdict.decision.act_withheld == "no grant"
+    assert (spoken, withheld) == (2, 21)
+
+
 @pytest.mark.parametrize(
     "pedals",
     [
@@ -129,6 +140,22 @@ def test_the_arbiter_brakes_only_where_it_saw_the_gap_shrink() -> None:
         kinds.append(verdict.decision.kind)
     assert kinds[-1] == "ACT"
     assert "ACT" not in kinds[:3]
+
+
+def test_braking_that_works_is_not_let_go_because_it_works() -> None:
+    """Towards a standing car, integrated: one intervention, not a flicker, and it ends when the closing does."""
+    state, gap, speed, accel, kinds = fresh(CALIBRATED), 60.0, 14.0, 0.0, []
+    for tick in range(80):
+        asked = request(track(gap_m=gap, closing_mps=speed), ego_speed_mps=speed, ego_acceleration_mps2=accel)
+        verdict = decide(asked, mirror(asked, state=state, now_ns=(100 + tick) * SECOND // 10), CALIBRATED)
+        state = verdict.state
+        kinds.append(verdict.decision.kind == "ACT")
+        accel = -verdict.decision.brake_mps2
+        gap, speed = gap - speed * 0.1, max(0.0, speed + accel * 0.1)
+    first, last = kinds.index(True), 80 - kinds[::-1].index(True)
+    assert all(kinds[first:last])
+    assert last - first >= 15
+    assert last - first <= 31
 
 
 def test_no_violation_in_the_own_reading_forbids_act_at_any_delta() -> None:
