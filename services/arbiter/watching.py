@@ -6,21 +6,22 @@ from services.arbiter.reading import Reading
 from services.arbiter.state import Sighting
 
 KEPT_NS = 700_000_000
-MOST = 48
+SPACING_NS = 40_000_000
+"""A picture that follows sooner adds nothing to a rate, and must not push out those that do."""
 
 
 def watch(sightings: tuple[Sighting, ...], reading: Reading, now_ns: int, profile: Profile) -> tuple[Sighting, ...]:
     """The sightings of the last moments with those of this reading; one picture is one sighting, however often it is read."""
+    kept = tuple(each for each in sightings if now_ns - each.stamp_ns <= KEPT_NS)
     if reading.tracks_age_s is None:
-        return tuple(each for each in sightings if now_ns - each.stamp_ns <= KEPT_NS)
+        return kept
     stamp_ns = now_ns - round(reading.tracks_age_s * 1e9)
-    known = {(each.track_id, each.stamp_ns) for each in sightings}
-    new = (
+    last = {each.track_id: each.stamp_ns for each in kept}
+    return kept + tuple(
         Sighting(track_id=track.track_id, gap_m=gap_m(track, profile), stamp_ns=stamp_ns)
         for track in reading.view.actors
-        if (track.track_id, stamp_ns) not in known
+        if now_ns - stamp_ns <= KEPT_NS and stamp_ns - last.get(track.track_id, 0) >= SPACING_NS
     )
-    return tuple(each for each in (*sightings, *new) if now_ns - each.stamp_ns <= KEPT_NS)[-MOST:]
 
 
 def shrinks(sightings: tuple[Sighting, ...], track_id: int, closing_mps: float, profile: Profile) -> bool:

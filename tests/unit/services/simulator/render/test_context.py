@@ -13,7 +13,9 @@ def test_a_missing_driver_is_told_with_the_packages_to_install(monkeypatch: pyte
         raise Exception("libEGL.so not loaded")
 
     monkeypatch.setattr(moderngl, "create_context", refuse)
-    with pytest.raises(RendererUnavailable, match=r"libEGL\.so not loaded.*apt-get install libegl1 libgl1 libgl1-mesa-dri"):
+    with pytest.raises(
+        RendererUnavailable, match=r"libEGL\.so not loaded.*apt-get install libegl1 libgl1 libgl1-mesa-dri"
+    ):
         open_context()
 
 
