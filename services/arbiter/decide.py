@@ -159,6 +159,7 @@ def _hazardous(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profi
         and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
         and track.sigma_vx_mps <= profile.speed_known_mps
         and track.age_s >= profile.act_track_age_s
+        and track.unseen_s <= profile.act_unseen_s
         and track.confidence >= profile.hazard_confidence
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )

@@ -17,9 +17,10 @@ ALARM_TTC_S = 2.0
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 YOUNG_S = 0.3
-FAINT = 0.3
+FAINT = 0.45
+LOST_S = 0.3
 SPEED_KNOWN_MPS, SPEED_SIGMAS = 3.0, 3.0
-"""A track younger, or fainter, or whose speed is a guess may lower the target, and is not shouted about."""
+"""A track younger, or fainter, or lost from sight for longer, or whose speed is a guess, may lower the target, and is not shouted about."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
@@ -63,6 +64,7 @@ def clear(state: State, way: Way) -> bool:
     return (
         track.age_s >= YOUNG_S
         and track.confidence >= FAINT
+        and track.unseen_s <= LOST_S
         and track.sigma_vx_mps <= SPEED_KNOWN_MPS
         and not contradicted(state.gaps, way)
     )
@@ -197,6 +199,8 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
     event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
     if event is None or limit is None or ego is None or target.law.basis == "unknown":
         return
+    if target.law.confidence < LAW_KNOWN or _starting(state):
+        return  # where the limit is a guess the target is low, and nobody is told that they break a law
     if ego.value <= limit.mps:
         return  # another limit than the one that the event was about
     far = ego.value > 1.2 * limit.mps
@@ -215,6 +219,12 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
         confidence=target.law.confidence,
         kind="overspeed",
     )
+
+
+def _starting(state: State) -> bool:
+    """The first moments of a drive, while nobody has said yet what the weather is; later, its silence is a reason for care."""
+    conditions = state.held.conditions
+    return state.tick < STARTING_TICKS and (conditions is None or conditions.confidence <= 0.0)
 
 
 def _border(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -244,7 +254,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
 def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The limit in force, once for each that is in force; as a gantry's where a gantry changed it."""
     limit = target.law.limit
-    if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN:
+    if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
         return
     safe = target.mps < 0.9 * limit.mps and target.bounds[0].why == "law"
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
@@ -394,6 +404,7 @@ def _degraded(state: State, target: Target, events: dict[str, Event], degraded: 
     )
 
 
+STARTING_TICKS = 20
 SETTLED_TICKS = 50
 """While a drive begins, services are still coming up."""
 MISSING_NS = 2_000_000_000

@@ -20,8 +20,8 @@ from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
 from services.perception.pictures import Malformed, open_picture, open_sweep
-from services.perception.placing import distance_m, sighting_of
-from services.perception.projection import ProjectedSweep, Range, find_range, seen_through
+from services.perception.placing import Lag, distance_m, sighting_of
+from services.perception.projection import ProjectedSweep, Range, find_range, hiding, seen_through
 from services.perception.tracker import EgoState, Sighting, Tracker
 
 FRONT = "front"
@@ -104,7 +104,7 @@ class Perception:
         points = self._points(stamp_ns)
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
         straight = [camera.straight(detection) for detection in found]
-        ranges = [find_range(detection, camera, sweep) for detection in straight]
+        ranges = [find_range(each, camera, sweep, hiding(each, straight)) for each in straight]
         owners = self._owners(camera_id, stamp_ns, _doubted(straight, ranges, sweep), ranges, camera)
         boxes = Boxes(
             camera=camera_id,
@@ -136,9 +136,17 @@ class Perception:
         return FRONT if FRONT in fresh else min(fresh)
 
     def _points(self, stamp_ns: int) -> Floats | None:
+        """The latest sweep as standing things would give it now: the ego has moved on since."""
         if self._sweep is None or abs(stamp_ns - self._sweep[0]) > self.ages.lidar_ns:
             return None
-        return self._sweep[1]
+        points = self._sweep[1].copy()
+        points[:, 0] -= self._moved_m(stamp_ns)
+        return points
+
+    def _moved_m(self, stamp_ns: int) -> float:
+        """How far the ego came since the sweep; 0 where its speed is unknown."""
+        speed_mps = self._ego_state(stamp_ns).speed_mps or 0.0
+        return speed_mps * (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
 
     def _ego_state(self, stamp_ns: int) -> EgoState:
         if self._ego is None or abs(stamp_ns - self._ego[0]) > self.ages.ego_ns:
@@ -156,9 +164,12 @@ class Perception:
         """Track ids: road users from the ego-frame tracker, what stands still from the camera's own."""
         owners = [0] * len(detections)
         sweep_age_s = (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
+        lag = Lag(age_s=sweep_age_s, moved_m=self._moved_m(stamp_ns))
         movers: list[tuple[int, Sighting]] = []
         for index, (detection, found) in enumerate(zip(detections, ranges, strict=True)):
-            sighting = sighting_of(detection, found, camera, sweep_age_s) if found is not None else None
+            if found is None:
+                continue
+            sighting = sighting_of(detection, found, camera, lag, hiding(detection, detections))
             if sighting is not None:
                 movers.append((index, sighting))
         moving = self._tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,15 +24,32 @@ SURE_SHARE = 0.15
 LAGGED = frozenset({"lidar"})
 
 
-def sighting_of(detection: Detection, found: Range, camera: Camera, sweep_age_s: float) -> Sighting | None:
-    """The sighting of a road user's box (undistorted pixels); None for what is no road user."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lag:
+    """How much older the sweep is than the picture, and how far its returns were moved for the ego's own way since."""
+
+    age_s: float = 0.0
+    moved_m: float = 0.0
+
+
+def sighting_of(
+    detection: Detection, found: Range, camera: Camera, lag: Lag, hiding: Sequence[Detection] = ()
+) -> Sighting | None:
+    """The sighting of a road user's box (undistorted pixels); None for what is no road user.
+
+    `hiding`: the boxes that cover a part of it.
+    """
     if detection.kind != "vehicle" and detection.kind != "pedestrian":
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
-    place = _place(detection, found, camera, body)
-    covariance = _covariance(detection, found, camera, place, body)
-    age_s = sweep_age_s if found.source in LAGGED else 0.0
-    return Sighting(kind=detection.kind, fix=Fix(place, covariance, age_s), score=detection.score, body=body)
+    covered = _outer_edge_covered(detection, camera, hiding)
+    place = _place(detection, found, camera, body, covered=covered)
+    covariance = _covariance(detection, found, camera, place, body, covered=covered)
+    if found.source not in LAGGED:
+        lag = Lag()
+    # a fix is where it was at the sweep's time: what was added for the ego's own way is taken off again
+    fix = Fix(place + np.array([lag.moved_m, 0.0]), covariance, lag.age_s)
+    return Sighting(kind=detection.kind, fix=fix, score=detection.score, body=body)
 
 
 def distance_m(detection: Detection, found: Range, camera: Camera) -> float:
@@ -46,12 +65,20 @@ def _height_m(detection: Detection, found: Range, camera: Camera) -> float | Non
     return detection.height_px * found.depth_m / c.fy_px
 
 
-def _place(detection: Detection, found: Range, camera: Camera, body: Body) -> Floats:
+def _outer_edge_covered(detection: Detection, camera: Camera, hiding: Sequence[Detection]) -> bool:
+    """Whether the edge away from the picture's middle is where another box covers this one."""
+    u = detection.centre_px[0]
+    outer = detection.x0_px if u < camera.calibration.cx_px else detection.x1_px
+    return any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
+
+
+def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, covered: bool) -> Floats:
     """Middle of the near surface on the ground.
 
     Beside our own line we see a vehicle's flank too, and the box's middle lies too far inwards: there the outer edge,
     which is the near corner, less half a width, is the better guess. A box wider than flank and rear together is of
-    something that crosses: its middle counts.
+    something that crosses: its middle counts. Where the outer edge is covered, the inner one counts, which is the far
+    end of the flank.
     """
     c = camera.calibration
     u = detection.centre_px[0]
@@ -62,19 +89,25 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body) -> Fl
         corner = outer + (half if u < c.cx_px else -half)
         beside = (corner < c.cx_px - half) if u < c.cx_px else (corner > c.cx_px + half)
         wide_m = detection.width_px * found.depth_m / c.fx_px
-        if whole and beside and wide_m < 1.9 * body.width_m:
+        if covered:
+            end = detection.x1_px if u < c.cx_px else detection.x0_px
+            flank = c.cx_px + (end - c.cx_px) * (found.depth_m + body.length_m) / found.depth_m
+            u = flank + (-half if u < c.cx_px else half)
+        elif whole and beside and wide_m < 1.9 * body.width_m:
             u = corner
     point = camera.eye + camera.ray(u, detection.centre_px[1]) * found.depth_m
     place: Floats = point[:2]
     return place
 
 
-def _covariance(detection: Detection, found: Range, camera: Camera, place: Floats, body: Body) -> Floats:
+def _covariance(
+    detection: Detection, found: Range, camera: Camera, place: Floats, body: Body, *, covered: bool
+) -> Floats:
     """Range sigma along the line of sight, pixel sigma across it."""
     c = camera.calibration
     across_px = ACROSS_SIGMA_PX + ACROSS_SIGMA_SHARE * detection.width_px
     across = ACROSS_SIGMA_M + across_px * found.depth_m / c.fx_px
-    if detection.x0_px <= EDGE_PX or detection.x1_px >= c.width_px - EDGE_PX:
+    if covered or detection.x0_px <= EDGE_PX or detection.x1_px >= c.width_px - EDGE_PX:
         across += CUT_SIGMA_SHARE * body.width_m
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

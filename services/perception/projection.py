@@ -7,6 +7,7 @@ counts where it agrees with the picture; otherwise ground and size are weighed b
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,6 +34,10 @@ BOTTOM_SIGMA_SHARE = 0.04
 LIDAR_SURE_M, BEHIND_M = 45.0, 5.0
 """Nearer than the first a road user ought to give returns; returns further behind than the second are another thing's."""
 EDGE_PX = 2.0
+COVER_PX, COVER_SHARE = 2.0, 0.05
+"""By how much a covering box is widened, for boxes are not exact: pixels, plus a share of its size."""
+BEFORE_PX = 2.0
+"""Lower edges nearer to each other than this do not tell who stands before whom."""
 FURTHEST_M = 250.0
 STANDING = frozenset({"vehicle", "pedestrian"})
 
@@ -62,12 +67,38 @@ class ProjectedSweep:
         ahead = depths > 0.5
         return ProjectedSweep(pixels[ahead], depths[ahead])
 
+    def outside(self, boxes: Sequence[Detection]) -> ProjectedSweep:
+        """The returns that lie in none of the boxes."""
+        free = np.ones(len(self.depths), dtype=np.bool_)
+        for box in boxes:
+            free &= ~_within(
+                box, self.pixels, *(-COVER_PX - COVER_SHARE * size for size in (box.width_px, box.height_px))
+            )
+        return ProjectedSweep(self.pixels[free], self.depths[free])
 
-def find_range(detection: Detection, camera: Camera, sweep: ProjectedSweep | None) -> Range | None:
-    """The best range there is for a box (undistorted pixels); None where nothing can be said."""
+
+def find_range(
+    detection: Detection, camera: Camera, sweep: ProjectedSweep | None, hiding: Sequence[Detection] = ()
+) -> Range | None:
+    """The best range there is for a box (undistorted pixels); None where nothing can be said.
+
+    Returns inside the boxes that hide a part of it belong to those.
+    """
     seen = _weigh(_possible(ground_range(detection, camera), detection, camera), size_range(detection, camera))
-    measured = lidar_range(detection, sweep, seen) if sweep is not None else None
+    measured = lidar_range(detection, sweep.outside(hiding), seen) if sweep is not None else None
     return measured or seen
+
+
+def hiding(detection: Detection, others: Sequence[Detection]) -> list[Detection]:
+    """The road users that stand before this one in the picture and cover a part of its box: their feet are lower."""
+    return [
+        other
+        for other in others
+        if other.kind in STANDING
+        and other.y1_px > detection.y1_px + BEFORE_PX
+        and min(other.x1_px, detection.x1_px) > max(other.x0_px, detection.x0_px)
+        and other.y0_px < detection.y1_px
+    ]
 
 
 def lidar_range(detection: Detection, sweep: ProjectedSweep, seen: Range | None) -> Range | None:
@@ -98,7 +129,10 @@ def seen_through(detection: Detection, sweep: ProjectedSweep, found: Range) -> b
 
 
 def _inside(detection: Detection, pixels: Floats) -> NDArray[np.bool_]:
-    margin_u, margin_v = 0.1 * detection.width_px, 0.08 * detection.height_px
+    return _within(detection, pixels, 0.1 * detection.width_px, 0.08 * detection.height_px)
+
+
+def _within(detection: Detection, pixels: Floats, margin_u: float, margin_v: float) -> NDArray[np.bool_]:
     low = (detection.x0_px + margin_u, detection.y0_px + margin_v)
     high = (detection.x1_px - margin_u, detection.y1_px - margin_v)
     inside: NDArray[np.bool_] = np.all((pixels >= low) & (pixels <= high), axis=1)

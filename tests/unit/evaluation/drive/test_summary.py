@@ -36,12 +36,12 @@ def test_overspeed_is_the_mean_share_above_the_true_limit() -> None:
     assert tally.summary().overspeed_pct == pytest.approx(25.0)
 
 
-def test_a_hazard_is_answered_by_the_first_warning_that_names_one_and_its_ttc_is_gap_over_closing() -> None:
+def test_a_hazard_is_answered_by_the_first_word_about_it_and_its_ttc_is_gap_over_closing() -> None:
     tally = Tally()
     tally.add_truth(truth(4.0, hazard="pedestrian", hazard_onset_s=4.0))
     tally.add_advisory(advisory("SPEAK", urgency="advice"))
     tally.add_truth(truth(4.5, hazard="pedestrian", hazard_onset_s=4.0))
-    tally.add_advisory(advisory("SPEAK", urgency="warning", hazard="pedestrian"))
+    tally.add_advisory(advisory("SPEAK", urgency="warning", hazard="pedestrian", topic="person"))
     tally.add_truth(truth(5.0, hazard="pedestrian", hazard_onset_s=4.0))
     tally.add_advisory(advisory("SPEAK", urgency="alarm", hazard="pedestrian"))
     summary = tally.summary()
@@ -63,6 +63,14 @@ def test_silence_messages_withheld_acts_and_misses_are_counted() -> None:
     assert summary.silent_share == pytest.approx(0.6)
     assert (summary.messages, summary.acts_withheld, summary.acts_done) == (2, 1, 0)
     assert summary.deadline_misses == {"applicable_limit": 1}
+
+
+def test_a_word_about_another_thing_answers_no_hazard() -> None:
+    tally = Tally()
+    tally.add_truth(truth(4.0, hazard="pedestrian", hazard_onset_s=4.0))
+    tally.add_advisory(advisory("SPEAK", urgency="alarm", hazard="closing_lead", topic="lead"))
+    assert tally.summary().hazards == 1
+    assert tally.summary().hazard_response_s == []
 
 
 def test_one_infraction_that_lasts_is_counted_once() -> None:
@@ -89,6 +97,9 @@ def test_the_live_line_shows_speed_limit_target_and_advice_in_the_drivers_unit()
     assert "limit 50" in line
     assert "target 50" in line
     assert "Slow to 50 km/h" in line
+    tally.add_truth(truth(4.5))
+    tally.add_advisory(advisory("SILENT", directive=""))
+    assert "Slow to 50 km/h (4 s ago)" in live_line(tally), "the last advice stays to be read"
 
 
 def test_percentiles_are_nearest_rank() -> None:

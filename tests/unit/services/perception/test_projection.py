@@ -12,6 +12,7 @@ from services.perception.projection import (
     ProjectedSweep,
     find_range,
     ground_range,
+    hiding,
     lidar_range,
     seen_through,
     size_range,
@@ -72,6 +73,23 @@ def test_lidar_gives_the_near_surface_not_the_background() -> None:
     assert found is not None
     assert found.source == "lidar"
     assert found.depth_m == pytest.approx(REAR_M - 0.6, abs=0.3)
+
+
+def test_the_returns_of_a_nearer_vehicle_are_not_those_of_the_one_it_hides() -> None:
+    """Two parked cars, the further one half hidden: what LiDAR gives in its box comes from the nearer one."""
+    near = box_of((REAR_M, -3.7, 0.0), (REAR_M, -1.9, 1.5))
+    far = box_of((40.0, -3.7, 0.0), (40.0, -1.9, 1.5))
+    assert hiding(far, [near, far]) == [near]
+    assert hiding(near, [near, far]) == []
+    rng = np.random.default_rng(0)
+    face = np.column_stack([np.full(60, REAR_M), rng.uniform(-3.7, -1.9, 60), rng.uniform(0.3, 1.4, 60)])
+    sweep = ProjectedSweep.of(face, CAMERA)
+    fooled, found = find_range(far, CAMERA, sweep), find_range(far, CAMERA, sweep, hiding(far, [near, far]))
+    assert fooled is not None
+    assert fooled.source == "lidar", "without knowing what hides it"
+    assert found is not None
+    assert found.source != "lidar"
+    assert found.depth_m == pytest.approx(39.4, rel=0.15)
 
 
 def test_single_returns_from_rain_before_the_car_do_not_count() -> None:

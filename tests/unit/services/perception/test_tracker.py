@@ -162,6 +162,19 @@ def test_a_sweep_older_than_the_picture_is_allowed_for() -> None:
     assert track.x_m - track.length_m / 2 == pytest.approx(true, abs=0.4)
 
 
+@pytest.mark.parametrize("closing", [-3.0, 8.0, 22.0, 45.0])
+def test_a_fast_one_seen_by_old_sweeps_is_one_track(closing: float) -> None:
+    """With sweeps as old as the time between pictures, a second fix lies where the first one was only if speed is forgotten."""
+    tracker = Tracker()
+    ids: set[int] = set()
+    for k in range(1, 16):
+        place = 100.0 - closing * k * 0.1 + closing * 0.1
+        ids.update(tracker.step(k * STEP_NS, [sighting(place, 3.4, sigma_m=0.15, age_s=0.1)], EgoState(7.0, 0.0)))
+    assert ids == {1}
+    (track,) = tracker.published()
+    assert track.vx_mps == pytest.approx(-closing, abs=1.0)
+
+
 def test_stamps_that_jump_back_start_afresh() -> None:
     tracker = Tracker()
     drive(tracker, 12, 40.0, 0.0, first=1000)
