@@ -1,6 +1,7 @@
 """`drivemcp up` and what it shares with `drivemcp play`: start, watch, stop, sum up, verify."""
 
 import argparse
+import shutil
 import signal
 import sys
 import threading
@@ -16,7 +17,7 @@ from drivemcp.node import Node
 from drivemcp.paths import has_data
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
-from evaluation.drive.words import live_line, summary_lines
+from evaluation.drive.words import live_line, spoken_line, summary_lines
 from proto import topics
 from services.logger.commands import broken_links
 from services.logger.verify import verify
@@ -137,11 +138,15 @@ def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: t
     stack.wait_for_source()
     viewer = ""
     ended_s: float | None = None
+    told = 0
     while not stop.wait(LIVE_PERIOD_S):
         if not viewer and tally.detail("logger", "viewer") not in ("unknown", ""):
             viewer = tally.detail("logger", "viewer")
             screen.say(f"live view: {viewer}")
-        screen.live(live_line(tally))
+        for said in tally.spoken[told:]:
+            screen.say(spoken_line(*said))
+            told += 1
+        screen.live(live_line(tally, screen.width()))
         finished = tally.scenario is not None and tally.scenario.finished
         if finished and ended_s is None:
             ended_s = time.monotonic()
@@ -204,6 +209,10 @@ class Screen:
                 self._last_s = now_s
                 self._write(text + "\n")
             sys.stderr.flush()
+
+    def width(self) -> int:
+        """Columns that a line may take."""
+        return max(40, shutil.get_terminal_size((160, 24)).columns - 1)
 
     def end_live(self) -> None:
         """Leave the live line where it is."""

@@ -13,6 +13,8 @@ from proto.truth import ScenarioState, Truth
 
 _URGENT = ("warning", "alarm")
 SPOKEN = ("SPEAK", "ACT")
+ABOUT = {"lead": {"lead_brakes", "congestion_tail"}, "person": {"pedestrian"}}
+"""Topics of advice, and the simulator's hazards that they answer."""
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
@@ -41,7 +43,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     acts_withheld: int
     hazards: int | None
     hazard_response_s: list[float]
-    """Onset to the first warning that names a hazard, per hazard that was warned of."""
+    """Onset to the first word about it, per hazard that was spoken of."""
     ttc_first_warning_s: float | None
     advisory_latency_ms: Percentiles
     """Event detection to advisory, as the paper defines it."""
@@ -64,6 +66,8 @@ class Tally:
     def __init__(self) -> None:
         self.truth: Truth | None = None
         self.advisory: Advisory | None = None
+        self.spoken: list[tuple[float, Advisory]] = []
+        """All advice that was spoken, and when (s)."""
         self.scenario: ScenarioState | None = None
         self.health: dict[str, ServiceHealth] = {}
         self._overspeed: list[float] = []
@@ -105,15 +109,22 @@ class Tally:
             self._event_ms.append(advisory.event_to_advice_ms)
         if advisory.snapshot_to_advice_ms is not None:
             self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
-        if advisory.kind in SPOKEN and advisory.urgency in _URGENT and advisory.hazard:
-            self._warned()
+        if advisory.kind in SPOKEN:
+            self.spoken.append((self.truth.time_s if self.truth is not None else 0.0, advisory))
+            self._answered(advisory.topic)
+            if advisory.urgency in _URGENT and advisory.hazard:
+                self._warned()
+
+    def _answered(self, topic: str) -> None:
+        """A hazard counts as answered once something is said about it; what is said about another thing does not count."""
+        if self.truth is not None and topic in ABOUT:
+            for hazard in ABOUT[topic] & self._hazards.keys():
+                self._responses.setdefault(hazard, max(0.0, self.truth.time_s - self._hazards[hazard]))
 
     def _warned(self) -> None:
         truth = self.truth
         if truth is None:
             return
-        for hazard, onset_s in self._hazards.items():
-            self._responses.setdefault(hazard, max(0.0, truth.time_s - onset_s))
         if self._ttc is None and truth.gap_m is not None and truth.closing_mps is not None and truth.closing_mps > 0.1:
             self._ttc = truth.gap_m / truth.closing_mps
 

@@ -1,6 +1,7 @@
 """The live line and the summary in words."""
 
 from evaluation.drive.summary import Percentiles, Summary, Tally
+from proto.decision import Advisory
 
 _KMH = 3.6
 _MPH = 2.236936
@@ -18,11 +19,23 @@ def live_line(tally: Tally, width: int = 120) -> str:
         f"target {_speed(advisory.target_mps if advisory else None, factor).strip()}",
         f"{_milliseconds(tally.latency().p50)}",
     ]
-    said = ""
-    if advisory is not None:
-        said = advisory.directive if advisory.kind != "SILENT" else ""
-        parts.append(f"{advisory.kind:6}{' degraded' if advisory.degraded else ''}")
-    return f"{' | '.join(parts)} | {said}"[:width]
+    if advisory is not None and advisory.degraded:
+        parts.append("degraded")
+    return f"{' | '.join(parts)} | {_said(tally)}"[:width]
+
+
+def spoken_line(time_s: float, advisory: Advisory) -> str:
+    """One piece of advice with its reasons, for the record above the live line."""
+    words = " ".join(f"{advisory.directive}. {advisory.justification}".split())
+    return f"{time_s:5.1f} s   {advisory.kind} {advisory.urgency:8}{words}"
+
+
+def _said(tally: Tally) -> str:
+    if not tally.spoken:
+        return "nothing said yet"
+    said_s, advisory = tally.spoken[-1]
+    age_s = tally.truth.time_s - said_s if tally.truth is not None else 0.0
+    return f"{advisory.kind} {advisory.directive}" + (f" ({age_s:.0f} s ago)" if age_s >= 1.0 else "")
 
 
 def _speed(value_mps: float | None, factor: float) -> str:
