@@ -33,6 +33,7 @@ _CITED: dict[str, tuple[str, ...]] = {
     "gantry": ("gantry_over_permanent", "gantry", "posted_limit"),
     "temporary": ("temporary_over_permanent", "posted_limit"),
     "conditional": ("plate:when_wet", "posted_limit"),
+    "gantry_conditional": ("gantry_plate:when_wet", "plate:when_wet", "gantry"),
     "zone": ("zone",),
     "uncertain": ("posted_limit",),
 }
@@ -157,7 +158,10 @@ def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: t
     confidence, unit = _confidence(limit.confidence), limit.unit
     if unit != pack.manifest.units:  # a sign of this country has no other unit: one of the two is misread
         confidence, unit = confidence * CONTRADICTED_UNIT, "km/h"
-    claim = _claim(pack, limit.value, unit, _basis(limit), confidence)
+    basis = _basis(limit)
+    claim = _claim(pack, limit.value, unit, basis, confidence)
+    if basis == "conditional" and (limit.scope == "gantry" or parse_reading(limit.reading).code == "led"):
+        claim = msgspec.structs.replace(claim, provisions=cited_for(pack, "gantry_conditional"))
     return msgspec.structs.replace(
         claim,
         replaces_default=held == "yes" and claim.basis in RANK and confidence >= TRUST,

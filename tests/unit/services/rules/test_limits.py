@@ -135,3 +135,15 @@ def test_confidence_that_is_no_number_counts_as_none() -> None:
 def test_without_any_pack_nothing_is_said_to_be_known() -> None:
     answer = applicable_limit(RuleBook(packs={}), Situation(jurisdiction="DEU"))
     assert (answer.limit, answer.legal_action, answer.confidence) == (None, "unknown", 0.0)
+
+
+@pytest.mark.parametrize(("scope", "cited"), [("permanent", False), ("when_wet", False), ("gantry", True)])
+def test_what_gantries_may_show_when_wet_is_cited_for_gantries_only(scope: str, cited: bool) -> None:
+    limit = PostedLimit(value=70.0, unit="km/h", scope=scope, plates=("plate:when_wet:de",))  # type: ignore[arg-type]
+    answer = applicable_limit(
+        BOOK, Situation(jurisdiction="DEU", road_type="rural", posted=(limit,), wet=True, visibility_m=500.0)
+    )
+    assert answer.limit is not None
+    assert answer.limit.value == 70.0
+    assert ("deu-vsl-wet" in [each.provision for each in answer.citations]) is cited
+    assert answer.citations[0].provision
