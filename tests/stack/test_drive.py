@@ -122,6 +122,7 @@ def test_ctrl_c_ends_cleanly_with_the_summary_so_far(tmp_path: Path) -> None:
     finally:
         if process.poll() is None:
             process.kill()
+        with process:  # closes its pipes
             process.wait(5)
 
 
