@@ -24,8 +24,9 @@ class Query:
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
-        self.payload = query.payload.to_bytes() if query.payload is not None else b""
-        self.attachment = query.attachment.to_bytes() if query.attachment is not None else b""
+        payload, attachment = query.payload, query.attachment
+        self.payload = b"" if payload is None else payload.to_bytes()
+        self.attachment = b"" if attachment is None else attachment.to_bytes()
 
     @property
     def key(self) -> str:
@@ -50,10 +51,9 @@ class Query:
 class Reply:
     """What one query brought: data, an error, or (neither) the end of replies."""
 
-    __slots__ = ("error", "key", "payload")
+    __slots__ = ("error", "payload")
 
-    def __init__(self, key: str, payload: bytes | None, error: bytes | None) -> None:
-        self.key = key
+    def __init__(self, payload: bytes | None, error: bytes | None) -> None:
         self.payload = payload
         self.error = error
 
@@ -84,11 +84,14 @@ class Querier:
         self._querier = querier
 
     def get(self, payload: bytes, attachment: bytes, on_reply: OnReply) -> None:
-        """Ask; replies come to `on_reply`."""
+        """Ask; replies come to `on_reply`, and None where nobody is known to serve the key and nobody answered.
+
+        Where somebody is known to serve it, nothing tells that no more replies will come: a wake-up saved at each call.
+        """
+        served = bool(getattr(self._querier.matching_status, "matching", False))
+        end = () if served else (lambda: on_reply(None),)
         self._querier.get(
-            handlers.Callback(_to_reply(on_reply), lambda: on_reply(None), indirect=False),
-            payload=payload,
-            attachment=attachment,
+            handlers.Callback(_to_reply(on_reply), *end, indirect=False), payload=payload, attachment=attachment
         )
 
 
@@ -186,10 +189,11 @@ class Bus:
 
 def _to_reply(on_reply: OnReply) -> Callable[[zenoh.Reply], None]:
     def deliver(reply: zenoh.Reply) -> None:
-        if reply.ok is not None:
-            on_reply(Reply(str(reply.ok.key_expr), reply.ok.payload.to_bytes(), None))
-        elif reply.err is not None:
-            on_reply(Reply("", None, reply.err.payload.to_bytes()))
+        sample = reply.ok
+        if sample is not None:
+            on_reply(Reply(sample.payload.to_bytes(), None))
+        elif (error := reply.err) is not None:
+            on_reply(Reply(None, error.payload.to_bytes()))
 
     return deliver
 

@@ -48,13 +48,15 @@ class _Pending:
         "payload",
         "reply",
         "sent_ns",
+        "server",
         "tool",
     )
 
     def __init__(
-        self, tool: str, arguments: Any, payload: bytes, deadline_ms: float, ended: "SimpleQueue[None]"
+        self, tool: str, server: str, arguments: Any, payload: bytes, deadline_ms: float, ended: "SimpleQueue[None]"
     ) -> None:
         self.tool = tool
+        self.server = server
         self.arguments = arguments
         self.payload = payload
         self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
@@ -65,8 +67,14 @@ class _Pending:
         self.done = False
         self.elapsed_ms = 0.0
 
+    def end(self, reply: Reply | None) -> None:
+        """The answer is in, or there will be none."""
+        self.reply = reply
+        self.done = True
+        self.ended.put(None)
+
     def finished(self) -> bool:
-        """Whether all replies are in; set on the bus's thread."""
+        """Whether `end` was called, on the bus's thread."""
         return self.done
 
 
@@ -91,7 +99,8 @@ class ToolClient:
         self._modelled_ms = modelled_ms
         self._lock = threading.Lock()
         self._tools: dict[str, ToolEntry] = {}
-        self._queriers: dict[str, Querier] = {}
+        self._queriers: dict[str, tuple[str, Querier]] = {}
+        self._waiting: set[_Pending] = set()
         self._alive: set[str] = set()
         self._late: deque[Outcome] = deque(maxlen=64)
         self._watching = False
@@ -139,6 +148,10 @@ class ToolClient:
             (self._alive.add if alive else self._alive.discard)(service)
         if alive:
             self._fetch(catalogue_key(self._vehicle, service), lambda: None, DISCOVERY_TIMEOUT_S)
+            return
+        for pending in tuple(self._waiting):
+            if pending.server == service and not pending.done:
+                pending.end(None)
 
     def _fetch(self, key: str, on_end: Callable[[], None], timeout_s: float) -> None:
         def on_reply(reply: Reply | None) -> None:
@@ -176,11 +189,12 @@ class ToolClient:
         confirmation: str,
     ) -> "_Pending | Outcome":
         payload = _ARGUMENTS.encode(arguments)
-        querier = self._querier(tool)
-        if querier is None:
+        found = self._querier(tool)
+        if found is None:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
+        server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
-        pending = _Pending(tool, arguments, payload, wall_ms, ended)
+        pending = _Pending(tool, server, arguments, payload, wall_ms, ended)
         pending.elapsed_ms = limit_ms  # kept until the reply is known: the deadline asked for
         head = CallHead(
             call_id=pending.call_id,
@@ -189,13 +203,14 @@ class ToolClient:
             grant=grant,
             confirmation=confirmation,
         )
+        self._waiting.add(pending)
         querier.get(payload, _HEAD.encode(head), lambda reply: self._on_reply(pending, reply))
         return pending
 
-    def _querier(self, tool: str) -> Querier | None:
-        querier = self._queriers.get(tool)
-        if querier is not None:
-            return querier
+    def _querier(self, tool: str) -> tuple[str, Querier] | None:
+        known = self._queriers.get(tool)
+        if known is not None:
+            return known
         with self._lock:
             entry = self._tools.get(tool)
         if entry is None:
@@ -203,8 +218,8 @@ class ToolClient:
         if entry is None:
             return None
         querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), 10.0 + LATE_GRACE_S)
-        self._queriers[tool] = querier
-        return querier
+        self._queriers[tool] = (entry.meta.server, querier)
+        return self._queriers[tool]
 
     def _rediscover(self) -> dict[str, ToolEntry]:
         now_s = time.monotonic()
@@ -216,16 +231,14 @@ class ToolClient:
 
     def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
         if pending.done:
-            return  # a tool has one server: its first reply is the answer, and the end of replies tells nothing new
+            return  # a tool has one server: its first reply is the answer
         now_ns = time.time_ns()
         if reply is not None and reply.payload is not None and now_ns > pending.deadline_ns:
             age_ms = (now_ns - pending.sent_ns) / 1e6
             outcome = self._outcome(pending, reply, age_ms)
             self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=age_ms))
             return
-        pending.reply = reply
-        pending.done = True
-        pending.ended.put(None)
+        pending.end(reply)
 
     def _collect(self, pending: _Pending) -> Outcome:
         while not pending.finished():
@@ -233,6 +246,7 @@ class ToolClient:
                 pending.ended.get(timeout=max(0.0, (pending.deadline_ns - time.time_ns()) / 1e9))
             except Empty:
                 break
+        self._waiting.discard(pending)
         limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
         if self._modelled_ms is not None and pending.done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
@@ -257,7 +271,7 @@ class ToolClient:
         if reply is None:
             if not pending.done:
                 return msgspec.structs.replace(base, error="no answer before the deadline")
-            return msgspec.structs.replace(base, status="unavailable", error="nobody answered")
+            return msgspec.structs.replace(base, status="unavailable", error="nobody answered: the server is gone")
         return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
 
     def _without(self, tool: str, payload: bytes, error: str) -> Outcome:

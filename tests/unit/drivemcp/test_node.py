@@ -1,14 +1,19 @@
 """Nodes on a real in-process Zenoh session."""
 
+import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from subprocess import PIPE, Popen
 
 import msgspec
 import pytest
 
-from drivemcp.config import ServiceConfig
+from drivemcp.bus import open_bus, wait_settled
+from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.service import Service
+from drivemcp.supervisor import free_port
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import GnssFix
@@ -174,3 +179,41 @@ def test_latest_and_health_follow_a_subscribed_topic() -> None:
         assert latest is not None
         assert latest.message == conditions
         assert b.probe.health(topics.CONDITIONS).ok
+
+
+SERVER = """
+import sys, threading
+from drivemcp.bus import open_bus
+from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.node import Node
+
+with open_bus(BusConfig(mode="peer", connect=(sys.argv[1],))) as bus:
+    node = Node(bus, "wet", ServiceConfig())
+
+    @node.tool(deadline_ms=40)
+    def hang() -> dict[str, bool]:
+        'Does not answer while the test runs.'
+        print("called", flush=True)
+        threading.Event().wait(60)
+        return {}
+
+    node.open()
+    sys.stdin.read()
+"""
+
+
+def test_a_server_that_dies_while_it_works_is_unavailable_at_once_and_not_only_at_the_deadline() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with open_bus(BusConfig(mode="peer", listen=(endpoint,))) as session, ThreadPoolExecutor(1) as pool:
+        caller = Node(session, "caller", ServiceConfig())
+        caller.watch_services()
+        caller.open(announce=False)
+        with Popen([sys.executable, "-c", SERVER, endpoint], stdin=PIPE, stdout=PIPE) as server:
+            assert server.stdout is not None
+            assert wait_settled(lambda: "hang" in caller.catalogue(), 20.0)
+            call = pool.submit(caller.call, "hang", {}, deadline_ms=60_000.0)
+            assert server.stdout.readline() == b"called\n"
+            server.kill()
+            outcome = call.result(10)
+        assert outcome.status == "unavailable"
+        caller.close()
