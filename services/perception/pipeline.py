@@ -15,19 +15,21 @@ from proto.vehicle import Ego
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.detector import Detector
+from services.perception.doubt import DOUBTED_SHARE, doubted, left_to_another
 from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
-from services.perception.projection import ProjectedSweep, Range, find_range, hiding, seen_through
+from services.perception.projection import ProjectedSweep, Range, find_range, hiding
 from services.perception.tracker import EgoState, Sighting, Tracker
 
 FRONT = "front"
 PRIMARY_WAIT_NS = 1_000_000_000
 """The front camera's pictures carry the tracks; without one for so long, those of the camera that still comes."""
-SEEN_THROUGH_SHARE = 0.4
+OTHERS_WAIT_NS = 300_000_000
+"""Of another camera, a picture younger than this says what it would see now."""
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
 
 
@@ -105,7 +107,12 @@ class Perception:
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
         straight = [camera.straight(detection) for detection in found]
         ranges = [find_range(each, camera, sweep, hiding(each, straight)) for each in straight]
-        owners = self._owners(camera_id, stamp_ns, _doubted(straight, ranges, sweep), ranges, camera)
+        others = self._others(camera_id, stamp_ns)
+        weighed = [
+            replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, found, camera, sweep, others) else each
+            for each, found in zip(straight, ranges, strict=True)
+        ]
+        owners = self._owners(camera_id, stamp_ns, weighed, ranges, camera)
         boxes = Boxes(
             camera=camera_id,
             frame=frame.frame,
@@ -134,6 +141,11 @@ class Perception:
     def _primary(self, stamp_ns: int) -> str:
         fresh = [name for name, seen_ns in self._seen_ns.items() if abs(stamp_ns - seen_ns) < PRIMARY_WAIT_NS]
         return FRONT if FRONT in fresh else min(fresh)
+
+    def _others(self, camera_id: str, stamp_ns: int) -> list[Camera]:
+        """The other calibrated cameras whose pictures still come."""
+        fresh = (name for name, seen_ns in self._seen_ns.items() if abs(stamp_ns - seen_ns) < OTHERS_WAIT_NS)
+        return [self._cameras[name] for name in fresh if name != camera_id and self.calibrated(name)]
 
     def _points(self, stamp_ns: int) -> Floats | None:
         """The latest sweep as standing things would give it now: the ego has moved on since."""
@@ -166,8 +178,9 @@ class Perception:
         sweep_age_s = (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
         lag = Lag(age_s=sweep_age_s, moved_m=self._moved_m(stamp_ns))
         movers: list[tuple[int, Sighting]] = []
+        others = self._others(camera_id, stamp_ns)
         for index, (detection, found) in enumerate(zip(detections, ranges, strict=True)):
-            if found is None:
+            if found is None or left_to_another(detection, found, camera, others):
                 continue
             sighting = sighting_of(detection, found, camera, lag, hiding(detection, detections))
             if sighting is not None:
@@ -196,20 +209,6 @@ class Perception:
             lidar_used=lidar_used,
         )
         return tracks, model.message()
-
-
-def _doubted(
-    detections: Sequence[Detection], ranges: Sequence[Range | None], sweep: ProjectedSweep | None
-) -> list[Detection]:
-    """Detections with less score where the LiDAR sees through them: they confirm a track later, if at all."""
-    if sweep is None:
-        return list(detections)
-    return [
-        replace(detection, score=SEEN_THROUGH_SHARE * detection.score)
-        if found is not None and detection.kind not in STILL and seen_through(detection, sweep, found)
-        else detection
-        for detection, found in zip(detections, ranges, strict=True)
-    ]
 
 
 def _approach(found: Range | None, speed_mps: float | None, camera: Camera) -> Approach | None:

@@ -19,6 +19,8 @@ ACROSS_SIGMA_PX = 2.0
 ACROSS_SIGMA_SHARE = 0.04
 ACROSS_SIGMA_M = 0.12
 CUT_SIGMA_SHARE = 0.5
+CUT_SHARE = 0.06
+"""A box that ends this share of its width before the picture's edge is cut off by it: detectors draw edges inwards."""
 SURE_SHARE = 0.15
 """A height is measured, and a body chosen by it, where the range is known to this share."""
 LAGGED = frozenset({"lidar"})
@@ -42,7 +44,7 @@ def sighting_of(
     if detection.kind != "vehicle" and detection.kind != "pedestrian":
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
-    covered = _outer_edge_covered(detection, camera, hiding)
+    covered = _outer_edge_hidden(detection, camera, hiding)
     place = _place(detection, found, camera, body, covered=covered)
     covariance = _covariance(detection, found, camera, place, body, covered=covered)
     if found.source not in LAGGED:
@@ -65,11 +67,14 @@ def _height_m(detection: Detection, found: Range, camera: Camera) -> float | Non
     return detection.height_px * found.depth_m / c.fy_px
 
 
-def _outer_edge_covered(detection: Detection, camera: Camera, hiding: Sequence[Detection]) -> bool:
-    """Whether the edge away from the picture's middle is where another box covers this one."""
-    u = detection.centre_px[0]
-    outer = detection.x0_px if u < camera.calibration.cx_px else detection.x1_px
-    return any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
+def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[Detection]) -> bool:
+    """Whether the edge away from the picture's middle is where another box, or the picture's end, cuts this one off."""
+    c = camera.calibration
+    left = detection.centre_px[0] < c.cx_px
+    outer = detection.x0_px if left else detection.x1_px
+    near_edge = max(EDGE_PX, CUT_SHARE * detection.width_px)
+    cut = outer <= near_edge if left else outer >= c.width_px - near_edge
+    return cut or any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
 
 
 def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, covered: bool) -> Floats:
@@ -77,8 +82,8 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, co
 
     Beside our own line we see a vehicle's flank too, and the box's middle lies too far inwards: there the outer edge,
     which is the near corner, less half a width, is the better guess. A box wider than flank and rear together is of
-    something that crosses: its middle counts. Where the outer edge is covered, the inner one counts, which is the far
-    end of the flank.
+    something that crosses: its middle counts. Where the outer edge is hidden, the inner one counts, which lies somewhere
+    along the flank.
     """
     c = camera.calibration
     u = detection.centre_px[0]
@@ -91,7 +96,7 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, co
         wide_m = detection.width_px * found.depth_m / c.fx_px
         if covered:
             end = detection.x1_px if u < c.cx_px else detection.x0_px
-            flank = c.cx_px + (end - c.cx_px) * (found.depth_m + body.length_m) / found.depth_m
+            flank = c.cx_px + (end - c.cx_px) * (found.depth_m + body.length_m / 2) / found.depth_m
             u = flank + (-half if u < c.cx_px else half)
         elif whole and beside and wide_m < 1.9 * body.width_m:
             u = corner
@@ -107,7 +112,7 @@ def _covariance(
     c = camera.calibration
     across_px = ACROSS_SIGMA_PX + ACROSS_SIGMA_SHARE * detection.width_px
     across = ACROSS_SIGMA_M + across_px * found.depth_m / c.fx_px
-    if covered or detection.x0_px <= EDGE_PX or detection.x1_px >= c.width_px - EDGE_PX:
+    if covered:
         across += CUT_SIGMA_SHARE * body.width_m
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

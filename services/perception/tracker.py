@@ -19,15 +19,19 @@ from services.perception.sizes import PERSON, Body
 
 GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
+MOST_FACTOR, NEAR_M = 2.0, 5.0
+"""Between a fix and its track's range; nearer than the second all counts as that."""
 CONFIRMING = ((3, 1.2), (2, 1.4))
-"""A track is published after this many hits with this much evidence (a sum of scores that falls while it is unseen)."""
+"""A track is published after this many hits with this much evidence (a sum of scores that fades)."""
 TENTATIVE_S = 0.35
 COAST_S = 1.0
 COAST_PER_HIT_S = 0.15
 """A track coasts for as long as its past supports: 0.45 s after three hits, the whole second from seven on."""
-EVIDENCE_UNIT, MOST_EVIDENCE, LOST_EVIDENCE_PER_S = 1.5, 4.0, 3.0
+EVIDENCE_UNIT, MOST_EVIDENCE = 1.5, 4.0
+FADING_S, LOST_FADING_S = 0.8, 0.4
 """Confidence is 1 - exp(-evidence / unit): 0.63 after scores that add up to 1.5, at most 0.93, less while unseen. A
-detector's score tells how sure one picture is; that many pictures agree makes it surer (our choice, not calibrated)."""
+detector's score tells how sure one picture is; that many pictures agree makes it surer, but pictures that follow each
+other err alike: evidence fades, so that a low score never adds up to certainty (our choice, not calibrated)."""
 BEHIND_M = -8.0
 RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
@@ -135,10 +139,16 @@ class Tracker:
 
 
 def _costs(track: Tracked, sighting: Sighting) -> Iterator[float]:
-    if track.kind == sighting.kind:
+    if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
         squared, cost = distance(track.estimate, sighting.fix)
         if squared <= GATE:
             yield cost
+
+
+def _as_far(mean: Floats, place: Floats) -> bool:
+    """Whether both are about equally far away: a range by size is vague, but vague as a factor, and nothing is it all along a ray."""
+    ours, theirs = (max(NEAR_M, math.hypot(float(x), float(y))) for x, y in (mean[:2], place))
+    return 1.0 / MOST_FACTOR <= ours / theirs <= MOST_FACTOR
 
 
 def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
@@ -186,9 +196,9 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
 
 
 def _faded(track: Tracked, before_ns: int, dt_s: float) -> Tracked:
-    """Less evidence where it was not seen at the last instant."""
-    lost = LOST_EVIDENCE_PER_S * dt_s if track.seen_ns < before_ns else 0.0
-    return replace(track, evidence=max(0.0, track.evidence - lost))
+    """Less evidence with time, and much less where it was not seen at the last instant."""
+    fading_s = LOST_FADING_S if track.seen_ns < before_ns else FADING_S
+    return replace(track, evidence=track.evidence * math.exp(-dt_s / fading_s))
 
 
 def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
@@ -205,7 +215,7 @@ def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
 def _alive(track: Tracked, now_ns: int) -> bool:
     unseen_s = (now_ns - track.seen_ns) / 1e9
     coast_s = min(COAST_S, COAST_PER_HIT_S * track.hits) if track.confirmed else TENTATIVE_S
-    if unseen_s > coast_s or track.evidence <= 0.0:
+    if unseen_s > coast_s:
         return False
     return float(track.estimate.mean[0]) > BEHIND_M
 

@@ -175,6 +175,25 @@ def test_a_fast_one_seen_by_old_sweeps_is_one_track(closing: float) -> None:
     assert track.vx_mps == pytest.approx(-closing, abs=1.0)
 
 
+def test_a_vague_box_far_away_does_not_keep_a_near_track_alive() -> None:
+    """A range by size at 50 m has a sigma of 17 m: 3 m is not among what it may mean."""
+    tracker = Tracker()
+    for k in range(1, 9):
+        tracker.step(k * STEP_NS, [sighting(6.0, 0.0)], EgoState(10.0, 0.0))
+    for k in range(9, 30):
+        tracker.step(k * STEP_NS, [sighting(50.0, 0.0, sigma_m=17.0, score=0.3)], EgoState(10.0, 0.0))
+    assert all(track.x_m > 25.0 for track in tracker.published())
+
+
+def test_a_low_score_never_adds_up_to_certainty() -> None:
+    doubtful, sure = Tracker(), Tracker()
+    for k in range(1, 60):
+        doubtful.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.12)], EgoState(10.0, 0.0))
+        sure.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)], EgoState(10.0, 0.0))
+    assert doubtful.published() == []
+    assert sure.published()[0].confidence > 0.9
+
+
 def test_stamps_that_jump_back_start_afresh() -> None:
     tracker = Tracker()
     drive(tracker, 12, 40.0, 0.0, first=1000)

@@ -1,0 +1,73 @@
+"""When to doubt a box: a doubted one counts for less, so that it confirms a track later, if at all.
+
+What is tiny in one camera while another looks closer at the same place makes no track here: size and feet of a dozen
+pixels give ranges wrong by half, always to the same side. The box itself is published all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from services.perception.camera import Camera, Floats
+from services.perception.detection import Detection
+from services.perception.projection import (
+    EDGE_PX,
+    FURTHEST_M,
+    STANDING,
+    ProjectedSweep,
+    Range,
+    ground_range,
+    seen_through,
+)
+from services.perception.sizes import PRIORS
+
+DOUBTED_SHARE = 0.4
+"""Of the score that remains."""
+SMALL_PX, TINY_PX = 24.0, 18.0
+CLOSER = 1.5
+"""A camera with this many times the focal length sees what is small here well enough to be the judge of it."""
+TOO_TALL = 1.3
+"""Times the tallest of its class: on a road that rises by one in a hundred, a person at 40 m seems 1.4 times as tall."""
+
+
+def doubted(
+    detection: Detection, found: Range | None, camera: Camera, sweep: ProjectedSweep | None, others: Sequence[Camera]
+) -> bool:
+    """Whether anything speaks against a road user's box (undistorted pixels); `others`: cameras whose pictures are fresh."""
+    if found is None or detection.kind not in STANDING or found.source == "lidar":
+        return False
+    return (
+        (sweep is not None and seen_through(detection, sweep, found))
+        or too_tall(detection, camera)
+        or (detection.height_px < SMALL_PX and seen_closer(detection, found, camera, others))
+    )
+
+
+def left_to_another(detection: Detection, found: Range, camera: Camera, others: Sequence[Camera]) -> bool:
+    """Whether a box is tiny here and for another camera to judge; a LiDAR range makes up for its size."""
+    tiny = detection.kind in STANDING and found.source != "lidar" and detection.height_px < TINY_PX
+    return tiny and seen_closer(detection, found, camera, others)
+
+
+def too_tall(detection: Detection, camera: Camera) -> bool:
+    """Whether it would be a giant where its feet are: a tree far behind rather than a person near by."""
+    c = camera.calibration
+    if c.assumed or detection.y1_px >= c.height_px - EDGE_PX:
+        return False
+    ground = ground_range(detection, camera)
+    depth_m = ground.depth_m if ground is not None else FURTHEST_M  # feet at the horizon or above it
+    return detection.height_px * depth_m / c.fy_px > TOO_TALL * PRIORS[detection.kind].possible_m[1]
+
+
+def seen_closer(detection: Detection, found: Range, camera: Camera, others: Sequence[Camera]) -> bool:
+    """Whether a camera of longer focal length looks there."""
+    place = camera.eye + camera.ray(*detection.centre_px) * found.depth_m
+    return any(
+        other.calibration.fx_px > CLOSER * camera.calibration.fx_px and _in_view(other, place[None]) for other in others
+    )
+
+
+def _in_view(camera: Camera, place: Floats) -> bool:
+    (pixel,), (depth,) = camera.project(place)
+    inside = (pixel > 0.0) & (pixel < (camera.calibration.width_px, camera.calibration.height_px))
+    return bool(depth > 0.0 and inside.all())

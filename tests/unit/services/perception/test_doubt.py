@@ -1,0 +1,76 @@
+"""Boxes that something speaks against count for less."""
+
+import math
+
+import numpy as np
+import pytest
+
+from proto.sensors import Calibration
+from services.perception.camera import Camera
+from services.perception.detection import Detection
+from services.perception.doubt import doubted, left_to_another, too_tall
+from services.perception.projection import ProjectedSweep, Range, find_range
+
+
+def camera(focal_px: float = 457.0, *, assumed: bool = False) -> Camera:
+    calibration = Calibration(
+        fx_px=focal_px, fy_px=focal_px, cx_px=320.0, cy_px=180.0, width_px=640, height_px=360, x_m=0.6, z_m=1.35,
+        pitch_rad=math.radians(-2), assumed=assumed,
+    )  # fmt: skip
+    return Camera.of(calibration, assumed=assumed)
+
+
+FRONT, TELE = camera(), camera(1100.0)
+
+
+def standing(
+    x_m: float, y_m: float, height_m: float, kind: str, feet_m: float = 0.0, seen_by: Camera = FRONT
+) -> Detection:
+    """The box of something `height_m` tall whose feet are `feet_m` above the road."""
+    half = 0.9 if kind == "vehicle" else 0.3
+    corners = np.array([(x_m, y_m + side, feet_m + up) for side in (-half, half) for up in (0.0, height_m)])
+    pixels, _ = seen_by.project(corners)
+    (x0, y0), (x1, y1) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+    return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=kind, score=0.5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("box", "giant"),
+    [
+        (standing(20.0, 1.0, 1.75, "pedestrian"), False),
+        (standing(40.0, -2.0, 1.9, "pedestrian"), False),
+        (standing(35.0, 0.0, 4.0, "vehicle"), False),
+        (standing(40.0, 1.0, 1.75, "pedestrian", feet_m=0.4), False),  # one in a hundred uphill
+        (standing(110.0, 12.0, 5.0, "pedestrian"), True),  # a tree
+        (standing(60.0, 0.0, 3.0, "vehicle", feet_m=6.0), True),  # a gantry
+    ],
+)
+def test_giants_are_doubted_where_the_camera_is_calibrated(box: Detection, giant: bool) -> None:
+    assert too_tall(box, FRONT) is giant
+    assert not too_tall(box, camera(assumed=True)), "nobody measured how that one looks"
+
+
+def test_what_the_lidar_confirms_is_never_doubted() -> None:
+    tree = standing(110.0, 12.0, 5.0, "pedestrian")
+    seen = find_range(tree, FRONT, None)
+    assert seen is not None
+    assert doubted(tree, seen, FRONT, None, [])
+    assert not doubted(tree, Range(depth_m=seen.depth_m, sigma_m=0.1, source="lidar"), FRONT, None, [TELE])
+
+
+def test_what_is_tiny_here_is_left_to_a_camera_that_looks_closer() -> None:
+    far, near, aside = (standing(x, y, 1.5, "vehicle") for x, y in ((70.0, 0.0), (20.0, 0.0), (70.0, 38.0)))
+    for box, left in ((far, True), (near, False), (aside, False)):
+        found = find_range(box, FRONT, None)
+        assert found is not None
+        assert left_to_another(box, found, FRONT, [TELE]) is left
+        assert not left_to_another(box, found, FRONT, []), "no other camera looks"
+        assert not left_to_another(box, found, FRONT, [FRONT]), "the other one sees no better"
+
+
+def test_signs_are_no_road_users_and_not_doubted_here() -> None:
+    sign = standing(60.0, 4.0, 0.7, "sign", feet_m=2.0)
+    found = find_range(sign, FRONT, None)
+    assert found is not None
+    assert not doubted(sign, found, FRONT, ProjectedSweep.of(np.zeros((0, 3)), FRONT), [TELE])
+    assert not left_to_another(sign, found, FRONT, [TELE])
