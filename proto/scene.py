@@ -43,6 +43,8 @@ class Fact(msgspec.Struct, frozen=True, kw_only=True):
     disc_px: float | None = None
     passed: bool = False
     """The track has left the picture: the sign stands beside or behind the ego now."""
+    assumed: bool = False
+    """A setting says so, and no picture yet."""
 
 
 class Facts(msgspec.Struct, frozen=True, kw_only=True):

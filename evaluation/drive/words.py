@@ -26,7 +26,7 @@ def live_line(tally: Tally, width: int = 120) -> str:
 
 def spoken_line(time_s: float, advisory: Advisory) -> str:
     """One piece of advice with its reasons, for the record above the live line."""
-    words = " ".join(f"{advisory.directive}. {advisory.justification}".split())
+    words = " ".join(f"{advisory.directive.rstrip('.')}. {advisory.justification}".split())
     return f"{time_s:5.1f} s   {advisory.kind} {advisory.urgency:8}{words}"
 
 

@@ -70,6 +70,11 @@ class Whereabouts:
     counted: tuple[tuple[str, int], ...] = ()
     """Tracks whose cue is in already: each sign counts once."""
 
+    @property
+    def assumed(self) -> bool:
+        """Whether all of it is the home setting, and nothing was seen yet."""
+        return self.believed is not None and not self.counted
+
     @classmethod
     def at_home(cls, country: str) -> "Whereabouts":
         """Start from a home setting: a weak prior that a single strong cue outweighs; empty: know nothing."""

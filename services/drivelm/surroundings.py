@@ -15,7 +15,7 @@ def surroundings(where: Whereabouts, road_type: tuple[str, float] | None, now_ns
     facts = []
     if where.believed is not None:
         countries = {country: where.posterior(country) for country in JURISDICTIONS}
-        facts.append(_fact("jurisdiction", where.believed, countries, now_ns))
+        facts.append(_fact("jurisdiction", where.believed, countries, now_ns, assumed=where.assumed))
         facts.append(_best("units", {unit: where.of_unit(unit) for unit in get_args(Unit)}, now_ns))
         facts.append(_best("traffic_side", {side: where.of_side(side) for side in get_args(Side)}, now_ns))
     if road_type is not None:
@@ -27,7 +27,7 @@ def _best(kind: FactKind, shares: dict[str, float], now_ns: int) -> Fact:
     return _fact(kind, max(shares, key=lambda name: shares[name]), shares, now_ns)
 
 
-def _fact(kind: FactKind, reading: str, shares: dict[str, float], now_ns: int) -> Fact:
+def _fact(kind: FactKind, reading: str, shares: dict[str, float], now_ns: int, *, assumed: bool = False) -> Fact:
     believed = shares[reading] >= BELIEVE
     rest = sorted(((share, name) for name, share in shares.items() if share >= _MENTION), reverse=True)
     return Fact(
@@ -37,5 +37,6 @@ def _fact(kind: FactKind, reading: str, shares: dict[str, float], now_ns: int) -
         frame_stamp_ns=now_ns,
         track_id=0,
         believed=believed,
+        assumed=assumed,
         candidates=() if believed else tuple(Candidate(reading=n, confidence=round(s, 4)) for s, n in rest),
     )

@@ -246,6 +246,8 @@ def _units(question: str, state: State, outcomes: tuple[Outcome, ...]) -> Told:
     asked = [name for name, pattern in _ASKED_UNIT.items() if pattern.search(question)]
     phrase = "units" if len(asked) != 1 else "units_yes" if asked[0] == unit else "units_no"
     lines = [say(preferences, "ask", phrase, country=here.value, unit=unit)]
+    if here.assumed:
+        lines.append(say(preferences, "ask", "assumed"))
     if signs.former_jurisdiction:
         lines.append(say(preferences, "ask", "switched", former=signs.former_jurisdiction))
     lines.append(_limit_line(state, answered))

@@ -129,13 +129,21 @@ def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
         known: Believed | None = getattr(signs, field)
         if not _may_be_stated(field, fact.reading):
             return signs
-        if fact.confidence < SURE or (known is not None and known.value == fact.reading):
+        if fact.confidence < SURE:
             return signs
-        return msgspec.structs.replace(
-            signs, **{field: Believed(value=fact.reading, confidence=min(1.0, fact.confidence), since_ns=now_ns)}
+        if known is not None and known.value == fact.reading:
+            seen_now = known.assumed and not fact.assumed
+            return msgspec.structs.replace(signs, **{field: _seen(known, fact)}) if seen_now else signs
+        believed = Believed(
+            value=fact.reading, confidence=min(1.0, fact.confidence), since_ns=now_ns, assumed=fact.assumed
         )
+        return msgspec.structs.replace(signs, **{field: believed})
 
     return state
+
+
+def _seen(known: Believed, fact: Fact) -> Believed:
+    return msgspec.structs.replace(known, confidence=min(1.0, fact.confidence), assumed=False)
 
 
 def _may_be_stated(field: str, value: str) -> bool:
@@ -147,10 +155,11 @@ def _may_be_stated(field: str, value: str) -> bool:
 
 def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     after = _state("jurisdiction")(signs, fact, now_ns)
-    if after is signs or signs.jurisdiction is None:
+    before, now = signs.jurisdiction, after.jurisdiction
+    if before is None or now is None or before.value == now.value:
         return after
     # Another country's signs, believed: the border is behind us even if its sign was missed.
-    return msgspec.structs.replace(_clear(after, now_ns), former_jurisdiction=signs.jurisdiction.value)
+    return msgspec.structs.replace(_clear(after, now_ns), former_jurisdiction=before.value)
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {

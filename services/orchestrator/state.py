@@ -19,6 +19,8 @@ class Believed(msgspec.Struct, frozen=True, kw_only=True):
     value: str
     confidence: float
     since_ns: int
+    assumed: bool = False
+    """By a setting; no picture has shown it yet."""
 
 
 class InForce(msgspec.Struct, frozen=True, kw_only=True):

@@ -18,6 +18,8 @@ from services.logger.view.blueprint import blueprint, name_series
 
 M = TypeVar("M", bound=msgspec.Struct)
 KMH = 3.6
+SHORT = {"pedestrian": "person"}
+"""Labels that would not fit beside their box."""
 _COLORS = {
     "vehicle": (90, 170, 255),
     "pedestrian": (255, 160, 60),
@@ -83,7 +85,9 @@ class Drawing:
 
     def _label(self, kind: str, track_id: int, range_m: float | None) -> str:
         read = self._readings.get(track_id, "") if kind in ("sign", "panel", "light") else ""
-        return " ".join(part for part in (read or kind, "" if range_m is None else f"{range_m:.0f} m") if part)
+        return " ".join(
+            part for part in (read or SHORT.get(kind, kind), "" if range_m is None else f"{range_m:.0f} m") if part
+        )
 
     def _facts(self, message: Facts) -> None:
         for fact in message.facts:
@@ -100,7 +104,7 @@ class Drawing:
         boxes = rr.Boxes2D(
             centers=[[-track.y_m, -track.x_m] for track in tracks],
             sizes=[[track.width_m, track.length_m] for track in tracks],
-            labels=[f"{track.kind} {track.vx_mps * KMH:+.0f} km/h" for track in tracks],
+            labels=[f"{SHORT.get(track.kind, track.kind)} {track.vx_mps * KMH:+.0f} km/h" for track in tracks],
             colors=[(240, 80, 80) if track.track_id == lead else _COLORS.get(track.kind, _WHITE) for track in tracks],
         )
         self._stream.log("bird/tracks", boxes if tracks else rr.Clear(recursive=False))

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from services.drivelm.cues import Whereabouts, cues_of, oncoming_cue
 from services.drivelm.jurisdictions import JURISDICTIONS
+from services.drivelm.surroundings import surroundings
 
 
 def _after(*readings: str, home: str = "DEU") -> Whereabouts:
@@ -18,6 +19,16 @@ def test_home_is_assumed_weakly_and_nothing_is_known_without_it() -> None:
     assert Whereabouts.at_home("DEU").believed == "DEU"
     assert Whereabouts.at_home("DEU").posterior("DEU") < 0.85
     assert Whereabouts.at_home("").believed is None
+
+
+def test_a_home_is_said_to_be_assumed_until_something_was_seen() -> None:
+    home = Whereabouts.at_home("DEU")
+    (country, *_) = surroundings(home, None, 1)
+    assert country.assumed
+    (country, *_) = surroundings(home.with_cue(("front", 1), cues_of("town_entry:yellow")), None, 1)
+    assert not country.assumed
+    (country, *_) = surroundings(home.past_border(("front", 2), "GBR"), None, 1)
+    assert (country.reading, country.assumed) == ("GBR", False)
 
 
 def test_a_passed_border_changes_the_country_at_once() -> None:

@@ -78,6 +78,17 @@ def test_what_does_this_sign_mean() -> None:
     assert told.citations[0].section == "§ 3 StVO"
 
 
+def test_a_country_by_setting_is_said_to_be_one_until_a_sign_has_spoken() -> None:
+    drive = Drive()
+    drive.tick(fact("jurisdiction", "GBR", assumed=True), fact("units", "mph"))
+    asking = "Are we in mph now?"
+    assumed = asked(drive, asking, applicable_limit=limit_answer(30, "mph"))
+    drive.tick(fact("jurisdiction", "GBR"))
+    seen = asked(drive, asking, applicable_limit=limit_answer(30, "mph"))
+    assert "no sign has confirmed it yet" in assumed.text
+    assert "no sign has confirmed it yet" not in seen.text
+
+
 def test_are_we_in_mph_now() -> None:
     drive = Drive()
     drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"))
