@@ -8,7 +8,7 @@ import secrets
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from proto.services import ServiceRow
+from proto.services import RESERVED, ServiceRow
 from proto.topics import TOPICS, TRUTH, Topic
 
 EVALUATION = ServiceRow(name="evaluation", extra="", calls=("*",))
@@ -80,7 +80,9 @@ def _callable(row: ServiceRow, members: list[ServiceRow], root: str) -> list[str
     keys = [f"{root}/tool/*"] if "*" in row.calls else []
     for server in servers:
         keys.append(f"{root}/tool/{server.name}")
-        keys += [f"{root}/tool/{server.name}/{tool}" for tool in server.tools]
+        keys += [
+            f"{root}/tool/{server.name}/{tool}" for tool in server.tools if row.name in RESERVED.get(tool, (row.name,))
+        ]
     if row.name in ("simulator", "player"):  # the conductors of lockstep
         keys += [f"{root}/step/{member.name}" for member in members]
     return keys

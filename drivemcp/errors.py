@@ -1,5 +1,10 @@
 """The few errors of the runtime. On the wire an error is data."""
 
+import msgspec
+
+MALFORMED = (msgspec.MsgspecError, RecursionError, OverflowError)
+"""What decoding bytes from the wire raises: they do not fit, nest too deep, or hold numbers beyond all use."""
+
 
 class DriveMcpError(Exception):
     """Base of all errors of this project."""

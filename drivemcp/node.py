@@ -15,7 +15,7 @@ import msgspec
 from drivemcp.bus import Bus, Publisher, Query, wait_settled
 from drivemcp.clock import Clock, SimulatedClock, WallClock
 from drivemcp.config import ServiceConfig
-from drivemcp.errors import ContractError, LockstepError
+from drivemcp.errors import MALFORMED, ContractError, LockstepError
 from drivemcp.health import Health, TopicMonitor
 from drivemcp.inbox import Inbox, Parcel, Timers
 from drivemcp.lockstep import STEP_BOUND_S, Conductor, HeldParcels
@@ -218,7 +218,7 @@ class Node:
             return None
         try:
             return _received(decode(topic, parcel.payload), parcel, head)
-        except (msgspec.MsgspecError, ValueError) as error:
+        except (*MALFORMED, ValueError) as error:
             monitor.broken()
             if monitor.malformed in (1, 10, 100, 1000):
                 self.log.warning("%s: message %d does not decode and is dropped: %s", parcel.key, head.seq, error)

@@ -49,11 +49,19 @@ class TestBus:
             self._probe = self.node("probe")
         return self._probe
 
-    def call(self, tool: str, arguments: Mapping[str, Any] | None = None, *, deadline_ms: float = 5000.0) -> Outcome:
-        """Call a tool from the probe, discovering it first."""
-        if tool not in self.probe.catalogue():
-            self.probe.client.discover()
-        return self.probe.call(tool, arguments or {}, deadline_ms=deadline_ms)
+    def call(
+        self,
+        tool: str,
+        arguments: Mapping[str, Any] | None = None,
+        *,
+        deadline_ms: float = 5000.0,
+        caller: Node | None = None,
+    ) -> Outcome:
+        """Call a tool from the probe, or another node, discovering it first."""
+        node = caller or self.probe
+        if tool not in node.catalogue():
+            node.client.discover()
+        return node.call(tool, arguments or {}, deadline_ms=deadline_ms)
 
     def collect(self, topic: Topic[M], *, id: str | None = None) -> "Collected[M]":
         """Follow a topic from now on."""

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.bus import Bus, Querier, Reply
+from drivemcp.errors import MALFORMED
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, tool_key
 from proto.tools import BUSY, CallHead, CallRecord, CallResult, Catalogue, Outcome, ProtocolError, ToolEntry
@@ -41,6 +42,7 @@ class _Pending:
     __slots__ = (
         "arguments",
         "call_id",
+        "collected",
         "deadline_ns",
         "done",
         "elapsed_ms",
@@ -65,6 +67,7 @@ class _Pending:
         self.ended = ended
         self.reply: Reply | None = None
         self.done = False
+        self.collected = False
         self.elapsed_ms = 0.0
 
     def end(self, reply: Reply | None) -> None:
@@ -165,7 +168,7 @@ class ToolClient:
     def _learn(self, payload: bytes) -> None:
         try:
             catalogue = _CATALOGUE.decode(payload)
-        except msgspec.MsgspecError as error:
+        except MALFORMED as error:
             self._logger.warning("a catalogue does not decode and is ignored: %s", error)
             return
         if catalogue.proto_major != PROTO_VERSION[0]:
@@ -233,7 +236,8 @@ class ToolClient:
         if pending.done:
             return  # a tool has one server: its first reply is the answer
         now_ns = time.time_ns()
-        if reply is not None and reply.payload is not None and now_ns > pending.deadline_ns:
+        late = pending.collected or now_ns > pending.deadline_ns
+        if reply is not None and reply.payload is not None and late:
             age_ms = (now_ns - pending.sent_ns) / 1e6
             outcome = self._outcome(pending, reply, age_ms)
             self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=age_ms))
@@ -246,11 +250,12 @@ class ToolClient:
                 pending.ended.get(timeout=max(0.0, (pending.deadline_ns - time.time_ns()) / 1e9))
             except Empty:
                 break
+        done, pending.collected = pending.done, True
         self._waiting.discard(pending)
         limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
-        if self._modelled_ms is not None and pending.done:
+        if self._modelled_ms is not None and done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
-        outcome = self._outcome(pending, pending.reply, elapsed_ms)
+        outcome = self._outcome(pending, pending.reply if done else None, elapsed_ms, gone=done)
         if self._modelled_ms is not None and outcome.ok and elapsed_ms > limit_ms:
             self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=elapsed_ms))
             outcome = msgspec.structs.replace(
@@ -259,7 +264,7 @@ class ToolClient:
         self._record(pending.sent_ns, outcome)
         return outcome
 
-    def _outcome(self, pending: _Pending, reply: Reply | None, elapsed_ms: float) -> Outcome:
+    def _outcome(self, pending: _Pending, reply: Reply | None, elapsed_ms: float, *, gone: bool = False) -> Outcome:
         base = Outcome(
             tool=pending.tool,
             status="timeout",
@@ -269,7 +274,7 @@ class ToolClient:
             arguments_sha256=hashlib.sha256(pending.payload).hexdigest(),
         )
         if reply is None:
-            if not pending.done:
+            if not gone:
                 return msgspec.structs.replace(base, error="no answer before the deadline")
             return msgspec.structs.replace(base, status="unavailable", error="nobody answered: the server is gone")
         return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
@@ -301,7 +306,7 @@ class ToolClient:
 def _with_error(base: Outcome, payload: bytes) -> Outcome:
     try:
         problem = _PROBLEM.decode(payload)
-    except msgspec.MsgspecError:
+    except MALFORMED:
         # Zenoh's own error: the timeout of the query, or the server went away while it worked
         return msgspec.structs.replace(base, status="timeout", error=payload[:200].decode("utf-8", "replace"))
     status = "busy" if problem.code == BUSY else "protocol_error"
@@ -312,7 +317,8 @@ def _with_result(base: Outcome, payload: bytes) -> Outcome:
     digest = hashlib.sha256(payload).hexdigest()
     try:
         result = _RESULT.decode(payload)
-    except msgspec.MsgspecError as error:
+        _ARGUMENTS.encode(result.structuredContent)  # what cannot be written again could not be logged
+    except MALFORMED as error:
         return msgspec.structs.replace(
             base, status="protocol_error", error=f"the result does not decode: {error}", result_sha256=digest
         )

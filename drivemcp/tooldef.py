@@ -11,6 +11,7 @@ import msgspec
 from drivemcp.errors import ContractError
 from proto import PROTO_VERSION
 from proto.keys import chunk
+from proto.services import RESERVED
 from proto.tools import Capability, Effect, ToolEntry, ToolMeta
 
 
@@ -68,6 +69,7 @@ def define(
             deadline_ms=deadline_ms,
             answers=answers,
             effect=effect,
+            callers=RESERVED.get(tool_name, ()),
             proto_major=PROTO_VERSION[0],
         ),
     )

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.bus import Bus, Query
-from drivemcp.errors import ContractError, ToolFailed
+from drivemcp.errors import MALFORMED, ContractError, ToolFailed
 from drivemcp.tooldef import Tool, as_object, define
 from proto import PROTO_VERSION
 from proto.keys import catalogue_key, tool_key
@@ -159,13 +159,15 @@ class ToolServer:
     def _check(self, tool: Tool, query: Query) -> tuple[CallHead | None, tuple[int, str]]:
         try:
             head = _HEAD.decode(query.attachment)
-        except msgspec.MsgspecError as error:
+        except MALFORMED as error:
             return None, (INVALID_PARAMS, f"no valid call head in the attachment: {error}")
         if head.proto_major != PROTO_VERSION[0]:
             return None, (
                 INVALID_PARAMS,
                 f"caller {head.caller!r} speaks message version {head.proto_major}, this server {PROTO_VERSION[0]}",
             )
+        if tool.entry.meta.callers and head.caller not in tool.entry.meta.callers:
+            return None, (DENIED, f"{tool.entry.name} is for {', '.join(tool.entry.meta.callers)} alone")
         if tool.entry.meta.capability == "actuation" and (why := self._authorize(tool, head, query.payload)):
             return None, (DENIED, f"{tool.entry.name} is refused: {why}")
         return head, (0, "")
@@ -173,7 +175,7 @@ class ToolServer:
     def _run(self, tool: Tool, decoder: msgspec.json.Decoder[Any], query: Query) -> tuple[CallStatus, bytes, str]:
         try:
             arguments = decoder.decode(query.payload or b"{}")
-        except msgspec.MsgspecError as error:
+        except MALFORMED as error:
             return _failure(f"arguments of {tool.entry.name}: {error}")
         try:
             result = tool.run(arguments)

@@ -1,5 +1,8 @@
 """The service table: each process, what it installs, serves and calls; supervision and access control read it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import msgspec
 
 
@@ -21,6 +24,9 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
     memory_mb: int = 400
     module: str = ""
 
+
+RESERVED: Mapping[str, tuple[str, ...]] = MappingProxyType({"arbitrate": ("orchestrator",)})
+"""Tools that only these services may call: part of the pipeline, and no question for others."""
 
 SERVICES: tuple[ServiceRow, ...] = (
     ServiceRow(

@@ -32,6 +32,8 @@ class ToolMeta(msgspec.Struct, frozen=True, kw_only=True):
     answers: tuple[str, ...] = ()
     """Kinds of events that route to this tool without a change to the orchestrator."""
     effect: Effect | None = None
+    callers: tuple[str, ...] = ()
+    """The services that alone may call it; empty: any."""
     proto_major: int = 1
 
 

@@ -9,7 +9,7 @@ from mcp.server.lowlevel import Server
 from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
-from proto.tools import INVALID_PARAMS
+from proto.tools import INVALID_PARAMS, ToolEntry
 from services.gateway.face import as_result, as_tool
 
 GRACE_MS = 2000.0
@@ -20,17 +20,22 @@ _INSTRUCTIONS = (
 )
 
 
+def _offered(node: Node) -> dict[str, ToolEntry]:
+    """The catalogue without what only services may call."""
+    return {name: entry for name, entry in node.catalogue().items() if not entry.meta.callers}
+
+
 def make_server(node: Node) -> Server[Any]:
     """A server bound to a node that watches the bus."""
 
     async def list_tools(
         _: ServerRequestContext[Any], __: types.PaginatedRequestParams | None
     ) -> types.ListToolsResult:
-        entries = sorted(node.catalogue().values(), key=lambda entry: entry.name)
+        entries = sorted(_offered(node).values(), key=lambda entry: entry.name)
         return types.ListToolsResult(tools=[as_tool(entry) for entry in entries], ttl_ms=1000, cache_scope="private")
 
     async def call_tool(_: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
-        entry = node.catalogue().get(params.name)
+        entry = _offered(node).get(params.name)
         if entry is None:
             raise MCPError(INVALID_PARAMS, f"no tool {params.name[:80]!r}")
         limit_ms = entry.meta.deadline_ms + GRACE_MS

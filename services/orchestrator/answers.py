@@ -144,13 +144,22 @@ def expert_limiter(tool: str, result: dict[str, Any], effect: Effect, until_ns: 
         target_mps=max(0.0, target) if target is not None else None,
         speed_factor=min(1.0, max(0.3, speed)) if speed is not None else 1.0,
         headway_factor=min(3.0, max(1.0, headway)) if headway is not None else 1.0,
-        text=plain(str(result.get(effect.text_field, ""))) if effect.text_field else "",
+        text=_words(result.get(effect.text_field)) if effect.text_field else "",
     )
 
 
+def _words(value: object) -> str:
+    return plain(value) if isinstance(value, str) else ""
+
+
 def _number(value: object) -> float | None:
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if number else None  # type: ignore[arg-type]
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 _TAKERS: dict[str, Callable[[Held, State, Outcome], Held]] = {

@@ -15,9 +15,11 @@ from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.supervisor import free_port
 from drivemcp.testing import TestBus, bus
+from drivemcp.tooldef import define
 from proto import topics
+from proto.keys import catalogue_key, tool_key
 from proto.sensors import GnssFix
-from proto.tools import CallRecord
+from proto.tools import CallRecord, Catalogue
 from proto.vehicle import Ego
 from proto.weather import Conditions
 
@@ -129,6 +131,25 @@ def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(
     assert hung.status == "timeout"
     assert hung.elapsed_ms < 3000
     assert answered.ok
+
+
+def test_bytes_beyond_all_use_are_an_outcome_and_no_exception() -> None:
+    payloads = [b"[" * 100_000, b'{"structuredContent":%b}' % (b"[" * 90_000), b'{"structuredContent":{"a":' * 20_000]
+    served = iter(payloads)
+
+    def lie() -> Wetness:
+        """Never runs: its server answers with bytes of its own."""
+        raise AssertionError
+
+    with bus() as b:
+        vehicle = b.probe.config.vehicle
+        catalogue, tool = catalogue_key(vehicle, "liar"), tool_key(vehicle, "liar", "lie")
+        offered = Catalogue(server="liar", tools=(define(lie, server="liar", deadline_ms=40).entry,))
+        b.session.serve(catalogue, lambda query: query.answer(catalogue, msgspec.json.encode(offered)))
+        b.session.serve(tool, lambda query: query.answer(tool, next(served)))
+        for _ in payloads:
+            outcome = b.call("lie")
+            assert outcome.status == "protocol_error", outcome
 
 
 def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: TestBus) -> None:

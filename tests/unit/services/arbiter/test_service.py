@@ -40,12 +40,13 @@ def show(node: Node, gap_m: float, track_id: int, stamp_ns: int) -> None:
 
 def arbitrate(b: TestBus, node: Node) -> Decision:
     """The decision, once the arbiter has watched a car close in by itself: in two pictures, 0.27 s apart."""
+    orchestrator = b.node("orchestrator")
     for attempt in range(1, 60):
         now_ns, track_id = time.time_ns(), 100 + attempt
         for back_ns, gap_m in ((270_000_000, 18.24), (0, 15.0)):
             show(node, gap_m, track_id, now_ns - back_ns)
             asked = msgspec.structs.replace(CRITICAL, tick=attempt, lead=track(gap_m=gap_m, track_id=track_id))
-            outcome = b.call("arbitrate", {"request": asked})
+            outcome = b.call("arbitrate", {"request": asked}, caller=orchestrator)
             assert outcome.ok, outcome.error
         decision = msgspec.convert(outcome.result, Decision)
         own = decision.own
@@ -127,7 +128,7 @@ def test_a_request_alone_never_brakes(tmp_path: Path) -> None:
     )
     with bus() as b:
         b.start(SERVICE, config)
-        outcome = b.call("arbitrate", {"request": CRITICAL})
+        outcome = b.call("arbitrate", {"request": CRITICAL}, caller=b.node("orchestrator"))
         assert outcome.result is not None
         assert outcome.result["kind"] == "SPEAK"
 
@@ -143,13 +144,25 @@ def test_the_last_decision_can_be_explained(tmp_path: Path) -> None:
         assert b.call("explain_decision", {"tick": 99999}).status == "tool_error"
 
 
+def test_only_the_orchestrator_may_ask_for_a_decision(tmp_path: Path) -> None:
+    """Another caller could use up the voice for a hazard, or talk Delta down by feedback."""
+    with bus() as b:
+        b.start(SERVICE, ArbiterConfig(out_dir=str(tmp_path)))
+        decisions = b.collect(topics.DECISION)
+        refused = b.call("arbitrate", {"request": CRITICAL}, caller=b.node("gateway"))
+        assert refused.status == "protocol_error"
+        assert "orchestrator alone" in refused.error
+        assert b.call("arbitrate", {"request": CRITICAL}, caller=b.node("orchestrator")).ok
+        assert len(decisions.wait_count(1)) == 1
+
+
 def test_feedback_outlives_the_service(tmp_path: Path) -> None:
     config = ArbiterConfig(out_dir=str(tmp_path))
     for count in (1, 2):
         with bus() as b:
             b.start(SERVICE, config)
             asked = msgspec.structs.replace(CRITICAL, feedback=(Feedback(label="late_warning"),))
-            outcome = b.call("arbitrate", {"request": asked})
+            outcome = b.call("arbitrate", {"request": asked}, caller=b.node("orchestrator"))
             assert outcome.result is not None
             assert outcome.result["metrics"]["delta"] == pytest.approx(0.2 - 0.02 * count, abs=1e-3)
 

@@ -366,7 +366,13 @@ EXPERT = Expert(
     ),
 )
 any_value = st.one_of(
-    st.none(), st.floats(allow_nan=False), st.text(max_size=20), st.booleans(), st.lists(st.integers())
+    st.none(),
+    st.floats(allow_nan=False),
+    st.integers(),
+    st.sampled_from([10**400, -(10**400)]),
+    st.text(max_size=20),
+    st.booleans(),
+    st.lists(st.integers()),
 )
 
 
@@ -374,7 +380,13 @@ any_value = st.one_of(
 @given(
     drive=scenes(),
     result=st.fixed_dictionaries(
-        {"target": any_value, "factor": any_value, "headway": any_value, "text": hostile, "confidence": any_value}
+        {
+            "target": any_value,
+            "factor": any_value,
+            "headway": any_value,
+            "text": hostile | any_value,
+            "confidence": any_value,
+        }
     ),
 )
 def test_a_third_party_can_only_lower_and_widen(drive: Drive, result: dict[str, object]) -> None:
@@ -389,7 +401,16 @@ def test_a_third_party_can_only_lower_and_widen(drive: Drive, result: dict[str, 
 
 
 @pytest.mark.parametrize(
-    "answer", [{"factor": 2.0}, {"factor": 1e9}, {"target": 99.0}, {"headway": 0.1}, {"headway": -5.0}, {"factor": "2"}]
+    "answer",
+    [
+        {"factor": 2.0},
+        {"factor": 1e9},
+        {"target": 99.0},
+        {"headway": 0.1},
+        {"headway": -5.0},
+        {"factor": "2"},
+        {"target": 10**400},
+    ],
 )
 def test_a_third_partys_permission_is_none(answer: dict[str, object]) -> None:
     plain, told = Drive(), Drive(Played({**EXPERTS, "roadworks": lambda a: answer}), experts=(EXPERT,))
