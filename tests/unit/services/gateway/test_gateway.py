@@ -29,6 +29,11 @@ def build(config: ServiceConfig, node: Node) -> None:
             raise ToolFailed("rain_mm_h is negative")
         return {"mu": 0.4}
 
+    @node.tool(deadline_ms=50)
+    def arbitrate() -> dict[str, float]:
+        """For the orchestrator alone."""
+        raise AssertionError
+
     @node.tool(deadline_ms=50, capability="actuation")
     def brake() -> dict[str, float]:
         """Must never run."""
@@ -61,6 +66,8 @@ def test_the_official_client_lists_and_calls_every_tool(running: tuple[TestBus, 
             assert failed.is_error
             refused = await client.call_tool("brake", {})
             assert refused.is_error
+            with pytest.raises(MCPError, match="no tool"):
+                await client.call_tool("arbitrate", {})
             with pytest.raises(MCPError, match="no tool"):
                 await client.call_tool("*", {})
 
