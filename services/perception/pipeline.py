@@ -27,7 +27,7 @@ from services.perception.tracker import EgoState, Sighting, Tracker
 
 FRONT = "front"
 PRIMARY_WAIT_NS = 1_000_000_000
-"""The front camera's pictures carry the tracks; without one for so long, those of the camera that still comes."""
+"""On a rig without a front camera the tracks come with the next camera by name; one silent for so long is passed over."""
 OTHERS_WAIT_NS = 300_000_000
 """Of another camera, a picture younger than this says what it would see now."""
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
@@ -61,6 +61,8 @@ class Perception:
     detector: Detector
     ages: Ages = field(default_factory=Ages)
     _cameras: dict[str, Camera] = field(default_factory=dict)
+    _has_front: bool = False
+    """A front camera was heard of: where it is silent, another camera's narrower view must not pass for its own."""
     _seen_ns: dict[str, int] = field(default_factory=dict)
     _levellings: dict[str, Levelling] = field(default_factory=dict)
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
@@ -71,6 +73,7 @@ class Perception:
 
     def calibrate(self, camera_id: str, calibration: Calibration) -> None:
         """Take a camera's calibration. Raises Malformed where it cannot be worked with."""
+        self._has_front |= camera_id == FRONT
         known = self._cameras.get(camera_id)
         if known is not None and known.calibration == calibration:
             return
@@ -98,6 +101,7 @@ class Perception:
 
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame) -> Seen:
         """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed."""
+        self._has_front |= camera_id == FRONT
         picture = open_picture(frame)
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture)
@@ -139,8 +143,10 @@ class Perception:
         return levelling.apply(camera)
 
     def _primary(self, stamp_ns: int) -> str:
+        if self._has_front:
+            return FRONT
         fresh = [name for name, seen_ns in self._seen_ns.items() if abs(stamp_ns - seen_ns) < PRIMARY_WAIT_NS]
-        return FRONT if FRONT in fresh else min(fresh)
+        return min(fresh)
 
     def _others(self, camera_id: str, stamp_ns: int) -> list[Camera]:
         """The other calibrated cameras whose pictures still come."""

@@ -128,6 +128,42 @@ def test_tele_pictures_give_boxes_and_the_front_camera_carries_the_tracks() -> N
     assert len(seen.boxes.boxes) == 1
 
 
+def test_no_other_camera_carries_the_tracks_of_a_front_camera_that_fell_silent() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow(perception, detector)
+    detector.found = []
+    for k in range(13, 60):
+        perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+        seen = perception.see("tele", k * STEP_NS, PICTURE)
+        assert (seen.tracks, seen.lanes) == (None, None)
+        assert seen.boxes.camera == "tele"
+
+
+def test_a_front_camera_that_is_calibrated_or_sends_what_cannot_be_read_is_not_stood_in_for() -> None:
+    calibrated, broken = Perception(Told()), Perception(Told())
+    calibrated.calibrate("front", CALIBRATION)
+    with pytest.raises(Malformed):
+        broken.see("front", STEP_NS, msgspec.structs.replace(PICTURE, jpeg=b""))
+    for perception in (calibrated, broken):
+        assert perception.see("tele", 2 * STEP_NS, PICTURE).tracks is None
+
+
+def test_a_front_camera_that_comes_back_carries_the_tracks_again() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow(perception, detector)
+    assert perception.see("tele", 30 * STEP_NS, PICTURE).tracks is None
+    assert perception.see("front", 31 * STEP_NS, PICTURE).tracks is not None
+
+
+def test_of_several_cameras_none_of_them_in_front_the_first_by_name_that_still_comes_carries_the_tracks() -> None:
+    perception = Perception(Told())
+    assert perception.see("left", STEP_NS, PICTURE).tracks is not None
+    assert perception.see("right", 2 * STEP_NS, PICTURE).tracks is None
+    assert perception.see("right", 20 * STEP_NS, PICTURE).tracks is not None
+
+
 @pytest.mark.parametrize("camera", ["tele", "dashcam"])
 def test_one_camera_alone_carries_the_tracks_whatever_its_name(camera: str) -> None:
     detector = Told()
