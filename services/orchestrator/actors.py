@@ -39,16 +39,28 @@ def _floor(world: WorldState, track: Track) -> float:
     return PERSON_ON_MOTORWAY if motorway and track.kind in ("pedestrian", "cyclist") else FLOOR
 
 
+def vehicles(world: WorldState) -> tuple[Way, ...]:
+    """All vehicles ahead in the ego's path: those that are met, the soonest first, then the others by their gap."""
+    ahead = [way(world, t) for t in tracks(world) if t.kind != "pedestrian" and t.x_m > 0.0 and _in_path(world, t)]
+    return tuple(
+        sorted(ahead, key=lambda w: (w.ttc_s if w.ttc_s is not None else 1e6 + w.gap_m, w.track.track_id)),
+    )
+
+
+def people(world: WorldState) -> tuple[Way, ...]:
+    """All people in, or stepping into, the ego's path, the nearest first."""
+    crossing = [way(world, t) for t in tracks(world) if t.kind in ("pedestrian", "cyclist") and crosses(t)]
+    return tuple(sorted(crossing, key=lambda w: (w.gap_m, w.track.track_id)))
+
+
 def lead(world: WorldState) -> Way | None:
     """The vehicle ahead in the ego's path that is met first, or else is nearest."""
-    ahead = [way(world, t) for t in tracks(world) if t.kind != "pedestrian" and t.x_m > 0.0 and _in_path(world, t)]
-    return min(ahead, key=lambda w: (w.ttc_s if w.ttc_s is not None else 1e6 + w.gap_m, w.track.track_id), default=None)
+    return next(iter(vehicles(world)), None)
 
 
 def pedestrian(world: WorldState) -> Way | None:
     """The nearest person in, or stepping into, the ego's path."""
-    people = [way(world, t) for t in tracks(world) if t.kind in ("pedestrian", "cyclist") and crosses(t)]
-    return min(people, key=lambda w: (w.gap_m, w.track.track_id), default=None)
+    return next(iter(people(world)), None)
 
 
 def crosses(track: Track) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, contradicted, lead, pedestrian
+from services.orchestrator.actors import Way, contradicted, people, vehicles
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
@@ -74,16 +74,11 @@ def clear(state: State, way: Way) -> bool:
 
 
 def _person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    way = pedestrian(state.world)
-    if way is None or not clear(state, way):
+    found = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
+    if not found:
         return
-    ego = state.world.ego.speed_mps
-    need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
-    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
-    hazard = near or need > FIRM_MPS2
-    urgency: Urgency = "advice"
-    if hazard:
-        urgency = "alarm" if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S else "warning"
+    # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
+    way, urgency = min(found, key=lambda each: GRAVEST.index(each[1]))
     yield Matter(
         topic="person",
         key=f"{way.track.track_id} {urgency}",
@@ -91,22 +86,29 @@ def _person(state: State, target: Target, events: dict[str, Event], degraded: tu
         urgency=urgency,
         values={"gap": f"{max(0.0, way.gap_m):.0f}"},
         why=("person",),
-        hazard="pedestrian" if hazard else "",
+        hazard="pedestrian" if urgency != "advice" else "",
         repeat_s=4.0,
         confidence=way.track.confidence,
     )
 
 
+GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
+
+
+def _person_urgency(state: State, way: Way) -> Urgency:
+    ego = state.world.ego.speed_mps
+    need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+    if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S:
+        return "alarm"
+    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
+    return "warning" if near or need > FIRM_MPS2 else "advice"
+
+
 def _lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    way = lead(state.world)
-    if way is None or way.ttc_s is None or not clear(state, way):
-        return
-    if way.closing_mps <= SPEED_SIGMAS * way.track.sigma_vx_mps:
+    way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state, way)), None)
+    if way is None or way.ttc_s is None:
         return
     close = way.ttc_s < HAZARD_TTC_S
-    queue = way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS
-    if not close and not queue:
-        return
     phrase = "lead" if close else "slow_traffic"
     yield Matter(
         topic="lead",
@@ -123,6 +125,12 @@ def _lead(state: State, target: Target, events: dict[str, Event], degraded: tupl
         repeat_s=4.0,
         confidence=way.track.confidence,
     )
+
+
+def _soon_met(way: Way) -> bool:
+    if way.ttc_s is None or way.closing_mps <= SPEED_SIGMAS * way.track.sigma_vx_mps:
+        return False
+    return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
 
 
 def _stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:

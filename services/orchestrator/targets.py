@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
-from services.orchestrator.actors import Way, lead
+from services.orchestrator.actors import Way, vehicles
 from services.orchestrator.signs import RESTRICTED_PLATES, SURE, in_force
 from services.orchestrator.state import State
 from services.orchestrator.stops import stops
@@ -88,7 +88,7 @@ def target(state: State) -> Target:
     found += _doubts(state, law, factor)
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence) for s in stops(state)]
     headway = headway_factor(state)
-    found += _following(lead(state.world), headway)
+    found += _following(vehicles(state.world), headway)
     found += _blind(state)
     found += [
         Bound(each.target_mps, "expert", each.tool, each.confidence)
@@ -228,7 +228,7 @@ def _blind(state: State) -> list[Bound]:
     """Who can no longer be seen or measured bounds the target as when last seen: blindness is no free road."""
     held, world = state.held, state.world
     unseen = world.actors is None
-    unmeasured = world.ego.speed_mps is None and lead(world) is not None
+    unmeasured = world.ego.speed_mps is None and vehicles(world) != ()
     found = []
     if held.lead_mps is not None and (unseen or unmeasured):
         found.append(Bound(held.lead_mps, "lead", "perception", 0.3))
@@ -245,14 +245,20 @@ def last_seen(goal: Target) -> tuple[float | None, float | None]:
     )
 
 
-def _following(way: Way | None, headway: float) -> list[Bound]:
+def _following(ahead: tuple[Way, ...], headway: float) -> list[Bound]:
+    """The tightest bound of all who drive ahead: whom one meets first need not be whom one follows."""
+    found = [bound for way in ahead if (bound := _behind(way, headway)) is not None]
+    return [min(found, key=lambda bound: bound.mps)] if found else []
+
+
+def _behind(way: Way, headway: float) -> Bound | None:
     """Open a gap that is too small, or do not run into one that closes."""
-    if way is None or way.speed_mps is None or way.track.oncoming:
-        return []
+    if way.speed_mps is None or way.track.oncoming:
+        return None
     speed = max(0.0, way.speed_mps)
     wanted = STANDSTILL_M + HEADWAY_S * headway * speed
     closing = way.ttc_s is not None and way.ttc_s < 6.0
     if way.gap_m >= wanted and not closing:
-        return []
+        return None
     # Doubted or not: an actor may always lower the target.
-    return [Bound(max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S), "lead", "perception", way.track.confidence)]
+    return Bound(max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S), "lead", "perception", way.track.confidence)

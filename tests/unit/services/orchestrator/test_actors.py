@@ -1,0 +1,114 @@
+"""Every actor counts: none stands for all, and none hides another."""
+
+from typing import TypeVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.observed import Observed
+from proto.perception import Track
+from proto.world import EgoState, WorldState
+from services.orchestrator.matters import matters
+from services.orchestrator.state import State
+from services.orchestrator.targets import target
+from tests.unit.services.orchestrator.support import FEW, START, replace
+
+T = TypeVar("T")
+
+
+def seen(*tracks: Track, speed_mps: float | None = 13.0) -> State:
+    """A moment at 13 m/s with these actors."""
+    speed = None if speed_mps is None else observed(speed_mps)
+    world = WorldState(stamp_ns=START, tick=60, ego=EgoState(speed_mps=speed), actors=observed(tracks))
+    return State(tick=60, now_ns=START, world=world)
+
+
+def observed(value: T) -> Observed[T]:
+    """Just now, and for sure."""
+    return Observed(value=value, confidence=1.0, source="perception", stamp_ns=START, valid_for_ns=10**9)
+
+
+def car(x_m: float, vx_mps: float, track_id: int = 1, **fields: object) -> Track:
+    """A well-seen car in the path."""
+    given = Track(
+        track_id=track_id, kind="vehicle", x_m=x_m, y_m=0.0, vx_mps=vx_mps, vy_mps=0.0, confidence=0.9, age_s=2.0,
+        sigma_x_m=0.3, sigma_vx_mps=0.3, length_m=4.5, in_ego_path=True,
+    )  # fmt: skip
+    return replace(given, **fields)
+
+
+def hazards(state: State) -> set[str]:
+    """What the driver would be warned of."""
+    return {matter.topic for matter in matters(state, target(state), (), ()) if matter.hazard}
+
+
+LEAD = car(8.0, -5.0)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        car(40.0, -30.0, 2, oncoming=True),
+        car(90.0, -10.0, 2),
+        car(8.5, -5.0, 2, confidence=0.2, age_s=0.1),
+        car(6.0, -2.0, 2, oncoming=True, sigma_vx_mps=8.0),
+    ],
+)
+@pytest.mark.parametrize("closing_mps", [0.0, 3.0, 5.0])
+def test_another_car_frees_nobody_from_the_one_ahead(other: Track, closing_mps: float) -> None:
+    alone = seen(replace(LEAD, vx_mps=-closing_mps))
+    both = seen(replace(LEAD, vx_mps=-closing_mps), other)
+    assert any(bound.why == "lead" for bound in target(alone).bounds)
+    assert target(both).mps <= target(alone).mps
+    assert hazards(both) >= hazards(alone)
+
+
+def test_a_ghost_before_a_person_does_not_silence_the_warning() -> None:
+    person = car(18.0, -12.0, kind="pedestrian", length_m=0.5)
+    ghost = replace(person, track_id=2, x_m=14.0, confidence=0.2, age_s=0.1, sigma_vx_mps=8.0)
+    assert hazards(seen(person)) == {"person"}
+    assert hazards(seen(person, ghost)) == {"person"}
+
+
+def test_the_most_urgent_person_is_warned_of_and_not_the_nearest() -> None:
+    walker = car(30.0, -0.5, kind="pedestrian", length_m=0.5)
+    rider = car(34.0, -20.0, 2, kind="cyclist", length_m=1.8)
+    state = seen(walker, rider, speed_mps=3.0)
+    told = next(m for m in matters(state, target(state), (), ()) if m.topic == "person")
+    assert (told.key, told.urgency) == ("2 alarm", "alarm")
+
+
+distances, speeds = st.floats(-20.0, 130.0), st.floats(-40.0, 15.0)
+
+
+@st.composite
+def actors(draw: st.DrawFn) -> tuple[Track, ...]:
+    """Cars, riders and people, seen well or badly."""
+    return tuple(
+        car(
+            draw(distances),
+            draw(speeds),
+            track_id,
+            kind=draw(st.sampled_from(("vehicle", "vehicle", "pedestrian", "cyclist"))),
+            y_m=draw(st.floats(-6.0, 6.0)),
+            vy_mps=draw(st.floats(-3.0, 3.0)),
+            oncoming=draw(st.booleans()),
+            in_ego_path=draw(st.booleans()),
+            confidence=draw(st.floats(0.0, 1.0)),
+            age_s=draw(st.floats(0.0, 3.0)),
+            unseen_s=draw(st.sampled_from((0.0, 0.5))),
+            sigma_vx_mps=draw(st.floats(0.0, 5.0)),
+        )
+        for track_id in range(draw(st.integers(1, 5)))
+    )
+
+
+@FEW
+@given(tracks=actors(), speed_mps=st.none() | st.floats(0.0, 35.0))
+def test_an_actor_more_never_raises_the_target_and_never_removes_a_hazard(
+    tracks: tuple[Track, ...], speed_mps: float | None
+) -> None:
+    fewer, more = seen(*tracks[1:], speed_mps=speed_mps), seen(*tracks, speed_mps=speed_mps)
+    assert target(more).mps <= target(fewer).mps + 1e-9
+    assert hazards(more) >= hazards(fewer)
