@@ -63,10 +63,13 @@ def _read(path: Path) -> dict[str, Any]:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise ConfigError(f"cannot read the configuration {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"the configuration {path} is not text") from None
     try:
         loaded: dict[str, Any] = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
     except ValueError as error:
-        raise ConfigError(f"{path} is no valid {path.suffix[1:] or 'TOML'}: {error}") from None
+        kind = "JSON" if path.suffix == ".json" else "TOML"
+        raise ConfigError(f"{path} is no valid {kind}: {error}") from None
     return loaded
 
 
@@ -81,4 +84,6 @@ def _assign(raw: dict[str, Any], setting: str) -> None:
     *path, last = key.split(".")
     for part in path:
         raw = raw.setdefault(part, {})
+        if not isinstance(raw, dict):
+            raise ConfigError(f"--set {setting!r}: {part!r} was set to a value before, and has no {last!r}")
     raw[last] = value

@@ -40,6 +40,13 @@ def key_id(public: str) -> str:
     return hashlib.sha256(_unb64(public)).hexdigest()[:16]
 
 
+def public_key(text: str) -> str:
+    """`text` if it is a public key; raises GrantRefused."""
+    if len(_unb64(text)) != 32:
+        raise GrantRefused("this is no public key: 32 bytes in base64, as `drivemcp grant --make-key` prints it")
+    return text
+
+
 def canonical(grant: Grant) -> bytes:
     """What is signed: the fields sorted by name, without `signature`."""
     fields = msgspec.to_builtins(grant)
@@ -52,7 +59,12 @@ def sign_grant(grant: Grant, private: str) -> Grant:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     _check_bounds(grant)
-    key = Ed25519PrivateKey.from_private_bytes(_unb64(private))
+    try:
+        key = Ed25519PrivateKey.from_private_bytes(_unb64(private))
+    except ValueError:
+        raise GrantRefused(
+            "this is no private key: 32 bytes in base64, as `drivemcp grant --make-key` writes it"
+        ) from None
     named = msgspec.structs.replace(grant, key_id=key_id(_b64(key.public_key().public_bytes_raw())))
     return msgspec.structs.replace(named, signature=_b64(key.sign(canonical(named))))
 
@@ -112,7 +124,7 @@ def _unb64(text: str) -> bytes:
     try:
         return base64.b64decode(text, validate=True)
     except ValueError:
-        raise GrantRefused(f"{text[:40]!r} is no base64 text") from None
+        raise GrantRefused("what should be a key or a signature is no base64 text") from None
 
 
 def authorize_call(tool: str, head: CallHead, payload: bytes, *, vehicle: str, trusted_keys: Iterable[str]) -> str:

@@ -52,3 +52,5 @@ class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):
     running: bool
     finished: bool = False
     late_frames: int = 0
+    problem: str = ""
+    """Why it ended before its time."""

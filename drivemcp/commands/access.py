@@ -44,7 +44,10 @@ def write_access(folder: Path, vehicle: str = "*", *, evaluation: bool = False) 
     for name in credentials:
         file = folder / name / "password"
         if file.exists():
-            credentials[name] = file.read_text(encoding="ascii").strip()
+            try:
+                credentials[name] = file.read_text(encoding="ascii").strip()
+            except UnicodeDecodeError:
+                raise UserError(f"{file} holds no password of ours; delete it for a new one") from None
         else:
             _write(file, credentials[name] + "\n")
     _write(folder / "router" / "users.txt", dictionary(credentials))

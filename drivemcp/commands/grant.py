@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import number
 from proto.decision import Grant
 from proto.topics import BRAKE
 
@@ -20,7 +21,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "grant",
         help="make a signing key, or sign a grant to brake",
         description="First: drivemcp grant --make-key KEYFILE. Then: drivemcp grant --key KEYFILE --vehicle NAME --out GRANT. "
-        "A stack brakes only with: drivemcp up --grant GRANT --trust PUBLICKEY",
+        "A stack brakes only with: drivemcp up --vehicle NAME --grant GRANT --trust PUBLICKEY",
     )
     parser.add_argument(
         "--make-key", metavar="FILE", help="write a new private key (mode 600) and print the public one"
@@ -32,7 +33,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     )
     parser.add_argument("--max-deceleration", type=float, default=4.0, metavar="M_PER_S2")
     parser.add_argument("--max-duration", type=float, default=2.0, metavar="S")
-    parser.add_argument("--valid", type=float, default=8.0, metavar="HOURS")
+    parser.add_argument("--valid", type=number(0.01, 720.0), default=8.0, metavar="HOURS")
     parser.add_argument("--out", metavar="FILE", help="where the grant goes; standard output otherwise")
     parser.set_defaults(run=command)
 
@@ -48,6 +49,8 @@ def command(flags: argparse.Namespace) -> int:
         return 0
     if not flags.key:
         raise UserError("a grant is signed: --key FILE (make one with --make-key FILE)")
+    if flags.capability != BRAKE.name and not flags.capability.startswith("tool:"):
+        raise UserError(f"a grant is for {BRAKE.name} or for tool:NAME, not for {flags.capability!r}")
     now = datetime.now(UTC)
     grant = Grant(
         grant_id=secrets.token_hex(8),
@@ -62,9 +65,14 @@ def command(flags: argparse.Namespace) -> int:
         private = Path(flags.key).read_text(encoding="ascii").strip()
     except OSError as error:
         raise UserError(f"cannot read the key {flags.key}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{flags.key} is no key: it is not text") from None
     text = msgspec.json.format(msgspec.json.encode(sign_grant(grant, private))).decode() + "\n"
     if flags.out:
-        Path(flags.out).write_text(text, encoding="utf-8")
+        try:
+            Path(flags.out).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise UserError(f"cannot write {flags.out}: {error.strerror}") from None
     else:
         sys.stdout.write(text)
     return 0

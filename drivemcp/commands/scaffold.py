@@ -1,6 +1,8 @@
 """Writes a new expert: a distribution of its own with one tool, its row for supervision and access control, and a test."""
 
+import keyword
 import re
+import sys
 from pathlib import Path
 from string import Template
 
@@ -109,6 +111,8 @@ def write_expert(name: str, into: Path) -> Path:
     """Write the expert's folder. Raises UserError on a name that cannot be one, is taken, or a folder that exists."""
     if not re.fullmatch(r"[a-z][a-z0-9_]{1,30}", name):
         raise UserError(f"{name!r} is no name for an expert: lower-case letters, digits and _, starting with a letter")
+    if keyword.iskeyword(name) or name in sys.stdlib_module_names:
+        raise UserError(f"{name!r} means something to Python; take another name")
     rows = service_rows()
     if name in rows:
         raise UserError(f"a service {name!r} exists already; take another name")
@@ -116,8 +120,11 @@ def write_expert(name: str, into: Path) -> Path:
     if folder.exists():
         raise UserError(f"{folder} exists already; nothing was written")
     words = {"name": name, "package": f"drivemcp_{name}"}
-    for pattern, text in _FILES.items():
-        path = folder / Template(pattern).substitute(words)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(Template(text).substitute(words), encoding="utf-8")
+    try:
+        for pattern, text in _FILES.items():
+            path = folder / Template(pattern).substitute(words)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(Template(text).substitute(words), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"cannot write into {into}: {error.strerror}") from None
     return folder

@@ -9,6 +9,7 @@ import msgspec
 from drivemcp.client import join
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
+from drivemcp.numbers import number
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -21,7 +22,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     call = actions.add_parser("call", help="call one tool and print its result")
     call.add_argument("tool")
     call.add_argument("arguments", nargs="?", default="{}", help="JSON object, for example '{\"duration_s\": 1}'")
-    call.add_argument("--deadline-ms", type=float, default=5000.0)
+    call.add_argument("--deadline-ms", type=number(1.0, 600_000.0), default=5000.0)
     call.set_defaults(run=call_tool)
     for sub in (listing, call):
         sub.add_argument("--connect", metavar="ENDPOINT")
@@ -40,11 +41,16 @@ def list_tools(flags: argparse.Namespace) -> int:
         sys.stdout.write(msgspec.json.encode(entries).decode() + "\n")
         return 0
     for entry in entries:
-        summary = entry.description.splitlines()[0]
+        summary = _first_sentence(entry.description)
         sys.stdout.write(f"{entry.meta.server:13} {entry.name:24} {entry.meta.capability:11} {summary}\n")
     if not entries:
         sys.stderr.write("no tools on the bus\n")
     return 0 if entries else 1
+
+
+def _first_sentence(text: str) -> str:
+    paragraph = " ".join(text.split("\n\n")[0].split())
+    return paragraph.partition(". ")[0].rstrip(".") + "."
 
 
 def call_tool(flags: argparse.Namespace) -> int:

@@ -14,7 +14,9 @@ import msgspec
 
 from drivemcp.errors import UserError
 from drivemcp.node import Node
+from drivemcp.numbers import number, port
 from drivemcp.paths import has_data
+from evaluation.drive.precheck import check_port, check_scenario, check_services, vehicle_of
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
@@ -32,7 +34,7 @@ def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> Non
     parser.add_argument(
         "--scenario", default="urb-rain", metavar="NAME|FILE", help="urb-rain, cross-border, dynamic-vsl, or a file"
     )
-    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
     add_common(parser)
@@ -46,7 +48,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vehicle", default="", metavar="NAME", help="name on the bus; one of its own by default")
     parser.add_argument("--json", action="store_true", help="the summary as JSON, as the last line")
     parser.add_argument("--out", default="out", metavar="FOLDER", help="where logs go")
-    parser.add_argument("--port", type=int, default=0, help="the router's port; a free one by default")
+    parser.add_argument("--port", type=port, default=0, help="the router's port; a free one by default")
     parser.add_argument("--grant", default="", metavar="FILE", help="a signed grant to brake (drivemcp grant)")
     parser.add_argument("--trust", action="append", default=[], metavar="KEY", help="public key whose grants count")
     parser.add_argument(
@@ -66,6 +68,8 @@ def command(flags: argparse.Namespace) -> int:
         )
     if flags.scenario.endswith(".toml") and not Path(flags.scenario).is_file():
         raise UserError(f"no such scenario file: {flags.scenario}")
+    if flags.scenario.endswith(".toml"):
+        check_scenario(Path(flags.scenario))
     name = Path(flags.scenario).stem
     scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
@@ -97,15 +101,16 @@ def _drive(
 ) -> tuple[int, Path]:  # fmt: skip
     screen = Screen()
     settings = settings_of(flags.set)
+    check_services(flags.without, flags.extra, settings)
+    check_port(flags.port)
+    vehicle = vehicle_of(flags)
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
-        settings["arbiter"] = {
-            "grant_file": str(Path(flags.grant).resolve()), "trusted_keys": flags.trust, **settings.get("arbiter", {}),
-        }  # fmt: skip
+        settings["arbiter"] = {"grant_file": str(Path(flags.grant).resolve()), **settings.get("arbiter", {})}
     plan = StackPlan(
-        folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep},
-        without=tuple(flags.without), extra=tuple(flags.extra), vehicle=flags.vehicle, port=flags.port,
+        folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep, "trusted_keys": flags.trust},
+        without=tuple(flags.without), extra=tuple(flags.extra), vehicle=vehicle, port=flags.port,
     )  # fmt: skip
     tally = Tally()
     screen.say(f"starting the stack in {plan.folder}")
@@ -121,7 +126,10 @@ def _drive(
     _print(summary, screen, as_json=flags.json)
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
-    return 0 if verified else 1, Path(plan.folder)
+    problem = tally.scenario.problem if tally.scenario is not None else ""
+    if problem:
+        sys.stderr.write(f"drivemcp: it ended before its time: {problem}\n")
+    return 0 if verified and not problem else 1, Path(plan.folder)
 
 
 def follow(node: Node, tally: Tally) -> None:
@@ -136,13 +144,16 @@ def follow(node: Node, tally: Tally) -> None:
 
 def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: threading.Event, *, keep: bool) -> None:
     stack.wait_for_source()
-    viewer = ""
+    viewer, gateway = "", ""
     ended_s: float | None = None
     told = 0
     while not stop.wait(LIVE_PERIOD_S):
         if not viewer and tally.detail("logger", "viewer") not in ("unknown", ""):
             viewer = tally.detail("logger", "viewer")
             screen.say(f"live view: {viewer}")
+        if not gateway and tally.detail("gateway", "mcp") not in ("unknown", ""):
+            gateway = tally.detail("gateway", "mcp")
+            screen.say(f"MCP gateway: {gateway}")
         for said in tally.spoken[told:]:
             screen.say(spoken_line(*said))
             told += 1

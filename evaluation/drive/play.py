@@ -5,7 +5,9 @@ import sys
 from pathlib import Path
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import number
 from evaluation.drive.command import add_common, drive
+from evaluation.drive.precheck import check_folder_of
 from evaluation.drive.render import render_video
 
 
@@ -16,9 +18,13 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument(
         "--detector", metavar="FILE", help="a COCO-style YOLOX model (ONNX); ours knows rendered pictures only"
     )
-    parser.add_argument("--seconds", type=float, default=0.0, help="stop earlier")
-    parser.add_argument("--period", type=float, default=0.5, help="seconds between the pictures of a folder")
-    parser.add_argument("--fov", type=float, default=60.0, help="the camera's horizontal field of view, degrees")
+    parser.add_argument("--seconds", type=number(0.0, 86_400.0), default=0.0, help="stop earlier")
+    parser.add_argument(
+        "--period", type=number(0.02, 3600.0), default=0.5, help="seconds between the pictures of a folder"
+    )
+    parser.add_argument(
+        "--fov", type=number(5.0, 170.0), default=60.0, help="the camera's horizontal field of view, degrees"
+    )
     parser.add_argument("--render", metavar="FILE.mp4", help="write an annotated video afterwards")
     add_common(parser)
     parser.set_defaults(run=command)
@@ -31,6 +37,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"no such recording: {flags.source}")
     if flags.render and Path(flags.render).suffix != ".mp4":
         raise UserError(f"--render writes an .mp4 file, not {flags.render}")
+    if flags.render:
+        check_folder_of([flags.render])
     if flags.detector:
         if not Path(flags.detector).is_file():
             raise UserError(f"no such model: {flags.detector}")

@@ -76,9 +76,9 @@ class Stack:
 
     def start(self) -> Node:
         """Router, then services; returns a node on the bus once all but the source are alive, and starts the source."""
+        rows = self.rows()
         self.supervisor.run("router", "drivemcp.router", ["--listen", self.endpoint])
         node = self._join()
-        rows = self.rows()
         self._begin(node, [row for row in rows if row.name == FIRST])
         self._begin(node, [row for row in rows if row.name not in (FIRST, self._plan.source)])
         for row in rows:

@@ -47,6 +47,8 @@ class Arbiter:
         self._file = _state_file(config)
         self._state = self._begin()
         self._grant, self._refused = _grant(config)
+        if self._refused and config.grant_file:
+            node.log.warning("the grant does not count: %s", self._refused)
         self._decided: OrderedDict[int, tuple[ArbitrationRequest, Inputs]] = OrderedDict()
 
     def arbitrate(self, request: ArbitrationRequest) -> Verdict:

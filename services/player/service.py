@@ -41,6 +41,7 @@ class Player:
         self._at_s = 0.0
         self._finished = False
         self._late = 0
+        self._problem = ""
         self._thread = threading.Thread(target=self._run, name="player", daemon=True)
 
     def start(self) -> None:
@@ -62,6 +63,7 @@ class Player:
             running=not self._finished,
             finished=self._finished,
             late_frames=self._late,
+            problem=self._problem,
         )
         self._node.publish(topics.SCENARIO, state)
 
@@ -76,6 +78,7 @@ class Player:
                 self._publish(picture, number)
         except (UserError, cv2.error) as error:
             self._node.log.error("the recording breaks off: %s", error)
+            self._problem = str(error)
         self._finished = True
 
     def _over(self, at_s: float) -> bool:

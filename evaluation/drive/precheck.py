@@ -1,0 +1,70 @@
+"""What can be found wrong before anything starts: names, numbers, files, ports, grants. Each raises UserError."""
+
+import argparse
+import socket
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from drivemcp.errors import UserError
+from drivemcp.grants import public_key, read_grant, verify_grant
+from drivemcp.registry import service_rows
+from proto import topics
+from proto.keys import chunk
+
+
+def check_services(without: Sequence[str], extra: Sequence[str], settings: Mapping[str, Any]) -> None:
+    """Every service that is named is one."""
+    table = service_rows()
+    for name in (*without, *extra, *settings):
+        if name not in table:
+            raise UserError(f"no service {name!r}; there are {', '.join(sorted(table))}")
+
+
+def check_port(port: int) -> None:
+    """A port that was asked for is free."""
+    if not port:
+        return
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise UserError(f"port {port}: {error.strerror}; leave --port out for a free one") from None
+
+
+def vehicle_of(flags: argparse.Namespace) -> str:
+    """The vehicle's name: the one asked for, else the grant's; empty: one is made up. A grant must count for it."""
+    for key in flags.trust:
+        public_key(key)
+    vehicle = str(flags.vehicle)
+    if flags.grant:
+        try:
+            data = Path(flags.grant).read_bytes()
+        except OSError as error:
+            raise UserError(f"cannot read the grant {flags.grant}: {error.strerror}") from None
+        grant = read_grant(data)
+        vehicle = vehicle or grant.vehicle
+        verify_grant(grant, flags.trust, vehicle=vehicle, capability=topics.BRAKE.name, now=datetime.now(UTC))
+    try:
+        return chunk(vehicle) if vehicle else ""
+    except ValueError as error:
+        raise UserError(f"--vehicle: {error}") from None
+
+
+def check_scenario(path: Path) -> None:
+    """A scenario file that can be driven."""
+    from services.simulator.scenario import ScenarioError, load_scenario
+
+    try:
+        load_scenario(path)
+    except (ScenarioError, OSError) as error:
+        raise UserError(str(error)) from None
+
+
+def check_folder_of(paths: Iterable[str]) -> None:
+    """Files that are to be written have a folder."""
+    for path in paths:
+        if not Path(path).resolve().parent.is_dir():
+            raise UserError(f"cannot write {path}: there is no folder {Path(path).parent}")
