@@ -103,7 +103,10 @@ def target(state: State) -> Target:
 
 
 def law_of(state: State) -> Law:
-    """The answer to today's question; else the last answer, if no sign says less; else the sign; else caution."""
+    """The answer to today's question; else the last answer, if no sign says less; else the sign; else caution.
+
+    An answer that was given for another road or country holds only where it is below caution.
+    """
     answer = state.held.legal
     asked = legal.key(legal.situation_arguments(state))
     if answer is not None and state.held.legal_key == asked and answer.legal_action != "unknown":
@@ -112,12 +115,24 @@ def law_of(state: State) -> Law:
     sign = posted_limit(state)
     known = answer.limit if answer is not None and answer.legal_action != "unknown" else None
     if known is not None and answer is not None and (sign is None or known.mps <= sign[0].mps):
+        if known.mps > cautious_mps(state) and elsewhere(state, known):
+            return Law(None, cautious_mps(state), 0.3, "unknown")
         if state.now_ns - state.held.legal_ns < ANSWER_SERVES_NS:
             return Law(known, known.mps, answer.confidence, "rules", answer.citations, answer)
         return Law(known, known.mps, UNANSWERED * answer.confidence, "held", answer.citations, answer)
     if sign is not None:
         return Law(sign[0], sign[0].mps, UNANSWERED * sign[1], "sign")
     return Law(None, cautious_mps(state), 0.3, "unknown")
+
+
+def elsewhere(state: State, known: LegalLimit) -> bool:
+    """Whether the last answer was given for another road type or country: believed since, or no such road has its limit."""
+    places = (state.signs.jurisdiction, state.signs.road_type)
+    if any(place is not None and place.since_ns > state.held.legal_ns for place in places):
+        return True
+    # The map's word on the road has no beginning that is remembered.
+    road = state.world.environment.road_type
+    return road is not None and known.mps > PLAUSIBLE_KMH.get(road.value, (30.0, 140.0))[1] * KMH + 0.1
 
 
 def posted_limit(state: State) -> tuple[LegalLimit, float] | None:
