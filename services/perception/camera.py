@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +20,8 @@ ASSUMED_FOV_RAD = math.radians(60.0)
 PITCH_SIGMA_RAD = math.radians(0.3)
 """Nodding of a car on its springs about the calibrated pitch (our estimate)."""
 ASSUMED_PITCH_SIGMA_RAD = math.radians(1.5)
+DISTORTION_COUNTS = (0, 4, 5, 8, 12, 14)
+"""Of the coefficients that OpenCV's lens models take."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +63,8 @@ class Camera:
         """Whether the numbers can be worked with at all."""
         c = self.calibration
         numbers = (c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.x_m, c.y_m, c.z_m, c.pitch_rad, c.yaw_rad, *c.distortion)
-        return all(map(math.isfinite, numbers)) and min(c.fx_px, c.fy_px, c.z_m, c.width_px, c.height_px) > 0
+        possible = all(map(math.isfinite, numbers)) and min(c.fx_px, c.fy_px, c.z_m, c.width_px, c.height_px) > 0
+        return possible and len(c.distortion) in DISTORTION_COUNTS and self._straightens()
 
     def scaled(self, width_px: int, height_px: int) -> Camera:
         """The same camera for pictures of another size than the calibrated one."""
@@ -81,13 +85,33 @@ class Camera:
 
     def straight(self, detection: Detection) -> Detection:
         """The box as a camera without lens distortion would have seen it."""
-        c = self.calibration
-        if not any(c.distortion):
+        if not any(self.calibration.distortion):
             return detection
-        matrix = np.array([[c.fx_px, 0.0, c.cx_px], [0.0, c.fy_px, c.cy_px], [0.0, 0.0, 1.0]])
-        corners = np.array([[[detection.x0_px, detection.y0_px]], [[detection.x1_px, detection.y1_px]]])
-        (x0, y0), (x1, y1) = cv2.undistortPoints(corners, matrix, np.array(c.distortion), P=matrix)[:, 0].tolist()
+        corners = [(detection.x0_px, detection.y0_px), (detection.x1_px, detection.y1_px)]
+        (x0, y0), (x1, y1) = self._undistorted(corners).tolist()
         return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=detection.kind, score=detection.score)
+
+    def _undistorted(self, pixels: Sequence[tuple[float, float]]) -> Floats:
+        """Pixels (N, 2) without the lens's distortion."""
+        c = self.calibration
+        matrix = np.array([[c.fx_px, 0.0, c.cx_px], [0.0, c.fy_px, c.cy_px], [0.0, 0.0, 1.0]])
+        given = np.array(pixels, dtype=np.float64)[:, None]
+        return cv2.undistortPoints(given, matrix, np.array(c.distortion), P=matrix)[:, 0].astype(np.float64)
+
+    def _straightens(self) -> bool:
+        """Whether the picture's corners and middle, once straight, are still numbers and in their order."""
+        width, height = self.calibration.width_px, self.calibration.height_px
+        if not any(self.calibration.distortion):
+            return True
+        corners: list[tuple[float, float]] = [(0, 0), (width, height), (0, height), (width, 0)]
+        try:
+            pixels = self._undistorted([*corners, (width / 2, height / 2)])
+        except cv2.error:
+            return False
+        left, right, middle = pixels[[0, 2], 0], pixels[[1, 3], 0], pixels[4]
+        top, bottom = pixels[[0, 3], 1], pixels[[1, 2], 1]
+        in_order = (left < middle[0]).all() and (middle[0] < right).all()
+        return bool(np.isfinite(pixels).all() and in_order and (top < middle[1]).all() and (middle[1] < bottom).all())
 
     def ray(self, u_px: float, v_px: float) -> Floats:
         """Direction (3,) in the ego frame of an undistorted pixel, with length one along the camera's axis."""
