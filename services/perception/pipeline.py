@@ -23,6 +23,7 @@ from services.perception.levelling import Levelling
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range, hiding
+from services.perception.stamps import Stamps
 from services.perception.tracker import EgoState, Sighting, Tracker
 
 FRONT = "front"
@@ -64,6 +65,7 @@ class Perception:
     _has_front: bool = False
     """A front camera was heard of: where it is silent, another camera's narrower view must not pass for its own."""
     _seen_ns: dict[str, int] = field(default_factory=dict)
+    _stamps: Stamps = field(default_factory=Stamps)
     _levellings: dict[str, Levelling] = field(default_factory=dict)
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
@@ -103,6 +105,7 @@ class Perception:
         """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed."""
         self._has_front |= camera_id == FRONT
         picture = open_picture(frame)
+        self._check_stamp(camera_id, stamp_ns)
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture)
         camera = self._levelled(camera_id, found, camera)
@@ -127,6 +130,12 @@ class Perception:
             return Seen(boxes=boxes)
         tracks, lanes = self._snapshot(camera_id, stamp_ns, frame.frame, lidar_used=points is not None)
         return Seen(boxes=boxes, tracks=tracks, lanes=lanes)
+
+    def _check_stamp(self, camera_id: str, stamp_ns: int) -> None:
+        beside_ns = [latest[0] for latest in (self._ego, self._sweep) if latest is not None]
+        leader = FRONT if self._has_front else min((camera_id, *self._seen_ns))
+        if not self._stamps.believed(camera_id, stamp_ns, beside_ns, leads=camera_id == leader):
+            raise Malformed(f"a picture of {camera_id!r} at {stamp_ns} ns, far from what all other sources say")
 
     def _camera(self, camera_id: str, frame: CameraFrame) -> Camera:
         known = self._cameras.get(camera_id)

@@ -1,5 +1,6 @@
 """The pipeline with a detector that finds what the test says: which inputs are used, and what happens without them."""
 
+import contextlib
 import math
 from dataclasses import dataclass, field
 
@@ -7,6 +8,8 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from proto.perception import ObjectClass
 from proto.sensors import Calibration, CameraFrame, LanePath, LidarSweep, MapView
@@ -153,15 +156,112 @@ def test_a_front_camera_that_comes_back_carries_the_tracks_again() -> None:
     detector = Told()
     perception = Perception(detector)
     follow(perception, detector)
-    assert perception.see("tele", 30 * STEP_NS, PICTURE).tracks is None
+    for k in range(13, 31):
+        assert perception.see("tele", k * STEP_NS, PICTURE).tracks is None
     assert perception.see("front", 31 * STEP_NS, PICTURE).tracks is not None
 
 
 def test_of_several_cameras_none_of_them_in_front_the_first_by_name_that_still_comes_carries_the_tracks() -> None:
     perception = Perception(Told())
     assert perception.see("left", STEP_NS, PICTURE).tracks is not None
-    assert perception.see("right", 2 * STEP_NS, PICTURE).tracks is None
-    assert perception.see("right", 20 * STEP_NS, PICTURE).tracks is not None
+    carried = [perception.see("right", k * STEP_NS, PICTURE).tracks is not None for k in range(2, 20)]
+    assert carried == [False] * 9 + [True] * 9
+
+
+def follow_both(perception: Perception, detector: Told, first: int, steps: int) -> None:
+    """Front and long camera alternate; only the front one has the vehicle in view."""
+    for k in range(first, first + steps):
+        perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+        detector.found = [car_at(30.0)]
+        assert perception.see("front", k * STEP_NS, PICTURE).tracks is not None
+        detector.found = []
+        perception.see("tele", k * STEP_NS + STEP_NS // 2, PICTURE)
+
+
+@settings(max_examples=40, deadline=None)
+@given(apart_ns=st.integers(1_200_000_000, 10**14), ahead=st.booleans(), times=st.integers(1, 4))
+def test_a_picture_with_a_stamp_that_all_others_contradict_is_refused_and_wipes_no_track(
+    apart_ns: int, ahead: bool, times: int
+) -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow_both(perception, detector, 10**7, 12)
+    for k in range(10**7 + 12, 10**7 + 12 + times):
+        with pytest.raises(Malformed):
+            perception.see("tele", k * STEP_NS + (apart_ns if ahead else -apart_ns), PICTURE)
+        perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+        detector.found = [car_at(30.0)]
+        seen = perception.see("front", k * STEP_NS, PICTURE)
+        assert seen.tracks is not None
+        assert [track.track_id for track in seen.tracks.tracks] == [1]
+
+
+def test_a_front_camera_whose_clock_strays_once_is_refused_and_believed_again() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow_both(perception, detector, 1, 12)
+    with pytest.raises(Malformed):
+        perception.see("front", 13 * STEP_NS + 10**10, PICTURE)
+    follow_both(perception, detector, 13, 3)
+
+
+def test_a_long_camera_whose_clock_is_wrong_from_the_start_harms_no_track() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.see("tele", 10**11, PICTURE)
+    for k in range(1, 30):
+        perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+        detector.found = [car_at(30.0)]
+        seen = perception.see("front", k * STEP_NS, PICTURE)
+        with pytest.raises(Malformed):
+            perception.see("tele", 10**11 + k * STEP_NS, PICTURE)
+    assert seen.tracks is not None
+    assert len(seen.tracks.tracks) == 1
+
+
+@pytest.mark.parametrize("first", [1000, 1])
+@pytest.mark.parametrize("ego", [False, True])
+def test_a_recording_that_jumps_is_followed_once_the_sources_agree(first: int, ego: bool) -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow_both(perception, detector, 500, 12)
+    refused = 0
+    for k in range(first, first + 15):
+        for camera in ("front", "tele"):
+            try:
+                perception.see(camera, k * STEP_NS, PICTURE)
+            except Malformed:
+                refused += 1
+        if ego:
+            perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+    assert refused <= 1
+
+
+def test_a_camera_alone_is_followed_wherever_it_jumps() -> None:
+    perception = Perception(Told())
+    for stamp_ns in (10**10, 10**12, 10**9):
+        assert perception.see("dashcam", stamp_ns, PICTURE).tracks is not None
+
+
+def test_a_camera_goes_on_after_the_ego_motion_ended_and_after_a_jump_that_nobody_confirms() -> None:
+    perception = Perception(Told())
+    perception.ego(STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
+    for k in range(1, 40):
+        assert perception.see("dashcam", k * STEP_NS, PICTURE).tracks is not None
+    answered = []
+    for k in range(1000, 1030):
+        with contextlib.suppress(Malformed):
+            perception.see("dashcam", k * STEP_NS, PICTURE)
+            answered.append(k)
+    assert answered == list(range(1011, 1030))
+
+
+def test_a_long_camera_goes_on_once_nobody_else_comes() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    follow_both(perception, detector, 1, 12)
+    for k in range(13, 60):
+        assert perception.see("tele", k * STEP_NS, PICTURE).boxes.camera == "tele"
 
 
 @pytest.mark.parametrize("camera", ["tele", "dashcam"])
@@ -204,6 +304,45 @@ def test_a_calibration_that_cannot_be_is_refused_and_the_last_one_kept() -> None
                 "front", Calibration(fx_px=broken, fy_px=457, cx_px=0, cy_px=0, width_px=640, height_px=360)
             )
     assert perception.calibrated("front")
+
+
+@pytest.mark.parametrize(
+    "distortion", [(0.1, 0.2, 0.3), (0.0,) * 3, (1e6,) * 4, (1e300,) * 8, (0.0, 0.0, 0.0, 0.0, 1e200), (0.1,) * 15]
+)
+def test_a_lens_distortion_that_cannot_be_undone_is_refused(distortion: tuple[float, ...]) -> None:
+    perception = Perception(Told(found=[car_at(30.0)]))
+    with pytest.raises(Malformed):
+        perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
+    assert not perception.calibrated("front")
+    assert len(perception.see("front", STEP_NS, PICTURE).boxes.boxes) == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    distortion=st.lists(st.floats(-1e7, 1e7) | st.floats(-0.6, 0.6), max_size=15).map(tuple),
+    x0_px=st.integers(0, 600),
+    y0_px=st.integers(0, 300),
+)
+def test_no_lens_distortion_stops_pictures_from_being_understood(
+    distortion: tuple[float, ...], x0_px: int, y0_px: int
+) -> None:
+    box = Detection(x0_px=x0_px, y0_px=y0_px, x1_px=x0_px + 40, y1_px=y0_px + 60, kind="vehicle", score=0.9)
+    perception = Perception(Told(found=[box]))
+    with contextlib.suppress(Malformed):
+        perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
+    perception.sweep(STEP_NS, sweep_of(30.0))
+    for k in range(1, 5):
+        seen = perception.see("front", k * STEP_NS, PICTURE)
+    assert seen.tracks is not None
+    assert all(math.isfinite(track.x_m + track.y_m + track.vx_mps) for track in seen.tracks.tracks)
+
+
+@pytest.mark.parametrize("distortion", [(-0.3, 0.1, 0.0, 0.0), (-0.3, 0.1, 0.001, -0.001, -0.01), (0.0,) * 14])
+def test_a_usual_lens_distortion_is_worked_with(distortion: tuple[float, ...]) -> None:
+    perception = Perception(Told(found=[car_at(30.0)]))
+    perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
+    assert perception.calibrated("front")
+    assert perception.see("front", STEP_NS, PICTURE).boxes.boxes[0].range_m == pytest.approx(30.0, rel=0.1)
 
 
 @pytest.mark.parametrize("told", [False, True])

@@ -1,0 +1,55 @@
+"""Whether a picture's stamp can be believed: one that all other sources contradict tells of a wrong clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+STRAY_NS = 1_000_000_000
+"""A picture further than this from every other source's time strays. The tracker takes as much for a new drive."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Straying:
+    """A camera's pictures that stray in a row: the stamps of the first and of the last."""
+
+    since_ns: int
+    last_ns: int
+
+
+@dataclass(slots=True)
+class Stamps:
+    """The time of each camera, by its pictures."""
+
+    _told_ns: dict[str, int] = field(default_factory=dict)
+    _believed_ns: dict[str, int] = field(default_factory=dict)
+    _others_ns: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    _straying: dict[str, _Straying] = field(default_factory=dict)
+
+    def believed(self, camera_id: str, stamp_ns: int, beside_ns: Iterable[int], *, leads: bool) -> bool:
+        """Whether to use this picture; `beside_ns`: the latest stamps of what is no camera.
+
+        The camera that `leads` is believed as long as its own pictures follow each other, and after a jump once they
+        have done so for a second. Any other must agree with somebody, unless nothing else came since its last picture.
+        """
+        others = (*beside_ns, *(told_ns for name, told_ns in self._told_ns.items() if name != camera_id))
+        by_itself = leads or self._others_ns.get(camera_id) == others
+        own = [self._believed_ns.get(camera_id, stamp_ns)] if by_itself else []
+        self._told_ns[camera_id], self._others_ns[camera_id] = stamp_ns, others
+        if not others or _near(stamp_ns, [*others, *own]):
+            self._straying.pop(camera_id, None)
+        elif not self._insists(camera_id, stamp_ns, by_itself=by_itself):
+            return False
+        self._believed_ns[camera_id] = stamp_ns
+        return True
+
+    def _insists(self, camera_id: str, stamp_ns: int, *, by_itself: bool) -> bool:
+        before = self._straying.get(camera_id)
+        follows = before is not None and by_itself and 0 <= stamp_ns - before.last_ns <= STRAY_NS
+        since_ns = before.since_ns if before is not None and follows else stamp_ns
+        self._straying[camera_id] = _Straying(since_ns, stamp_ns)
+        return stamp_ns - since_ns > STRAY_NS
+
+
+def _near(stamp_ns: int, others: Sequence[int]) -> bool:
+    return any(abs(stamp_ns - other) <= STRAY_NS for other in others)
