@@ -7,6 +7,7 @@ import struct
 import zlib
 from collections.abc import Iterable, Sequence
 from io import BytesIO
+from itertools import pairwise
 from typing import NoReturn
 
 import msgspec
@@ -20,8 +21,8 @@ from services.logger.difference import Found, What, first_difference
 from services.logger.file import ORIGIN, Origin, opening
 from services.logger.report import Place, Report
 
-LINK_AT = 80
-"""Bytes from the start of a chain record's chunk to its text: the heads of chunk and message, no compression's name."""
+_LINK_START = re.compile(rb'\{"body":\{"n":(\d{1,18}),')
+_LINK_END = re.compile(rb'"signature":"[0-9a-f]{128}"\}')
 _PARSING = (McapError, ValueError, IndexError, struct.error, msgspec.MsgspecError)
 
 
@@ -39,6 +40,8 @@ class _Read(msgspec.Struct, frozen=True, kw_only=True):
     payload: scan.Payload
     group: container.Group
     problem: str
+    cut: bool
+    """The file ends inside its indexes, and all of them that is there is as it should be."""
 
     @property
     def found(self) -> list[Found]:
@@ -106,7 +109,7 @@ class Walk:
             origin = msgspec.convert(fields, Origin)
             head, opened = opening(origin)
         except scan.Cut:
-            if container.MAGIC.startswith(bytes(self._data[: len(container.MAGIC)])) and not self._stored_link(0, 0):
+            if container.MAGIC.startswith(bytes(self._data[: len(container.MAGIC)])) and not self._stored_link(0):
                 return  # cut before the opening was whole: nothing is in it yet
             self._damaged(0, "this is not the opening of a log")
         except _PARSING:
@@ -131,30 +134,45 @@ class Walk:
                 read = self._group(where)
             except scan.Cut as cut:
                 return self._cut(at, pending, str(cut))
+            if read.cut and read.link:
+                self._vouched(pending, read)  # its flush must hold, though it is not whole
+                return None
+            if read.cut:
+                return self._cut(at, pending, f"the file ends inside the index of the chunk at byte {at}")
             at = read.end
             if read.link:
                 self._flush(pending, read)
                 self._good, pending = at, []
             else:
                 pending.append(read)
-        return None
+        return self._cut(at, pending, "the file ends before a chain record") if pending else None
 
     def _group(self, where: scan.Frame) -> _Read:
-        """A chunk and the message indexes behind it. Raises Cut where the file ends inside."""
+        """A chunk and the message indexes behind it. Raises Cut where a frame reaches past the end."""
         payload = scan.chunk(self._data, where)
         group = container.frame_group(
             payload.records, payload.payload, payload.data, compression=payload.compression, offset=where.start
         )
         rest = bytes(self._data[where.start : where.start + len(group.raw)])
-        if rest != group.raw and group.raw.startswith(rest):
-            raise scan.Cut(f"the file ends inside the index of the chunk at byte {where.start}")
-        end = where.end
+        cut = rest != group.raw and group.raw.startswith(rest)
+        end = len(self._data) if cut else where.end
         while end < len(self._data) and self._data[end] == Opcode.MESSAGE_INDEX:
             end = scan.frame(self._data, end).end
-        framing = "" if bytes(self._data[where.start : end]) == group.raw else "the framing around it is changed"
-        return _Read(start=where.start, end=end, payload=payload, group=group, problem=payload.problem or framing)
+        same = cut or bytes(self._data[where.start : end]) == group.raw
+        problem = payload.problem or ("" if same else "the framing around it is changed")
+        return _Read(start=where.start, end=end, payload=payload, group=group, problem=problem, cut=cut)
 
     def _flush(self, pending: list[_Read], read: _Read) -> None:
+        """Takes one flush for good, if it holds."""
+        record, body = self._vouched(pending, read)
+        for part in (*pending, read):
+            self._contents.add(part.group)
+            self._learn_topics(part.payload.records)
+        self._messages, self._n, self._head, self._key_id = body.messages, self._n + 1, record.head, record.key_id
+        self._span_start, self._closing = read.start, body.closed
+        self._seen_expected = self._seen_expected or record.head == self._expected_head
+
+    def _vouched(self, pending: list[_Read], read: _Read) -> tuple[chain.ChainRecord, chain.ChainBody]:
         """Checks one flush against its chain record: first the chain record itself, then all that it vouches for."""
         record, body = self._own_checks(read)
         self._position(body, read.start)
@@ -163,12 +181,7 @@ class Walk:
         counted = self._messages + sum(entry.opcode == Opcode.MESSAGE for entry in body.entries)
         if body.messages != counted:
             self._chain_record("changed", read.start, "its count of messages is wrong")
-        for part in (*pending, read):
-            self._contents.add(part.group)
-            self._learn_topics(part.payload.records)
-        self._messages, self._n, self._head, self._key_id = counted, self._n + 1, record.head, record.key_id
-        self._span_start, self._closing = read.start, body.closed
-        self._seen_expected = self._seen_expected or record.head == self._expected_head
+        return record, body
 
     def _own_checks(self, read: _Read) -> tuple[chain.ChainRecord, chain.ChainBody]:
         """The chain record fits its own hash, form, framing and signature."""
@@ -190,7 +203,7 @@ class Walk:
 
     def _position(self, body: chain.ChainBody, at: int) -> None:
         """The chain record is the one that comes next."""
-        if body.n > self._n and self._stored_link(self._n, at):
+        if body.n > self._n and self._stored_link(at, number=self._n):
             self._chain_record("reordered", at, f"chain record {self._n} stands later; {body.n} stands here")
         if body.n > self._n:
             lost = body.messages - sum(e.opcode == Opcode.MESSAGE for e in body.entries) - self._messages
@@ -242,32 +255,42 @@ class Walk:
             self._damaged(at + same, "the summary is not what the data makes it; all records are as written")
 
     def _cut(self, at: int, pending: list[_Read], why: str) -> None:
-        """A record reaches past the end: the file was cut, unless what stands behind shows that a length was changed."""
-        text = b'{"body":{"n":%d,' % self._n
-        own = bytes(self._data[at + LINK_AT : at + LINK_AT + len(text)]) == text
-        later = self._stored_link(self._n + own, at)
-        if later or bytes(self._data[-len(container.MAGIC) :]) == container.MAGIC:
-            self._blame(pending, at, why, "damaged")
+        """No more can be read: the file was cut, unless a chain record behind the last good one shows a changed length."""
+        if self._stored_link(self._good) or bytes(self._data[-len(container.MAGIC) :]) == container.MAGIC:
+            start = next((part.start for part in pending if part.problem), at)
+            self._blame(pending, start, why, "damaged")
 
     def _blame(self, pending: list[_Read], at: int, why: str, what: What) -> NoReturn:
         """Names the first record that is missing here, if the next chain record can be found; else the byte."""
-        stored = self._stored_link(self._n, self._good)
+        stored = self._stored_link(self._good, number=self._n)
         if stored:
             self._compare(chain.decode(stored)[1].entries, pending, at=at, stopped=why)
         before = f"the last good chain record is {self._n - 1}" if self._n else "no chain record stands before it"
         raise _Bad(Place(what=what, offset=at, detail=f"{why}; {before}"))
 
-    def _stored_link(self, n: int, at: int) -> bytes:
-        """Chain record `n` as stored somewhere behind byte `at`, found by its text; empty where none is whole."""
-        pattern = rb'\{"body":\{"n":%d,.{0,50000000}?"signature":"[0-9a-f]{128}"\}' % n
-        match = re.compile(pattern, re.DOTALL).search(self._mapped, at)
-        if match is None:
-            return b""
+    def _stored_link(self, at: int, *, number: int | None = None) -> bytes:
+        """The first whole, signed chain record behind byte `at` that is not one of those read; empty without one.
+
+        It is found by its text, wherever it stands. `number`: that very one.
+        """
+        starts = [(int(match[1]), match.start()) for match in _LINK_START.finditer(self._mapped, at)]
+        for (n, start), (_, end) in pairwise([*starts, (0, len(self._data))]):
+            if n == number if number is not None else n >= self._n:
+                last = _LINK_END.search(self._mapped, start, end)
+                stored = bytes(self._data[start : last.end()]) if last else b""
+                if stored and self._is_signed(stored):
+                    return stored
+        return b""
+
+    def _is_signed(self, stored: bytes) -> bool:
+        """Whether it is in the form of a chain record, and signed by the log's key as far as that is known."""
         try:
-            chain.decode(match.group())
+            record, body = chain.decode(stored)
+            hashed = record.head == chain.next_head(body.previous, bytes(record.body))
         except ValueError:
-            return b""
-        return match.group()
+            return False
+        key = self._origin.public_key if self._origin else self._public_key
+        return hashed and (not key or signing.signature_holds(key, chain.signed_text(record.head), record.signature))
 
     def _learn_topics(self, records: Iterable[container.Stored]) -> None:
         for record in records:

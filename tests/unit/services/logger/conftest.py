@@ -68,6 +68,16 @@ def closed_log(tmp_path: Path, signer: signing.Signer) -> Path:
     return tmp_path / "t.mcap"
 
 
+@pytest.fixture(scope="session")
+def unclosed(tmp_path_factory: pytest.TempPathFactory, signer: signing.Signer) -> tuple[bytes, ...]:
+    """The bytes of an unclosed log behind each of its flushes."""
+    folder = tmp_path_factory.mktemp("unclosed")
+    paths = [folder / f"{n}.mcap" for n in range(len(FLUSHES))]
+    for n, path in enumerate(paths):
+        write(path, signer, flushes=FLUSHES[: n + 1], close=False)
+    return tuple(path.read_bytes() for path in paths)
+
+
 class Chunks:
     """A log taken apart: what stands before the chunks, each chunk's records, what stands behind. A forger's workbench."""
 

@@ -75,6 +75,49 @@ def test_a_flipped_bit_in_an_unclosed_log_is_found_or_leaves_a_tail_that_nothing
             assert report.messages <= 8, at
 
 
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_flipped_bit_before_the_last_whole_chain_record_of_an_unclosed_log_is_found(
+    tmp_path: Path, unclosed: tuple[bytes, ...], data: st.DataObject
+) -> None:
+    path = tmp_path / "t.mcap"
+    raw = unclosed[-1][: data.draw(st.integers(len(unclosed[0]), len(unclosed[-1])))]
+    last = max(n for n, until in enumerate(unclosed) if len(until) <= len(raw))
+    vouched = unclosed[last].rindex(b'{"body":{"n":%d,' % last)
+    path.write_bytes(raw)
+    assert verify(path).intact
+    at, bit = data.draw(st.integers(0, vouched - 1)), data.draw(st.integers(0, 7))
+    path.write_bytes(raw[:at] + bytes([raw[at] ^ (1 << bit)]) + raw[at + 1 :])
+    assert not verify(path).intact
+
+
+@pytest.mark.parametrize("bit", range(64))
+def test_a_chunk_whose_length_was_changed_hides_no_later_flush(
+    tmp_path: Path, unclosed: tuple[bytes, ...], bit: int
+) -> None:
+    path = tmp_path / "t.mcap"
+    raw, at = bytearray(unclosed[-1]), len(unclosed[0])
+    raw[at + 1 + bit // 8] ^= 1 << bit % 8
+    path.write_bytes(raw)
+    report = verify(path)
+    assert report.first_bad is not None
+    assert report.first_bad.offset == at
+    assert (report.messages, report.tail_bytes) == (4, 0)
+
+
+def test_a_changed_record_is_found_though_the_file_ends_inside_the_index_behind_its_chain_record(
+    tmp_path: Path, unclosed: tuple[bytes, ...]
+) -> None:
+    path = tmp_path / "t.mcap"
+    raw, at = bytearray(unclosed[-1][:-3]), len(unclosed[-2])
+    raw[at + 70] ^= 1
+    path.write_bytes(raw)
+    report = verify(path)
+    assert report.first_bad is not None
+    assert report.first_bad.offset == at
+    assert report.messages == 8
+
+
 @pytest.mark.parametrize(("flush", "place", "original"), MESSAGES)
 def test_a_changed_record_is_named(closed_log: Path, flush: int, place: int, original: object) -> None:
     def change(chunks: Chunks) -> None:
