@@ -1,0 +1,139 @@
+"""A red light stands until its own lamp is read green or it is passed."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.scene import Fact, Facts
+from services.orchestrator.inputs import Stamped
+from services.orchestrator.state import Light
+from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact
+
+
+def lamp(state: str, *, track_id: int = 1, distance_m: float | None = 30.0, **fields: object) -> Fact:
+    return fact("light", f"light:{state}", track_id=track_id, distance_m=distance_m, **fields)
+
+
+def show(drive: Drive, *lamps: tuple[Fact, int]) -> Light | None:
+    """A tick with lamps read in frames so many nanoseconds old."""
+    now_ns = drive.now_ns + TICK
+    facts = tuple(Fact(**{**_fields(each), "frame_stamp_ns": now_ns - age_ns}) for each, age_ns in lamps)
+    drive.tick(facts=(Stamped(seq=1, stamp_ns=now_ns, message=Facts(facts=facts)),))
+    return drive.state.light
+
+
+def _fields(each: Fact) -> dict[str, object]:
+    return {name: getattr(each, name) for name in each.__struct_fields__}
+
+
+def state(drive: Drive) -> str | None:
+    return drive.state.light.state if drive.state.light is not None else None
+
+
+def at_red(distance_m: float | None = 30.0, speed_mps: float = 5.0) -> Drive:
+    drive = Drive(speed_mps=speed_mps)
+    drive.tick(lamp("red", distance_m=distance_m))
+    assert state(drive) == "red"
+    return drive
+
+
+@pytest.mark.parametrize("other", [lamp("green", track_id=2, distance_m=130.0), lamp("green", track_id=2)])
+@pytest.mark.parametrize("first", [True, False])
+def test_another_lamps_green_ends_no_red_that_is_seen(other: Fact, first: bool) -> None:
+    drive = at_red()
+    both = (other, lamp("red")) if first else (lamp("red"), other)
+    for _ in range(3):
+        drive.tick(*both)
+        assert state(drive) == "red"
+    drive.tick(other)
+    assert state(drive) == "red", "it is out of sight for one frame only"
+
+
+def test_its_own_green_ends_a_red() -> None:
+    drive = at_red()
+    drive.tick(lamp("green"))
+    assert state(drive) == "green"
+
+
+def test_the_green_of_a_lamp_found_again_under_another_number_ends_a_red() -> None:
+    drive = at_red(speed_mps=0.0)
+    drive.ticks(40)
+    drive.tick(lamp("green", track_id=7, distance_m=130.0))
+    assert state(drive) == "red", "that is the next junction's"
+    drive.tick(lamp("green", track_id=8, distance_m=36.0))
+    assert state(drive) == "green"
+
+
+def test_the_nearer_of_two_junctions_counts() -> None:
+    drive = Drive(speed_mps=5.0)
+    for order in (1, -1):
+        drive.tick(*(lamp("green", distance_m=20.0), lamp("red", track_id=2, distance_m=130.0))[::order])
+        assert state(drive) == "green"
+    drive.tick(lamp("green", distance_m=20.0), lamp("red", track_id=2, distance_m=60.0))
+    assert state(drive) == "red"
+
+
+@pytest.mark.parametrize("age_ns", [TICK + 1, SECOND, 3600 * SECOND, -3600 * SECOND])
+def test_a_green_from_before_the_red_or_from_the_future_ends_nothing(age_ns: int) -> None:
+    drive = at_red()
+    assert show(drive, (lamp("green"), age_ns)) is not None
+    assert state(drive) == "red"
+    drive.tick()
+    assert state(drive) == "red"
+
+
+@pytest.mark.parametrize("age_ns", [3 * SECOND, 3600 * SECOND, -3600 * SECOND])
+def test_a_green_from_long_ago_or_from_the_future_is_none(age_ns: int) -> None:
+    assert show(Drive(), (lamp("green"), age_ns)) is None
+
+
+def test_a_red_from_the_future_can_be_ended() -> None:
+    drive = Drive()
+    show(drive, (lamp("red"), -3600 * SECOND))
+    assert state(drive) == "red"
+    drive.tick(lamp("green"))
+    assert state(drive) == "green"
+
+
+@pytest.mark.parametrize("distance_m", [30.0, None])
+def test_silence_ends_no_red_while_the_ego_stands(distance_m: float | None) -> None:
+    drive = at_red(distance_m, speed_mps=0.0)
+    target_mps = drive.target_mps
+    drive.ticks(800)
+    assert state(drive) == "red"
+    assert drive.target_mps <= target_mps
+
+
+def test_a_red_ends_when_it_is_passed_and_not_before() -> None:
+    drive = at_red(30.0, speed_mps=0.4)
+    drive.ticks(700)
+    assert state(drive) == "red", "28 m took more than a minute"
+    drive.ticks(150)
+    assert state(drive) is None
+
+
+def test_a_red_that_was_never_ranged_is_forgotten_a_minute_later_on_the_way() -> None:
+    drive = at_red(None, speed_mps=5.0)
+    drive.ticks(595)
+    assert state(drive) == "red"
+    drive.ticks(10)
+    assert state(drive) is None
+
+
+others = st.builds(
+    lamp,
+    st.sampled_from(("green", "off", "red", "amber")),
+    track_id=st.integers(2, 5),
+    distance_m=st.none() | st.floats(20.0, 300.0),
+    confidence=st.floats(0.0, 1.0),
+    believed=st.booleans(),
+)
+
+
+@FEW
+@given(st.lists(st.lists(st.tuples(others, st.integers(-5 * SECOND, 90 * SECOND)), max_size=3), max_size=8))
+def test_no_other_lamp_ends_a_red_that_was_just_seen(ticks: list[list[tuple[Fact, int]]]) -> None:
+    drive = at_red(30.0, speed_mps=0.0)
+    for each in ticks:
+        show(drive, *each, (lamp("red"), 0))
+        assert state(drive) in ("red", "amber")
