@@ -23,7 +23,8 @@ class Parcel(NamedTuple):
 class Inbox:
     """A queue with coalescing of `latest` keys and a bound."""
 
-    def __init__(self) -> None:
+    def __init__(self, limit: int = INBOX_LIMIT) -> None:
+        self._limit = limit
         self._ready = threading.Condition()
         self._parcels: deque[Parcel] = deque()
         self._latest: dict[tuple[str, int], Parcel] = {}
@@ -35,15 +36,15 @@ class Inbox:
         """Add a publication; of a `latest` topic only the newest of a key is kept."""
         with self._ready:
             if latest:
-                slot = (parcel.key, id(parcel.deliver))
+                slot = _slot(parcel)
                 waiting = slot in self._latest
                 self._latest[slot] = parcel
                 if waiting:
                     self.dropped += 1
                     return
             self._parcels.append(parcel)
-            if len(self._parcels) > INBOX_LIMIT:
-                self._parcels.popleft()
+            if len(self._parcels) > self._limit:
+                self._latest.pop(_slot(self._parcels.popleft()), None)  # else its key would be waited for for ever
                 self.dropped += 1
             self._ready.notify()
 
@@ -63,7 +64,7 @@ class Inbox:
             if not self._parcels:
                 return None
             parcel = self._parcels.popleft()
-            return self._latest.pop((parcel.key, id(parcel.deliver)), parcel)
+            return self._latest.pop(_slot(parcel), parcel)
 
     def close(self) -> None:
         """Wake the worker for the last time."""
@@ -75,6 +76,11 @@ class Inbox:
     def closed(self) -> bool:
         """Whether `close` was called."""
         return self._closed
+
+
+def _slot(parcel: Parcel) -> tuple[str, int]:
+    """A subscription's place for a key of a `latest` topic."""
+    return parcel.key, id(parcel.deliver)
 
 
 class Timers:
