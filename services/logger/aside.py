@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 
 class Aside:
-    """Runs jobs one after the other. A job that raises OSError is told to `failed`."""
+    """Runs jobs one after the other. What a job raises is told to `failed`; the next one runs all the same."""
 
-    def __init__(self, name: str, *, failed: Callable[[OSError], None]) -> None:
+    def __init__(self, name: str, *, failed: Callable[[Exception], None]) -> None:
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._failed = failed
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -33,5 +33,5 @@ class Aside:
         while (job := self._jobs.get()) is not None:
             try:
                 job()
-            except OSError as error:
+            except Exception as error:  # noqa: BLE001 whatever one job raises, the later ones are still to be run
                 self._failed(error)

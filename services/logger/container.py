@@ -34,6 +34,8 @@ FRAME = struct.Struct("<BQ")
 """Opcode and length before every record's content."""
 MESSAGE_HEAD = struct.Struct("<HIQQ")
 """Channel id, sequence, log time and publish time at the start of a message's content."""
+TIME_MAX_NS = 2**63 - 1
+"""Latest time that is written. MCAP's times are unsigned; databases and viewers take them as signed 64 bits."""
 _PACKER = zstandard.ZstdCompressor(level=1)
 
 
@@ -72,6 +74,11 @@ def message(*, channel_id: int, sequence: int, log_time_ns: int, publish_time_ns
     return Stored(
         opcode=int(Opcode.MESSAGE), id=channel_id, content=head + data, sequence=sequence, log_time_ns=log_time_ns
     )
+
+
+def writable_ns(time_ns: int) -> int:
+    """The nearest time that can be written."""
+    return min(max(time_ns, 0), TIME_MAX_NS)
 
 
 class Group(msgspec.Struct, frozen=True, kw_only=True):

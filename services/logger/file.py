@@ -180,7 +180,7 @@ class LogFile:
     def _write(self, data: bytes) -> None:
         try:
             self._raw.write(data)
-        except OSError:
+        except Exception:
             self._raw.truncate(self.size)  # a part of it may be there; cutting needs no space
             raise
         self._crc = zlib.crc32(data, self._crc)

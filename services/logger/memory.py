@@ -95,7 +95,8 @@ class MemoryStore:
             raise ValueError(f"a memory holds at most {MAX_VALUE_BYTES} bytes, this one has {len(text)}")
         with self._lock, self._db:
             cursor = self._db.execute(
-                "INSERT INTO memories(kind, key, value, stamp_ns) VALUES (?, ?, ?, ?)", (kind, key, text, stamp_ns)
+                "INSERT INTO memories(kind, key, value, stamp_ns) VALUES (?, ?, ?, ?)",
+                (kind, key, text, _held(stamp_ns)),
             )
         return int(cursor.lastrowid or 0)
 
@@ -169,9 +170,9 @@ class MemoryStore:
         if query.text:
             conditions.append(("instr(lower(directive), lower(?)) > 0", query.text))
         if query.after_ns:
-            conditions.append(("stamp_ns >= ?", query.after_ns))
+            conditions.append(("stamp_ns >= ?", _held(query.after_ns)))
         if query.before_ns:
-            conditions.append(("stamp_ns < ?", query.before_ns))
+            conditions.append(("stamp_ns < ?", _held(query.before_ns)))
         where = " AND ".join(condition for condition, _ in conditions) or "1"
         values = [value for _, value in conditions]
         with self._lock:
@@ -190,10 +191,10 @@ class MemoryStore:
 
 
 def trace_row(trace: TraceRecord, file: str) -> TraceRow:
-    """The row of a tick."""
+    """The row of a tick; its numbers as near as a database can hold them."""
     return TraceRow(
-        tick=trace.tick,
-        stamp_ns=trace.stamp_ns,
+        tick=_held(trace.tick),
+        stamp_ns=_held(trace.stamp_ns),
         cause=trace.cause,
         decision=trace.decision.kind,
         events=tuple(event.kind for event in trace.events),
@@ -203,6 +204,11 @@ def trace_row(trace: TraceRecord, file: str) -> TraceRow:
         target_mps=trace.advisory.target_mps,
         file=file,
     )
+
+
+def _held(number: int) -> int:
+    """The nearest number of 64 bits."""
+    return min(max(number, -(2**63)), 2**63 - 1)
 
 
 def _trace_row(row: tuple[Any, ...]) -> TraceRow:

@@ -14,6 +14,7 @@ from proto import topics
 from proto.decision import TraceRecord
 from proto.health import ChainHead
 from proto.topics import Topic
+from services.logger.container import writable_ns
 from services.logger.file import Record
 from services.logger.forms import record
 from services.logger.memory import MemoryStore, TraceRow, trace_row
@@ -36,6 +37,7 @@ class Recorder:
         self._rows: list[TraceRow] = []
         self._versions: dict[str, str] | None = None
         self.malformed: Counter[str] = Counter()
+        self.misstamped: Counter[str] = Counter()
         self.memory_failures = 0
         self.head: ChainHead | None = None
         self.put: Callable[[Record], None] = lambda _: None
@@ -51,15 +53,23 @@ class Recorder:
         stamp_ns: int,
         now_ns: int,
     ) -> None:
-        """One publication. A payload that does not fit its topic is counted and not logged."""
+        """One publication. A payload that does not fit its topic is counted and not logged.
+
+        A stamp that no log can hold is logged as the nearest one, and told.
+        """
+        written_ns, now_ns = writable_ns(stamp_ns), writable_ns(now_ns)
         try:
             message = decode(topic, payload)
-            made = record(topic, message, payload, name=name, sequence=sequence, stamp_ns=stamp_ns, log_time_ns=now_ns)
+            made = record(
+                topic, message, payload, name=name, sequence=sequence, stamp_ns=written_ns, log_time_ns=now_ns
+            )
         except (msgspec.MsgspecError, ValueError) as error:
-            self.malformed[name] += 1
-            if self.malformed[name] in (1, 100, 10_000):
-                self._warn(f"{name}: message {sequence} does not fit its topic and is not logged: {error}")
+            self._told(self.malformed, name, f"message {sequence} does not fit its topic and is not logged: {error}")
             return
+        if written_ns != stamp_ns:
+            self._told(
+                self.misstamped, name, f"message {sequence} has stamp {stamp_ns} and is logged with {written_ns}"
+            )
         for one in self._pictures.offer(made) if topic.logged == "foxglove_image" else (made,):
             self.put(one)
         self._show(topic.name, made)
@@ -117,6 +127,12 @@ class Recorder:
                 self._memory.remember("rulepack", "versions", dict(trace.versions), stamp_ns=trace.stamp_ns)
         except sqlite3.Error as error:
             self._memory_failed(error)
+
+    def _told(self, counter: Counter[str], name: str, text: str) -> None:
+        """Counts it; some are told."""
+        counter[name] += 1
+        if counter[name] in (1, 100, 10_000):
+            self._warn(f"{name}: {text}")
 
     def _memory_failed(self, error: sqlite3.Error) -> None:
         self.memory_failures += 1

@@ -169,6 +169,7 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
         log_messages=str(tally.messages),
         log_lost=str(tally.lost),
         log_malformed=str(recorder.malformed.total()),
+        log_misstamped=str(recorder.misstamped.total()),
         log_mb_per_hour=f"{writer.mb_per_hour():.0f}",
         log_worst_flush_ms=f"{tally.worst_flush_ms:.0f}",
         log_trouble=tally.trouble if writer.running else "the writer has stopped",

@@ -11,6 +11,7 @@ import msgspec
 from proto.health import ChainHead
 from services.logger import files
 from services.logger.aside import Aside
+from services.logger.container import writable_ns
 from services.logger.file import DiskFile, LogFile, Origin, RawFile, Record
 from services.logger.forms import Gap, gap_record
 from services.logger.signing import Signer
@@ -79,7 +80,7 @@ class LogWriter:
         self._waiting: list[Record] = []
         self._waiting_bytes = 0
         self._gap: Gap | None = None
-        self._gaps = 0
+        self._gaps = self._refused = 0
         self._file: LogFile | None = None
         self._opened_s = self._synced_s = 0.0
         self._previous: files.Previous | None = None
@@ -128,17 +129,17 @@ class LogWriter:
         self.tally.lost += len(self._waiting)  # what could not be written to the last
 
     def _guarded(self, work: Callable[[], None]) -> None:
-        """Runs it; a disk that refuses is counted and told once, and tried again next time."""
+        """Runs it; what keeps it from writing is counted and told once, and tried again next time."""
         started_s = time.monotonic()
         try:
             work()
-        except OSError as error:
+        except Exception as error:  # noqa: BLE001 whatever it is, the thread that writes the log goes on
             self._failed(error)
         self.tally.worst_flush_ms = max(self.tally.worst_flush_ms, (time.monotonic() - started_s) * 1e3)
 
-    def _failed(self, error: OSError) -> None:
+    def _failed(self, error: Exception) -> None:
         self.tally.failed_flushes += 1
-        text = f"the log cannot be written: {error.strerror or error}"
+        text = f"the log cannot be written: {getattr(error, 'strerror', '') or error or type(error).__name__}"
         if text != self.tally.trouble:
             self.tally.trouble = text
             self._tell(text)
@@ -148,20 +149,46 @@ class LogWriter:
 
     def _flush(self) -> None:
         with self._lock:
-            records, gap = list(self._waiting), self._gap
+            records = list(self._waiting)
         for batch in _batches(records):
-            self._append(batch)
+            self._append_sound(self._file or self._open(), batch)
+        with self._lock:
+            gap = self._gap
         if gap:
             self._gaps += 1
-            self._append([gap_record(gap, sequence=self._gaps)], counted=0)
+            self._append(self._file or self._open(), [gap_record(gap, sequence=self._gaps)], counted=0)
             with self._lock:
                 self._gap = None if self._gap == gap else self._gap
         if records or gap:
             self._after()
 
-    def _append(self, batch: list[Record], *, counted: int | None = None) -> None:
+    def _append_sound(self, file: LogFile, batch: list[Record]) -> None:
+        """The batch, without those of its records that no file takes. Raises OSError; then they may be given again."""
+        try:
+            self._append(file, batch)
+        except OSError:
+            raise
+        except Exception as error:  # noqa: BLE001 a record that cannot be stored may cost itself, not the log
+            if len(batch) == 1:
+                self._lose(batch[0], error)
+                return
+            middle = len(batch) // 2
+            self._append_sound(file, batch[:middle])
+            self._append_sound(file, batch[middle:])
+
+    def _lose(self, record: Record, error: Exception) -> None:
+        """The first record of the queue cannot be stored: it leaves it, is counted, and leaves a gap."""
+        with self._lock:
+            self._waiting_bytes -= len(record.data)
+            del self._waiting[:1]
+            self.tally.lost += 1
+            self._gap = _widened(self._gap, self._now_ns(), f"a record of {record.topic} cannot be stored: {error}")
+        self._refused += 1
+        if self._refused in (1, 100, 10_000):
+            self._tell(f"{record.topic}: record {record.sequence} cannot be stored and is lost: {error}")
+
+    def _append(self, file: LogFile, batch: list[Record], *, counted: int | None = None) -> None:
         """One flush into the file; only then do its records leave the queue."""
-        file = self._file or self._open()
         before = file.size
         head = file.append(batch, now_ns=self._now_ns())
         done = len(batch) if counted is None else counted
@@ -248,6 +275,7 @@ def _batches(records: list[Record]) -> Iterator[list[Record]]:
 
 
 def _widened(gap: Gap | None, now_ns: int, reason: str) -> Gap:
+    now_ns = writable_ns(now_ns)
     if gap is None:
         return Gap(lost=1, from_ns=now_ns, until_ns=now_ns, reason=reason)
     return msgspec.structs.replace(gap, lost=gap.lost + 1, until_ns=max(gap.until_ns, now_ns))

@@ -164,6 +164,27 @@ def test_a_malformed_payload_on_any_topic_is_counted_and_not_logged(payload: byt
     assert len(warned) == recorder.malformed.total()
 
 
+@pytest.mark.parametrize("stamps", [[-1, 2**63 - 1], [2**64 - 1, -(2**63), 2**63]])
+def test_a_publication_is_logged_whatever_its_stamp_and_the_next_one_too(stamps: list[int], tmp_path: Path) -> None:
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        for stamp_ns in (*stamps, 42):
+            b.probe.publish(topics.EGO, Ego(speed_mps=1.0), stamp_ns=stamp_ns)
+        trace = msgspec.structs.replace(_trace(7), stamp_ns=stamps[0])
+        b.probe.publish(topics.TRACE, trace, stamp_ns=stamps[0])
+        b.probe.publish(topics.EGO, Ego(speed_mps=2.0), stamp_ns=42)
+        b.wait_for(topics.CHAIN, lambda head: head.records >= len(stamps) + 3)
+        found = b.call("find_traces", {}).result
+        node.close()
+    (path,) = files.logs(tmp_path / "logs")
+    assert verify(path).closed
+    written = [min(max(stamp_ns, 0), 2**63 - 1) for stamp_ns in stamps]
+    assert [one.stamp_ns for one in messages(path) if one.name == "can/ego"] == [*written, 42, 42]
+    assert [one.data for one in messages(path) if one.name == "trace"] == [msgspec.json.encode(trace)]
+    assert found is not None
+    assert [row["tick"] for row in found["traces"]] == [7]
+
+
 @pytest.mark.parametrize("topic", LOGGED, ids=lambda topic: topic.name)
 def test_every_logged_topic_has_a_sound_schema(topic: Topic[msgspec.Struct]) -> None:
     schema = msgspec.json.decode(json_form(topic.message).schema)

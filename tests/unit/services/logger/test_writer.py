@@ -12,6 +12,8 @@ from typing import TypeVar
 
 import msgspec
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from proto.health import ChainHead
 from services.logger import chain, files, signing
@@ -203,6 +205,59 @@ def test_what_a_full_disk_costs_is_counted_and_stands_in_the_log_as_a_gap(
     assert gap.lost == writer.tally.lost == 300 - len(kept) > 0
     assert gap.until_ns == 299
     assert verify(path).closed
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(times=st.lists(st.one_of(st.integers(0, 2**63 - 1), st.integers(-(2**70), 2**70)), min_size=1, max_size=12))
+def test_a_record_that_cannot_be_stored_costs_itself_and_nothing_else(
+    times: list[int], signer: signing.Signer, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder, heard = tmp_path_factory.mktemp("bad"), Heard()
+    sound = [i for i, stamp_ns in enumerate(times) if 0 <= stamp_ns < 2**64]
+    writer = _writer(folder, signer, heard)
+    for i, stamp_ns in enumerate(times):
+        writer.put(msgspec.structs.replace(record("a", i, i), publish_time_ns=stamp_ns))
+    writer.put(record("a", len(times), 1))
+    assert writer.running
+    assert writer.close()
+    (path,) = files.logs(folder)
+    assert verify(path).closed
+    logged = list(messages(path))
+    assert [one.sequence for one in logged if one.name == "a"] == [*sound, len(times)]
+    gaps = [msgspec.json.decode(one.data, type=Gap) for one in logged if one.name == "logger/gap"]
+    assert sum(gap.lost for gap in gaps) == writer.tally.lost == len(times) - len(sound)
+    assert len(heard.troubles) == min(writer.tally.lost, 1)
+
+
+def test_what_a_full_queue_loses_leaves_a_gap_whatever_its_times_say(tmp_path: Path, signer: signing.Signer) -> None:
+    writer = LogWriter(WriterSettings(directory=tmp_path, flush_ms=10.0, queue_mb=0.0), signer, Heard())
+    writer.put(record("a", 1, 1))
+    writer.put(record("a", 2, -1))
+    writer.start()
+    assert writer.close()
+    (path,) = files.logs(tmp_path)
+    (gap,) = [msgspec.json.decode(one.data, type=Gap) for one in messages(path) if one.name == "logger/gap"]
+    assert (gap.lost, gap.from_ns) == (1, 0)
+
+
+@pytest.mark.parametrize("error", [ValueError("not this"), RuntimeError()])
+def test_a_listener_that_fails_stops_neither_the_log_nor_what_it_is_told_next(
+    tmp_path: Path, signer: signing.Signer, error: Exception
+) -> None:
+    class Failing(Heard):
+        def sealed(self, head: ChainHead, n: int) -> None:
+            super().sealed(head, n)
+            if n == 0:
+                raise error
+
+    heard = Failing()
+    writer = _writer(tmp_path, signer, heard)
+    writer.put(record("a", 1, 1))
+    heard.wait(lambda: len(heard.troubles) == 1)
+    writer.put(record("a", 2, 2))
+    heard.wait(lambda: len(heard.heads) > 1)
+    assert writer.close()
+    assert verify(files.logs(tmp_path)[0]).messages == 2
 
 
 def test_a_folder_that_cannot_be_written_never_raises_into_the_drive(tmp_path: Path, signer: signing.Signer) -> None:
