@@ -23,6 +23,10 @@ LOST_S = 6.0
 FORGOTTEN_S = 30.0
 TURN_RAD = math.radians(50.0)
 JUNCTION_NEAR_M = 15.0
+JUNCTION_BEHIND_M = 25.0
+"""A turn from near a junction to so far behind it is a turn at the junction."""
+OTHER_JUNCTION_M = 20.0
+"""A junction reported so much farther than the one that was near is another one."""
 MOST_AHEAD = 12
 HEADS = frozenset(
     {
@@ -335,11 +339,25 @@ _ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
 
 
 def _junction(signs: Signs, motion: Motion, now_ns: int) -> Signs:
-    near = motion.junction_m is not None and motion.junction_m <= JUNCTION_NEAR_M
-    if near or signs.near_junction:
-        turned = (signs.turned_rad if signs.near_junction else 0.0) + motion.turned_rad
-        if abs(turned) >= TURN_RAD:
-            cleared = _changed(signs, now_ns, permanent=None, conditional=(), ended=(*signs.ended, "junction")[-4:])
-            return msgspec.structs.replace(cleared, near_junction=False, turned_rad=0.0)
-        return msgspec.structs.replace(signs, near_junction=near or abs(turned) > 0.1, turned_rad=turned)
-    return signs
+    signs = _near_junction(signs, motion)
+    if not signs.near_junction:
+        return signs
+    # A car that stands does not turn, whatever its yaw rate drifts to.
+    turned = signs.turned_rad + (motion.turned_rad if motion.travelled_m > 0.0 else 0.0)
+    if abs(turned) < TURN_RAD:
+        return msgspec.structs.replace(signs, turned_rad=turned)
+    cleared = _changed(signs, now_ns, permanent=None, conditional=(), ended=(*signs.ended, "junction")[-4:])
+    return msgspec.structs.replace(cleared, near_junction=False, turned_rad=0.0, junction_m=0.0)
+
+
+def _near_junction(signs: Signs, motion: Motion) -> Signs:
+    """The junction that is near, by the way travelled since it came near: what the map says of it may stand still."""
+    known = signs.junction_m - motion.travelled_m
+    reported = motion.junction_m if motion.junction_m is not None else math.inf
+    near = -JUNCTION_BEHIND_M <= reported <= JUNCTION_NEAR_M
+    still = signs.near_junction and known >= -JUNCTION_BEHIND_M
+    if near and (not still or reported >= known + OTHER_JUNCTION_M):
+        return msgspec.structs.replace(signs, near_junction=True, junction_m=reported, turned_rad=0.0)
+    if still:
+        return msgspec.structs.replace(signs, junction_m=min(known, reported) if near else known)
+    return msgspec.structs.replace(signs, near_junction=False, junction_m=0.0, turned_rad=0.0)

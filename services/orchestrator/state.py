@@ -74,6 +74,8 @@ class Signs(msgspec.Struct, frozen=True, kw_only=True):
     turned_rad: float = 0.0
     """How far the ego has turned since it came near the junction."""
     near_junction: bool = False
+    junction_m: float = 0.0
+    """Distance to the junction that came near, negative behind it."""
 
 
 class Light(msgspec.Struct, frozen=True, kw_only=True):
