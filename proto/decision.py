@@ -124,6 +124,8 @@ class Decision(msgspec.Struct, frozen=True, kw_only=True):
     state_sha256: str = ""
     own: dict[str, Any] = {}
     """The arbiter's own reading, its state before, and its grant: with the request, enough to decide again."""
+    hazard: str = ""
+    """What is shouted about, whoever saw it; empty: nothing is, and the fused advice is what is spoken."""
 
 
 class Advisory(msgspec.Struct, frozen=True, kw_only=True):

@@ -52,12 +52,14 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     weighed = weigh(request, inputs.reading, state, profile, inputs.now_ns)
     hazard = hazard_of(request, inputs.reading, state.sightings, profile)
     intervention, command, withheld = _intervene(weighed, state, inputs, profile)
-    kind, reason, attended = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
-    after = msgspec.structs.replace(state, attention=attended, intervention=intervention)
+    if not hazard and (command is not None or withheld) and weighed.case.own is not None:
+        hazard = HAZARDS[weighed.case.own.track.kind]  # whoever brakes, or would, says what for
+    said = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
+    after = msgspec.structs.replace(state, attention=said.attention, intervention=intervention)
     decision = Decision(
         tick=request.tick,
-        kind=kind,
-        reason=reason,
+        kind=said.kind,
+        reason=said.reason,
         metrics=weighed.metrics,
         act_withheld=withheld,
         brake_mps2=command.deceleration_mps2 if command is not None else 0.0,
@@ -65,6 +67,7 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
         profile_sha256=profile.sha256,
         state_sha256=digest(after),
         own=msgspec.json.decode(msgspec.json.encode(inputs)),
+        hazard=said.hazard,
     )
     return Verdict(decision, after, msgspec.structs.replace(command, tick=request.tick) if command else None)
 
@@ -198,6 +201,13 @@ class _Saying(NamedTuple):
     messages: float
 
 
+class _Said(NamedTuple):
+    kind: DecisionKind
+    reason: str
+    attention: Attention
+    hazard: str = ""
+
+
 Row = tuple[Callable[[_Saying], bool], DecisionKind, str]
 _ROWS: tuple[Row, ...] = (
     (lambda s: bool(s.hazard) and s.fresh_hazard, "SPEAK", "hazard"),
@@ -222,16 +232,17 @@ def _say(
     withheld: str,
     now_ns: int,
     profile: Profile,
-) -> tuple[DecisionKind, str, Attention]:
+) -> _Said:
     attended = state.attention
     alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
-        return "ACT", _act_reason(weighed, state), attention.told(attended, hazard, now_ns, alarm=alarm)
+        told = attention.told(attended, hazard, now_ns, alarm=alarm)
+        return _Said("ACT", _act_reason(weighed, state), told, hazard)
     # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
     alarm = alarm or bool(withheld)
     fresh = attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm)
-    if withheld and (fresh or not hazard):
-        return "SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=True)
+    if withheld and fresh:
+        return _Said("SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=True), hazard)
     saying = _Saying(
         request=request,
         hazard=hazard,
@@ -241,8 +252,8 @@ def _say(
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
-        return kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns, alarm=alarm)
-    return kind, reason, attention.spend(attended) if kind == "SPEAK" and reason == "new advice" else attended
+        return _Said(kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns, alarm=alarm), hazard)
+    return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
 
 
 def _act_reason(weighed: Weighed, state: ArbiterState) -> str:

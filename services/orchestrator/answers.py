@@ -11,15 +11,15 @@ from proto.tools import Effect, Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
-from services.orchestrator.observe import sane_conditions, settle
+from services.orchestrator.conditions import sane_conditions, settle
 from services.orchestrator.signs import SURE
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
+from services.orchestrator.validity import EXPERT_VALID_NS
 
 S = TypeVar("S")
 KEPT = 24
 LATE_SERVES_MS = 2000.0
-EXPERT_VALID_NS = 10_000_000_000
 
 
 def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
@@ -28,6 +28,8 @@ def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
     for outcome in outcomes:
         if outcome.ok and outcome.age_ms <= LATE_SERVES_MS:
             held = _take_one(held, state, outcome)
+        elif not outcome.ok:
+            held = _prolonged(held, outcome.tool, state.now_ns)
         asked = _note(asked, outcome, state.now_ns)
     return msgspec.structs.replace(state, held=held, memory=msgspec.structs.replace(state.memory, asked=asked))
 
@@ -121,6 +123,15 @@ def _health(held: Held, state: State, outcome: Outcome) -> Held:
     if health is None or not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
         return held
     return msgspec.structs.replace(held, health=health)
+
+
+def _prolonged(held: Held, tool: str, now_ns: int) -> Held:
+    """An expert that is asked and does not answer lifts nothing: its restriction stands for another while."""
+    until_ns = now_ns + EXPERT_VALID_NS
+    limiters = (
+        msgspec.structs.replace(each, until_ns=until_ns) if each.tool == tool else each for each in held.limiters
+    )
+    return msgspec.structs.replace(held, limiters=tuple(limiters))
 
 
 def _take_expert(held: Held, state: State, outcome: Outcome, effect: Effect) -> Held:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 from proto.decision import Event
 from services.orchestrator import legal
 from services.orchestrator.actors import lead, pedestrian
-from services.orchestrator.observe import UNSET_AFTER, VALID_NS
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
+from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
 
 FRESH_NS = 1_500_000_000
 """For how long a change counts as news; longer than a lost tick, shorter than a message."""
@@ -188,6 +188,10 @@ def _stale(state: State, before: State, query: str) -> Signal:
     ages = {
         "conditions": (state.held.conditions_ns, VALID_NS["conditions"]),
         "degradation": (state.held.degradation_ns, VALID_NS["degradation"]),
+        **{
+            f"{BY_TOOL}{each.tool}": (each.until_ns - EXPERT_VALID_NS, EXPERT_VALID_NS // 2)
+            for each in state.held.limiters
+        },
     }
     shares = {name: _share(stamp, valid, state.now_ns) for name, (stamp, valid) in ages.items()}
     if state.held.legal is None or state.held.legal_key != legal.key(legal.situation_arguments(state)):
@@ -195,6 +199,10 @@ def _stale(state: State, before: State, query: str) -> Signal:
     name = max(shares, key=lambda each: shares[each])
     stale = sorted(each for each, share in shares.items() if share > 1.0)
     return Signal(shares[name], " ".join(stale))
+
+
+BY_TOOL = "tool:"
+"""Before the name of the third-party tool whose restriction is stale: it is asked again before that runs out."""
 
 
 def _share(stamp_ns: int | None, valid_ns: int, now_ns: int) -> float:

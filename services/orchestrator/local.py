@@ -9,10 +9,10 @@ HAZARD_PAUSE_S = 2.0
 
 def decide_locally(request: ArbitrationRequest) -> Decision:
     """Hazards and first notices are spoken; anything else if it is new, not muted, and some seconds have passed."""
-    fused, since_s = request.fused, request.seconds_since_spoken
+    fused, since_s, hazard = request.fused, request.seconds_since_spoken, ""
     paused = since_s is None or since_s >= PAUSE_S
     if fused.hazard and (fused.new_information or since_s is None or since_s >= HAZARD_PAUSE_S):
-        kind, reason = "SPEAK", f"hazard: {fused.hazard}"
+        kind, reason, hazard = "SPEAK", f"hazard: {fused.hazard}", fused.hazard
     elif fused.first_notice:
         kind, reason = "SPEAK", "first notice"
     elif fused.directive and fused.new_information and not fused.muted and paused:
@@ -25,4 +25,5 @@ def decide_locally(request: ArbitrationRequest) -> Decision:
         reason=f"without the arbiter: {reason}",
         metrics=SafetyMetrics(h=request.h),
         profile="local",
+        hazard=hazard,
     )

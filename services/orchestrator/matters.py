@@ -264,7 +264,7 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
     limit = target.law.limit
     if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
         return
-    safe = target.mps < 0.9 * limit.mps and target.bounds[0].why == "law"
+    safe = target.mps < 0.9 * limit.mps and target.bounds[0].why in ("law", "sight")
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
     gantry = "limit_advisory" if limit.advisory else gantry
     ended = bool(state.signs.ended) and "speed_limit_change" in events

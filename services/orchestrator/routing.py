@@ -9,7 +9,7 @@ from proto.decision import Event
 from proto.rules import RightOfWayQuestion
 from services.orchestrator import legal
 from services.orchestrator.actors import pedestrian
-from services.orchestrator.events import TOOLS, foreign_plate
+from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
 from services.orchestrator.inputs import Expert
 from services.orchestrator.state import State
 
@@ -55,7 +55,9 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
 
 def _stale_tools(event: Event) -> tuple[str, ...]:
     """Only those facts are asked for again that are stale."""
-    return tuple(REFRESHES[name] for name in event.detail.split() if name in REFRESHES)
+    names = event.detail.split()
+    experts = tuple(name.removeprefix(BY_TOOL) for name in names if name.startswith(BY_TOOL))
+    return (*(REFRESHES[name] for name in names if name in REFRESHES), *experts)
 
 
 def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from services.orchestrator.actors import EGO_HALF_M, pedestrian
+from services.orchestrator.lines import line_of, stop_signs
 from services.orchestrator.state import State
 
 STANDSTILL_M = 1.0
@@ -51,10 +52,11 @@ def _red(state: State) -> Stop | None:
 
 
 def _sign(state: State) -> Stop | None:
-    sign = next((each for each in state.signs.ahead if each.reading == "stop"), None)
-    if sign is None or state.halted_ns is not None:
+    signs = stop_signs(state.signs)[0 if state.halted_ns is None else 1 :]
+    if not signs:
         return None
-    distance = state.stop_m if state.stop_m is not None and state.stop_kind != "light" else sign.distance_m
+    sign = signs[0]
+    distance = line_of(sign, state.stop_m, state.stop_kind)
     room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
     return Stop("stop_sign", room, sign.confidence) if room > -EGO_HALF_M - 2.0 else None
 

@@ -90,6 +90,7 @@ def target(state: State) -> Target:
     headway = headway_factor(state)
     found += _following(vehicles(state.world), headway)
     found += _blind(state)
+    found += _sight(state)
     found += [
         Bound(each.target_mps, "expert", each.tool, each.confidence)
         for each in state.held.limiters
@@ -250,6 +251,14 @@ def _blind(state: State) -> list[Bound]:
     if held.person_mps is not None and unseen:
         found.append(Bound(held.person_mps, "person", "perception", 0.3))
     return found
+
+
+def _sight(state: State) -> list[Bound]:
+    """One stops within what one sees, whatever the limit is: the factor was worked out for one limit and has a floor."""
+    conditions = state.held.conditions
+    if conditions is None or conditions.safe_speed_mps is None:
+        return []
+    return [Bound(max(0.0, conditions.safe_speed_mps), "sight", "weather", conditions.confidence)]
 
 
 def last_seen(goal: Target) -> tuple[float | None, float | None]:

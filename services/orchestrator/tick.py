@@ -53,8 +53,9 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     fused, matter, goal = advise(state, now, outcomes)
     request = request_of(state, fused, outcomes, seen)
     decision = judged(ask.arbiter(request), request)
-    after = remember(state, before, events, goal, matter, decision)
-    advisory = advisory_of(state, fused, decision, matter, seen, outcomes)
+    spoken = spoken_of(matter, decision)
+    after = remember(state, before, events, goal, spoken, decision)
+    advisory = advisory_of(state, fused, decision, spoken, seen, outcomes)
     return Ticked(after, state.world, events, calls, outcomes, fused, request, decision, advisory)
 
 
@@ -91,6 +92,12 @@ def judged(decision: Decision | None, request: ArbitrationRequest) -> Decision:
     return decision
 
 
+def spoken_of(matter: Matter | None, decision: Decision) -> Matter | None:
+    """The matter whose words are spoken, if any are; none where the arbiter shouts about what it alone sees."""
+    alone = decision.hazard != "" and (matter is None or matter.hazard != decision.hazard)
+    return None if alone else matter
+
+
 def advisory_of(
     state: State,
     fused: Fused,
@@ -99,12 +106,12 @@ def advisory_of(
     seen: Observations,
     outcomes: tuple[Outcome, ...],
 ) -> Advisory:
-    """What the driver is told. A warning that the arbiter alone wants gets words of its own."""
+    """What the driver is told: the matter's words; without one, those of a warning that the arbiter alone wants."""
     preferences = state.preferences
     directive, justification = fused.directive, fused.justification
     urgency, hazard, topic = fused.urgency, fused.hazard, fused.topic
-    if decision.kind != "SILENT" and (matter is None or (decision.reason.startswith("hazard") and not hazard)):
-        hazard = decision.reason.partition(": ")[2] or "caution"
+    if decision.kind != "SILENT" and matter is None:
+        hazard = decision.hazard or "caution"
         phrase = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
         directive, urgency, topic = say(preferences, "directive", phrase), "warning", phrase
     if decision.act_withheld:

@@ -49,6 +49,15 @@ def test_a_car_close_ahead_is_braked_for_under_a_grant() -> None:
     assert verdict.command.valid_for_ns == 200_000_000
 
 
+@given(asked=requests(), granted=st.booleans())
+def test_who_brakes_or_would_says_what_for(asked: ArbitrationRequest, granted: bool) -> None:
+    inputs = mirror(asked) if granted else mirror(asked, permission=Permission())
+    decision = decide(asked, inputs, CALIBRATED).decision
+    if decision.kind == "ACT" or decision.reason.startswith("ACT withheld"):
+        assert decision.hazard in ("closing_lead", "pedestrian")
+    assert decision.kind != "SILENT" or decision.hazard == ""
+
+
 def test_without_a_grant_the_act_is_withheld_and_spoken() -> None:
     verdict = decide(CRITICAL, mirror(CRITICAL, permission=Permission()), CALIBRATED)
     assert (verdict.decision.kind, verdict.decision.act_withheld) == ("SPEAK", "no grant")

@@ -27,6 +27,8 @@ from tests.unit.services.orchestrator.support import (
     EXPERTS,
     FEW,
     KMH,
+    SECOND,
+    TICK,
     Drive,
     Played,
     actor,
@@ -432,6 +434,29 @@ def test_a_third_partys_word_joins_routing_fusion_and_message() -> None:
     assert any("Slow to" in text for text in drive.spoken())
 
 
+@pytest.mark.parametrize("gone", [False, True])
+def test_an_expert_that_falls_silent_lifts_nothing_at_once(gone: bool) -> None:
+    drive = Drive(Played({**EXPERTS, "roadworks": lambda a: {"target": 8.0, "confidence": 0.8}}), experts=(EXPERT,))
+    drive.ticks(20)
+    drive.ask.table = EXPERTS
+    if gone:
+        drive.base = replace(drive.base, experts=())
+    for _ in range(300):
+        drive.tick()
+        assert drive.target_mps == pytest.approx(8.0)
+    drive.base = replace(drive.base, experts=())
+    drive.ticks(800)
+    assert drive.target_mps > 8.0
+
+
+def test_an_expert_that_sees_no_more_lifts_its_restriction() -> None:
+    drive = Drive(Played({**EXPERTS, "roadworks": lambda a: {"target": 8.0, "confidence": 0.8}}), experts=(EXPERT,))
+    drive.ticks(20)
+    drive.ask.table = {**EXPERTS, "roadworks": lambda a: {}}
+    drive.ticks(120)
+    assert drive.target_mps > 8.0
+
+
 # -- malformed -----------------------------------------------------------------------------------------------------------
 
 number = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from((-1.0, 0.0, 1e9)))
@@ -456,3 +481,12 @@ def test_malformed_numbers_neither_break_the_tick_nor_raise_the_target(
     better = held.conditions != before.conditions or held.degradation != before.degradation
     if not better and not drive.tracks and not drive.lines:
         assert target(ticked) <= max(stood, target(drive.history[-1][2])) + 1e-9
+
+
+def test_an_hour_old_or_coming_reading_of_the_car_is_none() -> None:
+    for age_ns in (3600 * SECOND, -3600 * SECOND):
+        drive = Drive()
+        seen = drive.observations()
+        assert seen.ego is not None
+        ticked = drive.tick(ego=replace(seen.ego, stamp_ns=drive.now_ns + TICK - age_ns))
+        assert ticked.world.ego.speed_mps is None

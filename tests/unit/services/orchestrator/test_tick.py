@@ -1,12 +1,14 @@
 """The tick end to end in pure form."""
 
 import itertools
+from typing import Any
 
 import msgspec
 import pytest
 
 from proto.decision import TraceRecord
 from proto.sensors import StopLine
+from services.orchestrator.local import decide_locally
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of, tick, trace_of
 from tests.unit.services.orchestrator.support import (
@@ -22,6 +24,7 @@ from tests.unit.services.orchestrator.support import (
     limit_answer,
     limit_sign,
     preferences,
+    replace,
 )
 
 
@@ -264,15 +267,40 @@ def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
     assert "Sign: the sign limit:30" in drive.spoken()
 
 
-def test_what_only_the_arbiter_sees_is_said_in_words() -> None:
+@pytest.mark.parametrize(
+    "decided",
+    [
+        {"kind": "SPEAK", "reason": "hazard: closing_lead"},
+        {"kind": "SPEAK", "reason": "ACT withheld: no grant", "act_withheld": "no grant"},
+        {"kind": "ACT", "reason": "U_act - U_speak = 0.3 > Delta = 0.2 and RSS is violated"},
+    ],
+)
+def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) -> None:
     drive = Drive()
     local = drive.tick().decision
-    drive.ask.decide = lambda request: msgspec.structs.replace(
-        local, tick=request.tick, kind="SPEAK", reason="hazard: closing_lead", profile="calibrated"
+    told_before = drive.state.memory
+    drive.ask.decide = lambda request: replace(
+        local, tick=request.tick, hazard="closing_lead", profile="calibrated", **decided
     )
-    advisory = drive.tick().advisory
-    assert (advisory.directive, advisory.hazard) == ("Brake: vehicle close ahead", "closing_lead")
-    assert advisory.urgency == "warning"
+    ticked = drive.tick()
+    assert ticked.fused.topic == "limit"
+    assert (ticked.advisory.directive, ticked.advisory.hazard) == ("Brake: vehicle close ahead", "closing_lead")
+    assert ticked.advisory.urgency == ("alarm" if "act_withheld" in decided else "warning")
+    assert ticked.state.memory.hazards == told_before.hazards + 1
+
+
+def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
+    drive = Drive()
+    drive.speed_mps = 20.0
+    drive.ask.decide = lambda request: replace(
+        decide_locally(request), kind="SPEAK", hazard="closing_lead", profile="calibrated"
+    )
+    shouted = drive.ticks(60)
+    assert shouted.fused.first_notice
+    assert not any("over" in text.lower() for text in drive.spoken())
+    drive.ask.decide = lambda request: None
+    assert "50 km/h" in drive.tick().advisory.directive
+    assert drive.tick().fused.first_notice is False
 
 
 def test_without_the_arbiter_there_is_no_act() -> None:

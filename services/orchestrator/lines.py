@@ -1,0 +1,67 @@
+"""The stop line ahead, and whether the ego has stood at the one that its stop sign means."""
+
+from proto.vehicle import Ego
+from services.orchestrator.actors import EGO_HALF_M
+from services.orchestrator.inputs import Observations, Stamped
+from services.orchestrator.signs import Motion
+from services.orchestrator.state import SignAhead, Signs, State
+from services.orchestrator.validity import VALID_NS, fresh, number
+
+LINE_PASSED_M = -1.0
+"""From the ego's centre, by a map; what is reckoned on from a map that fell silent is given the room for its error."""
+RECKONED_PASSED_M = -3.0
+AT_LINE_M = 3.0
+"""From the front bumper: who stands farther off has not stopped at the line."""
+AT_SIGN_M = 6.0
+"""The same of the sign itself, whose range is a few metres off, where no map knows the line."""
+CREEP_M = 2.0
+STANDING_MPS = 0.5
+
+
+def stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:
+    """From the map; where it falls silent the last known line comes nearer by the way travelled, until it is passed."""
+    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
+    if road is not None:
+        ahead = [line for line in road.message.stop_lines if line.distance_m > LINE_PASSED_M]
+        line = min(ahead, key=lambda each: each.distance_m, default=None)
+        return (line.distance_m, line.kind) if line is not None else (None, "")
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    if lanes is not None and lanes.message.source == "map":
+        return lanes.message.stop_line_distance_m, lanes.message.stop_line_kind
+    if state.stop_m is None or state.stop_m - motion.travelled_m < RECKONED_PASSED_M:
+        return None, ""
+    return state.stop_m - motion.travelled_m, state.stop_kind
+
+
+def stop_signs(signs: Signs) -> tuple[SignAhead, ...]:
+    """Stop signs ahead, the nearest first; one whose distance nobody knows may be the nearest."""
+    found = [sign for sign in signs.ahead if sign.reading == "stop"]
+    return tuple(sorted(found, key=lambda sign: (sign.distance_m or 0.0, sign.first_ns)))
+
+
+def line_of(sign: SignAhead, stop_m: float | None, stop_kind: str) -> float | None:
+    """Where to stand for a stop sign: at the line that a map knows beside it, else at the sign; None: nobody knows."""
+    if stop_m is None or stop_kind == "light":
+        return sign.distance_m
+    beside = sign.distance_m is None or abs(stop_m - sign.distance_m) <= SIGN_TO_LINE_M
+    return stop_m if beside else sign.distance_m
+
+
+SIGN_TO_LINE_M = 20.0
+"""How far a sign may stand from its line, with the error of its range."""
+
+
+def halted(
+    state: State, signs: Signs, line: tuple[float | None, str], ego: Stamped[Ego] | None, now_ns: int
+) -> int | None:
+    """When the ego last stood at the line of the nearest stop sign; None once it is past it, or was never there."""
+    sign = next(iter(stop_signs(signs)), None)
+    at_m = line_of(sign, *line) if sign is not None else None
+    if at_m is None:
+        return None
+    room = at_m - EGO_HALF_M
+    within = AT_LINE_M if at_m == line[0] else AT_SIGN_M
+    speed = number(ego.message.speed_mps) if ego is not None else None
+    if room <= within and speed is not None and abs(speed) < STANDING_MPS:
+        return now_ns
+    return state.halted_ns if room <= within + CREEP_M else None

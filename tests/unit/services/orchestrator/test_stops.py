@@ -1,0 +1,72 @@
+"""Who has stopped at the line, and which line it is."""
+
+import pytest
+
+from proto.sensors import StopLine
+from services.orchestrator.actors import EGO_HALF_M
+from services.orchestrator.stops import stops
+from tests.unit.services.orchestrator.support import Drive, fact
+
+
+def at_sign(sign_m: float | None, *lines_m: float, kind: str = "stop_line", speed_mps: float = 0.0) -> Drive:
+    """A drive with a stop sign ahead; distances from the ego's centre."""
+    drive = Drive(speed_mps=speed_mps)
+    show(drive, *lines_m, kind=kind)
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=sign_m))
+    drive.tick()
+    return drive
+
+
+def show(drive: Drive, *lines_m: float, kind: str = "stop_line") -> None:
+    drive.lines = tuple(StopLine(distance_m=each, kind=kind) for each in lines_m)  # type: ignore[arg-type]
+
+
+def wanted(drive: Drive) -> list[str]:
+    return [stop.why for stop in stops(drive.state)]
+
+
+@pytest.mark.parametrize("room_m", [4.0, 8.0, 9.5])
+def test_a_halt_far_from_the_line_is_none(room_m: float) -> None:
+    drive = at_sign(room_m + EGO_HALF_M, room_m + EGO_HALF_M)
+    assert wanted(drive) == ["stop_sign"]
+
+
+@pytest.mark.parametrize("room_m", [-0.5, 1.0, 2.8])
+def test_a_halt_at_the_line_is_one_until_it_is_crossed(room_m: float) -> None:
+    drive = at_sign(room_m + EGO_HALF_M, room_m + EGO_HALF_M)
+    assert wanted(drive) == []
+    drive.speed_mps = 2.0
+    for step in range(1, 31):
+        show(drive, room_m + EGO_HALF_M - 0.2 * step)
+        drive.tick()
+        assert wanted(drive) == []
+
+
+def test_a_halt_at_another_line_is_none() -> None:
+    drive = at_sign(60.0, 4.0, kind="crossing")
+    assert wanted(drive) == ["stop_sign"]
+    drive = at_sign(60.0, 4.0)
+    assert wanted(drive) == ["stop_sign"]
+    assert stops(drive.state)[0].room_m > 50.0
+
+
+def test_a_halt_at_one_sign_says_nothing_of_the_next() -> None:
+    drive = at_sign(4.0, 4.0)
+    assert wanted(drive) == []
+    drive.tick(fact("sign", "stop", track_id=3, distance_m=40.0))
+    assert wanted(drive) == ["stop_sign"]
+
+
+def test_without_a_map_the_halt_is_at_the_sign() -> None:
+    assert wanted(at_sign(7.0)) == []
+    assert wanted(at_sign(20.0)) == ["stop_sign"]
+
+
+def test_a_sign_whose_distance_nobody_knows_is_stopped_for() -> None:
+    assert wanted(at_sign(None)) == ["stop_sign"]
+
+
+def test_a_passed_line_does_not_hide_the_one_ahead() -> None:
+    drive = at_sign(30.0, -1.5, 28.0, speed_mps=5.0)
+    (stop,) = stops(drive.state)
+    assert stop.room_m == pytest.approx(28.0 - EGO_HALF_M - 1.0)
