@@ -13,7 +13,7 @@ import msgspec
 from drivemcp.errors import UserError
 from services.logger import chain, files, signing
 from services.logger.memory import kept_head
-from services.logger.report import Report
+from services.logger.report import UNSEALED, Report
 from services.logger.verify import verify
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def audit(subparsers: "Subparsers") -> None:
         "verify",
         help="verify log files; names the first changed, dropped, inserted or reordered record",
         description="Several files are also checked to continue each other, in the order given. "
-        "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, 2 cannot be read.",
+        "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, or nothing verifies, "
+        "2 cannot be read.",
     )
     check.add_argument("files", metavar="FILE", nargs="+", help="a log, or a folder of logs")
     check.add_argument("--expect-head", metavar="HEX", default="", help="a head that the last file must reach")
@@ -68,6 +69,8 @@ def _verified(path: Path, expected_head: str, key: str) -> Report:
 def lines(report: Report) -> list[str]:
     """A report in words."""
     counts = f"{report.messages} messages, {report.chained} chain records"
+    if report.first_bad == UNSEALED:
+        return [f"{report.file}: NOTHING VERIFIES: {report.size} bytes and no chain record"]
     if report.first_bad is not None:
         return [f"{report.file}: NOT AS WRITTEN: {report.first_bad}", f"  before that: {counts} verify"]
     if report.expected_head_missing:

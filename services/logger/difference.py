@@ -7,7 +7,8 @@ import msgspec
 
 from services.logger import chain
 
-What = Literal["changed", "dropped", "inserted", "reordered", "damaged"]
+What = Literal["changed", "dropped", "inserted", "reordered", "damaged", "unsealed"]
+"""What is wrong; `unsealed`: nothing is seen to be, but no chain record vouches for any of it."""
 
 
 class Found(msgspec.Struct, frozen=True, kw_only=True):

@@ -27,6 +27,10 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.what}:{name} at byte {self.offset}: {self.detail}"
 
 
+UNSEALED = Place(what="unsealed", offset=0, detail="no chain record stands in it, so nothing verifies")
+"""An empty file, or one that was cut before its first flush was whole."""
+
+
 class Report(msgspec.Struct, frozen=True, kw_only=True):
     """What verification came to."""
 
@@ -47,5 +51,5 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def intact(self) -> bool:
-        """Whether all that is there is as it was written, and nothing expected is missing."""
+        """Whether something verifies, all before the tail is as it was written, and nothing expected is missing."""
         return self.first_bad is None and not self.expected_head_missing

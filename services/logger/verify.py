@@ -7,7 +7,7 @@ records by the running head, their signature and their exact form, the summary b
 import mmap
 from pathlib import Path
 
-from services.logger.report import Report
+from services.logger.report import UNSEALED, Report
 from services.logger.walk import Walk
 
 
@@ -17,7 +17,8 @@ def verify(path: Path, *, expected_head: str = "", public_key: str = "") -> Repo
     Raises OSError where the file cannot be read.
     """
     if path.stat().st_size == 0:
-        return Report(file=str(path), size=0, expected_head_missing=bool(expected_head))
+        bad = None if expected_head else UNSEALED
+        return Report(file=str(path), size=0, first_bad=bad, expected_head_missing=bool(expected_head))
     with (
         path.open("rb") as file,
         mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,

@@ -19,7 +19,7 @@ from mcap.records import Channel, Metadata, MetadataIndex
 from services.logger import chain, container, scan, signing
 from services.logger.difference import Found, What, first_difference
 from services.logger.file import ORIGIN, Origin, opening
-from services.logger.report import Place, Report
+from services.logger.report import UNSEALED, Place, Report
 
 _LINK_START = re.compile(rb'\{"body":\{"n":(\d{1,18}),')
 _LINK_END = re.compile(rb'"signature":"[0-9a-f]{128}"\}')
@@ -80,6 +80,8 @@ class Walk:
             self._opening()
             if self._origin is not None:
                 self._flushes()
+            if self._n == 0 and self._seen_expected:
+                raise _Bad(UNSEALED)
         except _Bad as found:
             self._bad = found.place
 

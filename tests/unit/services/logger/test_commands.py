@@ -43,6 +43,31 @@ def test_an_unclosed_log_is_called_so(
     assert _run("--closed", str(tmp_path / "t.mcap")) == 1
 
 
+@pytest.mark.parametrize("key", [False, True])
+def test_a_log_without_a_chain_record_verifies_nothing_and_exits_with_1(
+    tmp_path: Path,
+    unclosed: tuple[bytes, ...],
+    signer: signing.Signer,
+    capsys: pytest.CaptureFixture[str],
+    key: bool,
+) -> None:
+    path = tmp_path / "t.mcap"
+    expected = ["--key", signer.public_hex] if key else []
+    sealed = unclosed[0].index(b'{"body":{"n":0,')
+    for cut in (0, 3, 8, 100, 600, sealed - 40, sealed, len(unclosed[0]) - 400):
+        path.write_bytes(unclosed[0][:cut])
+        assert _run(*expected, str(path)) == 1, cut
+        assert "NOTHING VERIFIES" in capsys.readouterr().out, cut
+    for garbage in (b"\x89MCAP0\r\n" + bytes(50), b"no log" * 100):
+        path.write_bytes(garbage)
+        assert _run(*expected, str(path)) == 1
+        said = capsys.readouterr().out
+        assert "NOT AS WRITTEN" in said or "NOTHING VERIFIES" in said
+    path.write_bytes(unclosed[0])
+    assert _run(*expected, str(path)) == 0
+    assert "UNCLOSED" in capsys.readouterr().out
+
+
 def test_a_head_kept_in_memory_settles_a_lost_tail(tmp_path: Path, signer: signing.Signer) -> None:
     (tmp_path / "logs").mkdir()
     path = tmp_path / "logs" / "t.mcap"
