@@ -2,6 +2,7 @@
 
 import argparse
 import itertools
+import re
 import sqlite3
 import sys
 from collections.abc import Sequence
@@ -19,6 +20,9 @@ from services.logger.verify import verify
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
+_HEX = re.compile(r"[0-9a-fA-F]{64}")
+"""A public key, or a head."""
+
 
 def audit(subparsers: "Subparsers") -> None:
     """Add `drivemcp audit`."""
@@ -32,8 +36,8 @@ def audit(subparsers: "Subparsers") -> None:
         "2 cannot be read.",
     )
     check.add_argument("files", metavar="FILE", nargs="+", help="a log, or a folder of logs")
-    check.add_argument("--expect-head", metavar="HEX", default="", help="a head that the last file must reach")
-    check.add_argument("--key", metavar="HEX|FILE", default="", help="the public key that must have signed")
+    check.add_argument("--expect-head", metavar="HEX", help="a head that the last file must reach")
+    check.add_argument("--key", metavar="HEX|FILE", help="the public key that must have signed")
     check.add_argument(
         "--memory", metavar="FILE", help="the drive's memory.sqlite, whose signed heads settle a lost tail; "
         "found by itself where it lies beside the folder of logs",
@@ -44,11 +48,11 @@ def audit(subparsers: "Subparsers") -> None:
 
 
 def _verify(flags: argparse.Namespace) -> int:
-    key = _public_key(flags.key)
+    key, last_head = _public_key(flags.key), _head(flags.expect_head)
     reports = list[Report]()
     paths = files.named(flags.files)
     for path in paths:
-        expected = flags.expect_head.lower() if path == paths[-1] else ""
+        expected = last_head if path == paths[-1] else ""
         reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
     broken = broken_links(reports)
     if flags.json:
@@ -94,16 +98,31 @@ def broken_links(reports: Sequence[Report]) -> list[str]:
     return broken
 
 
-def _public_key(given: str) -> str:
-    """The key as hex, from itself or from a file."""
-    text = Path(given).read_text(encoding="ascii").strip() if given and Path(given).is_file() else given
+def _public_key(given: str | None) -> str:
+    """The key as hex, from itself or from a file; empty where none was given."""
+    if given is None:
+        return ""
+    key = given if _HEX.fullmatch(given) else _file_text(Path(given))
+    if not _HEX.fullmatch(key):
+        raise UserError(f"--key takes 64 hex digits or a file with them, such as secrets/{signing.PUBLIC_NAME}")
+    return key.lower()
+
+
+def _file_text(path: Path) -> str:
+    """What stands in a file; empty where it is none, or no text."""
     try:
-        signing.key_id(text)
+        return path.read_text(encoding="ascii").strip() if path.is_file() else ""
     except ValueError:
-        raise UserError(
-            f"--key takes 64 hex digits or a file with them, such as secrets/{signing.PUBLIC_NAME}"
-        ) from None
-    return text.lower()
+        return ""
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def _head(given: str | None) -> str:
+    """The head as the log writes it; empty where none was given."""
+    if given is not None and not _HEX.fullmatch(given):
+        raise UserError("--expect-head takes the 64 hex digits of a head")
+    return (given or "").lower()
 
 
 def _kept_head(path: Path, memory: str | None) -> str:

@@ -1,11 +1,12 @@
 """`drivemcp audit verify` as a shell sees it."""
 
+import sys
 from pathlib import Path
 
 import msgspec
 import pytest
 
-from drivemcp.cli import make_parser
+from drivemcp.cli import make_parser, run
 from drivemcp.errors import UserError
 from proto.health import ChainHead
 from services.logger import signing
@@ -17,6 +18,11 @@ def _run(*arguments: str) -> int:
     flags = make_parser().parse_args(["audit", "verify", *arguments])
     status: int = flags.run(flags)
     return status
+
+
+def _complaint(capsys: pytest.CaptureFixture[str]) -> str:
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
 
 
 def test_a_good_log_exits_with_0_and_tells_its_head(closed_log: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,6 +105,42 @@ def test_the_expected_key_is_taken_from_a_file(tmp_path: Path, closed_log: Path,
     assert _run("--key", "ab" * 32, str(closed_log)) == 1
     with pytest.raises(UserError, match="--key"):
         _run("--key", "nonsense", str(closed_log))
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe" * 20, b"\x00" * 32, b"", b"ab" * 31, b"ab" * 33, b"ab" * 32 + b" cd"])
+def test_a_key_file_without_a_key_is_a_mistake_told_in_one_line(
+    tmp_path: Path, closed_log: Path, capsys: pytest.CaptureFixture[str], content: bytes
+) -> None:
+    (tmp_path / "bin.key").write_bytes(content)
+    assert run(["audit", "verify", "--key", str(tmp_path / "bin.key"), str(closed_log)]) == 2
+    assert _complaint(capsys).startswith("drivemcp: --key takes 64 hex digits")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a file that cannot be read, whoever asks")
+def test_a_key_file_that_cannot_be_read_is_told_in_one_line(
+    closed_log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["audit", "verify", "--key", "/proc/self/mem", str(closed_log)]) == 2
+    assert "/proc/self/mem cannot be read" in _complaint(capsys)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--expect-head", one) for one in ("zz", "", "ab" * 31, "ab" * 33, "zz" * 32)]
+    + [("--key", one) for one in ("", "abcd", "k" * 5000)],
+)
+def test_what_is_no_head_and_no_key_is_a_mistake_told_in_one_line(
+    closed_log: Path, capsys: pytest.CaptureFixture[str], option: str, value: str
+) -> None:
+    assert run(["audit", "verify", option, value, str(closed_log)]) == 2
+    complaint = _complaint(capsys)
+    assert option in complaint or "cannot be read" in complaint
+
+
+def test_an_expected_head_is_taken_in_either_case(tmp_path: Path, signer: signing.Signer) -> None:
+    head = write(tmp_path / "t.mcap", signer).head.head_sha256
+    assert _run("--expect-head", head.upper(), str(tmp_path / "t.mcap")) == 0
+    assert _run("--expect-head", "ab" * 32, str(tmp_path / "t.mcap")) == 1
 
 
 def test_an_absent_file_is_a_mistake_told_in_one_line(tmp_path: Path) -> None:
