@@ -63,11 +63,12 @@ def seen_closer(detection: Detection, found: Range, camera: Camera, others: Sequ
     """Whether a camera of longer focal length looks there."""
     place = camera.eye + camera.ray(*detection.centre_px) * found.depth_m
     return any(
-        other.calibration.fx_px > CLOSER * camera.calibration.fx_px and _in_view(other, place[None]) for other in others
+        other.calibration.fx_px > CLOSER * camera.calibration.fx_px and in_view(other, place[None]) for other in others
     )
 
 
-def _in_view(camera: Camera, place: Floats) -> bool:
+def in_view(camera: Camera, place: Floats) -> bool:
+    """Whether a place in the ego frame, shape (1, 3) in metres, lies in the picture."""
     (pixel,), (depth,) = camera.project(place)
     inside = (pixel > 0.0) & (pixel < (camera.calibration.width_px, camera.calibration.height_px))
     return bool(depth > 0.0 and inside.all())

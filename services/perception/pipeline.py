@@ -15,7 +15,7 @@ from proto.vehicle import Ego
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.detector import Detector
-from services.perception.doubt import DOUBTED_SHARE, doubted, left_to_another
+from services.perception.doubt import DOUBTED_SHARE, doubted, in_view, left_to_another
 from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
@@ -31,6 +31,8 @@ PRIMARY_WAIT_NS = 1_000_000_000
 """On a rig without a front camera the tracks come with the next camera by name; one silent for so long is passed over."""
 OTHERS_WAIT_NS = 300_000_000
 """Of another camera, a picture younger than this says what it would see now."""
+BODY_UP_M = 0.8
+"""Where a road user's middle is above the road."""
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
 
 
@@ -200,7 +202,11 @@ class Perception:
             sighting = sighting_of(detection, found, camera, lag, hiding(detection, detections))
             if sighting is not None:
                 movers.append((index, sighting))
-        moving = self._tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns))
+
+        def sees(x_m: float, y_m: float) -> bool:
+            return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))
+
+        moving = self._tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns), sees)
         for (index, _), owner in zip(movers, moving, strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]

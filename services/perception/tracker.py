@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -71,6 +71,8 @@ class Tracked:
     """Scores gathered, less what time without a sighting takes away."""
     confirmed: bool = False
     """There was evidence enough to publish it."""
+    missed: bool = False
+    """The last picture of its place did not show it."""
     ground_vx_mps: float | None = None
     ax_mps2: float = 0.0
 
@@ -92,10 +94,17 @@ class Tracker:
     _now_ns: int = 0
     _ego: EgoState = field(default_factory=EgoState)
 
-    def step(self, stamp_ns: int, sightings: Sequence[Sighting], ego: EgoState) -> list[int]:
+    def step(
+        self,
+        stamp_ns: int,
+        sightings: Sequence[Sighting],
+        ego: EgoState,
+        sees: Callable[[float, float], bool] = lambda x_m, y_m: True,
+    ) -> list[int]:
         """Move all tracks to `stamp_ns` and take the sightings in. Returns the track id of each sighting.
 
-        A picture older than the last one (another camera's) is taken in without moving time backwards.
+        A picture older than the last one (another camera's) is taken in without moving time backwards. `sees`: whether
+        a place lies in the picture's view; a track outside it is not missed.
         """
         self._advance(stamp_ns, ego)
         pairs = greedy(
@@ -113,7 +122,8 @@ class Tracker:
             if not owners[right]:
                 tracks.append(_born(next(self.ids), sighting, self._now_ns, ego))
                 owners[right] = tracks[-1].track_id
-        self.tracks = _without_duplicates(tuple(track for track in tracks if _alive(track, self._now_ns)))
+        seen = tuple(_looked_for(track, self._now_ns, sees) for track in tracks if _alive(track, self._now_ns))
+        self.tracks = _without_duplicates(seen)
         return owners
 
     def _advance(self, stamp_ns: int, ego: EgoState) -> None:
@@ -128,7 +138,7 @@ class Tracker:
                 speed_before_mps=self._ego.speed_mps,
                 yaw_rate_radps=ego.yaw_rate_radps,
             )
-            fading = tuple(_faded(track, self._now_ns, dt) for track in self.tracks)
+            fading = tuple(_faded(track, dt) for track in self.tracks)
             self.tracks = tuple(_moved(track, motion, ego.speed_mps) for track in fading)
         if dt > 0 or not self._now_ns:
             self._now_ns, self._ego = stamp_ns, ego
@@ -195,9 +205,15 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
     )
 
 
-def _faded(track: Tracked, before_ns: int, dt_s: float) -> Tracked:
-    """Less evidence with time, and much less where it was not seen at the last instant."""
-    fading_s = LOST_FADING_S if track.seen_ns < before_ns else FADING_S
+def _looked_for(track: Tracked, now_ns: int, sees: Callable[[float, float], bool]) -> Tracked:
+    if track.seen_ns == now_ns:
+        return replace(track, missed=False)
+    return replace(track, missed=True) if sees(float(track.estimate.mean[0]), float(track.estimate.mean[1])) else track
+
+
+def _faded(track: Tracked, dt_s: float) -> Tracked:
+    """Less evidence with time, and much less where the last picture of its place did not show it."""
+    fading_s = LOST_FADING_S if track.missed else FADING_S
     return replace(track, evidence=track.evidence * math.exp(-dt_s / fading_s))
 
 

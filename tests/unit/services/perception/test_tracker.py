@@ -237,3 +237,16 @@ def test_confidence_comes_from_agreement_over_pictures() -> None:
     (sure,), (unsure,) = steady.published(), flickering.published()
     assert sure.confidence > 0.9
     assert unsure.confidence < sure.confidence
+
+
+def test_the_pictures_of_a_camera_that_looks_elsewhere_take_nothing_away() -> None:
+    alone, beside, missed = Tracker(), Tracker(), Tracker()
+    for k in range(1, 21):
+        seen = [sighting(20.0, 3.0, score=0.4)]
+        for tracker in (alone, beside, missed):
+            tracker.step(k * STEP_NS, seen, EgoState(10.0, 0.0))
+        beside.step(k * STEP_NS + STEP_NS // 2, [], EgoState(10.0, 0.0), lambda x_m, y_m: abs(y_m) < 0.05 * x_m)
+        missed.step(k * STEP_NS + STEP_NS // 2, [], EgoState(10.0, 0.0))
+    sure = [each.published()[0].confidence if each.published() else 0.0 for each in (alone, beside, missed)]
+    assert sure[1] == pytest.approx(sure[0], rel=0.1)
+    assert sure[2] < 0.95 * sure[1]
