@@ -1,4 +1,4 @@
-"""`drivemcp audit verify FILE...` and `drivemcp view FILE`."""
+"""`drivemcp audit verify FILE...` and `drivemcp view FILE...`."""
 
 import argparse
 import itertools
@@ -35,7 +35,7 @@ def audit(subparsers: "Subparsers") -> None:
         "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, or nothing verifies, "
         "2 cannot be read.",
     )
-    check.add_argument("files", metavar="FILE", nargs="+", help="a log, or a folder of logs")
+    check.add_argument("files", metavar="FILE", nargs="+", help="a log, a folder of logs, or a drive's folder")
     check.add_argument("--expect-head", metavar="HEX", help="a head that the last file must reach")
     check.add_argument("--key", metavar="HEX|FILE", help="the public key that must have signed")
     check.add_argument(
@@ -143,13 +143,15 @@ def _kept_head(path: Path, memory: str | None) -> str:
 
 def view(subparsers: "Subparsers") -> None:
     """Add `drivemcp view`."""
-    parser = subparsers.add_parser("view", help="show an old log in the viewer, or write it as a Rerun recording")
-    parser.add_argument("file", metavar="FILE", help="a log (.mcap)")
+    parser = subparsers.add_parser("view", help="show old logs in the viewer, or write them as a Rerun recording")
+    parser.add_argument(
+        "files", metavar="FILE", nargs="+", help="the logs (.mcap) of a drive in order, their folder, or the drive's"
+    )
     parser.add_argument("--recording", metavar="FILE", default="", help="write a .rrd file instead of serving")
     parser.add_argument(
         "--bind", default="127.0.0.1", help="address to serve on; other than loopback shows it to the network"
     )
-    parser.add_argument("--port", type=int, default=0, help="port of the page; a free one by default")
+    parser.add_argument("--port", type=port, default=0, help="port of the page; a free one by default")
     parser.add_argument(
         "--image-hz", type=float, default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
     )
@@ -159,17 +161,22 @@ def view(subparsers: "Subparsers") -> None:
 def _view(flags: argparse.Namespace) -> int:
     from services.logger.view.old import show  # the view's packages are large
 
-    path = Path(flags.file)
-    if not path.is_file():
-        raise UserError(f"no such file: {path}")
     return show(
-        path,
+        files.named(flags.files),
         recording=flags.recording,
         bind=flags.bind,
         web_port=flags.port,
         image_hz=flags.image_hz,
         say=_say,
     )
+
+
+def port(given: str) -> int:
+    """The port that was given; argparse tells a wrong one by this name."""
+    number = int(given)
+    if not 0 <= number <= 65535:
+        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {number}")
+    return number
 
 
 def _say(text: str) -> None:

@@ -34,12 +34,15 @@ def logs(directory: Path) -> list[Path]:
 
 
 def named(names: Iterable[str]) -> list[Path]:
-    """The files that a command was given; a folder stands for the logs in it, oldest first. Raises UserError."""
+    """The files that a command was given; a folder stands for the logs in it, oldest first.
+
+    The folder of a drive stands for its `logs`. Raises UserError.
+    """
     found: list[Path] = []
     for one in map(Path, names):
         if not one.exists():
             raise UserError(f"no such file: {one}")
-        inside = logs(one) if one.is_dir() else [one]
+        inside = logs(one) or logs(one / "logs") if one.is_dir() else [one]
         if not inside:
             raise UserError(f"no logs (*{SUFFIX}) in {one}")
         found += inside

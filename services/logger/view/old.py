@@ -1,7 +1,8 @@
-"""Shows a log that was written before: the same records through the same drawing."""
+"""Shows logs that were written before: the same records through the same drawing."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 
 from drivemcp.errors import UserError
@@ -13,8 +14,14 @@ from services.logger.view.settings import Said, Shown, ViewSettings
 START_S = 30.0
 
 
-def show(path: Path, *, recording: str, bind: str, web_port: int, image_hz: float, say: Callable[[str], None]) -> int:
-    """Serves the log until interrupted, or writes it as a recording. Raises UserError where nothing can be shown."""
+def show(
+    paths: Sequence[Path], *, recording: str, bind: str, web_port: int, image_hz: float, say: Callable[[str], None]
+) -> int:
+    """Serves the logs, one behind the other, until interrupted, or writes them as one recording.
+
+    Raises UserError where nothing can be shown.
+    """
+    names = ", ".join(map(str, paths))
     said: list[Said] = []
     heard = threading.Event()
 
@@ -30,10 +37,10 @@ def show(path: Path, *, recording: str, bind: str, web_port: int, image_hz: floa
         heard.wait(START_S)
         if not said or said[0].problem:
             raise UserError(f"the viewer does not start: {said[0].problem if said else 'no answer'}")
-        shown = feed(path, pipe, image_hz)
+        shown = feed(paths, pipe, image_hz)
         if shown == 0:
-            raise UserError(f"{path} holds nothing that can be shown")
-        say(f"{shown} records of {path}: {said[0].viewer}")
+            raise UserError(f"{names}: nothing in it can be shown")
+        say(f"{shown} records of {names}: {said[0].viewer}")
         if not recording:
             say("Ctrl-C ends")
             return pipe.wait_ended()
@@ -44,10 +51,10 @@ def show(path: Path, *, recording: str, bind: str, web_port: int, image_hz: floa
     return 0
 
 
-def feed(path: Path, pipe: ViewPipe, image_hz: float) -> int:
+def feed(paths: Iterable[Path], pipe: ViewPipe, image_hz: float) -> int:
     """Every record that is shown, in order; how many."""
     pictures, count = Thinning(image_hz), 0
-    for logged in messages(path):
+    for logged in chain.from_iterable(map(messages, paths)):
         topic = topic_of(logged.name)
         if topic is None or topic.name not in SHOWN_TOPICS:
             continue

@@ -51,6 +51,8 @@ class Server:
         return "127.0.0.1" if self._bind in ("0.0.0.0", "::", "") else self._bind
 
     def __enter__(self) -> Self:
+        for port in (self._port, self._web_port):
+            require_free(self._bind, port)
         binary = str(Path(rerun_cli.__file__).parent / "rerun")
         # settings of its own: analytics are off here, and the user's are left alone
         environment = {**os.environ, "XDG_CONFIG_HOME": self._scratch.name}
@@ -93,10 +95,23 @@ class Server:
 
 def free_port(bind: str) -> int:
     """A port that was free just now."""
-    family = socket.AF_INET6 if ":" in bind else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as probe:
+    with _probe(bind) as probe:
         probe.bind((bind, 0))
         return int(probe.getsockname()[1])
+
+
+def require_free(bind: str, port: int) -> None:
+    """Raises ServerFailed where the port is taken: who listens there already would be taken for the viewer."""
+    with _probe(bind) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the viewer binds: old connections do not count
+        try:
+            probe.bind((bind, port))
+        except OSError as error:
+            raise ServerFailed(f"port {port} of {bind} cannot be used: {error.strerror}") from None
+
+
+def _probe(bind: str) -> socket.socket:
+    return socket.socket(socket.AF_INET6 if ":" in bind else socket.AF_INET, socket.SOCK_STREAM)
 
 
 def _accepts(host: str, port: int) -> bool:

@@ -143,6 +143,19 @@ def test_an_expected_head_is_taken_in_either_case(tmp_path: Path, signer: signin
     assert _run("--expect-head", "ab" * 32, str(tmp_path / "t.mcap")) == 1
 
 
+def test_the_folder_of_a_drive_stands_for_the_logs_in_it(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs").mkdir()
+    head = write(tmp_path / "logs" / "1.mcap", signer).head.head_sha256
+    write(tmp_path / "logs" / "2.mcap", signer, previous_head=head)
+    assert run(["audit", "verify", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.count(": verified:") == 2
+    (tmp_path / "none").mkdir()
+    assert run(["audit", "verify", str(tmp_path / "none")]) == 2
+    assert "no logs (*.mcap) in" in _complaint(capsys)
+
+
 def test_an_absent_file_is_a_mistake_told_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no such file"):
         _run(str(tmp_path / "none.mcap"))
