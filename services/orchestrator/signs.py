@@ -18,6 +18,8 @@ SURE = 0.6
 """From this confidence on a reading may end or raise a limit."""
 TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
+URBAN_KMH = 50.0
+"""The lowest limit that a country has without a sign: above it, a sign may raise what holds."""
 LOST_S = 6.0
 """A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
 FORGOTTEN_S = 30.0
@@ -192,8 +194,9 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
         unseen_s = (now_ns - sign.seen_ns) / 1e9
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
         reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
-        lost = sign.distance_m is None and unseen_s > LOST_S
-        forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or sign.reading != "stop")
+        kept = _open(signs, sign)
+        lost = sign.distance_m is None and unseen_s > LOST_S and not kept
+        forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or not (kept or sign.reading == "stop"))
         if reached or lost or forgotten:
             left = tuple(each for each in signs.ahead if each.track_id != sign.track_id)
             signs = msgspec.structs.replace(signs, ahead=left)
@@ -204,11 +207,22 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
 
 
 def lowers(signs: Signs, sign: SignAhead) -> bool:
-    """Whether a sign shows a limit below the lowest in force."""
-    if sign.value is None:
+    """Whether a sign shows a limit not above the lowest in force; where none is, not above what any road may have."""
+    if sign.value is None or not shows_limit(sign):
         return False
     value = value_kmh(sign.value, sign.unit)
-    return all(value <= value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs))
+    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=URBAN_KMH)
+    return value <= least
+
+
+def _open(signs: Signs, sign: SignAhead) -> bool:
+    """Whether it is open what a believed limit would do: it may lower what no sign set. Till its post it only bounds."""
+    return sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)
+
+
+def shows_limit(sign: SignAhead) -> bool:
+    """Whether a sign sets a limit, other than ending one."""
+    return sign.value is not None and sign.scope != "end" and not sign.reading.partition(":")[0].endswith("_end")
 
 
 def value_kmh(value: float, unit: Unit | None) -> float:
@@ -229,7 +243,7 @@ def _apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     if sign.confidence < SURE and not lowers(signs, sign):
         return signs
-    if sign.value is not None and sign.scope != "end":
+    if shows_limit(sign):
         return _set(signs, sign, now_ns)
     head = sign.reading.partition(":")[0]
     if sign.scope == "end" and sign.value is not None:
