@@ -20,6 +20,8 @@ TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
 URBAN_KMH = 50.0
 """The lowest limit that a country has without a sign: above it, a sign may raise what holds."""
+DOUBTED = 0.5
+"""What is left of the confidence in a reading once its track is read otherwise: less than `SURE`."""
 LOST_S = 6.0
 """A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
 FORGOTTEN_S = 30.0
@@ -85,10 +87,15 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
     if not known_code(fact.reading) or not consistent(fact):
         return signs
     sign = _merge(signs, fact, motion)
+    of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
-    if fact.passed:
-        return _apply(msgspec.structs.replace(signs, ahead=others), sign, now_ns)
-    return msgspec.structs.replace(signs, ahead=(*others, sign)[-MOST_AHEAD:])
+    read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
+    if not fact.passed:
+        return msgspec.structs.replace(signs, ahead=(*others, *read)[-MOST_AHEAD:])
+    signs = msgspec.structs.replace(signs, ahead=others)
+    for each in read:
+        signs = _apply(signs, each, now_ns)
+    return signs
 
 
 def known_code(reading: str) -> bool:
@@ -128,6 +135,24 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         text=fact.text[:120],
         own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
     )
+
+
+def _outlives(known: SignAhead, sign: SignAhead) -> bool:
+    """Whether what was believed of a track stands beside its new reading, which is a doubt."""
+    if not known.believed or known.confidence < TOLD or (sign.believed and sign.confidence >= SURE):
+        return False
+    return not sign.believed or sign.confidence < TOLD or _shown(sign) != _shown(known)
+
+
+def _doubted(known: SignAhead, sign: SignAhead) -> SignAhead:
+    """What was believed and is in doubt: no longer sure, so that it lowers and ends or raises nothing."""
+    near = min((each for each in (known.distance_m, sign.distance_m) if each is not None), default=None)
+    confidence = min(known.confidence, DOUBTED)
+    return msgspec.structs.replace(known, confidence=confidence, distance_m=near, seen_ns=sign.seen_ns)
+
+
+def _shown(sign: SignAhead) -> tuple[object, ...]:
+    return sign.reading, sign.scope, sign.unit, sign.plates, sign.own_lane
 
 
 def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
@@ -198,7 +223,7 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
         lost = sign.distance_m is None and unseen_s > LOST_S and not kept
         forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or not (kept or sign.reading == "stop"))
         if reached or lost or forgotten:
-            left = tuple(each for each in signs.ahead if each.track_id != sign.track_id)
+            left = tuple(each for each in signs.ahead if each is not sign)
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
             if reached or lowers(signs, sign):
