@@ -1,6 +1,7 @@
 """The bus: a Zenoh session with explicit endpoints. This is the one module that knows Zenoh."""
 
 import json
+import re
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -223,14 +224,24 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
     return result
 
 
-def open_bus(config: BusConfig, *, mode: str | None = None, extra: dict[str, object] | None = None) -> Bus:
-    """Open a session. Raises BusError with what to do when nothing answers at the endpoints or a port is taken."""
-    zenoh.init_log_from_env_or("error")
+_SOURCE_PLACE = re.compile(r" at /\S+\.rs:\d+\.?")
+
+
+def open_bus(
+    config: BusConfig, *, mode: str | None = None, extra: dict[str, object] | None = None, log: str = "error"
+) -> Bus:
+    """Open a session. Raises BusError with what to do when nothing answers at the endpoints or a port is taken.
+
+    `log`: from which level on Zenoh writes to stderr where RUST_LOG says nothing; `off` for a person's terminal.
+    """
+    zenoh.init_log_from_env_or(log)
     try:
         return Bus(zenoh.open(zenoh_config(config, mode=mode, extra=extra)))
     except zenoh.ZError as error:
         where = ", ".join((*config.connect, *config.listen)) or "in-process"
-        raise BusError(f"no bus at {where}: is the router running, is the port free? ({str(error)[:160]})") from None
+        why = _SOURCE_PLACE.sub("", str(error))[:160]
+        hint = "" if config.user or not config.connect else ", does it want a user and a password"
+        raise BusError(f"no bus at {where}: is the router running, is the port free{hint}? ({why})") from None
     except OSError as error:
         raise BusError(f"cannot read the bus password {config.password_file}: {error.strerror}") from None
 

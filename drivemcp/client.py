@@ -65,7 +65,7 @@ def join(connect: str | None = None, vehicle: str | None = None, name: str = "cl
     user, password = (stack.user, stack.password_file) if stack and stack.endpoint == endpoint else ("", "")
     bus_config = BusConfig(connect=(endpoint,), connect_timeout_s=5.0, user=user, password_file=password)
     config = ServiceConfig(vehicle=vehicle or (stack.vehicle if stack else "ego"), bus=bus_config)
-    with open_bus(bus_config) as bus:
+    with open_bus(bus_config, log="off") as bus:
         node = Node(bus, name, config)
         node.open(announce=False)
         try:

@@ -37,6 +37,7 @@ def test_a_users_mistake_is_told_in_one_line_without_a_traceback(
     error = capsys.readouterr().err
     assert word in error
     assert "Traceback" not in error
+    assert ".rs:" not in error
     assert len([line for line in error.splitlines() if line.startswith("drivemcp")]) == 1
 
 
