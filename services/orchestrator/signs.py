@@ -47,6 +47,7 @@ PLATES = frozenset(
         "plate:distance", "plate:time", "plate:lorries", "plate:end",
     }
 )  # fmt: skip
+GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
 STATEMENTS: dict[str, frozenset[str] | None] = {
     "jurisdiction": None, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
     "road_type": frozenset({"urban", "rural", "motorway", "dual_carriageway", "living_street"}),
@@ -91,7 +92,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
     read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
     if not fact.passed:
-        return msgspec.structs.replace(signs, ahead=(*others, *read)[-MOST_AHEAD:])
+        return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))
     signs = msgspec.structs.replace(signs, ahead=others)
     for each in read:
         signs = _apply(signs, each, now_ns)
@@ -135,6 +136,23 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         text=fact.text[:120],
         own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
     )
+
+
+def _most_important(ahead: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
+    """As many as are remembered; the least important goes first, of equals the oldest."""
+    by_importance = sorted(range(len(ahead)), key=lambda at: (*_importance(ahead[at]), at))
+    return tuple(ahead[at] for at in sorted(by_importance[-MOST_AHEAD:]))
+
+
+def _importance(sign: SignAhead) -> tuple[int, float]:
+    """What lowers before what may, then what ends or gives way; the lower the limit, the more important."""
+    if sign.reading == "stop":
+        return 3, 0.0
+    if shows_limit(sign) and sign.kind == "limit":
+        counts = sign.believed and sign.own_lane and sign.confidence >= TOLD
+        return 3 if counts else 2, -value_kmh(sign.value or 0.0, sign.unit)
+    head = sign.reading.partition(":")[0]
+    return int(head in _ENDS or sign.reading in _ENDS or head in GIVE_WAY), 0.0
 
 
 def _outlives(known: SignAhead, sign: SignAhead) -> bool:
