@@ -12,7 +12,7 @@ from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.conditions import sane_conditions, settle
-from services.orchestrator.signs import SURE
+from services.orchestrator.limits import SURE
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
 from services.orchestrator.validity import EXPERT_VALID_NS

@@ -10,7 +10,8 @@ from proto.decision import Event, Fused, Reason
 from proto.rules import Citation
 from proto.tools import Outcome
 from services.orchestrator.answers import failed
-from services.orchestrator.matters import Matter, matters
+from services.orchestrator.matter import Matter
+from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
 from services.orchestrator.state import Spoken, State
 from services.orchestrator.targets import Bound, Law, Target, target

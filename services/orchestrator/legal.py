@@ -6,7 +6,7 @@ from typing import Any, Literal, cast
 import msgspec
 
 from proto.rules import PostedLimit, Situation
-from services.orchestrator.signs import in_force
+from services.orchestrator.limits import in_force
 from services.orchestrator.state import State
 
 VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)

@@ -7,7 +7,8 @@ import msgspec
 from proto.scene import Fact
 from proto.vehicle import Ego
 from services.orchestrator.inputs import Stamped
-from services.orchestrator.signs import SURE, Motion
+from services.orchestrator.limits import SURE
+from services.orchestrator.motion import Motion
 from services.orchestrator.state import Light
 from services.orchestrator.validity import MOST_SKEW_NS, SECOND, UNSET_AFTER, VALID_NS, number
 

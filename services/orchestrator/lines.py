@@ -3,7 +3,7 @@
 from proto.vehicle import Ego
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.inputs import Observations, Stamped
-from services.orchestrator.signs import Motion
+from services.orchestrator.motion import Motion
 from services.orchestrator.state import SignAhead, Signs, State
 from services.orchestrator.validity import VALID_NS, fresh, number
 

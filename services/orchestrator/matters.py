@@ -1,176 +1,21 @@
 """What could be said in this tick, the weightiest first."""
 
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
 
-from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, contradicted, people, vehicles
+from proto.decision import Event
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
+from services.orchestrator.hazards import go, lead, person, stop
+from services.orchestrator.matter import Maker, Matter
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
-from services.orchestrator.stops import Stop, needed_mps2, stops
 from services.orchestrator.targets import Target
 from services.orchestrator.units import limit_text, to_mps
-
-HAZARD_TTC_S = 4.0
-ALARM_TTC_S = 2.0
-FIRM_MPS2 = 1.5
-"""A stop that needs more than this is a hazard: it should have begun."""
-YOUNG_S = 0.3
-FAINT = 0.45
-LOST_S = 0.3
-SPEED_KNOWN_MPS, SPEED_SIGMAS = 3.0, 3.0
-"""A track younger, or fainter, or lost from sight for longer, or whose speed is a guess, may lower the target, and is not shouted about."""
-QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
-
-
-class Matter(NamedTuple):
-    """One thing to say."""
-
-    topic: str
-    """Messages on one topic replace each other."""
-    key: str
-    """The same key on the same topic is the same news."""
-    phrase: str
-    urgency: Urgency
-    values: dict[str, Any]
-    why: tuple[str, ...] = ()
-    """Phrases of its justification."""
-    hazard: str = ""
-    first_since_ns: int | None = None
-    """Set where the first notice of an episode is owed: when the episode began."""
-    repeat_s: float = 60.0
-    confidence: float = 1.0
-    kind: str = ""
-
-    @property
-    def slot(self) -> str:
-        """Under which it is remembered: its kind where several kinds share a topic."""
-        return self.kind or self.topic
-
-
-Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
 
 
 def matters(state: State, target: Target, events: tuple[Event, ...], degraded: tuple[str, ...]) -> tuple[Matter, ...]:
     """All of them, in the order of the table."""
     by_kind = {event.kind: event for event in events}
     return tuple(matter for make in MAKERS for matter in make(state, target, by_kind, degraded))
-
-
-def clear(state: State, way: Way) -> bool:
-    """Whether an actor is seen well enough to be spoken of."""
-    track = way.track
-    return (
-        track.age_s >= YOUNG_S
-        and track.confidence >= FAINT
-        and track.unseen_s <= LOST_S
-        and track.sigma_vx_mps <= SPEED_KNOWN_MPS
-        and not contradicted(state.gaps, way)
-    )
-
-
-# -- hazards -----------------------------------------------------------------------------------------------------------
-
-
-def _person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    found = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
-    if not found:
-        return
-    # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
-    way, urgency = min(found, key=lambda each: GRAVEST.index(each[1]))
-    yield Matter(
-        topic="person",
-        key=f"{way.track.track_id} {urgency}",
-        phrase="person",
-        urgency=urgency,
-        values={"gap": f"{max(0.0, way.gap_m):.0f}"},
-        why=("person",),
-        hazard="pedestrian" if urgency != "advice" else "",
-        repeat_s=4.0,
-        confidence=way.track.confidence,
-    )
-
-
-GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
-
-
-def _person_urgency(state: State, way: Way) -> Urgency:
-    ego = state.world.ego.speed_mps
-    need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
-    if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S:
-        return "alarm"
-    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
-    return "warning" if near or need > FIRM_MPS2 else "advice"
-
-
-def _lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state, way)), None)
-    if way is None or way.ttc_s is None:
-        return
-    close = way.ttc_s < HAZARD_TTC_S
-    phrase = "lead" if close else "slow_traffic"
-    yield Matter(
-        topic="lead",
-        key=f"{way.track.track_id} {phrase}",
-        phrase=phrase,
-        urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
-        values={
-            "gap": f"{max(0.0, way.gap_m):.0f}",
-            "closing": speed(state.preferences, way.closing_mps),
-            "ttc": f"{way.ttc_s:.1f}",
-        },
-        why=(phrase,),
-        hazard="closing_lead" if close else "slow_traffic",
-        repeat_s=4.0,
-        confidence=way.track.confidence,
-    )
-
-
-def _soon_met(way: Way) -> bool:
-    if way.ttc_s is None or way.closing_mps <= SPEED_SIGMAS * way.track.sigma_vx_mps:
-        return False
-    return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
-
-
-def _stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    if "stop_required" not in events:
-        return
-    for stop in stops(state):
-        if stop.why != "person":
-            yield _stop_matter(state, stop)
-            return
-
-
-def _stop_matter(state: State, stop: Stop) -> Matter:
-    ego = state.world.ego.speed_mps
-    need = needed_mps2(stop, ego.value) if ego is not None else 0.0
-    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0
-    light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
-    return Matter(
-        topic="stop",
-        key=f"{stop.why} {'firm' if firm else 'ahead'}",
-        phrase=stop.why,
-        urgency="warning" if firm else "advice",
-        values={
-            "gap": f"{max(0.0, stop.room_m):.0f}",
-            "state": word(state.preferences, light if light in ("red", "red_amber", "amber") else "red"),
-        },
-        why=(stop.why,),
-        hazard=stop.why if firm else "",
-        repeat_s=20.0,
-        confidence=stop.confidence,
-    )
-
-
-def _go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    told = next((each for each in state.memory.spoken if each.topic == "stop"), None)
-    light = state.light
-    if told is None or not told.key.startswith("red_light") or light is None or light.state != "green":
-        return
-    yield Matter(
-        topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence
-    )
 
 
 # -- the car -----------------------------------------------------------------------------------------------------------
@@ -421,7 +266,7 @@ FRICTION_TOLD_S = 45.0
 QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (
-    _person, _lead, _stop, _vehicle, _overspeed, _border, _limit, _go, _doubt, _friction, _foreign, _ahead, _expert,
+    person, lead, stop, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, _ahead, _expert,
     _degraded,
 )  # fmt: skip
 """In order of weight."""

@@ -4,7 +4,7 @@ import msgspec
 
 from proto.decision import Decision, Event
 from services.orchestrator.events import onsets
-from services.orchestrator.matters import Matter
+from services.orchestrator.matter import Matter
 from services.orchestrator.state import Memory, Spoken, State
 from services.orchestrator.targets import Target, last_seen
 

@@ -9,20 +9,20 @@ from proto.observed import Observed, Source
 from proto.perception import Lanes, Track, Tracks
 from proto.rules import PostedLimit
 from proto.scene import Unit
-from proto.vehicle import Degradation, Ego
+from proto.vehicle import Degradation
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator import signs as sign_memory
 from services.orchestrator.actors import watch
 from services.orchestrator.conditions import settle
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.lights import light_ahead
+from services.orchestrator.limits import value_kmh
 from services.orchestrator.lines import halted, stop_line
-from services.orchestrator.signs import Motion
+from services.orchestrator.motion import Motion, motion_of
 from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
 from services.orchestrator.validity import MOST_PLAUSIBLE, SECOND, VALID_NS, confidence_at, fresh, number
 
 T = TypeVar("T")
-MAX_STEP_S = 1.0
 GONE_EXPERT_NS = 60 * SECOND
 """For how long a restriction outlives its time when the expert that made it is gone."""
 
@@ -30,7 +30,7 @@ GONE_EXPERT_NS = 60 * SECOND
 def observe(state: State, seen: Observations) -> State:
     """The state with the observations taken in: world, signs, light, stop line, and the experts' last words."""
     ego = fresh(seen.ego, VALID_NS["speed"], seen.now_ns)
-    motion = _motion(state, ego, seen)
+    motion = motion_of(state, ego, seen)
     facts = tuple(fact for stamped in seen.facts for fact in stamped.message.facts)
     signs = sign_memory.update(state.signs, facts, motion, seen.now_ns)
     light = light_ahead(state.light, facts, motion, ego, seen.now_ns)
@@ -58,23 +58,6 @@ def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, 
     known = {onset.kind: onset for onset in state.missing}
     return tuple(
         Onset(kind=name, since_ns=known[name].since_ns if name in known else now_ns, last_ns=now_ns) for name in names
-    )
-
-
-def _motion(state: State, ego: Stamped[Ego] | None, seen: Observations) -> Motion:
-    step_s = min(MAX_STEP_S, max(0.0, (seen.now_ns - state.now_ns) / 1e9)) if state.now_ns else 0.0
-    speed = number(ego.message.speed_mps) if ego is not None else None
-    yaw = number(ego.message.yaw_rate_radps) if ego is not None else None
-    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
-    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
-    junction = road.message.junction_m if road is not None else None
-    if junction is None and lanes is not None:
-        junction = lanes.message.junction_distance_m
-    return Motion(
-        travelled_m=max(0.0, speed or 0.0) * step_s,
-        turned_rad=(yaw or 0.0) * step_s,
-        junction_m=junction,
-        lane_id=lanes.message.ego_lane_id if lanes is not None else "",
     )
 
 
@@ -270,7 +253,7 @@ def _limit(limit: InForce | None, now_ns: int) -> Observed[PostedLimit] | None:
 
 def _doubted(signs: Signs, now_ns: int) -> Observed[PostedLimit] | None:
     doubted = [sign for sign in signs.ahead if sign.kind == "limit" and not sign.believed and sign.value is not None]
-    sign = min(doubted, key=lambda each: sign_memory.value_kmh(each.value or 0.0, each.unit), default=None)
+    sign = min(doubted, key=lambda each: value_kmh(each.value or 0.0, each.unit), default=None)
     if sign is None or sign.value is None:
         return None
     posted = PostedLimit(value=sign.value, unit=sign.unit or "km/h", confidence=sign.confidence, reading=sign.reading)

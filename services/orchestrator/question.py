@@ -14,9 +14,9 @@ from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
+from services.orchestrator.limits import in_force
 from services.orchestrator.messages import drive, phrases, say, speed, word
 from services.orchestrator.routing import Call
-from services.orchestrator.signs import in_force
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.targets import target
 from services.orchestrator.text import plain

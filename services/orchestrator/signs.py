@@ -1,36 +1,25 @@
 """Signs seen become limits in force: pure, from facts and the way travelled.
 
-A limit comes into force when its sign is passed. A limit that was believed stays until positive evidence ends it: an end
-sign, a new sign, a junction at which the ego turned, a border. What is doubted never enters here; see `fusion`.
+A limit comes into force when its sign is passed; see `limits` for what it does there. What is doubted never comes into
+force; see `targets` for what it does.
 """
 
 import math
 from collections.abc import Callable
-from typing import Literal, NamedTuple, cast
 
 import msgspec
 
-from proto.rules import PostedLimit
-from proto.scene import Fact, Unit
-from services.orchestrator.state import Believed, InForce, SignAhead, Signs
+from proto.scene import Fact
+from services.orchestrator.junctions import turned_off
+from services.orchestrator.limits import ENDS, SURE, TOLD, apply, clear, in_force, lowers, shows_limit, value_kmh
+from services.orchestrator.motion import Motion
+from services.orchestrator.state import Believed, SignAhead, Signs
 
-SURE = 0.6
-"""From this confidence on a reading may end or raise a limit."""
-TOLD = 0.3
-"""From this confidence on a believed reading may lower one."""
-URBAN_KMH = 50.0
-"""The lowest limit that a country has without a sign: above it, a sign may raise what holds."""
 DOUBTED = 0.5
 """What is left of the confidence in a reading once its track is read otherwise: less than `SURE`."""
 LOST_S = 6.0
 """A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
 FORGOTTEN_S = 30.0
-TURN_RAD = math.radians(50.0)
-JUNCTION_NEAR_M = 15.0
-JUNCTION_BEHIND_M = 25.0
-"""A turn from near a junction to so far behind it is a turn at the junction."""
-OTHER_JUNCTION_M = 20.0
-"""A junction reported so much farther than the one that was near is another one."""
 MOST_AHEAD = 12
 HEADS = frozenset(
     {
@@ -53,17 +42,6 @@ STATEMENTS: dict[str, frozenset[str] | None] = {
     "road_type": frozenset({"urban", "rural", "motorway", "dual_carriageway", "living_street"}),
 }  # fmt: skip
 """What may be stated; a jurisdiction is three capital letters."""
-RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet")
-"""Plates under which a limit stands beside the others instead of replacing them."""
-
-
-class Motion(NamedTuple):
-    """What the ego did since the last tick."""
-
-    travelled_m: float = 0.0
-    turned_rad: float = 0.0
-    junction_m: float | None = None
-    lane_id: str = ""
 
 
 def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Signs:
@@ -72,7 +50,7 @@ def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -
     for fact in facts:
         signs = _take(signs, fact, motion, now_ns)
     signs = _pass_reached(signs, now_ns)
-    return _junction(signs, motion, now_ns)
+    return turned_off(signs, motion, now_ns)
 
 
 # -- facts -----------------------------------------------------------------------------------------------------------
@@ -95,7 +73,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))
     signs = msgspec.structs.replace(signs, ahead=others)
     for each in read:
-        signs = _apply(signs, each, now_ns)
+        signs = apply(signs, each, now_ns)
     return signs
 
 
@@ -152,7 +130,7 @@ def _importance(sign: SignAhead) -> tuple[int, float]:
         counts = sign.believed and sign.own_lane and sign.confidence >= TOLD
         return 3 if counts else 2, -value_kmh(sign.value or 0.0, sign.unit)
     head = sign.reading.partition(":")[0]
-    return int(head in _ENDS or sign.reading in _ENDS or head in GIVE_WAY), 0.0
+    return int(head in ENDS or sign.reading in ENDS or head in GIVE_WAY), 0.0
 
 
 def _outlives(known: SignAhead, sign: SignAhead) -> bool:
@@ -208,7 +186,7 @@ def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     if before is None or now is None or before.value == now.value:
         return after
     # Another country's signs, believed: the border is behind us even if its sign was missed.
-    return msgspec.structs.replace(_clear(after, now_ns), former_jurisdiction=before.value)
+    return msgspec.structs.replace(clear(after, now_ns), former_jurisdiction=before.value)
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
@@ -245,176 +223,10 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
             if reached or lowers(signs, sign):
-                signs = _apply(signs, sign, now_ns)
+                signs = apply(signs, sign, now_ns)
     return signs
-
-
-def lowers(signs: Signs, sign: SignAhead) -> bool:
-    """Whether a sign shows a limit not above the lowest in force; where none is, not above what any road may have."""
-    if sign.value is None or not shows_limit(sign):
-        return False
-    value = value_kmh(sign.value, sign.unit)
-    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=URBAN_KMH)
-    return value <= least
 
 
 def _open(signs: Signs, sign: SignAhead) -> bool:
     """Whether it is open what a believed limit would do: it may lower what no sign set. Till its post it only bounds."""
     return sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)
-
-
-def shows_limit(sign: SignAhead) -> bool:
-    """Whether a sign sets a limit, other than ending one."""
-    return sign.value is not None and sign.scope != "end" and not sign.reading.partition(":")[0].endswith("_end")
-
-
-def value_kmh(value: float, unit: Unit | None) -> float:
-    """For comparison; a number without unit is taken as km/h, the lower reading."""
-    return value * 1.609344 if unit == "mph" else value
-
-
-def in_force(signs: Signs) -> tuple[InForce, ...]:
-    """All limits in force."""
-    single = tuple(each for each in (signs.permanent, signs.gantry, signs.zone) if each is not None)
-    return (*single, *signs.conditional)
-
-
-def _apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    others = tuple(each for each in signs.recent if each.reading != sign.reading)
-    signs = msgspec.structs.replace(signs, recent=(*others, sign)[-4:])
-    if not sign.believed or not sign.own_lane or sign.confidence < TOLD:
-        return signs
-    if sign.confidence < SURE and not lowers(signs, sign):
-        return signs
-    if shows_limit(sign):
-        return _set(signs, sign, now_ns)
-    head = sign.reading.partition(":")[0]
-    if sign.scope == "end" and sign.value is not None:
-        head = "limit_end"
-    ends = _ENDS.get(sign.reading) or _ENDS.get(head)
-    return ends(signs, sign, now_ns) if ends is not None else signs
-
-
-def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    units = cast(Unit, signs.units.value) if signs.units and signs.units.value in ("km/h", "mph") else "km/h"
-    posted = PostedLimit(
-        value=sign.value or 0.0,
-        unit=sign.unit or units,
-        scope=cast(Literal["permanent"], sign.scope),
-        confidence=sign.confidence,
-        plates=sign.plates,
-        reading=sign.reading,
-    )
-    limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
-    beside = sign.scope == "when_wet" or any(plate.startswith(RESTRICTED_PLATES) for plate in sign.plates)
-    if beside:
-        others = tuple(each for each in signs.conditional if _differs(each, posted))
-        return _changed(signs, now_ns, conditional=(*others, limit)[-3:])
-    if "plate:distance" in sign.plates and not lowers(signs, sign):
-        return signs
-    slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
-    known: InForce | None = getattr(signs, slot)
-    if known is not None and not _differs(known, posted):
-        return signs
-    also = {"permanent": None} if slot == "zone" else {}
-    when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
-    return _changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
-
-
-def _differs(known: InForce, posted: PostedLimit) -> bool:
-    old = known.posted
-    return (old.value, old.unit, old.scope, old.plates) != (posted.value, posted.unit, posted.scope, posted.plates)
-
-
-# -- ends ------------------------------------------------------------------------------------------------------------
-
-
-def _changed(signs: Signs, now_ns: int, **fields: object) -> Signs:
-    return msgspec.structs.replace(signs, changed_ns=now_ns, **fields)
-
-
-def _clear(signs: Signs, now_ns: int) -> Signs:
-    return _changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
-
-
-def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
-    def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-        fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
-        if not any(getattr(signs, slot) for slot in slots):
-            return signs
-        when = {"gantry_changed_ns": now_ns} if signs.gantry is not None and "gantry" in slots else {}
-        ended = (*signs.ended, sign.reading)[-4:]
-        return _changed(signs, now_ns, ended=ended, **fields, **when)
-
-    return end
-
-
-def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
-    def place(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
-        ended = (*signs.ended, sign.reading)[-4:]
-        return msgspec.structs.replace(_clear(signs, now_ns), road_type=believed, ended=ended)
-
-    return place
-
-
-def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    after = _end("permanent", "zone", "conditional")(signs, sign, now_ns)
-    if signs.road_type is None or signs.road_type.value == "urban":
-        rural = Believed(value="rural", confidence=sign.confidence, since_ns=now_ns)
-        after = _changed(after, now_ns, road_type=rural)
-    return after
-
-
-def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    country = sign.reading.partition(":")[2]
-    if not (len(country) == 3 and country.isalpha() and country.isupper()):
-        return signs
-    before = signs.jurisdiction.value if signs.jurisdiction is not None else ""
-    if before == country:
-        return signs
-    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns)
-    return msgspec.structs.replace(
-        _clear(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
-    )
-
-
-_ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
-    "limit_end": _end("permanent", "conditional", "gantry"),
-    "all_end": _end("permanent", "conditional", "gantry"),
-    "zone_end": _end("zone"),
-    "led:end": _end("gantry"),
-    "led:blank": _end("gantry"),
-    "national": _national,
-    "town_entry": _place("urban"),
-    "town_exit": _place("rural"),
-    "motorway": _place("motorway"),
-    "motorway_end": _place("rural"),
-    "calm_street": _place("living_street"),
-    "border": _border,
-}
-
-
-def _junction(signs: Signs, motion: Motion, now_ns: int) -> Signs:
-    signs = _near_junction(signs, motion)
-    if not signs.near_junction:
-        return signs
-    # A car that stands does not turn, whatever its yaw rate drifts to.
-    turned = signs.turned_rad + (motion.turned_rad if motion.travelled_m > 0.0 else 0.0)
-    if abs(turned) < TURN_RAD:
-        return msgspec.structs.replace(signs, turned_rad=turned)
-    cleared = _changed(signs, now_ns, permanent=None, conditional=(), ended=(*signs.ended, "junction")[-4:])
-    return msgspec.structs.replace(cleared, near_junction=False, turned_rad=0.0, junction_m=0.0)
-
-
-def _near_junction(signs: Signs, motion: Motion) -> Signs:
-    """The junction that is near, by the way travelled since it came near: what the map says of it may stand still."""
-    known = signs.junction_m - motion.travelled_m
-    reported = motion.junction_m if motion.junction_m is not None else math.inf
-    near = -JUNCTION_BEHIND_M <= reported <= JUNCTION_NEAR_M
-    still = signs.near_junction and known >= -JUNCTION_BEHIND_M
-    if near and (not still or reported >= known + OTHER_JUNCTION_M):
-        return msgspec.structs.replace(signs, near_junction=True, junction_m=reported, turned_rad=0.0)
-    if still:
-        return msgspec.structs.replace(signs, junction_m=min(known, reported) if near else known)
-    return msgspec.structs.replace(signs, near_junction=False, junction_m=0.0, turned_rad=0.0)

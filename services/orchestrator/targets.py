@@ -10,7 +10,7 @@ from typing import NamedTuple
 from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import Way, vehicles
-from services.orchestrator.signs import RESTRICTED_PLATES, SURE, in_force
+from services.orchestrator.limits import RESTRICTED_PLATES, SURE, in_force
 from services.orchestrator.state import State
 from services.orchestrator.stops import stops
 from services.orchestrator.units import to_mps

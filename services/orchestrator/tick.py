@@ -17,7 +17,7 @@ from services.orchestrator.events import detect_events
 from services.orchestrator.fusion import advise
 from services.orchestrator.inputs import Observations
 from services.orchestrator.local import decide_locally
-from services.orchestrator.matters import Matter
+from services.orchestrator.matter import Matter
 from services.orchestrator.memory import remember, seconds_since_spoken
 from services.orchestrator.messages import say, toned
 from services.orchestrator.observe import observe

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.signs import SURE, in_force
+from services.orchestrator.limits import SURE, in_force
 from services.orchestrator.stops import stops
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
 
@@ -114,3 +114,16 @@ def test_belief_that_comes_back_counts_in_full() -> None:
     drive.tick(ahead("limit:80", 17.0))
     drive.ticks(40)
     assert in_force_kmh(drive) == {80.0}
+
+
+def test_without_a_sign_in_force_a_doubted_limit_lowers_what_such_a_road_allows() -> None:
+    drive = Drive(road="rural", speed_mps=10.0)
+    drive.tick(ahead("limit:80"))
+    drive.tick(ahead("limit:80", 15.0, believed=False, confidence=0.4))
+    drive.ticks(40)
+    assert in_force_kmh(drive) == {80.0}
+    town = Drive(road="urban", speed_mps=10.0)
+    town.tick(ahead("limit:80"))
+    town.tick(ahead("limit:80", 15.0, believed=False, confidence=0.4))
+    town.ticks(40)
+    assert in_force_kmh(town) == set()

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.signs import SURE, in_force
+from services.orchestrator.limits import SURE, in_force
 from services.orchestrator.targets import law_of
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, Played, end_sign, limit_sign
 

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.signs import MOST_AHEAD, in_force
+from services.orchestrator.limits import in_force
+from services.orchestrator.signs import MOST_AHEAD
 from services.orchestrator.stops import stops
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, fact, limit_sign
 
@@ -75,3 +76,12 @@ def test_of_equals_the_oldest_is_forgotten() -> None:
     drive = Drive(speed_mps=0.0)
     drive.tick(*flood("sign", "info"))
     assert [each.track_id for each in drive.state.signs.ahead] == list(range(140 - MOST_AHEAD, 140))
+
+
+@FEW
+@given(st.lists(st.sampled_from((30, 50, 60, 80, 100, 120)), min_size=1, max_size=8))
+def test_of_many_conditional_limits_the_lowest_stays(values: list[int]) -> None:
+    drive = Drive(road="motorway")
+    for number, value in enumerate(values):
+        drive.tick(limit_sign(f"limit:{value}", track_id=50 + number, scope="when_wet", plates=("plate:when_wet:de",)))
+    assert min(each.posted.value for each in in_force(drive.state.signs)) == min(values)

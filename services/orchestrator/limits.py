@@ -1,0 +1,177 @@
+"""The limits in force, and what a passed sign does to them.
+
+A limit that was believed stays until positive evidence ends it: an end sign, a new sign, a junction at which the ego
+turned, a border.
+"""
+
+from collections.abc import Callable
+from typing import Literal, cast
+
+import msgspec
+
+from proto.rules import PostedLimit
+from proto.scene import Unit
+from services.orchestrator.state import Believed, InForce, SignAhead, Signs
+
+SURE = 0.6
+"""From this confidence on a reading may end or raise a limit."""
+TOLD = 0.3
+"""From this confidence on a believed reading may lower one."""
+UNSIGNED_KMH: dict[str, float] = {"living_street": 7.0, "rural": 80.0, "dual_carriageway": 100.0, "motorway": 100.0}
+UNSIGNED_UNKNOWN_KMH = 50.0
+"""The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
+MOST_CONDITIONAL = 3
+RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet")
+"""Plates under which a limit stands beside the others instead of replacing them."""
+
+
+def lowers(signs: Signs, sign: SignAhead) -> bool:
+    """Whether a sign shows a limit not above the lowest in force; where none is, not above what such roads have."""
+    if sign.value is None or not shows_limit(sign):
+        return False
+    value = value_kmh(sign.value, sign.unit)
+    road = signs.road_type.value if signs.road_type is not None else ""
+    unsigned = UNSIGNED_KMH.get(road, UNSIGNED_UNKNOWN_KMH)
+    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=unsigned)
+    return value <= least
+
+
+def shows_limit(sign: SignAhead) -> bool:
+    """Whether a sign sets a limit, other than ending one."""
+    return sign.value is not None and sign.scope != "end" and not sign.reading.partition(":")[0].endswith("_end")
+
+
+def value_kmh(value: float, unit: Unit | None) -> float:
+    """For comparison; a number without unit is taken as km/h, the lower reading."""
+    return value * 1.609344 if unit == "mph" else value
+
+
+def in_force(signs: Signs) -> tuple[InForce, ...]:
+    """All limits in force."""
+    single = tuple(each for each in (signs.permanent, signs.gantry, signs.zone) if each is not None)
+    return (*single, *signs.conditional)
+
+
+def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    """The limits after a sign was passed."""
+    others = tuple(each for each in signs.recent if each.reading != sign.reading)
+    signs = msgspec.structs.replace(signs, recent=(*others, sign)[-4:])
+    if not sign.believed or not sign.own_lane or sign.confidence < TOLD:
+        return signs
+    if sign.confidence < SURE and not lowers(signs, sign):
+        return signs
+    if shows_limit(sign):
+        return _set(signs, sign, now_ns)
+    head = sign.reading.partition(":")[0]
+    if sign.scope == "end" and sign.value is not None:
+        head = "limit_end"
+    ends = ENDS.get(sign.reading) or ENDS.get(head)
+    return ends(signs, sign, now_ns) if ends is not None else signs
+
+
+def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    units = cast(Unit, signs.units.value) if signs.units and signs.units.value in ("km/h", "mph") else "km/h"
+    posted = PostedLimit(
+        value=sign.value or 0.0,
+        unit=sign.unit or units,
+        scope=cast(Literal["permanent"], sign.scope),
+        confidence=sign.confidence,
+        plates=sign.plates,
+        reading=sign.reading,
+    )
+    limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
+    beside = sign.scope == "when_wet" or any(plate.startswith(RESTRICTED_PLATES) for plate in sign.plates)
+    if beside:
+        others = tuple(each for each in signs.conditional if _differs(each, posted))
+        return changed(signs, now_ns, conditional=_strictest((*others, limit)))
+    if "plate:distance" in sign.plates and not lowers(signs, sign):
+        return signs
+    slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
+    known: InForce | None = getattr(signs, slot)
+    if known is not None and not _differs(known, posted):
+        return signs
+    also = {"permanent": None} if slot == "zone" else {}
+    when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
+    return changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+
+
+def _strictest(limits: tuple[InForce, ...]) -> tuple[InForce, ...]:
+    """As many as are remembered, in the order in which they came; the highest goes first."""
+    low = sorted(limits, key=lambda each: value_kmh(each.posted.value, each.posted.unit))[:MOST_CONDITIONAL]
+    return tuple(each for each in limits if each in low)
+
+
+def _differs(known: InForce, posted: PostedLimit) -> bool:
+    old = known.posted
+    return (old.value, old.unit, old.scope, old.plates) != (posted.value, posted.unit, posted.scope, posted.plates)
+
+
+# -- ends ------------------------------------------------------------------------------------------------------------
+
+
+def changed(signs: Signs, now_ns: int, **fields: object) -> Signs:
+    """The signs with what changed among the limits, and when."""
+    return msgspec.structs.replace(signs, changed_ns=now_ns, **fields)
+
+
+def clear(signs: Signs, now_ns: int) -> Signs:
+    """No limit in force: those of the road or country left behind end."""
+    return changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
+
+
+def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+        fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
+        if not any(getattr(signs, slot) for slot in slots):
+            return signs
+        when = {"gantry_changed_ns": now_ns} if signs.gantry is not None and "gantry" in slots else {}
+        ended = (*signs.ended, sign.reading)[-4:]
+        return changed(signs, now_ns, ended=ended, **fields, **when)
+
+    return end
+
+
+def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    def place(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
+        ended = (*signs.ended, sign.reading)[-4:]
+        return msgspec.structs.replace(clear(signs, now_ns), road_type=believed, ended=ended)
+
+    return place
+
+
+def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    after = _end("permanent", "zone", "conditional")(signs, sign, now_ns)
+    if signs.road_type is None or signs.road_type.value == "urban":
+        rural = Believed(value="rural", confidence=sign.confidence, since_ns=now_ns)
+        after = changed(after, now_ns, road_type=rural)
+    return after
+
+
+def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    country = sign.reading.partition(":")[2]
+    if not (len(country) == 3 and country.isalpha() and country.isupper()):
+        return signs
+    before = signs.jurisdiction.value if signs.jurisdiction is not None else ""
+    if before == country:
+        return signs
+    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns)
+    return msgspec.structs.replace(
+        clear(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
+    )
+
+
+ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
+    "limit_end": _end("permanent", "conditional", "gantry"),
+    "all_end": _end("permanent", "conditional", "gantry"),
+    "zone_end": _end("zone"),
+    "led:end": _end("gantry"),
+    "led:blank": _end("gantry"),
+    "national": _national,
+    "town_entry": _place("urban"),
+    "town_exit": _place("rural"),
+    "motorway": _place("motorway"),
+    "motorway_end": _place("rural"),
+    "calm_street": _place("living_street"),
+    "border": _border,
+}

@@ -1,0 +1,36 @@
+"""One thing that could be said, and who finds such things."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from proto.decision import Event, Urgency
+from services.orchestrator.state import State
+from services.orchestrator.targets import Target
+
+
+class Matter(NamedTuple):
+    """One thing to say."""
+
+    topic: str
+    """Messages on one topic replace each other."""
+    key: str
+    """The same key on the same topic is the same news."""
+    phrase: str
+    urgency: Urgency
+    values: dict[str, Any]
+    why: tuple[str, ...] = ()
+    """Phrases of its justification."""
+    hazard: str = ""
+    first_since_ns: int | None = None
+    """Set where the first notice of an episode is owed: when the episode began."""
+    repeat_s: float = 60.0
+    confidence: float = 1.0
+    kind: str = ""
+
+    @property
+    def slot(self) -> str:
+        """Under which it is remembered: its kind where several kinds share a topic."""
+        return self.kind or self.topic
+
+
+Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
