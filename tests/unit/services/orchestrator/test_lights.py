@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from proto.scene import Fact, Facts
 from services.orchestrator.inputs import Stamped
 from services.orchestrator.state import Light
-from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact
+from tests.unit.services.orchestrator.support import FEW, SECOND, TICK, Drive, fact, replace
 
 
 def lamp(state: str, *, track_id: int = 1, distance_m: float | None = 30.0, **fields: object) -> Fact:
@@ -17,13 +17,9 @@ def lamp(state: str, *, track_id: int = 1, distance_m: float | None = 30.0, **fi
 def show(drive: Drive, *lamps: tuple[Fact, int]) -> Light | None:
     """A tick with lamps read in frames so many nanoseconds old."""
     now_ns = drive.now_ns + TICK
-    facts = tuple(Fact(**{**_fields(each), "frame_stamp_ns": now_ns - age_ns}) for each, age_ns in lamps)
+    facts = tuple(replace(each, frame_stamp_ns=now_ns - age_ns) for each, age_ns in lamps)
     drive.tick(facts=(Stamped(seq=1, stamp_ns=now_ns, message=Facts(facts=facts)),))
     return drive.state.light
-
-
-def _fields(each: Fact) -> dict[str, object]:
-    return {name: getattr(each, name) for name in each.__struct_fields__}
 
 
 def state(drive: Drive) -> str | None:
