@@ -97,8 +97,8 @@ def _supersedes(light: Light, fact: Fact, state: str, now_ns: int) -> bool:
         return True
     # A lamp may be known under another number once it was out of sight.
     lost = now_ns - light.seen_ns > UNSET_AFTER * VALID_NS["light"]
-    nearer = beyond_m <= 0.0 and (state in _PERMISSION) == (light.state in _PERMISSION)
-    return nearer or (lost and beyond_m <= LAMPS_APART_M)
+    agree = (state in _PERMISSION) == (light.state in _PERMISSION)
+    return (agree or lost) and beyond_m <= LAMPS_APART_M
 
 
 def _beyond_m(light: Light, fact: Fact) -> float:

@@ -69,6 +69,18 @@ def test_the_nearer_of_two_junctions_counts() -> None:
     assert state(drive) == "red"
 
 
+def test_the_other_lamp_of_a_junction_confirms_a_red() -> None:
+    drive = at_red(speed_mps=0.0)
+    for _ in range(30):
+        drive.tick(lamp("red", track_id=2, distance_m=33.0))
+    light = drive.state.light
+    assert light is not None
+    assert (light.state, light.seen_ns) == ("red", drive.now_ns)
+    drive.tick(lamp("red", track_id=3, distance_m=130.0))
+    assert drive.state.light is not None
+    assert drive.state.light.distance_m == 33.0
+
+
 @pytest.mark.parametrize("age_ns", [TICK + 1, SECOND, 3600 * SECOND, -3600 * SECOND])
 def test_a_green_from_before_the_red_or_from_the_future_ends_nothing(age_ns: int) -> None:
     drive = at_red()
