@@ -152,8 +152,9 @@ class ToolServer:
             self._record(head, tool, query, received_ns, "timeout", b"", "deadline passed before the work began")
             return
         status, payload, error = self._run(tool, decoder, query)
+        with self._lock:
+            self.served += 1  # before the caller has the answer: what it counts then includes its own call
         query.answer(key, payload)
-        self.served += 1
         self._record(head, tool, query, received_ns, status, payload, error)
 
     def _check(self, tool: Tool, query: Query) -> tuple[CallHead | None, tuple[int, str]]:
