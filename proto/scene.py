@@ -1,6 +1,6 @@
 """What the vision-language front end publishes: typed facts and the GVQA graph."""
 
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
@@ -64,6 +64,8 @@ class SceneObject(msgspec.Struct, frozen=True, kw_only=True):
     description: str
     box_px: tuple[float, float, float, float]
     track_id: int = 0
+    carried: dict[str, Any] = {}
+    """What a file of DriveLM says of it beside this; empty for what was seen."""
 
 
 class QA(msgspec.Struct, frozen=True, kw_only=True):
@@ -74,6 +76,8 @@ class QA(msgspec.Struct, frozen=True, kw_only=True):
     answer: str
     score: float
     parents: tuple[int, ...] = ()
+    carried: dict[str, Any] = {}
+    """What a file of DriveLM says of it beside this; empty for what was seen."""
 
 
 class SceneGraph(msgspec.Struct, frozen=True, kw_only=True):
@@ -85,3 +89,5 @@ class SceneGraph(msgspec.Struct, frozen=True, kw_only=True):
     qa: tuple[QA, ...]
     description: str = ""
     backend: str = ""
+    carried: dict[str, Any] = {}
+    """What a file of DriveLM says of the frame beside this; empty for what was seen."""

@@ -5,7 +5,7 @@ sentences. Questions and answers keep DriveLM's forms, so that tools made for it
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from proto.perception import Box, Track
 from proto.scene import QA, Fact, SceneGraph, SceneObject
@@ -14,6 +14,8 @@ from services.drivelm import plan_rules
 from services.drivelm.sentences import SENTENCES
 
 CAMERA_TAGS = {"front": "CAM_FRONT", "tele": "CAM_FRONT_TELE"}
+Layer = Literal["perception", "prediction", "planning", "behavior"]
+LAYERS: tuple[Layer, ...] = get_args(Layer)
 _MOST_OBJECTS = 12
 
 

@@ -1,18 +1,12 @@
 """The graph speaks DriveLM's forms, goes out and in again, and answers only what it holds."""
 
-import json
-from pathlib import Path
-
 import pytest
 
 from proto.perception import Box, Track
 from proto.scene import Candidate, Fact
 from proto.vehicle import Ego
 from services.drivelm.ask import SILENT, ask
-from services.drivelm.drivelm_json import UnreadableGraph, from_drivelm, to_drivelm
 from services.drivelm.graph import Seen, build
-
-SHARED = Path(__file__).parents[5] / "shared" / "data" / "street" / "sequence" / "gvqa.json"
 
 
 def _seen() -> Seen:
@@ -96,36 +90,3 @@ def test_what_the_graph_does_not_hold_is_not_answered_from_the_question(question
     assert "200" not in ask(build(_seen()), question).text
     if "football" in question or not question:
         assert ask(build(_seen()), question) == (SILENT, 0.0, "")
-
-
-def test_the_graph_goes_out_as_drivelm_and_comes_back() -> None:
-    graph = build(_seen())
-    document = json.loads(json.dumps(to_drivelm("scene", {"0001": graph})))
-    back = from_drivelm(document)["scene"][0]
-    assert back.objects == tuple(
-        type(shown)(
-            tag=shown.tag,
-            category=shown.category,
-            status=shown.status,
-            description=shown.description,
-            box_px=shown.box_px,
-        )
-        for shown in graph.objects
-    )
-    assert [(qa.layer, qa.question, qa.answer) for qa in back.qa] == [
-        (qa.layer, qa.question, qa.answer) for qa in graph.qa
-    ]
-
-
-def test_a_foreign_file_is_refused_with_what_is_missing() -> None:
-    with pytest.raises(UnreadableGraph, match="key_frames"):
-        from_drivelm({"scene": {"scene_description": ""}})
-
-
-@pytest.mark.skipif(not SHARED.is_file(), reason="the annotated sequence lies outside the project and is absent here")
-def test_a_real_drivelm_annotation_is_read_whole() -> None:
-    scenes = from_drivelm(json.loads(SHARED.read_text(encoding="utf-8")))
-    graphs = next(iter(scenes.values()))
-    assert len(graphs) >= 1
-    assert graphs[0].objects[0].tag.startswith("<c1,CAM_FRONT")
-    assert len(graphs[0].qa) == 104
