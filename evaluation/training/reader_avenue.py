@@ -9,8 +9,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from evaluation.training.reader_faces import orders, text_for
+from evaluation.training.reader_faces import orders
 from evaluation.training.reader_fonts import TEST_STYLES
+from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LED_VALUES, LIGHTS, LIMIT_VALUES, PANELS, PLATES, SIGNS
 from services.drivelm.crops import Picture
 from services.simulator.render import Label, Renderer

@@ -9,14 +9,26 @@ from evaluation.training.reader_backgrounds import background_bank, distractor
 from evaluation.training.reader_degrade import Chance, Conditions, View, any_conditions, seen_crop, view
 from evaluation.training.reader_faces import Face, draw_bank, drawable
 from evaluation.training.reader_fonts import letterings
+from evaluation.training.reader_odd import odd_faces
 from services.drivelm.classes import OTHER, READER_CLASSES
 from services.drivelm.crops import Picture, Region, crop
 
 _GLOWING = ("led:", "light:")
 _INDEX = {label: index for index, label in enumerate(READER_CLASSES)}
-OTHER_SHARE = 0.16
+OTHER_SHARE = 0.18
 # How often a class is drawn, beside 1.0 for all others: numbers are what matters most and is hardest to tell apart.
-_WEIGHTS = {"limit:": 2.2, "led:": 1.4, "light:": 1.6, "zone:": 3.0, "border:": 0.6, "limit_end": 1.5}
+_WEIGHTS = {
+    "limit:": 2.0, "limit_board:": 1.5, "led:": 1.4, "light:": 1.4, "zone:": 2.5, "border:": 0.6, "limit_end": 2.0,
+    "no_vehicles": 2.0, "general": 1.5, "plate:when_wet": 1.4,
+}  # fmt: skip
+# What is mixed up most, and what mixing it up costs most: more of each.
+_MIXED_UP = frozenset(
+    {
+        "limit:5", "limit:15", "limit:30", "limit:50", "limit:80", "limit:60", "limit:100", "limit:110", "limit:120",
+        "limit_board:5", "limit_board:15", "limit_board:35", "limit_board:55", "limit_board:65", "limit_board:85",
+    }
+)  # fmt: skip
+_MIXED_UP_FACTOR = 1.4
 
 
 class Source:
@@ -25,10 +37,10 @@ class Source:
     def __init__(self, split: str, seed: int, font_folders: tuple[Path, ...], each: int = 60) -> None:
         self.letters = letterings(split, font_folders, seed)
         self.faces = draw_bank(drawable(), self.letters, each, seed + (1000 if split == "test" else 0))
+        self.odd = odd_faces(self.letters, 12 * each, seed + (1000 if split == "test" else 0))
         self.grounds = background_bank(split, 400, seed)
         self._labels = drawable()
-        weights = np.array([_weight(label) for label in self._labels])
-        self._share = weights / weights.sum()
+        self._share = np.array([share_of(label) for label in self._labels])
 
     def batch(
         self, count: int, chance: Chance, hard: float = 1.0
@@ -63,9 +75,12 @@ class Source:
     def _other(self, chance: Chance) -> Picture:
         now, size = any_conditions(chance), any_size(chance)
         kind = chance.random()
-        if kind < 0.45:
+        if kind < 0.25:  # a sign, but none of those that are read
+            odd = self.odd[int(chance.integers(len(self.odd)))]
+            return seen_crop(view(odd, self._ground(chance), size, now, chance, False), chance)
+        if kind < 0.5:
             return seen_crop(view(distractor(chance), self._ground(chance), size, now, chance, False), chance)
-        if kind < 0.65:  # nothing but background and perhaps a post
+        if kind < 0.68:  # nothing but background and perhaps a post
             nothing = Face(np.zeros((32, 32, 4), np.uint8), float(chance.uniform(0.5, 2)))
             return seen_crop(view(nothing, self._ground(chance), size, now, chance, False), chance, 0.2)
         # A real sign that the box misses by more than half: beside, above, below, or a small corner of it.
@@ -80,8 +95,14 @@ def any_size(chance: Chance) -> float:
     return float(np.exp(chance.uniform(np.log(9), np.log(75))))
 
 
+def share_of(label: str) -> float:
+    """Share of a class among all crops that show one."""
+    return _weight(label) / sum(_weight(other) for other in drawable())
+
+
 def _weight(label: str) -> float:
-    return next((weight for start, weight in _WEIGHTS.items() if label.startswith(start)), 1.0)
+    usual = next((weight for start, weight in _WEIGHTS.items() if label.startswith(start)), 1.0)
+    return usual * (_MIXED_UP_FACTOR if label in _MIXED_UP else 1.0)
 
 
 def _missed(region: Region, chance: Chance) -> Region:

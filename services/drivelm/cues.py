@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from services.drivelm.jurisdictions import JURISDICTIONS
+from services.drivelm.jurisdictions import JURISDICTIONS, ON_BOARDS, Jurisdiction
 
 TAKE_OVER = 0.85
 """Posterior that another country must reach to replace the one believed."""
@@ -13,6 +13,8 @@ KEEP_ABOVE = 0.35
 _CAP = 7.0
 _REMEMBERED = 256
 _BORDER = 6.0
+_HOME = 0.816
+"""Posterior of the home setting before anything was seen."""
 _SIDE_CUE = 0.5
 
 Cues = Mapping[str, float]
@@ -31,14 +33,24 @@ def _town(ground: str) -> Cues:
 
 
 def _language(language: str) -> Cues:
-    return {country: 2.0 for country, row in JURISDICTIONS.items() if row.plate_language == language}
+    return {country: 2.0 for country, row in JURISDICTIONS.items() if language in row.plate_languages}
 
 
-_CONTINENTAL = _all("right", 1.5)
+def _with_boards(amount: float) -> Cues:
+    return {country: amount for country, row in JURISDICTIONS.items() if row.boards}
+
+
+_CONTINENTAL = {country: 1.5 for country, row in JURISDICTIONS.items() if row.side == "right" and not row.boards}
 _TABLE: dict[str, Cues] = {
     **{f"town_{way}:{ground}": _town(ground) for way in ("entry", "exit") for ground in ("yellow", "white", "dark")},
-    **{f"plate:when_wet:{language}": _language(language) for language in ("de", "en", "fr", "nl")},
+    **{f"plate:when_wet:{language}": _language(language) for language in ("de", "en", "fr", "nl", "pl")},
     "national": {"GBR": 3.0},
+    "general:50": {"CHE": 3.0},
+    "general_end": {"CHE": 3.0},
+    "school": _with_boards(2.5),
+    "school_end": _with_boards(2.5),
+    "plate:advisory": _with_boards(2.0),
+    "info:interstate": _with_boards(3.0),
     "keep_left": _all("left", 2.5),
     "keep_right": _all("right", 2.5),
     "info:units_mph": _unit("mph", 4.0),
@@ -55,10 +67,22 @@ _TABLE: dict[str, Cues] = {
 def cues_of(reading: str) -> Cues:
     """What a believed sign says about the country, in log-odds per country; a border sign is treated apart."""
     head, _, tail = reading.partition(":")
-    if head in {"limit", "zone", "led"} and tail.isdigit():
-        value = int(tail)
-        return {country: -1.0 for country, row in JURISDICTIONS.items() if value not in row.limits}
-    return _TABLE.get(reading, {})
+    if reading in _TABLE:
+        return _TABLE[reading]
+    if head in _NUMBERS and tail.isdigit():
+        return {country: cue for country, row in JURISDICTIONS.items() if (cue := _of_number(row, head, int(tail)))}
+    return {}
+
+
+_NUMBERS = frozenset({"limit", "zone", "led", "limit_board", "school_limit"})
+_OFF_LIST, _OTHER_STYLE = -1.0, -2.0
+
+
+def _of_number(row: Jurisdiction, head: str, value: int) -> float:
+    """A number that the country does not post speaks against it, and so does the other style of sign."""
+    off_list = _OFF_LIST if value not in row.limits else 0.0
+    other_style = _OTHER_STYLE if head != "led" and row.boards != (head in ON_BOARDS) else 0.0
+    return off_list + other_style
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +105,7 @@ class Whereabouts:
         if country not in JURISDICTIONS:
             return cls()
         scores = dict.fromkeys(JURISDICTIONS, 0.0)
-        scores[country] = 3.1
+        scores[country] = math.log(_HOME * (len(scores) - 1) / (1.0 - _HOME))
         return cls(scores=scores, believed=country)
 
     def posterior(self, country: str | None) -> float:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from proto.scene import Candidate, Fact, Scope
 from services.drivelm.classes import OTHER
 from services.drivelm.evidence import Belief
-from services.drivelm.jurisdictions import unit_of
+from services.drivelm.jurisdictions import unit_of_sign
 from services.drivelm.parser import Statement, admitted, statement_of
 from services.drivelm.sentences import SENTENCES
 from services.drivelm.tracks import SignTrack
@@ -30,7 +30,7 @@ def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | Non
     believed = track.believed(best) and admitted(statement, here.jurisdiction)
     if statement.kind == "plate" or not (believed or track.doubted(best)) or best.reading == OTHER:
         return None
-    plates = track.plates()
+    plates = (*_OWN_PLATES.get(best.reading.partition(":")[0], ()), *track.plates())
     return Fact(
         kind=statement.kind,
         reading=public_code(best.reading),
@@ -39,7 +39,7 @@ def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | Non
         track_id=track.track_id,
         camera=track.camera,
         value=statement.value,
-        unit=statement.unit or (unit_of(here.jurisdiction) if statement.value is not None else None),
+        unit=statement.unit or (unit_of_sign(here.jurisdiction, best.reading) if statement.value is not None else None),
         scope=_scope(statement, plates),
         believed=believed,
         distance_m=_ahead(track),
@@ -54,8 +54,16 @@ def fact_of(track: SignTrack, here: Here, *, passed: bool = False) -> Fact | Non
 
 
 def public_code(reading: str) -> str:
-    """The code that others know: the ground of a town sign matters only for the country."""
-    return reading.partition(":")[0] if reading.startswith("town_") else reading
+    """The code that others know: how a country draws a sign matters only for telling the country."""
+    head, colon, tail = reading.partition(":")
+    if head.startswith("town_"):
+        return head
+    return f"{_SAME[head]}{colon}{tail}" if head in _SAME else reading
+
+
+_SAME = {"limit_board": "limit", "school_limit": "limit", "general": "limit", "general_end": "limit_end"}
+_OWN_PLATES = {"school_limit": ("plate:school",)}
+"""What a sign says on itself and others say on a plate: a limit of school hours stands beside the others."""
 
 
 def _scope(statement: Statement, plates: tuple[str, ...]) -> Scope:

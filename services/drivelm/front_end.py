@@ -13,7 +13,7 @@ from services.drivelm.backend import Answer, Backend
 from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
 from services.drivelm.facts import Here, fact_of
-from services.drivelm.jurisdictions import unit_of
+from services.drivelm.jurisdictions import has_boards, unit_of
 from services.drivelm.names import TownNames
 from services.drivelm.parser import parse
 from services.drivelm.sentences import QUESTIONS
@@ -141,14 +141,14 @@ class FrontEnd:
                 self.tracks[key] = _in_sight(self.tracks[key], _region(box), sighting.stamp_ns)
 
     def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[_Look]:
-        signs = [_region(box) for box in boxes if box.kind == "sign"]
+        signs, boards = [_region(box) for box in boxes if box.kind == "sign"], has_boards(self.here.jurisdiction)
         looks: list[_Look] = []
         for box in boxes:
             if len(looks) >= self.max_reads:
                 break
             key, region = (sighting.camera, box.track_id), _region(box)
             self._open(key, box.kind, region, sighting.stamp_ns)
-            own, hung = plates.split(region) if box.kind == "sign" else (region, None)
+            own, hung = plates.split(region, boards=boards) if box.kind == "sign" else (region, None)
             if (image := crop(picture, own)) is not None:
                 looks.append(_Look(key, QUESTIONS[box.kind], image, own, self._closer(key, picture, own)))
             if hung is None or own.height_px < PLATE_FROM_PX or len(looks) >= self.max_reads:
@@ -299,4 +299,9 @@ def _is_behind(track: SignTrack, speed_mps: float | None, unseen_ns: int) -> boo
     return track.place is not None and track.travelled_m >= track.place.distance_m
 
 
-_ENDS = frozenset({"limit_end", "all_end", "zone_end", "national", "led:end", "town_exit", "no_overtaking_end"})
+_ENDS = frozenset(
+    {
+        "limit_end", "all_end", "zone_end", "national", "led:end", "no_overtaking_end", "general_end", "school_end",
+        "town_exit", *(f"town_exit:{ground}" for ground in ("yellow", "white", "dark")),
+    }
+)  # fmt: skip

@@ -16,20 +16,24 @@ class Jurisdiction(NamedTuple):
     side: Side
     limits: frozenset[int]
     town_ground: str
-    plate_language: str
+    plate_languages: tuple[str, ...]
+    boards: bool = False
+    """Limits stand on boards in words, warnings on diamonds; elsewhere in rings and on triangles."""
 
 
-_KMH = frozenset(range(10, 140, 10)) | {5}
+_KMH = frozenset(range(10, 140, 10)) | {5, 15}
 _MPH = frozenset({5, 10, 15, 20, 30, 40, 50, 60, 70})
 
 JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType(
     {
-        "DEU": Jurisdiction("km/h", "right", _KMH, "yellow", "de"),
-        "AUT": Jurisdiction("km/h", "right", _KMH, "white", "de"),
-        "FRA": Jurisdiction("km/h", "right", _KMH, "white", "fr"),
-        "NLD": Jurisdiction("km/h", "right", _KMH, "dark", "nl"),
-        "POL": Jurisdiction("km/h", "right", _KMH | {140}, "dark", ""),
-        "GBR": Jurisdiction("mph", "left", _MPH, "white", "en"),
+        "DEU": Jurisdiction("km/h", "right", _KMH, "yellow", ("de",)),
+        "AUT": Jurisdiction("km/h", "right", _KMH, "white", ("de",)),
+        "FRA": Jurisdiction("km/h", "right", _KMH, "white", ("fr",)),
+        "NLD": Jurisdiction("km/h", "right", _KMH, "dark", ("nl",)),
+        "POL": Jurisdiction("km/h", "right", _KMH | {140}, "dark", ("pl",)),
+        "GBR": Jurisdiction("mph", "left", _MPH, "white", ("en",)),
+        "CHE": Jurisdiction("km/h", "right", _KMH - {130}, "dark", ("de", "fr")),
+        "USA": Jurisdiction("mph", "right", frozenset(range(5, 90, 5)), "", ("en",), boards=True),
     }
 )
 
@@ -46,3 +50,20 @@ def unit_of(jurisdiction: str | None) -> Unit | None:
     """The unit in which a country's signs speak; None where the country is unknown."""
     row = JURISDICTIONS.get(jurisdiction or "")
     return row.unit if row else None
+
+
+def has_boards(jurisdiction: str | None) -> bool:
+    """Whether limits stand on boards there."""
+    row = JURISDICTIONS.get(jurisdiction or "")
+    return row is not None and row.boards
+
+
+def unit_of_sign(jurisdiction: str | None, reading: str) -> Unit | None:
+    """The unit of a sign's number: the country's; of a ring where numbers stand on boards the lower reading, km/h."""
+    if has_boards(jurisdiction) and reading.partition(":")[0] not in ON_BOARDS:
+        return "km/h"
+    return unit_of(jurisdiction)
+
+
+ON_BOARDS = frozenset({"limit_board", "school_limit", "led"})
+"""Codes of numbers that are no ring of a sign."""

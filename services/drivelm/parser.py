@@ -36,7 +36,7 @@ _NUMBER = re.compile(
 )
 _PLAIN = re.compile(r"(?:the )?speed limit is (?P<value>[1-9][0-9]{0,2}) (?P<unit>km/h|mph)(?P<wet>,? when wet)?\.?")
 _NAMED = {sentence.lower().rstrip("."): label for label, sentence in SENTENCES.items()}
-_ENDS = frozenset({"limit_end", "all_end", "zone_end", "national", "led:end"})
+_ENDS = frozenset({"limit_end", "all_end", "zone_end", "national", "led:end", "general_end", "school_end"})
 
 
 def parse(text: str) -> Statement | None:
@@ -60,12 +60,15 @@ def statement_of(label: str) -> Statement:
         return NOTHING
     if label in _ENDS:
         return Statement("limit", label, scope="end")
-    if head in {"limit", "zone", "led"} and tail.isdigit():
+    if head in _SCOPES and tail.isdigit():
         return Statement("limit", label, int(tail), None, _SCOPES[head])
     return Statement(_KINDS.get(head, "sign"), label)
 
 
-_SCOPES: dict[str, Scope] = {"limit": "permanent", "zone": "zone", "led": "gantry"}
+_SCOPES: dict[str, Scope] = {
+    "limit": "permanent", "zone": "zone", "led": "gantry",
+    "limit_board": "permanent", "school_limit": "permanent", "general": "permanent",
+}  # fmt: skip
 _KINDS: dict[str, FactKind] = {"light": "light", "plate": "plate", "led": "message"}
 
 

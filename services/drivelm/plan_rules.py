@@ -4,11 +4,14 @@ targets and decisions come from fusion and arbitration, which never read these s
 from proto.perception import Track
 from proto.scene import QA, Fact
 from proto.vehicle import Ego
+from services.drivelm.classes import LIGHTS
 
 NO_CONCERN = 9
 _STILL_MPS = 0.7
 _NEAR_S = 4.0
-_BRAKE_FOR = {"stop", "light:red", "light:red_amber", "light:amber", "yield", "no_entry"}
+_BRAKE_FOR = {"stop", "yield", "no_entry"} | {
+    label for label in LIGHTS if label.startswith(("light:red", "light:amber"))
+}
 
 
 def status(track: Track) -> str:

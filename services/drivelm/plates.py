@@ -6,17 +6,28 @@ from services.drivelm.crops import Region
 
 TALL = 1.35
 """A sign box taller than this for its width holds the sign and its plate in one."""
+TALL_BOARD, TALLEST_PAIR = 1.42, 1.62
+"""Where limits stand on upright boards: lower than the first is a board, higher than the second a school board."""
 _PLATE_ASPECT = 0.55  # height over width
 _GAP = 0.02
 
 
-def split(region: Region) -> tuple[Region, Region]:
-    """The sign's own part of a box, and the part where its plate is or would be."""
-    if region.height_px > TALL * region.width_px:
+def split(region: Region, *, boards: bool = False) -> tuple[Region, Region]:
+    """The sign's own part of a box, and the part where its plate is or would be.
+
+    ``boards``: limits stand on upright boards here, which are taller than wide without any plate.
+    """
+    if _holds_both(region, boards):
         seam = region.y0_px + region.width_px
         return region._replace(y1_px=seam), region._replace(y0_px=seam)
     top = region.y1_px + _GAP * region.height_px
     return region, Region(region.x0_px, top, region.x1_px, top + _PLATE_ASPECT * region.width_px)
+
+
+def _holds_both(region: Region, boards: bool) -> bool:
+    if boards:
+        return TALL_BOARD * region.width_px < region.height_px < TALLEST_PAIR * region.width_px
+    return region.height_px > TALL * region.width_px
 
 
 def below(sign: Region, others: Sequence[Region]) -> int | None:

@@ -7,7 +7,15 @@ The forms follow DriveLM's questions and answers on traffic elements ("What kind
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from services.drivelm.classes import LED_VALUES, LIMIT_VALUES, OTHER
+from services.drivelm.classes import (
+    ARROW_LIGHTS,
+    BOARD_VALUES,
+    LED_VALUES,
+    LIMIT_VALUES,
+    OTHER,
+    SCHOOL_VALUES,
+    ZONE_VALUES,
+)
 
 # What a picture of each kind of box is asked.
 QUESTIONS: Mapping[str, str] = MappingProxyType(
@@ -23,6 +31,9 @@ KIND_OF_QUESTION: Mapping[str, str] = MappingProxyType({question: kind for kind,
 _SIGN_NAMES = {
     "no_vehicles": "a no vehicles sign",
     "limit_end": "an end of speed limit sign",
+    "school_end": "an end of school zone sign",
+    "general:50": "a general speed limit of towns sign of 50",
+    "general_end": "an end of general speed limit of towns sign",
     "all_end": "an end of all restrictions sign",
     "zone_end": "an end of speed limit zone sign",
     "national": "a national speed limit applies sign",
@@ -41,6 +52,7 @@ _SIGN_NAMES = {
     "roundabout": "a roundabout sign",
     "crossing": "a pedestrian crossing sign",
     "children": "a children warning sign",
+    "school": "a school warning sign",
     "roadworks": "a roadworks warning sign",
     "slippery": "a slippery road warning sign",
     "danger": "a general danger warning sign",
@@ -59,21 +71,29 @@ _SIGN_NAMES = {
     "border:FRA": "a border sign of France",
     "border:NLD": "a border sign of the Netherlands",
     "border:POL": "a border sign of Poland",
+    "border:CHE": "a border sign of Switzerland",
     "info:units_mph": "an information board saying that speeds are in mph",
     "info:units_kmh": "an information board saying that speeds are in km/h",
     "info:side_left": "an information board saying drive on the left",
     "info:side_right": "an information board saying drive on the right",
+    "info:interstate": "an interstate road number sign",
 }
 _PLATE_WORDS = {
     "plate:when_wet:de": "when wet, in German",
     "plate:when_wet:en": "when wet, in English",
     "plate:when_wet:fr": "when wet, in French",
     "plate:when_wet:nl": "when wet, in Dutch",
+    "plate:when_wet:pl": "when wet, in Polish",
     "plate:when_wet:drawn": "when wet, as a picture",
     "plate:distance": "a distance",
+    "plate:length": "for a length",
     "plate:time": "a time of day",
     "plate:lorries": "lorries only",
     "plate:end": "end",
+    "plate:advisory": "an advised speed",
+    "plate:arrow_left": "an arrow to the left",
+    "plate:arrow_right": "an arrow to the right",
+    "plate:arrow_ahead": "an arrow ahead",
 }
 _PANEL_WORDS = {
     "led:blank": "nothing",
@@ -83,18 +103,30 @@ _PANEL_WORDS = {
     "led:congestion": "a congestion warning",
     "led:slippery": "a slippery road warning",
 }
+
+
+def _arrow_words(label: str) -> str:
+    colour, _, way = label.partition(":")[2].partition("_")
+    article = "an" if colour == "amber" else "a"
+    return f"{article} {colour} arrow {_WAYS[way]}"
+
+
+_WAYS = {"left": "to the left", "straight": "ahead", "right": "to the right"}
 _LIGHT_WORDS = {
     "light:red": "red",
     "light:red_amber": "red and amber",
     "light:amber": "amber",
     "light:green": "green",
     "light:off": "off",
+    **{label: _arrow_words(label) for label in ARROW_LIGHTS},
 }
 
 
 def _table() -> dict[str, str]:
     table = {f"limit:{v}": f"The traffic sign is a speed limit sign of {v}." for v in LIMIT_VALUES}
-    table |= {f"zone:{v}": f"The traffic sign is a speed limit zone sign of {v}." for v in (20, 30)}
+    table |= {f"zone:{v}": f"The traffic sign is a speed limit zone sign of {v}." for v in ZONE_VALUES}
+    table |= {f"limit_board:{v}": f"The traffic sign is a speed limit board of {v}." for v in BOARD_VALUES}
+    table |= {f"school_limit:{v}": f"The traffic sign is a school speed limit board of {v}." for v in SCHOOL_VALUES}
     table |= {f"led:{v}": f"The panel shows a speed limit of {v}." for v in LED_VALUES}
     table |= {label: f"The traffic sign is {name}." for label, name in _SIGN_NAMES.items()}
     table |= {label: f"The plate says {words}." for label, words in _PLATE_WORDS.items()}

@@ -1,5 +1,6 @@
 """The number on a zone sign stands in a ring of its own: a second, closer look at that ring tells it apart."""
 
+from services.drivelm.classes import ZONE_VALUES
 from services.drivelm.crops import Region
 
 Readings = tuple[tuple[str, float], ...]
@@ -39,4 +40,4 @@ def _limits(readings: Readings) -> list[tuple[str, float]]:
     return [(reading.removeprefix("limit:"), share) for reading, share in readings if reading.startswith("limit:")]
 
 
-KNOWN = frozenset({"zone:20", "zone:30"})
+KNOWN = frozenset(f"{HEAD}{value}" for value in ZONE_VALUES)

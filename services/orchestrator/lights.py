@@ -1,4 +1,8 @@
-"""The traffic light ahead: a red that was believed stands until its lamp turns green or it is passed."""
+"""The traffic light ahead: a red that was believed stands until its lamp turns green or it is passed.
+
+Which way the ego goes is not known, so an arrow's red or amber counts as red or amber, and its green permits nothing:
+it only ends the red of its own lamp. Where a round red stands beside arrows, no arrow ends it.
+"""
 
 import math
 
@@ -13,6 +17,7 @@ from services.orchestrator.state import Light
 from services.orchestrator.validity import MOST_SKEW_NS, SECOND, UNSET_AFTER, VALID_NS, number
 
 _STATES = ("red", "red_amber", "amber", "green", "off")
+_WAYS = ("left", "straight", "right")
 _PERMISSION = ("green", "off")
 GREEN_LASTS_NS = 2 * SECOND
 """Permission wears off at once; a red that was believed stands until green is read or the light is passed."""
@@ -39,7 +44,14 @@ def light_ahead(
 
 
 def _lamp(fact: Fact) -> str:
-    return fact.reading.partition(":")[2]
+    return _colour_and_arrow(fact)[0]
+
+
+def _colour_and_arrow(fact: Fact) -> tuple[str, str]:
+    """`light:red_left` is red with an arrow to the left; a round lamp has no arrow."""
+    tail = fact.reading.partition(":")[2]
+    colour, _, way = tail.rpartition("_")
+    return (colour, way) if way in _WAYS else (tail, "")
 
 
 def _still_ahead(light: Light, motion: Motion, ego: Stamped[Ego] | None, now_ns: int) -> Light | None:
@@ -56,7 +68,7 @@ def _still_ahead(light: Light, motion: Motion, ego: Stamped[Ego] | None, now_ns:
 
 
 def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
-    state, age_ns = _lamp(fact), now_ns - fact.frame_stamp_ns
+    (state, arrow), age_ns = _colour_and_arrow(fact), now_ns - fact.frame_stamp_ns
     if light is not None and _outdated(light, fact):
         return light
     if fact.passed:
@@ -68,6 +80,9 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         fact.believed and fact.confidence >= SURE and -MOST_SKEW_NS <= age_ns <= GREEN_LASTS_NS
     ):
         return light
+    if arrow and state in _PERMISSION:
+        # Green one way only, and which way the ego goes is not known: the lamp's own red ends, no permission begins.
+        return None if light is not None and light.track_id == fact.track_id else light
     if light is not None and not _supersedes(light, fact, state, now_ns):
         return light
     distance = fact.distance_m if fact.distance_m is not None else (light.distance_m if light is not None else None)
@@ -77,6 +92,7 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         seen_ns=min(fact.frame_stamp_ns, now_ns),
         distance_m=distance,
         track_id=fact.track_id,
+        arrow="" if light is not None and light.track_id == fact.track_id and not light.arrow else arrow,
     )
 
 
@@ -91,6 +107,8 @@ def _supersedes(light: Light, fact: Fact, state: str, now_ns: int) -> bool:
     if light.track_id == fact.track_id:
         return state not in _PERMISSION or light.state in _PERMISSION or fact.frame_stamp_ns > light.seen_ns
     beyond_m = _beyond_m(light, fact)
+    if _is_hidden_by(light, fact, beyond_m):
+        return False
     if state not in _PERMISSION and light.state in _PERMISSION:
         return beyond_m <= NEXT_JUNCTION_M
     if state in _PERMISSION and light.state not in _PERMISSION and beyond_m < -NEXT_JUNCTION_M:
@@ -99,6 +117,12 @@ def _supersedes(light: Light, fact: Fact, state: str, now_ns: int) -> bool:
     lost = now_ns - light.seen_ns > UNSET_AFTER * VALID_NS["light"]
     agree = (state in _PERMISSION) == (light.state in _PERMISSION)
     return (agree or lost) and beyond_m <= LAMPS_APART_M
+
+
+def _is_hidden_by(light: Light, fact: Fact, beyond_m: float) -> bool:
+    """Whether a red arrow stands beside a round red: the round one is for every way, and no arrow may end it."""
+    arrow, round_red = _colour_and_arrow(fact)[1], light.state not in _PERMISSION and not light.arrow
+    return bool(arrow) and round_red and beyond_m >= -LAMPS_APART_M
 
 
 def _beyond_m(light: Light, fact: Fact) -> float:

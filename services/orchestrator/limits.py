@@ -21,8 +21,10 @@ UNSIGNED_KMH: dict[str, float] = {"living_street": 7.0, "rural": 80.0, "dual_car
 UNSIGNED_UNKNOWN_KMH = 50.0
 """The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
 MOST_CONDITIONAL = 3
-RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet")
-"""Plates under which a limit stands beside the others instead of replacing them."""
+SCHOOL_PLATE, ARROW_PLATE = "plate:school", "plate:arrow"
+RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet", SCHOOL_PLATE, ARROW_PLATE)
+"""Plates under which a limit stands beside the others instead of replacing them. Which way the ego will go is not
+known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing."""
 
 
 def lowers(signs: Signs, sign: SignAhead) -> bool:
@@ -62,6 +64,8 @@ def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     if shows_limit(sign):
         return _set(signs, sign, now_ns)
+    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates):
+        return signs
     head = sign.reading.partition(":")[0]
     if sign.scope == "end" and sign.value is not None:
         head = "limit_end"
@@ -131,6 +135,11 @@ def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
     return end
 
 
+def _school_end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    left = tuple(each for each in signs.conditional if SCHOOL_PLATE not in each.posted.plates)
+    return signs if left == signs.conditional else changed(signs, now_ns, conditional=left)
+
+
 def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
     def place(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
@@ -165,6 +174,7 @@ ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
     "limit_end": _end("permanent", "conditional", "gantry"),
     "all_end": _end("permanent", "conditional", "gantry"),
     "zone_end": _end("zone"),
+    "school_end": _school_end,
     "led:end": _end("gantry"),
     "led:blank": _end("gantry"),
     "national": _national,

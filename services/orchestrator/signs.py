@@ -26,14 +26,15 @@ HEADS = frozenset(
         "limit", "limit_end", "all_end", "zone", "zone_end", "national", "led", "stop", "yield", "priority_road",
         "priority_road_end", "priority_here", "no_entry", "no_vehicles", "no_overtaking", "no_overtaking_end", "one_way",
         "keep_left", "keep_right", "ahead_only", "roundabout", "crossing", "children", "roadworks", "slippery", "danger",
-        "calm_street", "town_entry", "town_exit", "motorway", "motorway_end", "border", "info",
+        "calm_street", "town_entry", "town_exit", "motorway", "motorway_end", "border", "info", "school", "school_end",
     }
 )  # fmt: skip
 """Codes, without what follows their colon."""
 PLATES = frozenset(
     {
-        "plate:when_wet:de", "plate:when_wet:en", "plate:when_wet:fr", "plate:when_wet:nl", "plate:when_wet:drawn",
-        "plate:distance", "plate:time", "plate:lorries", "plate:end",
+        "plate:when_wet:de", "plate:when_wet:en", "plate:when_wet:fr", "plate:when_wet:nl", "plate:when_wet:pl",
+        "plate:when_wet:drawn", "plate:distance", "plate:length", "plate:time", "plate:lorries", "plate:end",
+        "plate:school", "plate:arrow_left", "plate:arrow_right", "plate:arrow_ahead",
     }
 )  # fmt: skip
 GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})

@@ -86,6 +86,8 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     seen_ns: int
     distance_m: float | None
     track_id: int
+    arrow: str = ""
+    """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, which is for every way."""
 
 
 class Limiter(msgspec.Struct, frozen=True, kw_only=True):

@@ -119,7 +119,7 @@ def _read(legal: Legal, country: str, code: str, plate: str, road_class: RoadCla
 def _limit(legal: Legal, limit_mps: float, plate: str) -> Legal:
     if plate.startswith("plate:when_wet"):
         return replace(legal, wet_mps=limit_mps)
-    if plate in ("plate:lorries", "plate:time"):  # not for cars; not by day
+    if plate in ("plate:lorries", "plate:time", "plate:arrow_left", "plate:arrow_right"):  # not for him who goes on
         return legal
     if plate == "plate:end":
         return replace(legal, stretch_mps=None)

@@ -3,7 +3,7 @@
 from services.simulator.law import Post
 from services.simulator.plan import Scenario
 
-_WORDS = {"plate:when_wet:de": "de", "plate:when_wet:en": "en", "plate:when_wet:fr": "fr", "plate:when_wet:nl": "nl"}
+_WORDS = {f"plate:when_wet:{language}": language for language in ("de", "en", "fr", "nl", "pl")}
 _FOREIGN_TO_BRITAIN = frozenset({"town_entry", "town_exit", "all_end", "limit_end"})
 _FOREIGN_TO_OTHERS = frozenset({"national"})
 

@@ -39,9 +39,14 @@ def limit_at(painter: Painter, sheet: Sheet, value: str, centre: Point, radius: 
 
 
 def limit_end(painter: Painter, sheet: Sheet, value: str) -> None:
-    """End of one limit: the number in grey, struck through."""
+    """End of one limit: the number in grey, struck through; in France by a single bar."""
     grey_disc(painter, sheet)
     write_centred(painter, sheet.letters, value, number_box(value, _C, _R), sheet.paint.grey)
+    if sheet.country == "FRA":
+        reach = _R * 0.93 * math.sqrt(0.5)
+        ends = [(_C[0] + reach, _C[1] - reach), (_C[0] - reach, _C[1] + reach)]
+        painter.stroke(ends, _R * 0.16, sheet.paint.black, flat=True)
+        return
     strike(painter, sheet.paint.black, _C, _R, lines=5)
 
 

@@ -163,8 +163,8 @@ def _with_marks_above(table: dict[str, Glyph]) -> dict[str, Glyph]:
         middle = glyph.width / 2
         dots = [[(middle + side, top), (middle + side, top + 0.1)] for side in (-1.3, 1.3)]
         built[letter] = Glyph(glyph.width, [*glyph.strokes, *dots])
-    for letter, base in {"é": "e", "è": "e"}.items():
-        lean = 1.0 if letter == "é" else -1.0
+    for letter, base in {"é": "e", "è": "e", "à": "a", "ó": "o", "ń": "n", "ś": "s", "ć": "c"}.items():
+        lean = -1.0 if letter in "èà" else 1.0
         glyph = table[base]
         built[letter] = Glyph(
             glyph.width, [*glyph.strokes, [(glyph.width / 2 - lean, 2.0), (glyph.width / 2 + lean, 0.4)]]

@@ -30,6 +30,7 @@ TOWN_STYLES = {
     "FRA": TownStyle("white", "black", "red"),
     "NLD": TownStyle("blue", "white", "white"),
     "POL": TownStyle("green", "white", "white"),
+    "CHE": TownStyle("blue", "white", "white"),
 }
 COUNTRY_NAMES = {
     "DEU": "Bundesrepublik Deutschland",
@@ -38,7 +39,9 @@ COUNTRY_NAMES = {
     "FRA": "France",
     "NLD": "Nederland",
     "POL": "Polska",
+    "CHE": "Schweiz Suisse Svizzera",
 }
+_GREEN_MOTORWAYS = {"CHE"}
 
 
 def _paint(palette: Palette, name: str) -> Colour:
@@ -77,6 +80,21 @@ def zone_end(painter: Painter, sheet: Sheet, value: str) -> None:
         )
 
 
+def general(painter: Painter, sheet: Sheet, value: str) -> None:
+    """The general limit of built-up areas (Switzerland): a ring over a word on a white board."""
+    board(painter, sheet.paint.white, sheet.paint.black)
+    discs.limit_at(painter, sheet, value, (0.42, 0.34), 0.28)
+    words = sheet.text or "generell"
+    write_centred(painter, sheet.letters, words, Box(0.1, 0.68, 0.64, 0.09), sheet.paint.black)
+
+
+def general_end(painter: Painter, sheet: Sheet, value: str) -> None:
+    """The general limit ends: grey, struck through."""
+    pale = sheet.paint._replace(black=sheet.paint.grey, red=sheet.paint.grey)
+    general(painter, sheet._replace(paint=pale), value)
+    discs.strike(painter, sheet.paint.black, (0.42, 0.34), 0.3, lines=5)
+
+
 def town_entry(painter: Painter, sheet: Sheet, _: str) -> None:
     """A built-up area starts; its name is on the board."""
     _town(painter, sheet)
@@ -106,8 +124,9 @@ def _town(painter: Painter, sheet: Sheet) -> None:
 
 def motorway(painter: Painter, sheet: Sheet, _: str) -> None:
     """A motorway starts."""
-    board(painter, sheet.paint.blue, sheet.paint.white, sheet.paint.blue)
-    symbols.motorway(painter, Box(0.12, 0.1, 0.6, 0.64), sheet.paint.white, sheet.paint.blue)
+    ground = sheet.paint.green if sheet.country in _GREEN_MOTORWAYS else sheet.paint.blue
+    board(painter, ground, sheet.paint.white, ground)
+    symbols.motorway(painter, Box(0.12, 0.1, 0.6, 0.64), sheet.paint.white, ground)
 
 
 def motorway_end(painter: Painter, sheet: Sheet, _: str) -> None:
@@ -121,6 +140,8 @@ def border(painter: Painter, sheet: Sheet, country: str) -> None:
     board(painter, sheet.paint.blue, sheet.paint.blue)
     if country == "GBR":
         _cross_flag(painter, sheet)
+    elif country == "CHE":
+        _white_cross(painter, sheet)
     else:
         symbols.star_ring(painter, (0.6, 0.34), 0.24, sheet.paint.yellow)
     name = sheet.text or COUNTRY_NAMES.get(country, country)
@@ -141,6 +162,12 @@ def _cross_flag(painter: Painter, sheet: Sheet) -> None:
     for thick, colour in ((0.16, sheet.paint.white), (0.09, sheet.paint.red)):
         painter.stroke([(middle_x, top), (middle_x, top + height)], thick, colour, flat=True)
         painter.stroke([(left, middle_y), (left + width, middle_y)], thick, colour, flat=True)
+
+
+def _white_cross(painter: Painter, sheet: Sheet) -> None:
+    painter.rounded(0.36, 0.08, 0.48, 0.48, 0.02, sheet.paint.red)
+    painter.stroke([(0.6, 0.16), (0.6, 0.48)], 0.1, sheet.paint.white, flat=True)
+    painter.stroke([(0.44, 0.32), (0.76, 0.32)], 0.1, sheet.paint.white, flat=True)
 
 
 def info_units(painter: Painter, sheet: Sheet, _: str) -> None:

@@ -1,5 +1,7 @@
 """Plates below a sign, and the LED faces of gantries. Face units are metres."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from services.simulator.signart import symbols
@@ -15,8 +17,10 @@ WET_WORDS = {
     "en": "when wet",
     "fr": "par temps\nde pluie",
     "nl": "bij nat\nwegdek",
+    "pl": "podczas\nopadów",
 }
-_END_WORDS = {"DEU": "Ende", "AUT": "Ende", "GBR": "End", "FRA": "Fin", "NLD": "Einde", "POL": "Koniec"}
+_END_WORDS = {"DEU": "Ende", "AUT": "Ende", "GBR": "End", "FRA": "Fin", "NLD": "Einde", "POL": "Koniec",
+              "CHE": "Ende", "USA": "END"}  # fmt: skip
 
 
 def _plate(painter: Painter, sheet: Sheet, words: str) -> None:
@@ -29,8 +33,8 @@ def _plate(painter: Painter, sheet: Sheet, words: str) -> None:
 
 
 def when_wet(painter: Painter, sheet: Sheet, language: str) -> None:
-    """Only when the road is wet, in words."""
-    _plate(painter, sheet, WET_WORDS.get(language, WET_WORDS["en"]))
+    """Only when the road is wet, in the words of a language, or in those of the order."""
+    _plate(painter, sheet, sheet.text or WET_WORDS.get(language, WET_WORDS["en"]))
 
 
 def when_wet_drawn(painter: Painter, sheet: Sheet, _: str) -> None:
@@ -44,8 +48,36 @@ def words(painter: Painter, sheet: Sheet, default: str) -> None:
     _plate(painter, sheet, sheet.text or default)
 
 
+def length(painter: Painter, sheet: Sheet, default: str) -> None:
+    """For how far the sign above holds: a length between two arrows ahead."""
+    board(painter, sheet.paint.white, sheet.paint.black)
+    for left in (0.02, 0.44):
+        symbols.arrow(painter, Box(left, 0.06, 0.14, 0.21), sheet.paint.black, 0)
+    write_centred(painter, sheet.letters, sheet.text or default, Box(0.16, 0.1, 0.28, 0.13), sheet.paint.black)
+
+
+def arrow(painter: Painter, sheet: Sheet, way: str) -> None:
+    """Which way or lane the sign above is for; the order's text ``bent`` draws an arrow that turns off."""
+    board(painter, sheet.paint.white, sheet.paint.black)
+    side = {"left": -1.0, "right": 1.0}.get(way, 0.0)
+    if not side:
+        symbols.arrow(painter, Box(0.16, 0.035, 0.28, 0.26), sheet.paint.black, 0)
+        return
+    bent = sheet.text == "bent"
+    tail = [(-0.17, 0.28), (-0.17, 0.15), (0.08, 0.15)] if bent else [(-0.23, 0.165), (0.08, 0.165)]
+    middle = tail[-1][1]
+    points = [(0.3 + side * x, y) for x, y in tail]
+    for start, stop in pairwise(points):
+        painter.stroke([start, stop], 0.065, sheet.paint.black, flat=not bent)
+    head = [(0.06, middle - 0.11), (0.25, middle), (0.06, middle + 0.11)]
+    painter.polygon([(0.3 + side * x, y) for x, y in head], sheet.paint.black)
+
+
 def lorries(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Only for lorries."""
+    """Only for lorries: a picture, or the words of the order."""
+    if sheet.text:
+        _plate(painter, sheet, sheet.text)
+        return
     board(painter, sheet.paint.white, sheet.paint.black)
     symbols.lorry(painter, Box(0.1, 0.07, 0.4, 0.19), sheet.paint.black)
 

@@ -5,10 +5,11 @@ import pytest
 
 from evaluation.training.reader_avenue import avenue, class_of
 from evaluation.training.reader_degrade import any_conditions, jittered, view
-from evaluation.training.reader_faces import Face, drawable, orders, text_for
+from evaluation.training.reader_faces import Face, drawable, orders
 from evaluation.training.reader_fonts import TEST_STYLES, letterings
 from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import Measured, calibration_error, score_table
+from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
 from services.drivelm.crops import Region
 from services.simulator.render import Label

@@ -1,0 +1,114 @@
+"""Styles of signs: boards and rings, the units that follow from them, and the country that they tell of."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.scene import Fact
+from services.drivelm import plates
+from services.drivelm.classes import ARROW_LIGHTS, BOARD_VALUES, LIMIT_VALUES, SCHOOL_VALUES
+from services.drivelm.crops import Region
+from services.drivelm.cues import Whereabouts, cues_of
+from services.drivelm.facts import public_code
+from services.drivelm.front_end import FrontEnd
+from services.drivelm.jurisdictions import JURISDICTIONS, unit_of_sign
+from services.drivelm.parser import statement_of
+from tests.unit.services.drivelm.approach import Scripted, drive_past, says
+
+
+def _last(label: str, home: str, plate: str = "other") -> Fact:
+    end = FrontEnd(Scripted(lambda q, n: says(label), lambda q, n: says(plate, 0.97)), home=home)
+    return drive_past(end)[-1]
+
+
+def test_a_board_is_a_limit_in_miles_under_the_code_that_all_limits_have() -> None:
+    fact = _last("limit_board:25", "USA")
+    assert (fact.reading, fact.value, fact.unit, fact.scope) == ("limit:25", 25, "mph", "permanent")
+    assert fact.believed
+    assert "board" in fact.sentence
+
+
+@pytest.mark.parametrize("value", [30, 50, 80])
+def test_a_ring_where_boards_are_used_is_read_in_the_lower_unit(value: int) -> None:
+    assert _last(f"limit:{value}", "USA").unit == "km/h"
+    assert unit_of_sign("GBR", f"limit:{value}") == "mph"
+    assert unit_of_sign(None, f"limit:{value}") is None
+
+
+def test_a_school_limit_stands_beside_the_others_and_keeps_its_own_plates() -> None:
+    fact = _last("school_limit:20", "USA", "plate:time")
+    assert (fact.reading, fact.value) == ("limit:20", 20)
+    assert fact.plates == ("plate:school", "plate:time")
+    ended = _last("school_end", "USA")
+    assert (ended.reading, ended.value, ended.scope) == ("school_end", None, "end")
+
+
+def test_an_advised_speed_below_a_warning_is_no_limit() -> None:
+    fact = _last("slippery", "USA", "plate:advisory")
+    assert (fact.kind, fact.value, fact.plates) == ("sign", None, ("plate:advisory",))
+    assert not [
+        one for one in drive_past(FrontEnd(Scripted(lambda q, n: says("plate:advisory")), home="USA")) if one.track_id
+    ]
+
+
+def test_the_swiss_general_limit_is_a_limit_and_its_end_an_end() -> None:
+    assert (_last("general:50", "CHE").reading, _last("general:50", "CHE").unit) == ("limit:50", "km/h")
+    assert (_last("general_end", "CHE").reading, _last("general_end", "CHE").scope) == ("limit_end", "end")
+
+
+def test_arrows_below_a_sign_are_said_with_it() -> None:
+    for way in ("left", "right", "ahead"):
+        assert _last("limit:50", "DEU", f"plate:arrow_{way}").plates == (f"plate:arrow_{way}",)
+
+
+def test_every_arrow_light_is_a_light_with_its_way() -> None:
+    assert len(ARROW_LIGHTS) == 9
+    for label in ARROW_LIGHTS:
+        assert statement_of(label).kind == "light"
+        assert public_code(label) == label
+
+
+def test_boards_move_the_belief_to_the_united_states_and_rings_away_from_them() -> None:
+    abroad = Whereabouts.at_home("DEU")
+    for number, value in enumerate((25, 35, 55)):
+        abroad = abroad.with_cue(("tele", number), cues_of(f"limit_board:{value}"))
+    assert abroad.believed == "USA"
+    assert abroad.of_unit("mph") > 0.8
+    assert cues_of("limit:50")["USA"] < 0
+    assert "DEU" not in cues_of("limit:50")
+    assert cues_of("limit_board:55")["GBR"] < 0
+    once = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("limit_board:30"))
+    assert once.believed != "USA", "one board is not enough"
+
+
+@pytest.mark.parametrize(
+    ("language", "countries"), [("pl", {"POL"}), ("de", {"DEU", "AUT", "CHE"}), ("en", {"GBR", "USA"})]
+)
+def test_the_language_of_a_plate_tells_of_all_who_write_it(language: str, countries: set[str]) -> None:
+    assert set(cues_of(f"plate:when_wet:{language}")) == countries
+
+
+def test_a_home_is_believed_but_weakly_however_many_countries_there_are() -> None:
+    for home in JURISDICTIONS:
+        assert Whereabouts.at_home(home).posterior(home) == pytest.approx(0.816, abs=1e-3)
+
+
+def test_readers_numbers_are_posted_somewhere() -> None:
+    rings = frozenset.union(*(row.limits for row in JURISDICTIONS.values() if not row.boards))
+    assert set(LIMIT_VALUES) <= rings
+    assert set(BOARD_VALUES) | set(SCHOOL_VALUES) <= JURISDICTIONS["USA"].limits
+
+
+@given(st.floats(0.5, 3.0))
+def test_boards_are_parted_from_plates_by_their_height_where_there_are_boards(ratio: float) -> None:
+    box = Region(0, 0, 100, 100 * ratio)
+    own, hung = plates.split(box, boards=True)
+    parted = plates.TALL_BOARD < ratio < plates.TALLEST_PAIR
+    assert (own.height_px < box.height_px) == parted
+    assert hung.y0_px >= own.y1_px
+
+
+@pytest.mark.parametrize("ratio", [0.76 / 0.61, 1.07 / 0.61])
+def test_the_boards_that_are_drawn_are_read_whole(ratio: float) -> None:
+    box = Region(10, 10, 50, 10 + 40 * ratio)
+    assert plates.split(box, boards=True)[0] == box

@@ -1,0 +1,88 @@
+"""Limits for one way only, and those of school hours: they may lower, and end or raise nothing."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.scene import Fact
+from services.orchestrator.limits import in_force
+from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
+
+ARROWS = ("plate:arrow_left", "plate:arrow_right", "plate:arrow_ahead")
+
+
+def at_fifty() -> Drive:
+    drive = Drive(road="rural")
+    drive.tick(limit_sign("limit:50"))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+    return drive
+
+
+@pytest.mark.parametrize("arrow", ARROWS)
+def test_a_lower_limit_for_one_way_counts_and_a_higher_one_does_not(arrow: str) -> None:
+    lower, higher = at_fifty(), at_fifty()
+    lower.tick(limit_sign("limit:30", track_id=8, plates=(arrow,)))
+    higher.tick(limit_sign("limit:80", track_id=8, plates=(arrow,)))
+    assert lower.target_mps == pytest.approx(30 * KMH)
+    assert higher.target_mps == pytest.approx(50 * KMH)
+    assert len(in_force(higher.state.signs)) == 2, "it stands beside the other"
+
+
+@pytest.mark.parametrize("arrow", ARROWS)
+@pytest.mark.parametrize("code", ["limit_end", "all_end", "town_exit", "motorway", "border:AUT", "zone_end"])
+def test_an_end_or_a_start_for_one_way_changes_nothing(code: str, arrow: str) -> None:
+    drive = at_fifty()
+    before = drive.state.signs
+    drive.tick(end_sign(code, plates=(arrow,)))
+    after = drive.state.signs
+    assert (after.permanent, after.road_type, after.jurisdiction) == (
+        before.permanent, before.road_type, before.jurisdiction,
+    )  # fmt: skip
+    assert drive.target_mps <= 50 * KMH + 1e-9
+
+
+_SIGNS = st.one_of(
+    st.builds(
+        lambda value, arrow: limit_sign(f"limit:{value}", track_id=8, plates=(arrow,)),
+        st.sampled_from([10, 30, 50, 80, 100, 130]),
+        st.sampled_from(ARROWS),
+    ),
+    st.builds(
+        lambda code, arrow: end_sign(code, track_id=9, plates=(arrow,)),
+        st.sampled_from(["limit_end", "all_end", "national", "town_exit", "motorway", "border:FRA", "led:end"]),
+        st.sampled_from(ARROWS),
+    ),
+)
+
+
+@FEW
+@given(st.lists(_SIGNS, min_size=1, max_size=6))
+def test_nothing_under_an_arrow_ever_raises_the_target(signs: list[Fact]) -> None:
+    drive = at_fifty()
+    for sign in signs:
+        drive.tick(sign)
+        assert drive.target_mps <= 50 * KMH + 1e-9
+
+
+def test_a_school_limit_counts_beside_the_other_until_its_own_end() -> None:
+    drive = at_fifty()
+    drive.tick(limit_sign("limit:20", track_id=8, plates=("plate:school",)))
+    assert drive.target_mps == pytest.approx(20 * KMH)
+    drive.tick(fact("sign", "school", track_id=9, passed=True))
+    assert drive.target_mps == pytest.approx(20 * KMH)
+    drive.tick(end_sign("school_end", track_id=10))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+def test_the_end_of_a_school_zone_ends_no_other_limit() -> None:
+    drive = at_fifty()
+    drive.tick(limit_sign("limit:30", track_id=8, plates=("plate:time",)))
+    drive.tick(end_sign("school_end", track_id=10))
+    assert drive.target_mps == pytest.approx(30 * KMH)
+
+
+def test_an_unsure_end_of_a_school_zone_ends_nothing() -> None:
+    drive = at_fifty()
+    drive.tick(limit_sign("limit:20", track_id=8, plates=("plate:school",)))
+    drive.tick(end_sign("school_end", track_id=10, confidence=0.4))
+    assert drive.target_mps == pytest.approx(20 * KMH)
