@@ -60,7 +60,7 @@ def _below(frame: Frame, label: Label, region: Region, chance: Chance) -> Iterat
     """Where a plate would hang: nothing there is as important to learn as a plate."""
     hung = next((other for other in frame.labels if other.id == label.id and other.part == label.part + 1), None)
     name = class_of(hung) if hung is not None and hung.kind == "sign" else None
-    place = plates.split(region)[1]
+    place = plates.split(region, boards=label.country == "USA")[1]
     if hung is None:
         yield from _cut(frame.picture, place, OTHER, 0.0, chance, 1)
     elif name is not None and name.startswith("plate:"):

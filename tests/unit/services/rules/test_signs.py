@@ -3,8 +3,10 @@
 import pytest
 
 from drivemcp.paths import data
+from proto.rules import PostedLimit, Situation
 from proto.scene import Candidate
 from services.rules.book import RuleBook, load_book
+from services.rules.limit_answer import applicable_limit
 from services.rules.readings import parse_reading
 from services.rules.signs import SignQuestion, find_sign, interpret_sign
 from services.simulator.signart.catalogue import CODES
@@ -14,8 +16,22 @@ from services.simulator.signart.catalogue import CODES
 def test_every_sign_that_the_simulator_draws_is_in_the_countrys_table(country: str, book: RuleBook) -> None:
     pack = book.for_jurisdiction(country)[0]
     missing = [code for code in CODES[country] if find_sign(pack, parse_reading(code)) is None]
+    arrows = {f"plate:arrow_{way}" for way in ("left", "right", "ahead")}  # not known to a pack: may hold, so counted
     foreign_in_britain = {"plate:when_wet:drawn", "plate:when_wet:en"}  # no limit depends on the wet there
-    assert set(missing) <= (foreign_in_britain if country == "GBR" else set())
+    assert set(missing) <= (arrows | foreign_in_britain if country == "GBR" else arrows)
+
+
+@pytest.mark.parametrize("plate", ["plate:arrow_left", "plate:school"])
+def test_a_limit_under_a_plate_that_no_pack_knows_counts_but_replaces_no_default(book: RuleBook, plate: str) -> None:
+    def limit(*values: float) -> float:
+        posted = tuple(PostedLimit(value=value, unit="km/h", confidence=0.95, plates=(plate,)) for value in values)
+        situation = Situation(jurisdiction="DEU", road_type="rural", vehicle_class="car", posted=posted)
+        answer = applicable_limit(book, situation).limit
+        assert answer is not None
+        return answer.value
+
+    assert limit(30.0) == 30.0
+    assert limit(130.0) == limit()
 
 
 @pytest.mark.parametrize(("language", "word"), [("en", "Stop"), ("de", "anhalten"), ("fr", "Arrêt"), ("xx", "Stop")])
