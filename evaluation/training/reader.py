@@ -130,6 +130,9 @@ def _write_card(options: argparse.Namespace, temperature: float, took_s: float, 
     crops, labels, sizes = source.batch(options.tests, np.random.default_rng([options.seed, 5]))
     measured = Measured(reader.probabilities(crops), labels, sizes)
     card["scores"] = {"held_out_letterings": sorted(source.letters), "crops": options.tests, **score_table(measured)}
+    clean = source.batch(options.tests // 2, np.random.default_rng([options.seed, 6]), hard=0.0)
+    clean_table = score_table(Measured(reader.probabilities(clean[0]), *clean[1:]))
+    card["scores_clean"] = {"crops": options.tests // 2, **clean_table}
     if (rendered := _file(options.rendered_test)) is not None:
         probabilities = reader.probabilities(rendered[0])
         card["scores_rendered"] = {"crops": len(rendered[0]), **score_table(Measured(probabilities, *rendered[1:]))}

@@ -17,7 +17,7 @@ import numpy as np
 from drivemcp.paths import data
 from evaluation.training.reader_degrade import Chance, any_conditions, seen_crop
 from evaluation.training.reader_samples import Source
-from services.drivelm.classes import LED_VALUES, LIMIT_VALUES
+from services.drivelm.classes import BOARD_VALUES, LED_VALUES, LIMIT_VALUES
 from services.drivelm.crops import Region
 from services.drivelm.reader import Reader
 from services.drivelm.tracks import SignTrack
@@ -56,7 +56,11 @@ def approach(label: str, source: Source, reader: Reader, chance: Chance, hard: f
 def track_table(reader: Reader, source: Source, count: int, seed: int) -> dict[str, Any]:
     """Shares over ``count`` approaches of limit signs, and of gantry panels, in fine and in mixed weather."""
     table: dict[str, Any] = {"approaches_each": count, "frames_per_s": FRAMES_PER_S}
-    groups = {"limit": [f"limit:{v}" for v in LIMIT_VALUES], "led": [f"led:{v}" for v in LED_VALUES]}
+    groups = {
+        "limit": [f"limit:{v}" for v in LIMIT_VALUES],
+        "limit_board": [f"limit_board:{v}" for v in BOARD_VALUES],
+        "led": [f"led:{v}" for v in LED_VALUES],
+    }
     for group, labels in groups.items():
         for weather, hard in (("fine", 0.0), ("mixed", 1.0)):
             chance = np.random.default_rng([seed, 9, len(group), int(hard)])

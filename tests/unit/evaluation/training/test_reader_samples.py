@@ -92,9 +92,20 @@ def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
     perfect[np.arange(10), labels] = 1.0
     sizes = np.where(labels == 0, 0, 25).astype(np.float32)
     good = score_table(Measured(perfect, labels, sizes))
-    assert good["all_signs"][2]["sure_right"] == 1.0
+    assert good["all_signs"][3]["sure_right"] == 1.0
+    assert (good["right_when_legible"], good["surely_wrong"]) == (1.0, 0.0)
     assert good["calibration_error"] == 0
     bad = score_table(Measured(np.roll(perfect, 1, axis=1), labels, sizes))
-    assert bad["all_signs"][2]["sure_wrong"] == 1.0
+    assert bad["all_signs"][3]["sure_wrong"] == 1.0
+    assert (bad["right_when_legible"], bad["surely_wrong"]) == (0.0, 1.0)
     assert bad["other"]["taken_for_a_sign_surely"] == 1.0
     assert calibration_error(Measured(np.roll(perfect, 1, axis=1), labels, sizes)) == pytest.approx(1.0)
+
+
+def test_a_red_read_as_green_is_counted() -> None:
+    red, green, left = (READER_CLASSES.index(name) for name in ("light:red", "light:green", "light:red_left"))
+    labels = np.array([red, red, left, green])
+    read = np.zeros((4, len(READER_CLASSES)), np.float32)
+    read[np.arange(4), [red, green, green, green]] = 0.6
+    table = score_table(Measured(read, labels, np.full(4, 12, np.float32)))
+    assert table["green_for_red"] == {"crops": 3, "taken": 2}
