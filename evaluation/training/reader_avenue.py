@@ -12,7 +12,7 @@ import numpy as np
 from evaluation.training.reader_faces import orders
 from evaluation.training.reader_fonts import TEST_STYLES
 from evaluation.training.reader_texts import text_for
-from services.drivelm.classes import LED_VALUES, LIGHTS, LIMIT_VALUES, PANELS, PLATES, SIGNS
+from services.drivelm.classes import LED_VALUES, LIGHTS, PANELS, PLATES, SIGNS
 from services.drivelm.crops import Picture
 from services.simulator.render import Label, Renderer
 from services.simulator.render.stage import random_stage
@@ -50,8 +50,8 @@ class Avenue(NamedTuple):
     length_m: float
 
 
-def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = ()) -> Avenue:
-    """A road with a sign post every 45 m, and a gantry or a light at every seventh place."""
+def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = (), signs: tuple[str, ...] = SIGNS) -> Avenue:
+    """A road with a sign post every 45 m, and a gantry or a light at every seventh place; ``only``: nothing else."""
     chance = np.random.default_rng([seed, 41, len(split)])
     length = (count + 2) * SPACING_M
     posts, gantries, lights = [], [], []
@@ -62,7 +62,7 @@ def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = ()) -> Ave
         elif not only and index % 7 == 5:
             lights.append(_light(index, x, chance))
         else:
-            posts.append(_post(index, x, split, chance, only))
+            posts.append(_post(index, x, split, chance, only or _chosen(signs, chance)))
     line = np.array([(-60.0, 0.0), (length + 200, 0.0)])
     lanes = tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
     ground = [Strip(surface="verge", centre_m=line + np.array([0.0, y]), width_m=9.0) for y in (-6.3, 9.8)]
@@ -91,8 +91,12 @@ def _face(label: str, split: str, chance: Chance, country: str = "") -> SignFace
     return SignFace(country=order.country, code=order.code, text=text, font=_font(split, chance), look_seed=look)
 
 
-def _post(index: int, x: float, split: str, chance: Chance, only: tuple[str, ...]) -> SignPost:
-    labels = only or (SIGNS if chance.random() < 0.6 else SIGNS[: len(LIMIT_VALUES)])
+def _chosen(signs: tuple[str, ...], chance: Chance) -> tuple[str, ...]:
+    """Any of the signs, or in two of five cases a limit."""
+    return signs if chance.random() < 0.6 else tuple(label for label in signs if label.startswith("limit:"))
+
+
+def _post(index: int, x: float, split: str, chance: Chance, labels: tuple[str, ...]) -> SignPost:
     first = _face(str(chance.choice(labels)), split, chance)
     faces = [first]
     if chance.random() < 0.4:

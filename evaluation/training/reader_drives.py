@@ -26,6 +26,7 @@ from proto.sensors import Calibration
 from services.drivelm.backend import EmbeddedBackend
 from services.drivelm.classes import LIGHTS, LIMIT_VALUES, PANELS, SIGNS
 from services.drivelm.crops import Region
+from services.drivelm.facts import public_code
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reader import Reader
 from services.simulator.render import Label, Renderer
@@ -34,6 +35,8 @@ from services.simulator.scene import FRONT, TELE, CameraSpec
 _NS = 1_000_000_000
 RATES_HZ = {"tele": 5.0, "front": 10.0}
 _LIMITS = tuple(f"limit:{value}" for value in LIMIT_VALUES)
+_ONE_STYLE = tuple(label for label in SIGNS if not label.startswith(("limit_board", "school", "info:interstate")))
+"""Boards of the United States among the rings of all others would tell of a country that posts neither."""
 
 
 class Passed(NamedTuple):
@@ -51,7 +54,7 @@ def drive(
 ) -> tuple[list[Passed], float]:
     """Drive past ``posts`` signs in changing weather at 8 to 36 m/s; also the mean time of one picture in ms."""
     chance = np.random.default_rng([seed, 61])
-    world = avenue(posts, "test", seed + 500, _LIMITS if limits_only else ())
+    world = avenue(posts, "test", seed + 500, _LIMITS if limits_only else (), _ONE_STYLE)
     renderer, end = Renderer(world.static), FrontEnd(EmbeddedBackend(reader), home="")
     log, spent_s, pictures = _Log(), 0.0, 0
     for stamp_ns, frame, speed_mps in _frames(renderer, world, camera, chance):
@@ -165,7 +168,7 @@ def table(signs: list[Passed]) -> dict[str, Any]:
 
 
 def _row(part: list[Passed]) -> dict[str, Any]:
-    public = [one.label.partition(":")[0] if one.label.startswith("town_") else one.label for one in part]
+    public = [public_code(one.label) for one in part]
     pairs = list(zip(part, public, strict=True))
     return {
         "count": len(part),
