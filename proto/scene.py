@@ -45,6 +45,8 @@ class Fact(msgspec.Struct, frozen=True, kw_only=True):
     """The track has left the picture: the sign stands beside or behind the ego now."""
     assumed: bool = False
     """A setting says so, and no picture yet."""
+    grounding: str = ""
+    """Why picture, sign reader or map do not bear it out, and its confidence fell; empty: nothing speaks against it."""
 
 
 class Facts(msgspec.Struct, frozen=True, kw_only=True):
