@@ -16,6 +16,9 @@ from drivemcp.errors import UserError
 from drivemcp.node import Node
 from drivemcp.numbers import number, port
 from drivemcp.paths import has_data
+from evaluation.corruption.hosted import hosts
+from evaluation.corruption.record import CorruptionLog
+from evaluation.corruption.spec import CLEAN, read_spec
 from evaluation.drive.precheck import check_port, check_scenario, check_services, vehicle_of
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
@@ -57,6 +60,9 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--without", action="append", default=[], metavar="SERVICE", help="leave a service out")
     parser.add_argument(
         "--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="one setting of one service"
+    )
+    parser.add_argument(
+        "--corrupt", default=CLEAN, metavar="SPEC|FILE.toml", help="miss signs, lose actors, ...: sign_miss=0.2,seed=3"
     )
 
 
@@ -104,6 +110,7 @@ def _drive(
     check_services(flags.without, flags.extra, settings)
     check_port(flags.port)
     vehicle = vehicle_of(flags)
+    corruption = read_spec(flags.corrupt)
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
@@ -111,12 +118,15 @@ def _drive(
     plan = StackPlan(
         folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep, "trusted_keys": flags.trust},
         without=tuple(flags.without), extra=tuple(flags.extra), vehicle=vehicle, port=flags.port,
+        hosts=hosts(corruption),
     )  # fmt: skip
-    tally = Tally()
+    tally, corrupted = Tally(), CorruptionLog(Path(plan.folder)) if plan.hosts else None
     screen.say(f"starting the stack in {plan.folder}")
     with Stack(plan, screen.say) as stack:
         node = stack.start()
         follow(node, tally)
+        if corrupted is not None:
+            corrupted.follow(node)
         if not stop.is_set():
             _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
         restarts = stack.restarts()
@@ -124,6 +134,8 @@ def _drive(
     verified, complaint = _verify(logs)
     summary = tally.summary(restarts=restarts, log=str(logs[-1]) if logs else "", verified=verified)
     _print(summary, screen, as_json=flags.json)
+    if corrupted is not None:
+        screen.say(corrupted.line())
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
     problem = tally.scenario.problem if tally.scenario is not None else ""

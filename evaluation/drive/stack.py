@@ -39,6 +39,8 @@ class StackPlan(msgspec.Struct, frozen=True, kw_only=True):
     """Third-party services to start as well."""
     vehicle: str = ""
     port: int = 0
+    hosts: dict[str, tuple[str, ...]] = {}
+    """By service: the module, and its first arguments, that is run in place of the service's own and hosts it."""
 
 
 class Stack:
@@ -128,7 +130,8 @@ class Stack:
         return self.node
 
     def _run(self, row: ServiceRow) -> None:
-        self.supervisor.run_service(row.name, module_of(row), self._config(row))
+        module, *before = self._plan.hosts.get(row.name, (module_of(row),))
+        self.supervisor.run_service(row.name, module, self._config(row), before)
 
     def _config(self, row: ServiceRow) -> Mapping[str, Any]:
         return {
