@@ -12,7 +12,7 @@ from evaluation.corruption.spec import read_spec
 from proto import topics
 from proto.scene import Facts
 from proto.sensors import CameraFrame, GnssFix
-from tests.unit.evaluation.corruption.worlds import ORIGIN, SWEEP, TICK, limit, post, said, truth
+from tests.unit.evaluation.corruption.worlds import ORIGIN, SWEEP, TICK, frame, limit, post, said, truth
 
 
 def drivelm(config: ServiceConfig, node: Node) -> None:
@@ -36,6 +36,7 @@ def simulator(config: ServiceConfig, node: Node) -> None:
             at_ns = ORIGIN + number * TICK
             node.publish(topics.TRUTH, truth(number / 10), stamp_ns=at_ns)
             node.publish(topics.LIDAR, SWEEP, id="top", stamp_ns=at_ns)
+            node.publish(topics.CAMERA, frame(number), id="front", stamp_ns=at_ns)
             node.publish(topics.GNSS, fix_of(number))
         return 10
 
@@ -90,10 +91,10 @@ def test_lost_sweeps_are_no_gap_and_truth_and_positions_pass() -> None:
 def test_a_clean_spec_publishes_what_the_service_does() -> None:
     with bus() as b:
         b.start(hosted(Service("simulator", ServiceConfig, simulator), read_spec("clean")))
-        sweeps = b.collect(topics.LIDAR, id="top")
+        pictures = b.collect(topics.CAMERA, id="front")
         assert b.call("start_scenario").ok
-        assert sweeps.wait_count(10) == [SWEEP] * 10
-        assert [info.stamp_ns for info in sweeps.infos] == [ORIGIN + number * TICK for number in range(10)]
+        assert pictures.wait_count(10) == [frame(number) for number in range(10)]
+        assert [info.stamp_ns for info in pictures.infos] == [ORIGIN + number * TICK for number in range(10)]
 
 
 def test_what_is_told_is_kept_in_the_drives_folder_and_counted(tmp_path: Path) -> None:
