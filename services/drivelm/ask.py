@@ -1,12 +1,18 @@
-"""Free questions about the scene: an extractive reader. It picks the sentences of the scene graph that share most with
-the question and says them as they are; it composes nothing, and where nothing fits it says so."""
+"""Questions about the scene. One in a form of DriveLM's is answered by the graph's row of that form and those objects,
+or from the objects it lists; else it is not answered. Any other is for the extractive reader: it picks the sentence of
+the scene graph that shares most with the question and says it as it is; it composes nothing, and where nothing fits it
+says so."""
 
 import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from proto.scene import SceneGraph
+from proto.scene import QA, SceneGraph
+from services.drivelm import listing, planning, questions
+from services.drivelm.nodes import Seen, listed_nodes
+from services.drivelm.tags import NEAR_PX, Point, apart_px
+from services.drivelm.templates import FORMS, UNANSWERED, Asked, recognise
 from services.drivelm.text import cleaned
 
 ENOUGH = 0.34
@@ -35,7 +41,47 @@ class Found(NamedTuple):
 
 
 def ask(graph: SceneGraph, question: str) -> Found:
-    """The best sentence of the graph for a question; ``SILENT`` with score 0 where none covers it."""
+    """The graph's answer to a question; ``SILENT`` with score 0 where it has none."""
+    asked = recognise(question)
+    return in_form(graph, asked) if asked is not None else extracted(graph, question)
+
+
+def in_form(graph: SceneGraph, asked: Asked) -> Found:
+    """The answer to a question in one of DriveLM's forms, of its objects and of no others."""
+    layer = {**FORMS, **UNANSWERED}[asked.family][0]
+    said = _answered(graph.qa, asked) or listing.answer(graph, asked) or _answered(_from_objects(graph), asked)
+    return Found(said.answer if isinstance(said, QA) else said.text, said.score, layer) if said else _silent(layer)
+
+
+def _silent(layer: str) -> Found:
+    return Found(SILENT, 0.0, layer)
+
+
+def _answered(rows: Sequence[QA], asked: Asked) -> QA | None:
+    """The row of the same form and words, whose tags mean the same objects; without an answer or a score, none."""
+    return next((qa for qa in rows if qa.answer and qa.score > 0 and _same(recognise(qa.question), asked)), None)
+
+
+def _same(one: Asked | None, other: Asked) -> bool:
+    if one is None or (one.family, one.words) != (other.family, other.words) or len(one.tags) != len(other.tags):
+        return False
+    return all(_near(*both) for both in zip(one.tags, other.tags, strict=True))
+
+
+def _near(one: Point, other: Point) -> bool:
+    return apart_px(one, other) < NEAR_PX
+
+
+def _from_objects(graph: SceneGraph) -> list[QA]:
+    """What the objects alone tell: for a graph that came from a file, and lists them without our questions."""
+    if graph.backend != "annotation":
+        return []
+    nodes, seen = listed_nodes(graph.objects), Seen(camera=graph.camera, frame=graph.frame)
+    return [*questions.rows(nodes, seen), *planning.rows(nodes, seen)]
+
+
+def extracted(graph: SceneGraph, question: str) -> Found:
+    """The best sentence of the graph for a free question; ``SILENT`` with score 0 where none covers it."""
     wanted = words(cleaned(question))
     sentences = _sentences(graph)
     if not wanted or not sentences:
