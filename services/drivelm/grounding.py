@@ -90,8 +90,9 @@ class Guard:
 def weighed(mine: Fact | None, theirs: Fact | None, road_class: str, *, nothing_there: bool) -> tuple[Fact, ...]:
     """The facts of one track from a backend's own fact and the sign reader's.
 
-    Where both agree, the one that is believed. Where they contradict each other, the sign reader's fact, too unsure to
-    raise anything, and the backend's as a doubt of its own. `nothing_there`: the sign reader is sure to see no sign.
+    Where both agree, the sign reader's, which is the newer one, or the one that is believed. Where they contradict each other, the backend's as a doubt of its own,
+    beside the sign reader's: in full where that is the more careful of the two, else too unsure to raise anything.
+    `nothing_there`: the sign reader is sure to see no sign.
     """
     if mine is None or theirs is None:
         return _one_sided(mine, theirs, road_class, nothing_there=nothing_there)
@@ -99,12 +100,12 @@ def weighed(mine: Fact | None, theirs: Fact | None, road_class: str, *, nothing_
         return (remarked(theirs, f"{ALONE}: {mine.grounding}"),)
     if same(mine, theirs):
         confirmed = theirs.believed or theirs.confidence >= CONFIRMS
-        agreed = mine if mine.believed else theirs
+        agreed = theirs if theirs.believed else mine
         return (on_map(agreed if confirmed else unsure(agreed, UNCONFIRMED), road_class),)
     doubt = msgspec.structs.replace(mine, track_id=mine.track_id + SAID_IDS)
     said, read = f"the backend reads {_named(mine)}", f"the sign reader reads {_named(theirs)}"
     return (
-        remarked(theirs, said) if theirs.reading in CAREFUL else unsure(theirs, said),
+        remarked(theirs, said) if stands_against(theirs, mine) else unsure(theirs, said),
         held(on_map(doubt, road_class), read, _candidates(mine, theirs)),
     )
 
@@ -116,6 +117,16 @@ def _one_sided(mine: Fact | None, theirs: Fact | None, road_class: str, *, nothi
         return ()
     mine = on_map(mine, road_class)
     return (held(mine, "the sign reader sees no sign there") if nothing_there else unsure(mine, UNCONFIRMED),)
+
+
+def stands_against(theirs: Fact, mine: Fact) -> bool:
+    """Whether the sign reader's fact is no less careful than the other: it is then not made unsure by it."""
+    if theirs.reading in CAREFUL:
+        return True
+    if theirs.kind != "limit" or mine.kind != "limit" or theirs.scope == "end" or theirs.value is None or theirs.plates:
+        return False
+    lifts = mine.value is None or mine.scope == "end"
+    return lifts or (mine.unit == theirs.unit and theirs.value <= (mine.value or 0.0))
 
 
 def same(mine: Fact, theirs: Fact) -> bool:

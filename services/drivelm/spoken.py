@@ -26,7 +26,10 @@ MOST_ALTERNATIVES = 8
 INSIDE = 0.5
 """Share of a box that must lie in the picture."""
 _AT = r"\s*(-?[0-9]{1,7}(?:\.[0-9]{1,4})?)\s*"
-_PLACE = re.compile(rf"\s*(?:<c[0-9]{{1,3}},\s*[A-Z_]{{1,30}},{_AT},{_AT}>|\({_AT},{_AT}\))")
+_NAMED = rf"(?:<c[0-9]{{1,3}},\s*[A-Z_]{{1,30}},{_AT},{_AT}>|\({_AT},{_AT}\))"
+_PLACE = re.compile(_NAMED)
+_APART = re.compile(rf"(?<=[a-z])\s{_NAMED}(?=[ .]|$)")
+"""A place after a word and before the next: taking it out must never join what stood apart."""
 
 
 class Spoken(NamedTuple):
@@ -103,7 +106,12 @@ def answers(kind: str, reading: str) -> bool:
 
 def _offered(answer: Answer) -> tuple[tuple[str, float], ...]:
     rows = answer.alternatives[:MOST_ALTERNATIVES] or ((answer.text, answer.score),)
-    return tuple((text, _share(share)) for text, share in rows if text and len(text) <= MOST_CHARS)
+    return tuple((text.strip(), _share(share)) for text, share in rows if _plain(text))
+
+
+def _plain(text: str) -> bool:
+    """Whether a text can be of the language agreed on: printable ASCII, short. Look-alikes and controls are not."""
+    return 0 < len(text) <= MOST_CHARS and text.isascii() and text.strip().isprintable()
 
 
 def _share(score: float) -> float:
@@ -113,7 +121,7 @@ def _share(score: float) -> float:
 def _readings(offered: Iterable[tuple[str, float]], jurisdiction: str | None) -> Readings:
     readings: dict[str, float] = {}
     for text, share in offered:
-        statement = parse(_PLACE.sub("", text))
+        statement = parse(_APART.sub("", text))
         if statement is not None and statement.unit in (None, unit_of(jurisdiction)):
             readings[statement.reading] = max(readings.get(statement.reading, 0.0), share)
     return tuple(readings.items())

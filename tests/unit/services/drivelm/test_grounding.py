@@ -233,14 +233,21 @@ def test_a_limit_that_the_sign_reader_reads_too_is_believed_in_full() -> None:
     assert facts[-1].grounding == ""
 
 
-def test_a_limit_that_contradicts_the_sign_reader_is_held() -> None:
+def test_a_higher_limit_than_the_sign_reader_reads_is_held() -> None:
     facts = drive_past(beside("limit:130", "limit:80"))
-    assert may_raise(facts) == set()
-    assert believed(facts) == {"limit:80"}
+    assert believed(facts) == may_raise(facts) == {"limit:80"}
     doubt = next(fact for fact in reversed(facts) if fact.reading == "limit:130")
     assert (doubt.believed, doubt.grounding) == (False, "the sign reader reads limit:80")
     assert {each.reading for each in doubt.candidates} == {"limit:130", "limit:80"}
     assert doubt.track_id > grounding.SAID_IDS
+
+
+@pytest.mark.parametrize("label", ["limit:30", "stop", "limit_end"])
+def test_what_contradicts_the_sign_reader_is_held_and_the_readers_own_may_lower_only(label: str) -> None:
+    facts = drive_past(beside(label, "town_exit:yellow" if label == "limit_end" else "limit:80"))
+    assert may_raise(facts) == set()
+    doubt = next(fact for fact in reversed(facts) if fact.reading == label)
+    assert (doubt.believed, doubt.grounding[:21]) == (False, "the sign reader reads")
 
 
 def test_a_limit_that_nobody_confirms_may_lower_and_not_raise() -> None:
