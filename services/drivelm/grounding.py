@@ -90,8 +90,9 @@ class Guard:
 def weighed(mine: Fact | None, theirs: Fact | None, road_class: str, *, nothing_there: bool) -> tuple[Fact, ...]:
     """The facts of one track from a backend's own fact and the sign reader's.
 
-    Where both agree, the sign reader's, which is the newer one, or the one that is believed. Where they contradict each other, the backend's as a doubt of its own,
-    beside the sign reader's: in full where that is the more careful of the two, else too unsure to raise anything.
+    Where both agree, the sign reader's, which is the newer one, or the one that is believed. Where they contradict each
+    other, the backend's as a doubt of its own, beside the sign reader's: in full where that is the more careful of the
+    two, else too unsure to raise anything.
     `nothing_there`: the sign reader is sure to see no sign.
     """
     if mine is None or theirs is None:
