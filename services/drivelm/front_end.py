@@ -348,7 +348,7 @@ class FrontEnd:
         heard, best = self.heard.get(key, track), track.belief()
         mine = None
         if key in self.heard:
-            said = replace(track, evidence=heard.evidence, plate=heard.plate)
+            said = replace(track, evidence=heard.evidence, plate=heard.plate, seen_ns=heard.seen_ns)
             mine = self.guard.own(key, self._named(key, fact_of(said, self.here, passed=passed)))
         nothing = best.reading == OTHER and best.probability >= NOTHING_THERE and track.evidence.frames > 1
         return grounding.weighed(mine, read, self.here.road_class, nothing_there=nothing)
