@@ -61,10 +61,15 @@ def main(arguments: Sequence[str]) -> int:
     except UnreadableGraph as error:
         sys.stderr.write(f"evaluation.gvqa.answer: {error}\n")
         return 2
-    given = [{"id": one.id, "question": one.question, "answer": one.answer} for one in found if one.answer]
-    flags.out.write_bytes(msgspec.json.format(msgspec.json.encode(given)))
+    flags.out.write_bytes(as_challenge(found))
     sys.stdout.write(table(found))
     return 0
+
+
+def as_challenge(found: Sequence[Answered]) -> bytes:
+    """The answers as JSON in the challenge's form, abstentions left out."""
+    given = [{"id": one.id, "question": one.question, "answer": one.answer} for one in found if one.answer]
+    return msgspec.json.format(msgspec.json.encode(given))
 
 
 def table(found: Sequence[Answered]) -> str:

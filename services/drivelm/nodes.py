@@ -85,7 +85,8 @@ def side_of_tag(tag: str) -> str:
 def seen_nodes(seen: Seen) -> list[Node]:
     """Nodes of what is tracked or read, nearest first."""
     tracks = {track.track_id: track for track in seen.tracks}
-    facts = {fact.track_id: fact for fact in seen.facts if fact.track_id and fact.kind != "jurisdiction"}
+    mine = [fact for fact in seen.facts if fact.camera in ("", seen.camera) and fact.kind != "jurisdiction"]
+    facts = {fact.track_id: fact for fact in mine if fact.track_id}
     found = []
     for box in seen.boxes:
         is_actor = box.kind in ("vehicle", "pedestrian")

@@ -156,6 +156,10 @@ def test_a_sign_that_is_not_believed_has_no_meaning_and_asks_for_less_speed() ->
     assert ask(graph, "What is the target action of the ego vehicle?").text == "Slow down."
 
 
+def test_another_cameras_sign_of_the_same_number_is_another_sign() -> None:
+    assert _graph(facts=(_fact(2, "limit:80", camera="tele"),)).objects == ()
+
+
 TRACKS = st.lists(
     st.builds(
         lambda x_m, y_m, vx_mps, vy_mps, way: {"x_m": x_m, "y_m": y_m, "vx_mps": vx_mps, "vy_mps": vy_mps, "in_ego_path": way},
