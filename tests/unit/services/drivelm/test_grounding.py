@@ -17,8 +17,12 @@ from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reader import Reader
 from services.drivelm.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
 from services.drivelm.spoken import Shown
+from services.orchestrator.inputs import Observations
+from services.orchestrator.state import State
+from services.orchestrator.tick import Ticked, trace_of
 from services.simulator.signart import draw_face
 from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, drive_past, says, shows
+from tests.unit.services.orchestrator.support import Drive, limit_sign
 
 SHOWN = Shown(Region(100, 50, 140, 90), 640, 360)
 
@@ -330,6 +334,33 @@ def test_beside_a_sign_reader_nothing_may_raise_that_the_reader_alone_would_not_
     facts = drive_past(front)
     assert {(fact.reading, fact.scope) for fact in facts if _raises(fact)} <= alone
     assert all(fact.grounding for fact in facts if not _raises(fact) and fact.reading == read and fact.confidence > 0.9)
+
+
+def test_the_trace_of_a_tick_says_why_a_limit_was_held() -> None:
+    drive, reasons = Drive(), set()
+    for fact in drive_past(beside("limit:130", "limit:80")):
+        _, seen, ticked = _ticked(drive, fact)
+        said = trace_of(ticked, seen, {}, ticked.advisory, whole=False).inputs["facts"][0]["message"]["facts"][0]
+        assert said["believed"] or said["grounding"]
+        reasons.add(said["grounding"])
+    assert {"the sign reader reads limit:80", "the backend reads limit:130"} <= reasons
+
+
+def _ticked(drive: Drive, fact: Fact) -> tuple[State, Observations, Ticked]:
+    drive.tick(fact)
+    return drive.history[-1]
+
+
+@pytest.mark.parametrize(
+    ("label", "read"), [("limit:130", "limit:50"), ("limit:30", "limit:130"), ("stop", "limit:80")]
+)
+def test_a_held_limit_raises_no_target(label: str, read: str) -> None:
+    drive = Drive()
+    drive.tick(limit_sign("limit:50"))
+    before = drive.target_mps
+    for fact in drive_past(beside(label, read)):
+        drive.tick(fact)
+        assert drive.target_mps <= before + 1e-9
 
 
 def test_every_targeted_question_has_a_kind() -> None:
