@@ -1,7 +1,7 @@
 """Does the answer depend on the picture? Now and then the same question is asked of a blank picture, or of another sign's.
 
 A backend that sees answers such a question otherwise. The first question whose answer is believed is probed, then every
-tenth, never twice in a second, and never more than a thirtieth of all pictures asked about; while the answers are not to
+tenth, never twice in a second, and never more than a fiftieth of all pictures asked about; while the answers are not to
 be trusted, as often as second and budget allow.
 """
 
@@ -16,7 +16,7 @@ from services.drivelm.crops import Picture
 
 EVERY = 10
 PAUSE_NS = 1_000_000_000
-BUDGET = 1 / 30
+BUDGET = 1 / 50
 """Probes per picture asked about, at most."""
 WINDOW = 4
 UNMOVED = 0.5

@@ -135,6 +135,7 @@ class Bindings:
             ego_lane_id=message.ego_lane_id,
             lateral_offset_m=message.lateral_offset_m,
             lane_width_m=max(2.5, message.lane_width_m),
+            road_class=message.road_class if message.source == "map" else "",
         )
 
     def on_boxes(self, message: Boxes, info: Received[Boxes]) -> None:
