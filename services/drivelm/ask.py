@@ -5,6 +5,7 @@ says so."""
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from proto.scene import QA, SceneGraph
 from services.drivelm import listing, planning, questions
 from services.drivelm.nodes import Seen, listed_nodes
 from services.drivelm.tags import NEAR_PX, Point, apart_px
-from services.drivelm.templates import FORMS, UNANSWERED, Asked, recognise
+from services.drivelm.templates import FORMS, UNANSWERED, Asked, in_family, recognise
 from services.drivelm.text import cleaned
 
 ENOUGH = 0.34
@@ -59,11 +60,13 @@ def _silent(layer: str) -> Found:
 
 def _answered(rows: Sequence[QA], asked: Asked) -> QA | None:
     """The row of the same form and words, whose tags mean the same objects; without an answer or a score, none."""
-    return next((qa for qa in rows if qa.answer and qa.score > 0 and _same(recognise(qa.question), asked)), None)
+    return next(
+        (qa for qa in rows if qa.answer and qa.score > 0 and _same(in_family(qa.question, asked.family), asked)), None
+    )
 
 
 def _same(one: Asked | None, other: Asked) -> bool:
-    if one is None or (one.family, one.words) != (other.family, other.words) or len(one.tags) != len(other.tags):
+    if one is None or one.words != other.words or len(one.tags) != len(other.tags):
         return False
     return all(_near(*both) for both in zip(one.tags, other.tags, strict=True))
 
@@ -82,16 +85,15 @@ def _from_objects(graph: SceneGraph) -> list[QA]:
 
 def extracted(graph: SceneGraph, question: str) -> Found:
     """The best sentence of the graph for a free question; ``SILENT`` with score 0 where none covers it."""
-    wanted = words(cleaned(question))
-    sentences = _sentences(graph)
+    wanted, sentences = words(cleaned(question)), _sentences(graph)
     if not wanted or not sentences:
-        return Found(SILENT, 0.0, "")
-    rarity = _rarity([words(f"{asked} {said}") for asked, said, _, _ in sentences])
+        return _silent("")
+    held = [words(f"{asked} {said}") for asked, said, _, _ in sentences]
+    rarity = _rarity(held)
     total = sum(rarity.get(word, 3.0) for word in wanted)
-    best, best_score = Found(SILENT, 0.0, ""), 0.0
-    for asked, said, sure, layer in sentences:
-        shared = wanted & words(f"{asked} {said}")
-        cover = sum(rarity.get(word, 3.0) for word in shared) / total
+    best, best_score = _silent(""), 0.0
+    for (_, said, sure, layer), its_words in zip(sentences, held, strict=True):
+        cover = sum(rarity.get(word, 3.0) for word in wanted & its_words) / total
         if cover >= ENOUGH and cover * sure > best_score:
             best, best_score = Found(said, round(cover * sure, 4), layer), cover * sure
     return best
@@ -110,6 +112,5 @@ def _sentences(graph: SceneGraph) -> list[tuple[str, str, float, str]]:
 
 
 def _rarity(documents: Sequence[frozenset[str]]) -> dict[str, float]:
-    count = len(documents)
-    every = frozenset().union(*documents)
-    return {word: math.log(1 + count / sum(word in document for document in documents)) for word in every}
+    count, holding = len(documents), Counter(word for document in documents for word in document)
+    return {word: math.log(1 + count / found) for word, found in holding.items()}

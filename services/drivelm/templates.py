@@ -104,11 +104,15 @@ _PATTERNS = {name: _pattern(form) for name, (_, form) in {**FORMS, **UNANSWERED}
 def recognise(question: str) -> Asked | None:
     """The family of a question in one of DriveLM's forms; None for any other."""
     plain = cleaned(question, _MOST_CHARS)
-    for name, pattern in _PATTERNS.items():
-        match = pattern.fullmatch(plain)
-        if match is not None:
-            return Asked(name, tuple(points(plain)), tuple((word or "").strip().lower() for word in match.groups()))
-    return None
+    return next((asked for family in _PATTERNS if (asked := in_family(plain, family)) is not None), None)
+
+
+def in_family(question: str, family: str) -> Asked | None:
+    """The question, if it is of this family."""
+    match = _PATTERNS[family].fullmatch(question)
+    if match is None:
+        return None
+    return Asked(family, tuple(points(question)), tuple((word or "").strip().lower() for word in match.groups()))
 
 
 def row(family: str, said: Said, *tags: str, parents: tuple[int, ...] = (0,), **words: str) -> QA:
