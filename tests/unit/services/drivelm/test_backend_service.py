@@ -11,6 +11,7 @@ import pytest
 from drivemcp.config import load_config
 from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
+from evaluation.drive.stack import settings_of
 from proto import topics
 from proto.perception import Boxes
 from proto.scene import Fact, Facts
@@ -19,6 +20,8 @@ from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.prompts import load
 from services.drivelm.sentences import QUESTIONS, SENTENCES
 from services.drivelm.service import SERVICE, DrivelmConfig
+from services.orchestrator.service import SERVICE as ORCHESTRATOR
+from services.orchestrator.service import OrchestratorConfig
 from services.simulator.signart import draw_face
 from tests.unit.services.drivelm.approach import TELE, box_at
 from tests.unit.services.drivelm.chat_server import Asked, ChatServer, chat_server, completion, send
@@ -96,6 +99,14 @@ def test_an_endpoint_that_says_the_same_of_a_blank_picture_loses_its_word() -> N
         assert fact.grounding.startswith("read by the sign reader alone")
 
 
+def test_every_trace_names_the_front_end_and_its_prompts() -> None:
+    with chat_server(Speaker(SENTENCES["limit:80"])) as server, bus() as b:
+        b.start(ORCHESTRATOR, OrchestratorConfig(silence_s=0.2, start_s=0.1))
+        b.start(SERVICE, _config(server))
+        named = b.wait_for(topics.TRACE, lambda trace: "front_end" in trace.versions)
+        assert named.versions["front_end"] == f"openai:tiny-vlm prompts:{load().sha256[:12]}"
+
+
 def test_a_higher_limit_than_the_sign_reader_sees_is_never_sure() -> None:
     with chat_server(Speaker(SENTENCES["limit:130"])) as server, bus() as b:
         b.start(SERVICE, _config(server))
@@ -150,6 +161,8 @@ def test_settings_are_read_from_the_command_line_and_unknown_ones_refused() -> N
     settings = ["backend=openai", "openai.base_url=http://127.0.0.1:8000/v1", "openai.model=m", "outstanding=3"]
     config = load_config(DrivelmConfig, None, settings)
     assert (config.openai.base_url, config.outstanding) == ("http://127.0.0.1:8000/v1", 3)
+    whole = settings_of(["drivelm.backend=openai", "drivelm.openai.model=m", "drivelm.openai.timeout_s=2"])
+    assert whole == {"drivelm": {"backend": "openai", "openai": {"model": "m", "timeout_s": 2}}}
     for wrong in ("openai.api_key=sk-1", "openai.timeout_s=0", "outstanding=0", "transformers.max_tokens=100000"):
         with pytest.raises(ConfigError, match=r"\$\."):
             load_config(DrivelmConfig, None, [wrong])
