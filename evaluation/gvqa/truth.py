@@ -32,7 +32,7 @@ def true_graph(step: Step, look: Look) -> SceneGraph:
             frame=look.frame.frame,
             boxes=[_box(label) for label in wanted],
             tracks=[_track(actor, step.truth.speed_mps) for actor in step.truth.actors],
-            facts=[_fact(label, look.camera) for label in wanted if class_of(label) is not None],
+            facts=[_fact(label, look.camera) for label in wanted if label.kind not in ("vehicle", "pedestrian")],
             ego=step.ego,
             backend="truth",
         )
@@ -40,9 +40,10 @@ def true_graph(step: Step, look: Look) -> SceneGraph:
 
 
 def _counts(label: Label) -> bool:
+    is_actor = label.kind in ("vehicle", "pedestrian")
     height_px = label.full_box_px[3] - label.full_box_px[1]
-    least_px = MIN_HEIGHT_PX if label.kind in ("vehicle", "pedestrian") else READABLE_PX
-    return label.visible_fraction >= MIN_VISIBLE and height_px >= least_px
+    is_large = height_px >= (MIN_HEIGHT_PX if is_actor else READABLE_PX)
+    return label.visible_fraction >= MIN_VISIBLE and is_large and (is_actor or class_of(label) is not None)
 
 
 def _track_id(label: Label) -> int:

@@ -30,11 +30,6 @@ _MAKES = {
 _PLACES = {"front": "in front of the ego car", "back": "behind the ego car"}
 
 
-def unseen(found: Sequence[object]) -> float:
-    """Score of an answer that tells of nothing: where nothing at all was found, the eye may be blind."""
-    return ABSENT if found else 0.0
-
-
 def kind_of(shown: SceneObject) -> str:
     """Its kind: by the words it is described with, else by its category."""
     words = set(re.findall(r"[a-z]+", shown.description.lower()))
@@ -67,12 +62,12 @@ def scene(objects: Sequence[SceneObject]) -> Said | None:
     return Said(f"There {be(next(iter(counts.values())))} {_joined(named)}.", _least(known))
 
 
-def any_element(objects: Sequence[SceneObject]) -> Said:
-    """Whether a traffic element is listed."""
+def any_element(objects: Sequence[SceneObject]) -> Said | None:
+    """Whether a traffic element is listed; None where nothing at all is: the eye may be blind."""
     scores = [shown.score for shown in objects if shown.category == ELEMENT]
     if scores:
         return Said("Yes, there are traffic elements in the front view.", max(scores))
-    return Said("No.", unseen(objects))
+    return Said("No.", ABSENT) if objects else None
 
 
 def answer(graph: SceneGraph, asked: Asked) -> Said | None:

@@ -83,18 +83,31 @@ def side_of_tag(tag: str) -> str:
 
 
 def seen_nodes(seen: Seen) -> list[Node]:
-    """Nodes of what is tracked or read, nearest first."""
+    """Nodes of what is tracked, read, or found to be read, nearest first."""
     tracks = {track.track_id: track for track in seen.tracks}
     mine = [fact for fact in seen.facts if fact.camera in ("", seen.camera) and fact.kind != "jurisdiction"]
     facts = {fact.track_id: fact for fact in mine if fact.track_id}
     found = []
     for box in seen.boxes:
         is_actor = box.kind in ("vehicle", "pedestrian")
-        track, fact = (tracks.get(box.track_id), None) if is_actor else (None, facts.get(box.track_id))
+        track, fact = (tracks.get(box.track_id), None) if is_actor else (None, facts.get(box.track_id) or _unread(box))
         if box.track_id and (track is not None or fact is not None):
             found.append((box, track, fact))
     found.sort(key=lambda row: row[1].x_m if row[1] else (row[2].distance_m or 1e3) if row[2] else 1e3)
     return [_node(number, *row, seen) for number, row in enumerate(found[:_MOST_OBJECTS], 1)]
+
+
+def _unread(box: Box) -> Fact:
+    """A traffic element that was found and is not read yet."""
+    return Fact(
+        kind="light" if box.kind == "light" else "sign",
+        reading="",
+        confidence=box.score,
+        frame_stamp_ns=0,
+        track_id=box.track_id,
+        believed=False,
+        distance_m=box.range_m,
+    )
 
 
 def _node(number: int, box: Box, track: Track | None, fact: Fact | None, seen: Seen) -> Node:
@@ -121,7 +134,7 @@ def _looks(track: Track | None, fact: Fact | None) -> str:
     if fact is None:
         return ""
     if not fact.believed:
-        return "Traffic sign that is not read with certainty."
+        return f"Traffic {'light' if fact.kind == 'light' else 'sign'} that is not read with certainty."
     return SENTENCES.get(fact.reading, fact.sentence) or "Traffic element."
 
 

@@ -10,8 +10,8 @@ from proto.vehicle import Ego
 
 MUST_STOP = 1
 """At this urgency and below, stopping is what the rules say."""
-IN_WAY, UNSURE = 2, 4
-"""Something in the way that is not near, and something not known well: both ask for less speed."""
+IN_WAY, ELEMENT, UNSURE = 2, 3, 4
+"""Something in the way that is not near, a sign, and something not known well; the first and the last ask for less speed."""
 NO_CONCERN = 9
 ABSENT = 0.5
 """Score of what is said because nothing was seen: the eye may have missed it."""
@@ -63,9 +63,11 @@ def urgency(track: Track | None, fact: Fact | None) -> int:
         closing = track.x_m / -track.vx_mps if track.vx_mps < -_STILL_MPS else 1e9
         in_way = track.in_ego_path or track.kind != "vehicle"
         return 0 if in_way and closing < _NEAR_S else IN_WAY if in_way else NO_CONCERN
-    if fact is None or not fact.believed:
-        return UNSURE if fact is not None else NO_CONCERN
-    return MUST_STOP if fact.reading in _BRAKE_FOR else 3
+    if fact is None:
+        return NO_CONCERN
+    if not fact.believed:
+        return UNSURE if fact.reading or fact.kind == "light" else ELEMENT
+    return MUST_STOP if fact.reading in _BRAKE_FOR else ELEMENT
 
 
 def stands(ego: Ego | None) -> bool:

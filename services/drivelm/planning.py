@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 from proto.scene import QA
 from services.drivelm import plan_rules
-from services.drivelm.listing import unseen
 from services.drivelm.nodes import ELEMENT, Node, Seen
 from services.drivelm.plan_rules import ABSENT, NO_CONCERN
 from services.drivelm.templates import Said, row
@@ -24,8 +23,8 @@ def rows(nodes: Sequence[Node], seen: Seen) -> list[QA]:
     ]
     whole = [
         row(family, said)
-        for family, answerer in (_OF_ALL if order else _OF_NONE).items()
-        if (said := answerer(order, seen)) is not None
+        for family, answerer in _OF_ALL.items()
+        if order and (said := answerer(order, seen)) is not None
     ]
     return [*whole, *each, row("behavior", Said(*plan_rules.behavior(seen.ego)), parents=())]
 
@@ -50,13 +49,13 @@ _OF_EACH: Mapping[str, Answerer] = {
 
 
 def _score(nodes: Sequence[Node]) -> float:
-    """As sure as the least sure of them; of what was not seen or is but named, half; where nothing was seen, not."""
+    """As sure as the least sure of them; of what was not seen or is but named, half."""
     concern = [node.shown.score if node.is_known else ABSENT for node in nodes if _concerns(node)]
-    return min(concern, default=unseen(nodes))
+    return min(concern, default=ABSENT)
 
 
 def _priority(order: Sequence[Node], seen: Seen) -> Said:
-    tags = ", ".join(node.shown.tag for node in order) or "empty"
+    tags = ", ".join(node.shown.tag for node in order)
     said = f"The priority of the objects that the ego vehicle should consider (in descending order) is {tags}."
     return Said(said, _score(order))
 
@@ -83,9 +82,10 @@ def _do(node: Node, seen: Seen) -> str:
     return text[0].lower() + text[1:]
 
 
-def _signal(order: Sequence[Node], seen: Seen) -> Said:
+def _signal(order: Sequence[Node], seen: Seen) -> Said | None:
+    """The light to watch. Where none is seen nothing is said: a missed red light is no "None."."""
     lights = [node for node in order if node.is_light]
-    return Said(lights[0].shown.description, lights[0].shown.score) if lights else Said("None.", unseen(order))
+    return Said(lights[0].shown.description, lights[0].shown.score) if lights else None
 
 
 def _target(order: Sequence[Node], seen: Seen) -> Said:
@@ -101,10 +101,9 @@ def _dangerous(order: Sequence[Node], seen: Seen) -> Said:
     return Said(plan_rules.dangerous([node.urgency for node in order], sides), _score(order))
 
 
-_OF_NONE: Mapping[str, Callable[[Sequence[Node], Seen], Said | None]] = {"priority": _priority, "signal": _signal}
-"""What has a row where nothing is seen: it says so, with score 0."""
 _OF_ALL: Mapping[str, Callable[[Sequence[Node], Seen], Said | None]] = {
-    **_OF_NONE,
+    "priority": _priority,
+    "signal": _signal,
     "notice": _notice,
     "target": _target,
     "safe": _safe,

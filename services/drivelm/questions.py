@@ -30,7 +30,7 @@ def _of_each(nodes: Sequence[Node], seen: Seen) -> list[QA]:
 def important(nodes: Sequence[Node]) -> Said:
     """What matters, in words and tags."""
     if not nodes:
-        return Said("There are none.", listing.unseen(nodes))
+        return Said("None are seen.", 0.0)
     names = [f"a {plain(node)}{_where(node.shown.side)}" for node in nodes]
     tags = ", ".join(node.shown.tag for node in nodes)
     return Said(
@@ -89,9 +89,10 @@ def _whole(nodes: Sequence[Node]) -> list[QA]:
     shown = [node.shown for node in nodes]
     found = [row("objects_at", said, side=side) for side in _FRONT if (said := listing.objects_at(shown, side))]
     scene, elements, places = listing.scene(shown), _elements(nodes), _positions(nodes)
+    any_element = listing.any_element(shown)
     found += [row("scene", scene)] if scene else []
     found += [row("positions", places)] if places else []
-    found.append(row("any_element", listing.any_element(shown)))
+    found += [row("any_element", any_element)] if any_element else []
     return [*found, row("elements", elements)] if elements else found
 
 

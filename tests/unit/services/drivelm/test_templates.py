@@ -156,8 +156,23 @@ def test_a_sign_that_is_not_believed_has_no_meaning_and_asks_for_less_speed() ->
     assert ask(graph, "What is the target action of the ego vehicle?").text == "Slow down."
 
 
+def test_a_light_that_is_found_and_not_read_is_told_and_asks_for_less_speed() -> None:
+    graph = build(Seen(camera="front", frame=0, boxes=[_box(3, "light", 207.5, 118.0)], ego=Ego(speed_mps=14.0)))
+    assert ask(graph, "Is there any traffic element in the front view?").text.startswith("Yes")
+    asked = "What is the traffic signal that the ego vehicle should pay attention to?"
+    assert ask(graph, asked).text == "Traffic light that is not read with certainty."
+    assert ask(graph, "What is the target action of the ego vehicle?").text == "Slow down."
+
+
+def test_no_light_in_sight_is_not_said_to_be_no_light() -> None:
+    assert (
+        ask(_graph(_track()), "What is the traffic signal that the ego vehicle should pay attention to?").text == SILENT
+    )
+
+
 def test_another_cameras_sign_of_the_same_number_is_another_sign() -> None:
-    assert _graph(facts=(_fact(2, "limit:80", camera="tele"),)).objects == ()
+    graph = _graph(facts=(_fact(2, "limit:80", camera="tele"),))
+    assert graph.objects[0].description == "Traffic sign that is not read with certainty."
 
 
 TRACKS = st.lists(
