@@ -33,12 +33,19 @@ _SAME = {
 }  # fmt: skip
 
 
+EXTRACTED = "extractive: a sentence of the scene graph, chosen by shared words"
+IN_FORM = "the scene graph's own answer to this form of question"
+COUNTED = "counted from the objects of the scene graph"
+
+
 class Found(NamedTuple):
-    """The extracted answer, how much of the question it covers times how sure the graph is, and where it stood."""
+    """The answer, how sure it is (of an extracted one: how much of the question it covers times how sure the graph is),
+    where it stood, and how it was found."""
 
     text: str
     score: float
     layer: str
+    method: str = EXTRACTED
 
 
 def ask(graph: SceneGraph, question: str) -> Found:
@@ -50,12 +57,12 @@ def ask(graph: SceneGraph, question: str) -> Found:
 def in_form(graph: SceneGraph, asked: Asked) -> Found:
     """The answer to a question in one of DriveLM's forms, of its objects and of no others."""
     layer = {**FORMS, **UNANSWERED}[asked.family][0]
-    said = _answered(graph.qa, asked) or listing.answer(graph, asked) or _answered(_from_objects(graph), asked)
-    return Found(said.answer if isinstance(said, QA) else said.text, said.score, layer) if said else _silent(layer)
-
-
-def _silent(layer: str) -> Found:
-    return Found(SILENT, 0.0, layer)
+    if (row := _answered(graph.qa, asked)) is not None:
+        return Found(row.answer, row.score, layer, IN_FORM)
+    if (counted := listing.answer(graph, asked)) is not None:
+        return Found(counted.text, counted.score, layer, COUNTED)
+    told = _answered(_from_objects(graph), asked)
+    return Found(told.answer, told.score, layer, IN_FORM) if told is not None else Found(SILENT, 0.0, layer, IN_FORM)
 
 
 def _answered(rows: Sequence[QA], asked: Asked) -> QA | None:
@@ -87,11 +94,11 @@ def extracted(graph: SceneGraph, question: str) -> Found:
     """The best sentence of the graph for a free question; ``SILENT`` with score 0 where none covers it."""
     wanted, sentences = words(cleaned(question)), _sentences(graph)
     if not wanted or not sentences:
-        return _silent("")
+        return Found(SILENT, 0.0, "")
     held = [words(f"{asked} {said}") for asked, said, _, _ in sentences]
     rarity = _rarity(held)
     total = sum(rarity.get(word, 3.0) for word in wanted)
-    best, best_score = _silent(""), 0.0
+    best, best_score = Found(SILENT, 0.0, ""), 0.0
     for (_, said, sure, layer), its_words in zip(sentences, held, strict=True):
         cover = sum(rarity.get(word, 3.0) for word in wanted & its_words) / total
         if cover >= ENOUGH and cover * sure > best_score:

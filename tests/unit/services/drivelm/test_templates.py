@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from proto.perception import Box, Track
 from proto.scene import Fact, SceneGraph
 from proto.vehicle import Ego
-from services.drivelm.ask import SILENT, ask
+from services.drivelm.ask import COUNTED, EXTRACTED, IN_FORM, SILENT, ask
 from services.drivelm.drivelm_json import decode
 from services.drivelm.graph import Seen, build
 from services.drivelm.templates import FORMS, SIDES, UNANSWERED, recognise
@@ -124,6 +124,12 @@ def test_a_form_is_answered_from_the_graph(question: str, answer: str) -> None:
 def test_what_the_graph_does_not_know_is_left(question: str) -> None:
     found = ask(ROAD, question)
     assert (found.text, found.score) == (SILENT, 0.0)
+
+
+def test_how_an_answer_was_found_is_told() -> None:
+    assert ask(ROAD, f"What does {LIMIT} mean?").method == IN_FORM
+    assert ask(ROAD, "Are there moving cars to the front of the ego car?").method == COUNTED
+    assert ask(ROAD, "How fast is allowed here?").method == EXTRACTED
 
 
 def test_an_object_is_known_by_its_place_within_16_px() -> None:
