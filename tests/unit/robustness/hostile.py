@@ -104,6 +104,30 @@ def bent(draw: st.DrawFn) -> str:
     return f"{sentence} {extra}" if how == 2 else f"{extra} {sentence}"
 
 
+_CODES = (
+    "limit:130",
+    "led:120",
+    "zone:100",
+    "limit_end",
+    "all_end",
+    "town_exit",
+    "motorway",
+    "light:green",
+    "GBR",
+    "mph",
+)
+
+
+@st.composite
+def bent_codes(draw: st.DrawFn) -> str:
+    """A code that would raise something, bent so that it is none."""
+    code, digits = draw(st.sampled_from(_CODES)), draw(st.sampled_from(_SCRIPTS))
+    if code[-1].isdigit() and draw(st.booleans()):
+        return code.translate({ord(str(value)): digits[value] for value in range(10)})
+    at, hidden = draw(st.integers(0, len(code))), draw(st.sampled_from(_HIDDEN))
+    return code[:at] + hidden + code[at:]
+
+
 def hostile() -> st.SearchStrategy[str]:
     """Fixed attacks, bent sentences, and attacks with anything around them."""
     around = st.text(max_size=12)

@@ -1,6 +1,8 @@
 """Hostile text on signs and plates, in a language model's answers and in questions: no target rises, no ACT is enabled,
 no other tool is called, and no log breaks."""
 
+import io
+import logging
 import math
 import unicodedata
 from collections.abc import Sequence
@@ -21,7 +23,9 @@ from proto.perception import Box
 from proto.scene import Candidate, Fact, Facts
 from proto.tools import Outcome
 from services.drivelm.ask import SILENT, ask
-from services.drivelm.backend import Answer
+from services.drivelm.backend import NO_ANSWER, Answer
+from services.drivelm.backends.abstentions import Abstentions, judged
+from services.drivelm.backends.chat import said
 from services.drivelm.crops import Picture, Region
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.graph import Seen
@@ -42,7 +46,7 @@ from services.orchestrator.tick import redecide, trace_of
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import lookup_rule
 from services.rules.signs import SignQuestion, interpret_sign
-from tests.unit.robustness.hostile import FIXED, hostile
+from tests.unit.robustness.hostile import FIXED, bent_codes, hostile
 from tests.unit.services.drivelm.approach import Scripted, drive_past, says, shows
 from tests.unit.services.orchestrator.support import (
     Drive,
@@ -59,7 +63,19 @@ from tests.unit.services.orchestrator.test_safety import acts, arbiter, next_see
 SHOWN = Shown(Region(100, 50, 140, 90), 640, 360)
 CODES = frozenset(SENTENCES)
 HEADS = frozenset(code.partition(":")[0] for code in CODES)
-KINDS = ("sign", "limit", "message", "light", "jurisdiction", "units", "traffic_side", "road_type", "plate")
+KINDS = (
+    "limit",
+    "limit",
+    "limit",
+    "sign",
+    "message",
+    "light",
+    "jurisdiction",
+    "units",
+    "traffic_side",
+    "road_type",
+    "plate",
+)
 
 
 def many(count: int) -> settings:
@@ -95,11 +111,26 @@ def test_no_attack_is_a_sentence_of_the_closed_language(text: str) -> None:
 @many(600)
 @given(text=hostile(), score=st.floats(), country=st.sampled_from(["DEU", "GBR", None]))
 def test_an_answer_says_nothing_unless_it_is_one_known_sentence(text: str, score: float, country: str | None) -> None:
-    said = heard(Answer(text, score, ((text, score), (f"{text} ", 1.0))), QUESTIONS["sign"], country, SHOWN)
-    assert known(text) or not said.readings
-    assert all(0.0 <= share <= 1.0 for _, share in said.readings)
+    readings = heard(
+        Answer(text, score, ((text, score), (f"{text} ", 1.0))), QUESTIONS["sign"], country, SHOWN
+    ).readings
+    assert known(text) or not readings
+    assert all(0.0 <= share <= 1.0 for _, share in readings)
     if (statement := parse(text)) is not None and statement.value is not None:
         assert 0 < statement.value < 1000
+
+
+@many(150)
+@given(text=hostile(), question=st.sampled_from(sorted(QUESTIONS.values())), score=st.floats(0, 1) | st.none())
+def test_a_hostile_completion_is_an_abstention_that_leaves_one_line_in_the_log(
+    text: str, question: str, score: float | None
+) -> None:
+    body = msgspec.json.encode({"choices": [{"message": {"content": text}, "finish_reason": "stop"}], "usage": text})
+    log, lines = logging.Logger("hostile"), io.StringIO()
+    log.addHandler(logging.StreamHandler(lines))
+    replied = judged(said(body).text, question, score, Abstentions("openai", log))
+    assert replied is NO_ANSWER or not heard(replied, question, "DEU", SHOWN).readings or known(text)
+    assert one_line(lines.getvalue().rstrip("\n"))
 
 
 class Attacker:
@@ -169,8 +200,9 @@ def driven(facts: Sequence[Fact]) -> Drive:
 @st.composite
 def spoilt(draw: st.DrawFn) -> tuple[Fact, ...]:
     """Facts whose every text is hostile, and whose reading is no code of the table."""
-    text, reading = draw(hostile()), draw(hostile().filter(lambda text: text not in CODES and not _is_code(text)))
-    number = draw(st.none() | st.sampled_from([130.0, 1e308, -1.0, math.inf, math.nan]) | st.floats())
+    text = draw(hostile())
+    reading = draw(bent_codes() | hostile().filter(lambda text: text not in CODES and not _is_code(text)))
+    number = draw(st.sampled_from([130.0, 120.0, None, 100.0, 1e308, -1.0, math.inf, math.nan]))
     made = fact("sign", "danger", track_id=41, distance_m=20.0)
     candidates = (Candidate(reading=text, confidence=1.0), Candidate(reading=reading, confidence=math.nan))
     words: dict[str, Any] = {
@@ -221,15 +253,15 @@ def test_a_trace_with_hostile_text_is_logged_verified_read_and_decided_again(
     state, seen = drive.state, next_seen(drive, *clean, limit_sign(news, track_id=20))
     ticked = one(drive, seen)
     trace = trace_of(ticked, seen, {"code": "x"}, ticked.advisory, whole=True)
-    said = Facts(facts=clean, backend=facts[0].text)
+    told = Facts(facts=clean, backend=facts[0].text)
     line = ServiceLog(level=facts[0].text, service="drivelm", message=facts[0].text, fields={"said": facts[1].reading})
     path = folder / "drive.mcap"
-    write(path, (trace, said, line), folder)
+    write(path, (trace, told, line), folder)
     report = verify(path)
     assert report.first_bad is None, report
     back = {each.name: each.data for each in messages(path)}
     again = msgspec.json.decode(back[topics.TRACE.name], type=TraceRecord)
-    assert msgspec.json.decode(back[topics.FACTS.name], type=Facts) == said
+    assert msgspec.json.decode(back[topics.FACTS.name], type=Facts) == told
     assert redecide(state, again).differences == ()
 
 
@@ -238,11 +270,11 @@ def _finite(each: Fact) -> bool:
     return all(math.isfinite(number) for number in numbers)
 
 
-def write(path: Path, said: Sequence[msgspec.Struct], folder: Path) -> None:
+def write(path: Path, told: Sequence[msgspec.Struct], folder: Path) -> None:
     """A log with these messages, each on its topic."""
     signer = signing.load_or_make(folder)
     file = LogFile(DiskFile(path), Origin(file=path.name, vehicle="ego", public_key=signer.public_hex), signer)
-    rows = [_record(message, number) for number, message in enumerate(said)]
+    rows = [_record(message, number) for number, message in enumerate(told)]
     file.append(rows, now_ns=len(rows) + 1)
     file.append([], now_ns=len(rows) + 2, closed=True)
     file.finish()
