@@ -29,10 +29,7 @@ def kinds_of(log: Path) -> set[str]:
     """The kinds of facts in the traces."""
     records = (json.loads(record.data) for record in read_log(log) if record.topic.endswith("trace"))
     return {
-        fact["kind"]
-        for trace in records
-        for facts in trace["inputs"]["facts"]
-        for fact in facts["message"]["facts"]
+        fact["kind"] for trace in records for facts in trace["inputs"]["facts"] for fact in facts["message"]["facts"]
     }
 
 

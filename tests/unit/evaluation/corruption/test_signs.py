@@ -105,6 +105,19 @@ def test_over_many_signs_the_rate_is_the_one_asked_for(name: str, rate: float) -
     assert abs(hits / count - rate) < 4.0 * (rate * (1 - rate) / count) ** 0.5
 
 
+@SOME
+@given(SEEDS, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_what_a_low_rate_corrupts_a_high_one_corrupts_alike(seed: int, one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    signs = [limit(track_id=number, distance_m=None) for number in range(20)]
+    low_after, high_after = (
+        [facts_after(Corruptor(CorruptionSpec(seed=seed, limit_misread=rate)), sign)[0] for sign in signs]
+        for rate in (low, high)
+    )
+    assert all(b in (a, c) for a, b, c in zip(signs, low_after, high_after, strict=True))
+    assert all(c == b for a, b, c in zip(signs, low_after, high_after, strict=True) if b != a)
+
+
 def test_truth_names_signs_alike_in_drives_that_see_them_otherwise() -> None:
     def subjects(track_id: int, distance_m: float) -> list[str]:
         corruptor = Corruptor(CorruptionSpec(sign_miss=0.5))
