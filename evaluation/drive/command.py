@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.errors import UserError
+from drivemcp.models import find_model
 from drivemcp.node import Node
 from drivemcp.numbers import number, port
 from drivemcp.paths import has_data
@@ -40,6 +41,9 @@ def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> Non
     parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
+    parser.add_argument(
+        "--detector", default="", metavar="NAME|FILE", help="another detector than ours (drivemcp models list)"
+    )
     add_common(parser)
     parser.set_defaults(run=command)
 
@@ -76,6 +80,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"no such scenario file: {flags.scenario}")
     if flags.scenario.endswith(".toml"):
         check_scenario(Path(flags.scenario))
+    if flags.detector:
+        flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
     name = Path(flags.scenario).stem
     scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}

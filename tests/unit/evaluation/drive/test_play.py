@@ -65,3 +65,11 @@ def test_recording_only_leaves_out_who_decides_and_keeps_who_sees_and_logs() -> 
     assert set(DECIDING) <= set(BY_NAME)
     assert {"orchestrator", "arbiter"} <= set(DECIDING)
     assert not {"player", "can", "perception", "drivelm", "logger"} & set(DECIDING)
+
+
+def test_a_scenario_takes_another_detector_by_name_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("DRIVEMCP_MODELS", str(tmp_path))
+    assert run(["up", "--detector", "yolox-nano"]) == 2
+    assert "drivemcp models pull yolox-nano" in capsys.readouterr().err
