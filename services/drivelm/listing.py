@@ -76,11 +76,6 @@ def answer(graph: SceneGraph, asked: Asked) -> Said | None:
     return answerer(graph, *asked.words) if answerer is not None else None
 
 
-def _objects_at(graph: SceneGraph, side: str) -> Said | None:
-    found = objects_at(graph.objects, side)
-    return found or (Said(f"There are no objects {_place(side)}.", ABSENT) if side in _watched(graph) else None)
-
-
 def _status_at(graph: SceneGraph, kind: str, side: str) -> Said | None:
     here = _of_kind(_on(graph.objects, side), _singular(kind))
     if not here or any(shown.moving is None for shown in here):
@@ -107,7 +102,7 @@ def _any_at(graph: SceneGraph, motion: str, kind: str, side: str) -> Said | None
 
 
 _ANSWERERS: Mapping[str, Callable[..., Said | None]] = {
-    "objects_at": _objects_at,
+    "objects_at": lambda graph, side: objects_at(graph.objects, side),
     "status_at": _status_at,
     "any_at": _any_at,
     "scene": lambda graph: scene(graph.objects),

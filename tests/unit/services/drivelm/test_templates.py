@@ -119,6 +119,7 @@ def test_a_form_is_answered_from_the_graph(question: str, answer: str) -> None:
         "Are there traffic cones to the front of the ego car?",  # never detected
         "Are there cars to the back of the ego car?",  # nobody looked there
         "What are objects to the back left of the ego car?",
+        "What are objects to the front left of the ego car?",  # none was found, which is not that there is none
     ],
 )
 def test_what_the_graph_does_not_know_is_left(question: str) -> None:
