@@ -14,9 +14,11 @@ class TransformersConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unkno
     folder: str = ""
     """Folder of the checkpoint: configuration, safetensors, processor, tokenizer with a chat template."""
     device: str = "cpu"
+    threads: Annotated[int, msgspec.Meta(ge=1, le=256)] = 1
+    """Processor cores that the model may use; the rest is left to the ticks."""
     max_tokens: Tokens = 48
     timeout_s: Seconds = 10.0
-    """After which generation of an answer stops; what is unfinished is an abstention."""
+    """After which no further token of an answer is begun; what is unfinished is an abstention."""
 
 
 class OpenaiConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

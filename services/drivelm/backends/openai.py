@@ -93,15 +93,18 @@ class OpenaiBackend:
             return chat.Said(reason="malformed reply")
 
     async def _post(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> tuple[int, bytes]:
-        status, body = await self._try(client, image, prompt)
-        if status == 400 and self._logprobs:
-            self._logprobs = False
-            return await self._try(client, image, prompt)
+        asked = self._logprobs
+        status, body = await self._try(client, image, prompt, logprobs=asked)
+        if status == 400 and asked:
+            status, body = await self._try(client, image, prompt, logprobs=False)
+            self._logprobs = self._logprobs and status != 200
         return status, body
 
-    async def _try(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> tuple[int, bytes]:
+    async def _try(
+        self, client: httpx2.AsyncClient, image: Picture, prompt: str, *, logprobs: bool
+    ) -> tuple[int, bytes]:
         config = self._config
-        body = chat.request(image, prompt, config.model, config.max_tokens, logprobs=self._logprobs)
+        body = chat.request(image, prompt, config.model, config.max_tokens, logprobs=logprobs)
         async with client.stream("POST", self._url, content=msgspec.json.encode(body)) as response:
             return response.status_code, await _bounded(response)
 

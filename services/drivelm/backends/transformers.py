@@ -1,6 +1,7 @@
 """`transformers`: a local checkpoint of a chat-style vision-language model; nothing is fetched, no code of it is run.
 
-Weights are read from safetensors only, and pictures are prepared without torchvision. Decoding is greedy. The score is
+Weights are read from safetensors only. Pictures are prepared without torchvision, which families whose processor also
+takes videos insist on (Qwen-VL, SmolVLM, InternVL): without it they are refused at the start. Decoding is greedy. The score is
 the product of the probabilities of the tokens chosen, the ending included: how probable the model holds this very
 sentence. An answer that does not end within its tokens or its time is an abstention.
 """
@@ -11,6 +12,7 @@ import logging
 import threading
 import time
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,7 @@ class TransformersBackend:
         """Raises ConfigError naming the field that is missing or cannot be used."""
         self._config, self._prompts, self._lock = config, prompts, threading.Lock()
         self._torch: Any = importlib.import_module("torch")
+        self._torch.set_num_threads(config.threads)
         self._processor, self._model = _loaded(config)
         self._label = f"transformers:{cleaned(_folder(config).name, 40)}:{_digest(_folder(config))[:12]}"
         self._abstentions = Abstentions(self._label, logging.getLogger("drivemcp.drivelm"))
@@ -118,7 +121,9 @@ def _loaded(config: TransformersConfig) -> tuple[Any, Any]:
         model = library.AutoModelForImageTextToText.from_pretrained(folder, use_safetensors=True, dtype="auto", **kept)
         model.to(config.device)
     except _UNLOADABLE as error:
-        reason = cleaned(str(error).partition("\n")[0], 160)
+        reason = cleaned(str(error).strip().partition("\n")[0], 160)
+        if find_spec("torchvision") is None:
+            reason += " (families whose processor takes videos need torchvision, which is not installed)"
         raise ConfigError(
             f"drivelm.transformers: {config.folder!r} on {config.device!r} cannot be loaded: {reason}"
         ) from None

@@ -77,6 +77,18 @@ def test_an_endpoint_that_refuses_token_probabilities_is_asked_without() -> None
         assert len(server.asked) == 3
 
 
+def test_one_bad_request_does_not_end_asking_for_token_probabilities() -> None:
+    turn = iter((400, 400))
+
+    def handle(asked: Asked, handler: BaseHTTPRequestHandler) -> None:
+        send(handler, completion(EIGHTY, logprob=-0.01), next(turn, 200))
+
+    with chat_server(handle) as server:
+        backend = _backend(server)
+        assert backend.answer([PICTURE], SIGN) == [NO_ANSWER]
+        assert backend.answer([PICTURE], SIGN)[0].measured
+
+
 def _broken_off(asked: Asked, handler: BaseHTTPRequestHandler) -> None:
     handler.send_response(200)
     handler.send_header("Content-Length", "1000")

@@ -2,6 +2,7 @@
 
 import json
 import logging
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -102,4 +103,14 @@ def test_a_checkpoint_without_a_chat_template_is_refused(taught: Path, tmp_path:
         if file.suffix != ".jinja":
             (tmp_path / file.name).write_bytes(file.read_bytes())
     with pytest.raises(ConfigError, match="no chat template"):
+        _backend(tmp_path)
+
+
+@pytest.mark.skipif(find_spec("torchvision") is not None, reason="torchvision is installed")
+def test_a_family_that_insists_on_torchvision_is_refused_with_that_reason(taught: Path, tmp_path: Path) -> None:
+    for file in taught.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    processor = json.loads((tmp_path / "processor_config.json").read_text())
+    (tmp_path / "processor_config.json").write_text(json.dumps(processor | {"processor_class": "Qwen2VLProcessor"}))
+    with pytest.raises(ConfigError, match=r"(?i)cannot be loaded: .*torchvision"):
         _backend(tmp_path)

@@ -27,6 +27,7 @@ BLUE = np.full((30, 40, 3), (10, 10, 220), np.uint8)
 
 def make(folder: Path, *, taught: bool, seed: int = 0) -> None:
     """Save a checkpoint that answers the sign question with `stop` for red and `roundabout` for blue, if taught."""
+    torch.set_num_threads(1)
     torch.manual_seed(seed)
     processor, model = _processor(), _model()
     if taught:
