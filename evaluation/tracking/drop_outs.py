@@ -21,11 +21,10 @@ SAME_IOU = 0.3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DropOut:
-    """A vehicle withheld from a stamp on, and the track it had."""
+    """A vehicle withheld from a stamp on."""
 
     actor_id: int
     start_ns: int
-    track_id: int
 
     @property
     def end_ns(self) -> int:
@@ -54,22 +53,21 @@ def drop_outs(steps: Sequence[Step], found: Found, scenes: Sequence[Scene], seed
 
 def _choose(scenes: Sequence[Scene], chance: np.random.Generator, phase_s: float) -> Iterator[DropOut]:
     start_ns = scenes[0].stamp_ns + round((FOLLOWED_S + phase_s) * 1e9)
-    while start_ns < scenes[-1].stamp_ns:
-        able = sorted(_able(scenes, start_ns).items())
+    while start_ns + round((LASTS_S + BACK_WITHIN_S) * 1e9) <= scenes[-1].stamp_ns:
+        able = sorted(_able(scenes, start_ns))
         if able:
-            actor_id, track_id = able[int(chance.integers(len(able)))]
-            yield DropOut(actor_id=actor_id, start_ns=start_ns, track_id=track_id)
+            yield DropOut(actor_id=able[int(chance.integers(len(able)))], start_ns=start_ns)
         start_ns += round(EVERY_S * 1e9)
 
 
-def _able(scenes: Sequence[Scene], start_ns: int) -> dict[int, int]:
-    """Actors, and their tracks, that were followed before and can be seen until after."""
+def _able(scenes: Sequence[Scene], start_ns: int) -> set[int]:
+    """Actors that were followed under one id before and can be seen until after."""
     follow_ns = round(FOLLOWED_S * 1e9)
     before = [each for each in scenes if start_ns - follow_ns <= each.stamp_ns < start_ns]
     after = [each for each in scenes if start_ns <= each.stamp_ns < start_ns + follow_ns]
     seen = set.intersection(*({v.actor_id for v in each.vehicles} for each in (*before, *after)))
     owned = {actor: {each.pairs.get(actor) for each in before} for actor in seen}
-    return {actor: one for actor, ids in owned.items() if len(ids) == 1 and (one := next(iter(ids))) is not None}
+    return {actor for actor, ids in owned.items() if len(ids) == 1 and None not in ids}
 
 
 def withhold(steps: Sequence[Step], found: Found, chosen: Sequence[DropOut]) -> Iterator[list[Detection]]:
@@ -89,7 +87,9 @@ def _shows(box: Detection, look: Look, actors: set[int]) -> bool:
 
 
 def _keeps(scenes: Sequence[Scene], drop: DropOut) -> bool:
-    """Whether the first track that is the vehicle's again is its old one."""
+    """Whether the first track that is the vehicle's again is the last one it had before."""
     until_ns = drop.end_ns + round(BACK_WITHIN_S * 1e9)
+    before = [each.pairs.get(drop.actor_id) for each in scenes if each.stamp_ns < drop.start_ns]
     back = (each.pairs.get(drop.actor_id) for each in scenes if drop.end_ns <= each.stamp_ns < until_ns)
-    return next((track for track in back if track is not None), None) == drop.track_id
+    old = next((track for track in reversed(before) if track is not None), None)
+    return old is not None and next((track for track in back if track is not None), None) == old

@@ -16,7 +16,7 @@ from services.perception.detection import Detection
 from services.perception.loading import load_detector
 from services.simulator.render import RendererUnavailable
 
-NAME = DriveName(scenario="urb-rain", seed=1, seconds=3.5)
+NAME = DriveName(scenario="urb-rain", seed=1, seconds=4.0)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_a_drive_is_seen_again_alike_and_its_tracks_are_near_the_truth(
     steps, found = drive
     views = see(steps, found)
     assert [view.tracks for view in views] == [view.tracks for view in see(steps, found)]
-    assert len(views) == 35
+    assert len(views) == 40
     assert errors([scene(view) for view in views]).gap_m < 0.5
 
 
@@ -43,7 +43,7 @@ def test_the_vehicle_withheld_loses_its_boxes_then_and_only_then(
 ) -> None:
     steps, found = drive
     lead = next(each.actor_id for each in steps[-1].truth.actors if each.in_ego_path)
-    drop = DropOut(actor_id=lead, start_ns=steps[30].stamp_ns, track_id=1)
+    drop = DropOut(actor_id=lead, start_ns=steps[30].stamp_ns)
     left = list(withhold(steps, found, [drop]))
     fewer = [stamp_ns for stamp_ns, a, b in zip(_stamps(steps), found, left, strict=True) if len(b) < len(a)]
     assert fewer
@@ -59,7 +59,7 @@ def test_a_followed_vehicle_is_withheld_and_keeps_its_id(drive: tuple[list[Step]
 
 def test_a_kept_drive_of_another_form_is_refused_by_name(tmp_path: Path) -> None:
     (tmp_path / NAME.file).write_bytes(b"\x93\x01\x02\x03")
-    with pytest.raises(UserError, match=r"urb-rain-1-3\.5\.msgpack"):
+    with pytest.raises(UserError, match=r"urb-rain-1-4\.msgpack"):
         recording(NAME, tmp_path)
 
 
