@@ -15,11 +15,14 @@ MOST_WAITING = 32
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Errand(Generic[T]):
-    """Pictures of one thing and the question about them. `topic` says which thing: a newer errand replaces an older one."""
+    """Pictures of one thing and the question about them. `topic` says which thing: a newer errand replaces an older one.
+
+    `images` makes the pictures on the asking thread, so that those of errands that are replaced are never made.
+    """
 
     topic: tuple[object, ...]
     stamp_ns: int
-    images: Sequence[Picture]
+    images: Callable[[], Sequence[Picture]]
     question: str
     subject: T
 
@@ -69,7 +72,7 @@ class Errands(Generic[T]):
             self._changed.notify()
 
     def collect(self) -> list[tuple[Errand[T], Sequence[Answer]]]:
-        """What was answered since the last call, oldest picture first."""
+        """What was answered since the last call, oldest picture first; at least one answer each, if only an abstention."""
         with self._changed:
             done, self._shelf.done = self._shelf.done, []
         return sorted(done, key=lambda row: row[0].stamp_ns)
@@ -110,12 +113,14 @@ class Errands(Generic[T]):
             del self._shelf.waiting[topic]
 
     def _asked(self, errand: Errand[T]) -> Sequence[Answer]:
+        images: Sequence[Picture] = ()
+        answers: Sequence[Answer] = ()
         try:
-            answers = self._backend.answer(errand.images, errand.question)
+            images = errand.images()
+            answers = self._backend.answer(images, errand.question) if images else ()
         except Exception:  # the runner of foreign code: one bad answer must not end the thread
             self.log.exception("%s: asking failed", self._backend.name)
-            answers = ()
-        if len(answers) == len(errand.images):
+        if answers and len(answers) == len(images):
             return answers
         self.counts.failed += 1
-        return [NO_ANSWER] * len(errand.images)
+        return [NO_ANSWER]

@@ -5,7 +5,8 @@ that comes later counts for its track with the stamp of its picture, unless the 
 thing, or shows what changes (lights, panels) and the picture is too old to tell of it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from proto.perception import Box
@@ -91,23 +92,25 @@ class LateFrontEnd(FrontEnd):
 
     def _consult(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
         """Send the looks off, in larger pictures than the sign reader's."""
-        for look in looks:
-            if images := self._views(look):
-                self._send((look.key, question), stamp_ns, images, Sent(look))
+        if (picture := self._picture) is not None:
+            for look in looks:
+                self._send((look.key, question), stamp_ns, partial(_views, picture, look), Sent(look))
 
     def _try(self, probe: Probe, look: Look) -> None:
         """Send a probe off."""
-        self._send(("probe",), self._seeing_ns, [enlarged(probe.image)], Sent(look, probe))
+        self._send(("probe",), self._seeing_ns, lambda: [enlarged(probe.image)], Sent(look, probe))
 
-    def _send(self, topic: tuple[object, ...], stamp_ns: int, images: Sequence[Picture], sent: Sent) -> None:
+    def _send(
+        self, topic: tuple[object, ...], stamp_ns: int, images: Callable[[], Sequence[Picture]], sent: Sent
+    ) -> None:
         self.errands.send(
             Errand(topic=topic, stamp_ns=stamp_ns, images=images, question=sent.look.question, subject=sent)
         )
 
-    def _views(self, look: Look) -> list[Picture]:
-        """One for the look and one for its closer look, if it has one; none where one of them cannot be cut out."""
-        region = look.shown.region
-        regions = (region,) if look.closer is None else (region, zones.ring(region))
-        views = [] if self._picture is None else [view(self._picture, each) for each in regions]
-        images = [image for image in views if image is not None]
-        return images if len(images) == len(regions) else []
+
+def _views(picture: Picture, look: Look) -> list[Picture]:
+    """One for the look and one for its closer look, if it has one; none where one of them cannot be cut out."""
+    region = look.shown.region
+    regions = (region,) if look.closer is None else (region, zones.ring(region))
+    images = [image for each in regions if (image := view(picture, each)) is not None]
+    return images if len(images) == len(regions) else []

@@ -64,7 +64,7 @@ class Bell:
 
 
 def _errand(topic: str, stamp_ns: int) -> Errand[str]:
-    return Errand(topic=(topic,), stamp_ns=stamp_ns, images=[SPOT], question="?", subject=f"{topic}@{stamp_ns}")
+    return Errand(topic=(topic,), stamp_ns=stamp_ns, images=lambda: [SPOT], question="?", subject=f"{topic}@{stamp_ns}")
 
 
 def _errands(backend: Slow, bell: Bell, outstanding: int = 1, max_age_ns: int = 100) -> Errands[str]:
@@ -136,6 +136,28 @@ def test_a_backend_that_breaks_is_an_abstention_and_the_next_is_asked() -> None:
     assert errands.counts.failed == 2
     errands.close()
     backend.let.release(100)
+
+
+def test_pictures_that_cannot_be_made_are_an_abstention_and_those_of_replaced_errands_are_never_made() -> None:
+    backend, bell, made = Slow(Answer("x", 0.9)), Bell(), list[int]()
+
+    def errand(number: int) -> Errand[str]:
+        def images() -> list[Picture]:
+            made.append(number)
+            return [SPOT] if number == 0 else []
+
+        return Errand(topic=("t",), stamp_ns=number, images=images, question="?", subject=str(number))
+
+    errands = _errands(backend, bell)
+    errands.send(errand(0))
+    backend.wait_asked(1)
+    for number in (1, 2, 3):
+        errands.send(errand(number))
+    backend.let.release()
+    bell.wait(2)
+    assert [answers for _, answers in errands.collect()] == [[Answer("x", 0.9)], [NO_ANSWER]]
+    assert made == [0, 3]
+    errands.close()
 
 
 def test_after_closing_nothing_more_is_asked_or_heard() -> None:
