@@ -274,6 +274,13 @@ def test_a_plate_that_the_sign_reader_does_not_see_makes_no_limit_weaker() -> No
     assert {fact.plates for fact in facts if fact.believed} == {()}
 
 
+def test_a_condition_that_nobody_confirms_makes_no_limit_weaker() -> None:
+    wet = Scripted(lambda q, n: says("limit:80"), lambda q, n: says("plate:when_wet:de"))
+    facts = drive_past(FrontEnd(wet, reader_backend=seer("limit:80", 0.2, ("stop", 0.15)), home="DEU"))
+    assert grounding.UNCONFIRMED in {fact.grounding for fact in facts}
+    assert {fact.scope for fact in facts} == {"permanent"}
+
+
 def test_a_backend_that_ignores_pictures_leaves_the_sign_reader_alone() -> None:
     facts = drive_past(FrontEnd(liar("limit:130"), reader_backend=seer("limit:80"), home="DEU"))
     assert may_raise(facts) == {"limit:80"}
