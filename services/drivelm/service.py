@@ -201,14 +201,14 @@ class Bindings:
         self.node.publish(topics.GRAPH, self.graph)
 
     def ask_scene(
-        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=300)]
+        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=500)]
     ) -> SceneAnswer:
-        """Answer a question about the scene ahead with a sentence of the scene graph, word for word.
+        """Answer a question about the scene ahead from the scene graph; `method` tells how the answer was found.
 
-        The embedded backend composes nothing: it extracts. Where the graph has no fitting sentence it says so, score 0.
+        Nothing is composed that the graph does not hold. Where it has no fitting sentence it says so, score 0.
         """
         found = reader_of_graphs.ask(self._graph(), question)
-        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer)
+        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer, method=found.method)
 
     def describe_scene(self) -> SceneDescription:
         """Describe the scene ahead in words, with the graph of objects, questions and answers behind them."""
