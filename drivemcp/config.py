@@ -50,7 +50,7 @@ def load_config(kind: type[C], file: str | None, settings: Sequence[str] = (), *
     """
     raw: dict[str, Any] = _read(Path(file)) if file else {}
     for setting in settings:
-        _assign(raw, setting)
+        assign(raw, setting)
     raw.update({name: value for name, value in overrides.items() if value is not None})
     try:
         return msgspec.convert(raw, kind, strict=False)
@@ -73,7 +73,8 @@ def _read(path: Path) -> dict[str, Any]:
     return loaded
 
 
-def _assign(raw: dict[str, Any], setting: str) -> None:
+def assign(raw: dict[str, Any], setting: str) -> None:
+    """Put one `key=value` setting into place; dots descend, values are JSON or text. Raises ConfigError."""
     key, separator, text = setting.partition("=")
     if not separator:
         raise ConfigError(f"--set takes key=value, not {setting!r}")

@@ -137,12 +137,12 @@ class Supervisor:
             self._children[name] = child
         return child
 
-    def run_service(self, name: str, module: str, config: Mapping[str, Any]) -> Child:
-        """Write the service's configuration and start it."""
+    def run_service(self, name: str, module: str, config: Mapping[str, Any], before: Sequence[str] = ()) -> Child:
+        """Write the service's configuration and start it; `before`: what a module that hosts services is told first."""
         path = self.folder / "config" / f"{name}.json"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(msgspec.json.format(msgspec.json.encode(config)))
-        return self.run(name, module, ["--config", str(path)])
+        return self.run(name, module, [*before, "--config", str(path)])
 
     def child(self, name: str) -> Child:
         """One of the processes."""

@@ -17,7 +17,7 @@ from drivemcp.bus import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, tool_key
-from proto.tools import BUSY, CallHead, CallRecord, CallResult, Catalogue, Outcome, ProtocolError, ToolEntry
+from proto.tools import BUSY, CallHead, CallRecord, CallResult, CallStatus, Catalogue, Outcome, ProtocolError, ToolEntry
 
 _CATALOGUE = msgspec.json.Decoder(Catalogue)
 _RESULT = msgspec.json.Decoder(CallResult)
@@ -191,7 +191,10 @@ class ToolClient:
         grant: str,
         confirmation: str,
     ) -> "_Pending | Outcome":
-        payload = _ARGUMENTS.encode(arguments)
+        try:
+            payload = _ARGUMENTS.encode(arguments)
+        except UnicodeEncodeError:
+            return self._without(tool, b"", f"arguments of {tool}: a text in them is no Unicode", "protocol_error")
         found = self._querier(tool)
         if found is None:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
@@ -279,10 +282,8 @@ class ToolClient:
             return msgspec.structs.replace(base, status="unavailable", error="nobody answered: the server is gone")
         return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
 
-    def _without(self, tool: str, payload: bytes, error: str) -> Outcome:
-        outcome = Outcome(
-            tool=tool, status="unavailable", error=error, arguments_sha256=hashlib.sha256(payload).hexdigest()
-        )
+    def _without(self, tool: str, payload: bytes, error: str, status: CallStatus = "unavailable") -> Outcome:
+        outcome = Outcome(tool=tool, status=status, error=error, arguments_sha256=hashlib.sha256(payload).hexdigest())
         self._record(time.time_ns(), outcome)
         return outcome
 

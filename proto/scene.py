@@ -45,6 +45,8 @@ class Fact(msgspec.Struct, frozen=True, kw_only=True):
     """The track has left the picture: the sign stands beside or behind the ego now."""
     assumed: bool = False
     """A setting says so, and no picture yet."""
+    grounding: str = ""
+    """Why picture, sign reader or map do not bear it out, and its confidence fell; empty: nothing speaks against it."""
 
 
 class Facts(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,6 +68,11 @@ class SceneObject(msgspec.Struct, frozen=True, kw_only=True):
     track_id: int = 0
     carried: dict[str, Any] = {}
     """What a file of DriveLM says of it beside this; empty for what was seen."""
+    side: str = ""
+    """Where it is from the ego: `front`, `front left`, ...; empty: not known."""
+    moving: bool | None = None
+    """Whether it moves over ground; None: not known."""
+    score: float = 0.0
 
 
 class QA(msgspec.Struct, frozen=True, kw_only=True):

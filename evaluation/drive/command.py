@@ -13,9 +13,13 @@ from typing import Any
 import msgspec
 
 from drivemcp.errors import UserError
+from drivemcp.models import find_model
 from drivemcp.node import Node
 from drivemcp.numbers import number, port
 from drivemcp.paths import has_data
+from evaluation.corruption.hosted import hosts
+from evaluation.corruption.record import CorruptionLog
+from evaluation.corruption.spec import CLEAN, read_spec
 from evaluation.drive.precheck import check_port, check_scenario, check_services, vehicle_of
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
@@ -37,6 +41,9 @@ def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> Non
     parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
+    parser.add_argument(
+        "--detector", default="", metavar="NAME|FILE", help="another detector than ours (drivemcp models list)"
+    )
     add_common(parser)
     parser.set_defaults(run=command)
 
@@ -58,6 +65,9 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="one setting of one service"
     )
+    parser.add_argument(
+        "--corrupt", default=CLEAN, metavar="SPEC|FILE.toml", help="miss signs, lose actors, ...: sign_miss=0.2,seed=3"
+    )
 
 
 def command(flags: argparse.Namespace) -> int:
@@ -70,6 +80,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"no such scenario file: {flags.scenario}")
     if flags.scenario.endswith(".toml"):
         check_scenario(Path(flags.scenario))
+    if flags.detector:
+        flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
     name = Path(flags.scenario).stem
     scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
@@ -104,6 +116,7 @@ def _drive(
     check_services(flags.without, flags.extra, settings)
     check_port(flags.port)
     vehicle = vehicle_of(flags)
+    corruption = read_spec(flags.corrupt)
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
@@ -111,12 +124,15 @@ def _drive(
     plan = StackPlan(
         folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep, "trusted_keys": flags.trust},
         without=tuple(flags.without), extra=tuple(flags.extra), vehicle=vehicle, port=flags.port,
+        hosts=hosts(corruption),
     )  # fmt: skip
-    tally = Tally()
+    tally, corrupted = Tally(), CorruptionLog(Path(plan.folder)) if plan.hosts else None
     screen.say(f"starting the stack in {plan.folder}")
     with Stack(plan, screen.say) as stack:
         node = stack.start()
         follow(node, tally)
+        if corrupted is not None:
+            corrupted.follow(node)
         if not stop.is_set():
             _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
         restarts = stack.restarts()
@@ -124,6 +140,8 @@ def _drive(
     verified, complaint = _verify(logs)
     summary = tally.summary(restarts=restarts, log=str(logs[-1]) if logs else "", verified=verified)
     _print(summary, screen, as_json=flags.json)
+    if corrupted is not None:
+        screen.say(corrupted.line())
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
     problem = tally.scenario.problem if tally.scenario is not None else ""

@@ -1,6 +1,5 @@
 """The stack of one drive: router and services as processes on loopback with free ports and a vehicle name of its own."""
 
-import json
 import os
 import secrets
 import time
@@ -12,7 +11,7 @@ import msgspec
 
 from drivemcp.bus import Bus, open_bus
 from drivemcp.client import RunningStack, forget_stack, note_stack
-from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.config import BusConfig, ServiceConfig, assign
 from drivemcp.errors import BusError, UserError
 from drivemcp.node import Node
 from drivemcp.registry import module_of, service_rows
@@ -39,6 +38,8 @@ class StackPlan(msgspec.Struct, frozen=True, kw_only=True):
     """Third-party services to start as well."""
     vehicle: str = ""
     port: int = 0
+    hosts: dict[str, tuple[str, ...]] = {}
+    """By service: the module, and its first arguments, that is run in place of the service's own and hosts it."""
 
 
 class Stack:
@@ -128,7 +129,8 @@ class Stack:
         return self.node
 
     def _run(self, row: ServiceRow) -> None:
-        self.supervisor.run_service(row.name, module_of(row), self._config(row))
+        module, *before = self._plan.hosts.get(row.name, (module_of(row),))
+        self.supervisor.run_service(row.name, module, self._config(row), before)
 
     def _config(self, row: ServiceRow) -> Mapping[str, Any]:
         return {
@@ -168,15 +170,11 @@ def folder_for(name: str, root: str = "out") -> str:
 
 
 def settings_of(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """`service.key=value` settings by service. Raises UserError."""
+    """`service.key=value` settings by service; further dots descend. Raises UserError."""
     found: dict[str, dict[str, Any]] = {}
     for pair in pairs:
-        key, separator, text = pair.partition("=")
-        service, dot, name = key.partition(".")
-        if not separator or not dot:
+        key, separator, _ = pair.partition("=")
+        if not separator or "." not in key:
             raise UserError(f"--set takes service.key=value, not {pair!r}")
-        try:
-            found.setdefault(service, {})[name] = json.loads(text)
-        except ValueError:
-            found.setdefault(service, {})[name] = text
+        assign(found, pair)
     return found

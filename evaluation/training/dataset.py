@@ -42,8 +42,8 @@ CAMERAS = (FRONT, TELE)
 class Frames:
     """Pictures with their objects.
 
-    `pictures` (N, H, W, 3) uint8 RGB; `objects` one array (M, 6) for each: class index, x0, y0, x1, y1, visible share;
-    `notes` one mapping for each: camera, seed, weather.
+    `pictures` (N, H, W, 3) uint8 RGB; `objects` one array (M, 8) for each: class index, x0, y0, x1, y1, visible share,
+    distance in m, true height of a sign's or panel's face in px; `notes` one mapping for each: camera, seed, weather.
     """
 
     pictures: NDArray[np.uint8]
@@ -72,7 +72,7 @@ def render_stage(
     for number in range(views):
         scene = first if number == 0 else _further(first, static, rng, split)
         for camera in CAMERAS:
-            shots.append(_shot(renderer, scene, _jittered(camera, rng), rng, seed))
+            shots.append(shot_of(renderer, scene, jittered(camera, rng), rng, seed))
     return renderer, shots
 
 
@@ -113,7 +113,8 @@ def _further(scene: Scene, static: StaticWorld, rng: np.random.Generator, split:
     return replace(scene, ego=ego, actors=tuple(actors), atmosphere=other.atmosphere, time_s=float(rng.uniform(0, 100)))
 
 
-def _jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
+def jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
+    """The camera as another car carries it: height, pitch, field of view a little otherwise."""
     return replace(
         camera,
         fov_deg=camera.fov_deg * float(rng.uniform(0.96, 1.04)),
@@ -122,7 +123,8 @@ def _jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
     )
 
 
-def _shot(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random.Generator, seed: int) -> Shot:
+def shot_of(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random.Generator, seed: int) -> Shot:
+    """A picture as a real camera gives it, with all that is in it."""
     picture = renderer.render(scene, camera)
     objects = rows_of(renderer.render_labels(scene, camera))
     blurred = _blurred(picture, rng)
@@ -137,6 +139,7 @@ def _shot(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random.G
         "night": float(sky.night),
         "rain_mm_h": sky.rain_mm_h,
         "visibility_m": sky.fog_visibility_m,
+        "sun_deg": sky.sun_elevation_deg,
     }
     return Shot(coded.tobytes(), objects, note)
 
@@ -155,9 +158,12 @@ def _blurred(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np
 
 
 def rows_of(labels: list[Label]) -> NDArray[np.float32]:
-    """Labels as rows (M, 6): class index, the visible box, visible share."""
-    rows = [(CLASSES.index(label.kind), *label.box_px, label.visible_fraction) for label in labels]
-    return np.array(rows, dtype=np.float32).reshape(-1, 6)
+    """Labels as rows (M, 8): class index, the visible box, visible share, distance in m, a face's true height in px."""
+    rows = [
+        (CLASSES.index(label.kind), *label.box_px, label.visible_fraction, label.distance_m, label.disc_px)
+        for label in labels
+    ]
+    return np.array(rows, dtype=np.float32).reshape(-1, 8)
 
 
 def counted(objects: NDArray[np.float32], min_height_px: float = MIN_HEIGHT_PX) -> NDArray[np.bool_]:

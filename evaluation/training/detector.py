@@ -25,6 +25,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from evaluation.training import detector_calibration
 from evaluation.training.dataset import (
     CLASSES,
     MIN_HEIGHT_PX,
@@ -37,6 +38,7 @@ from evaluation.training.dataset import (
 from evaluation.training.detector_batches import SCALES, SHAPES, Batch, batches
 from evaluation.training.detector_net import DetectorNet, ExportNet, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
+from services.perception.detection import Detection
 from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
 
@@ -190,17 +192,25 @@ def export(net: DetectorNet, path: Path) -> None:
 
 def scores(path: Path, frames: Frames) -> dict[str, float]:
     """AP50 of each class on labelled frames."""
-    found = run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
+    found = _found(path, frames)
     return {kind: round(average_precision(tally(found, frames, kind)), 4) for kind in CLASSES}
 
 
-def floors(path: Path, frames: Frames) -> dict[str, float]:
+def floors(found: list[list[Detection]], frames: Frames) -> dict[str, float]:
     """The score floor of each class that suits these frames best.
 
     To miss a road user is worse than to see one too many, whom the tracker will not confirm: there recall weighs double.
     """
-    found = run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
     return {kind: round(best_floor(tally(found, frames, kind), RECALL_WEIGHTS.get(kind, 1.0)), 3) for kind in CLASSES}
+
+
+def calibration(found: list[list[Detection]], frames: Frames) -> dict[str, tuple[float, float]]:
+    """Slope and offset of each class that make its scores probabilities on these frames."""
+    return {kind: detector_calibration.fit(tally(found, frames, kind, detector_calibration.THERE)) for kind in CLASSES}
+
+
+def _found(path: Path, frames: Frames) -> list[list[Detection]]:
+    return run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
 
 
 def _split(frames: Frames) -> tuple[Frames, Frames]:
@@ -248,6 +258,7 @@ def main() -> None:
     )
     parser.add_argument("--start", type=Path, help="another run's state, whose weights this run begins with")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "models" / "detector.onnx")
+    parser.add_argument("--only-measure", action="store_true", help="choose and measure anew for the network at --out")
     flags = parser.parse_args()
     torch.set_num_threads(flags.threads)
     with tempfile.TemporaryDirectory() as scratch:
@@ -260,7 +271,11 @@ def main() -> None:
             start=flags.start,
             peak_rate=flags.rate,
         )
-        _make(cache, flags.frames, plan, flags.out)
+        if flags.only_measure:
+            card = json.loads(flags.out.with_suffix(".json").read_text(encoding="utf-8"))
+            measure(flags.out, card, _split(load_frames(cache, "train", flags.frames))[1], load_frames(cache, "test"))
+        else:
+            _make(cache, flags.frames, plan, flags.out)
 
 
 def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
@@ -268,18 +283,12 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
     net, steps = train(training, plan)
     out.parent.mkdir(parents=True, exist_ok=True)
     export(net, out)
-    chosen = floors(out, choosing)
-    testing = load_frames(cache, "test")
-    measured = scores(out, testing)
     card: dict[str, object] = {
         "classes": list(CLASSES),
-        "floors": chosen,
-        "ap50_test": measured,
         "ap50_target": TARGETS_AP50,
         "ignored": f"objects under {MIN_HEIGHT_PX:.0f} px high or less than {MIN_VISIBLE:.0%} visible",
         "held_out": "mesh family, font, plants, stage seeds (services.simulator.render.stage, split test)",
         "train_frames": len(training),
-        "test_frames": len(testing),
         "parameters": sum(p.numel() for p in net.parameters()),
         "steps": steps,
         "minutes": plan.minutes,
@@ -289,7 +298,16 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "torch": torch.__version__,
         "licence": "Apache-2.0",
     }
-    write_card(out, card)
+    measure(out, card, choosing, load_frames(cache, "test"))
+
+
+def measure(out: Path, card: dict[str, object], choosing: Frames, testing: Frames) -> None:
+    """Choose floors and calibration on some frames, score on others, write the card."""
+    out.with_suffix(".json").unlink(missing_ok=True)  # a former network's calibration must not bend this one's scores
+    found = _found(out, choosing)
+    measured = scores(out, testing)
+    chosen = {"floors": floors(found, choosing), "calibration": calibration(found, choosing)}
+    write_card(out, card | chosen | {"ap50_test": measured, "test_frames": len(testing)})
     _say(f"{json.dumps(measured)} written to {out}")
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from evaluation.training.dataset import CLASSES, Frames
 from evaluation.training.detector_targets import Targets, encode
+from evaluation.training.lens import through_lens
 
 SHAPES = ((288, 448, 12), (288, 448, 12), (384, 640, 6))
 """Height, width, pictures of a batch; one is drawn for each batch."""
@@ -68,7 +69,7 @@ def augmented(
     if rng.uniform() < 0.5 and not np.isin(moved[:, 0], FIXED_FACES).any():
         crop = crop[:, ::-1]
         moved[:, [1, 3]] = shape[1] - moved[:, [3, 1]]
-    return _relit(crop, rng), moved
+    return through_lens(_relit(crop, rng), rng), moved
 
 
 def _corner(

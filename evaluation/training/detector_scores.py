@@ -54,8 +54,8 @@ def run(detector: Detector, frames: Frames) -> list[list[Detection]]:
     return [detector.detect(picture) for picture in frames.pictures]
 
 
-def tally(found: Sequence[Sequence[Detection]], frames: Frames, kind: ObjectClass) -> Tally:
-    """Matches by IoU 0.5, best score first, each object once. Detections on ignored objects do not count at all."""
+def tally(found: Sequence[Sequence[Detection]], frames: Frames, kind: ObjectClass, overlap: float = OVERLAP) -> Tally:
+    """Matches by IoU of at least `overlap`, best score first, each object once. Detections on ignored objects do not count at all."""
     scores: list[float] = []
     right: list[bool] = []
     objects = 0
@@ -63,21 +63,21 @@ def tally(found: Sequence[Sequence[Detection]], frames: Frames, kind: ObjectClas
         mine = rows[rows[:, 0] == CLASSES.index(kind)]
         wanted = counted(mine)
         objects += int(wanted.sum())
-        for score, verdict in _judge([each for each in detections if each.kind == kind], mine[:, 1:5], wanted):
+        for score, verdict in _judge([each for each in detections if each.kind == kind], mine[:, 1:5], wanted, overlap):
             scores.append(score)
             right.append(verdict)
     return Tally(np.array(scores, dtype=np.float64), np.array(right, dtype=bool), objects)
 
 
 def _judge(
-    detections: Sequence[Detection], boxes: NDArray[np.float32], wanted: NDArray[np.bool_]
+    detections: Sequence[Detection], boxes: NDArray[np.float32], wanted: NDArray[np.bool_], least: float
 ) -> list[tuple[float, bool]]:
     taken: set[int] = set()
     verdicts = []
     for each in sorted(detections, key=lambda detection: -detection.score):
         box = np.array([[each.x0_px, each.y0_px, each.x1_px, each.y1_px]], dtype=np.float32)
         overlap = overlaps(box, boxes)[0] if len(boxes) else np.zeros(0, np.float32)
-        free = [k for k in np.flatnonzero(wanted & (overlap >= OVERLAP)).tolist() if k not in taken]
+        free = [k for k in np.flatnonzero(wanted & (overlap >= least)).tolist() if k not in taken]
         if free:
             taken.add(max(free, key=lambda k: float(overlap[k])))
             verdicts.append((each.score, True))

@@ -1,12 +1,19 @@
-"""Free questions about the scene: an extractive reader. It picks the sentences of the scene graph that share most with
-the question and says them as they are; it composes nothing, and where nothing fits it says so."""
+"""Questions about the scene. One in a form of DriveLM's is answered by the graph's row of that form and those objects,
+or from the objects it lists; else it is not answered. Any other is for the extractive reader: it picks the sentence of
+the scene graph that shares most with the question and says it as it is; it composes nothing, and where nothing fits it
+says so."""
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from proto.scene import SceneGraph
+from proto.scene import QA, SceneGraph
+from services.drivelm import listing, planning, questions
+from services.drivelm.nodes import Seen, listed_nodes
+from services.drivelm.tags import NEAR_PX, Point, apart_px
+from services.drivelm.templates import FORMS, UNANSWERED, Asked, in_family, recognise
 from services.drivelm.text import cleaned
 
 ENOUGH = 0.34
@@ -26,26 +33,74 @@ _SAME = {
 }  # fmt: skip
 
 
+EXTRACTED = "extractive: a sentence of the scene graph, chosen by shared words"
+IN_FORM = "the scene graph's own answer to this form of question"
+COUNTED = "counted from the objects of the scene graph"
+
+
 class Found(NamedTuple):
-    """The extracted answer, how much of the question it covers times how sure the graph is, and where it stood."""
+    """The answer, how sure it is (of an extracted one: how much of the question it covers times how sure the graph is),
+    where it stood, and how it was found."""
 
     text: str
     score: float
     layer: str
+    method: str = EXTRACTED
 
 
 def ask(graph: SceneGraph, question: str) -> Found:
-    """The best sentence of the graph for a question; ``SILENT`` with score 0 where none covers it."""
-    wanted = words(cleaned(question))
-    sentences = _sentences(graph)
+    """The graph's answer to a question; ``SILENT`` with score 0 where it has none."""
+    asked = recognise(question)
+    return in_form(graph, asked) if asked is not None else extracted(graph, question)
+
+
+def in_form(graph: SceneGraph, asked: Asked) -> Found:
+    """The answer to a question in one of DriveLM's forms, of its objects and of no others."""
+    layer = {**FORMS, **UNANSWERED}[asked.family][0]
+    if (row := _answered(graph.qa, asked)) is not None:
+        return Found(row.answer, row.score, layer, IN_FORM)
+    if (counted := listing.answer(graph, asked)) is not None:
+        return Found(counted.text, counted.score, layer, COUNTED)
+    told = _answered(_from_objects(graph), asked)
+    return Found(told.answer, told.score, layer, IN_FORM) if told is not None else Found(SILENT, 0.0, layer, IN_FORM)
+
+
+def _answered(rows: Sequence[QA], asked: Asked) -> QA | None:
+    """The row of the same form and words, whose tags mean the same objects; without an answer or a score, none."""
+    return next(
+        (qa for qa in rows if qa.answer and qa.score > 0 and _same(in_family(qa.question, asked.family), asked)), None
+    )
+
+
+def _same(one: Asked | None, other: Asked) -> bool:
+    if one is None or one.words != other.words or len(one.tags) != len(other.tags):
+        return False
+    return all(_near(*both) for both in zip(one.tags, other.tags, strict=True))
+
+
+def _near(one: Point, other: Point) -> bool:
+    return apart_px(one, other) < NEAR_PX
+
+
+def _from_objects(graph: SceneGraph) -> list[QA]:
+    """What the objects alone tell: for a graph that came from a file, and lists them without our questions."""
+    if graph.backend != "annotation":
+        return []
+    nodes, seen = listed_nodes(graph.objects), Seen(camera=graph.camera, frame=graph.frame)
+    return [*questions.rows(nodes, seen), *planning.rows(nodes, seen)]
+
+
+def extracted(graph: SceneGraph, question: str) -> Found:
+    """The best sentence of the graph for a free question; ``SILENT`` with score 0 where none covers it."""
+    wanted, sentences = words(cleaned(question)), _sentences(graph)
     if not wanted or not sentences:
         return Found(SILENT, 0.0, "")
-    rarity = _rarity([words(f"{asked} {said}") for asked, said, _, _ in sentences])
+    held = [words(f"{asked} {said}") for asked, said, _, _ in sentences]
+    rarity = _rarity(held)
     total = sum(rarity.get(word, 3.0) for word in wanted)
     best, best_score = Found(SILENT, 0.0, ""), 0.0
-    for asked, said, sure, layer in sentences:
-        shared = wanted & words(f"{asked} {said}")
-        cover = sum(rarity.get(word, 3.0) for word in shared) / total
+    for (_, said, sure, layer), its_words in zip(sentences, held, strict=True):
+        cover = sum(rarity.get(word, 3.0) for word in wanted & its_words) / total
         if cover >= ENOUGH and cover * sure > best_score:
             best, best_score = Found(said, round(cover * sure, 4), layer), cover * sure
     return best
@@ -64,6 +119,5 @@ def _sentences(graph: SceneGraph) -> list[tuple[str, str, float, str]]:
 
 
 def _rarity(documents: Sequence[frozenset[str]]) -> dict[str, float]:
-    count = len(documents)
-    every = frozenset().union(*documents)
-    return {word: math.log(1 + count / sum(word in document for document in documents)) for word in every}
+    count, holding = len(documents), Counter(word for document in documents for word in document)
+    return {word: math.log(1 + count / found) for word, found in holding.items()}

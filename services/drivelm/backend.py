@@ -22,6 +22,8 @@ class Answer(NamedTuple):
     text: str
     score: float
     alternatives: tuple[tuple[str, float], ...] = ()
+    measured: bool = True
+    """Whether the score comes from the model's own probabilities; False: a constant stands in for them."""
 
 
 class Backend(Protocol):
@@ -35,7 +37,16 @@ class Backend(Protocol):
         """One answer per picture (uint8 H x W x 3 RGB), all to the same question."""
 
 
+class SlowBackend(Backend, Protocol):
+    """A backend that may take seconds: it is asked on threads of its own (``backends/late.py``), never in a tick."""
+
+    @property
+    def prompts(self) -> str:
+        """SHA-256 of the prompts in use, for the trace."""
+
+
 NO_ANSWER = Answer("", 0.0)
+"""Abstention."""
 
 
 class EmbeddedBackend:

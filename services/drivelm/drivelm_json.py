@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import msgspec
 
 from proto.scene import QA, SceneGraph, SceneObject
-from services.drivelm.graph import CAMERA_TAGS, LAYERS
 from services.drivelm.json_fields import UnreadableGraph, as_box, as_list, as_object, as_text, field
+from services.drivelm.nodes import CAMERA_TAGS, side_of_tag
+from services.drivelm.templates import LAYERS
 
 __all__ = ["Scene", "UnreadableGraph", "decode", "from_drivelm", "to_drivelm"]
 
@@ -132,6 +133,9 @@ def _object_in(tag: str, value: Any, where: str) -> SceneObject:
         status=as_text(*field(row, "Status", where), null=""),
         description=as_text(*field(row, "Visual_description", where), null=""),
         box_px=as_box(*field(row, "2d_bbox", where)),
+        side=side_of_tag(tag),
+        moving={"moving": True, "stationary": False, "parked": False}.get(str(row["Status"]).strip(" .").lower()),
+        score=1.0,
         carried={**row, "Category": None, "2d_bbox": None} | {name: _nothing(row[name]) for name in _MAY_BE_NULL},
     )
 

@@ -8,15 +8,18 @@ import msgspec
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
-from services.drivelm import geometry, plates, zones
+from services.drivelm import geometry, grounding, plates, spoken, zones
 from services.drivelm.backend import Answer, Backend
+from services.drivelm.classes import OTHER
 from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
+from services.drivelm.evidence import Evidence
 from services.drivelm.facts import Here, fact_of
-from services.drivelm.jurisdictions import has_boards, unit_of
+from services.drivelm.jurisdictions import has_boards
 from services.drivelm.names import TownNames
-from services.drivelm.parser import parse
+from services.drivelm.probes import Probe, Settled
 from services.drivelm.sentences import QUESTIONS
+from services.drivelm.spoken import Readings, Shown
 from services.drivelm.tracks import CONTRARY_FRAMES, SignTrack
 
 MIN_PX = 9.0
@@ -31,8 +34,9 @@ GHOST_IDS = 1_000_000_000
 """Numbers above this belong to things whose track went over to something else."""
 _LIGHT_GONE_NS = 1_000_000_000
 KINDS = ("light", "panel", "sign")
+NOTHING_THERE = 0.9
+"""Posterior from which the sign reader is sure that there is no sign."""
 Key = tuple[str, int]
-Readings = tuple[tuple[str, float], ...]
 ROAD_TYPES = {"motorway": "motorway", "motorway_end": "rural", "town_entry": "urban", "town_exit": "rural"}
 """Which kind of road begins behind a sign."""
 
@@ -49,23 +53,39 @@ class Sighting:
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
+class Look:
     """One crop to be read, and for whom."""
 
     key: Key
     question: str
     image: Picture
-    region: Region
+    shown: Shown
     closer: Picture | None = None
     """The ring of a zone sign, for a second look."""
 
 
 class FrontEnd:
-    """Keeps the tracks, asks the backend, parses, fuses, and says facts when they change."""
+    """Keeps the tracks, asks the backend, parses, fuses, weighs, and says facts when they change.
 
-    def __init__(self, backend: Backend, *, home: str = "", max_reads: int = 8, names: TownNames | None = None) -> None:
+    Beside a backend other than the embedded one, `reader_backend` is the embedded one: it keeps the tracks, and what the
+    backend says is weighed against it (`grounding`).
+    """
+
+    def __init__(
+        self,
+        backend: Backend,
+        *,
+        home: str = "",
+        max_reads: int = 8,
+        names: TownNames | None = None,
+        reader_backend: Backend | None = None,
+    ) -> None:
         self.backend, self.max_reads, self.names = backend, max_reads, names
+        self.reader_backend = reader_backend
+        self.guard = grounding.Guard()
         self.tracks: dict[Key, SignTrack] = {}
+        self.heard: dict[Key, SignTrack] = {}
+        """The same tracks by what the backend says of them; without a sign reader beside it, none."""
         self.whereabouts = Whereabouts.at_home(home)
         self.here = Here(jurisdiction=self.whereabouts.believed)
         self.road_type: tuple[str, float] | None = None
@@ -79,9 +99,7 @@ class FrontEnd:
         picture = sighting.open_picture() if chosen else None
         looks = self._looks(sighting, chosen, picture) if picture is not None else []
         for question in dict.fromkeys(look.question for look in looks):
-            part = [look for look in looks if look.question == question]
-            for look, readings in zip(part, self._answers(part, question), strict=True):
-                self._take(look, readings, sighting.stamp_ns)
+            self._ask([look for look in looks if look.question == question], question, sighting.stamp_ns)
         seen = [
             key
             for key, track in self.tracks.items()
@@ -90,21 +108,86 @@ class FrontEnd:
         for key in seen:
             self._locate(key, sighting)
             self._ask_name(key, picture)
-        return tuple(fact for key in seen if (fact := self._said(key, sighting.stamp_ns)) is not None)
+        return tuple(fact for key in seen for fact in self._said(key, sighting.stamp_ns))
 
-    def _answers(self, looks: Sequence[_Look], question: str) -> list[Readings]:
-        """The readings of all looks that ask one question; a zone's number comes from a closer look at its ring."""
-        images = [look.image for look in looks] + [look.closer for look in looks if look.closer is not None]
-        readings = [ranked(answer, self.here.jurisdiction) for answer in self.backend.answer(images, question)]
-        closer = iter(readings[len(looks) :])
-        return [
-            zones.sharpened(whole, next(closer) if look.closer is not None else ())
-            for look, whole in zip(looks, readings, strict=False)
+    def _ask(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
+        """One question about several crops of one picture; what is read goes to the tracks."""
+        for look, readings in zip(looks, self._answers(looks, question), strict=True):
+            self._take(look, readings, stamp_ns)
+        if self.reader_backend is None:
+            self._probe(looks, stamp_ns)
+        else:
+            self._consult(looks, question, stamp_ns)
+
+    def _answers(self, looks: Sequence[Look], question: str) -> list[Readings]:
+        """What the backend that keeps the tracks reads: the sign reader where there is one beside the backend."""
+        keeper = self.reader_backend or self.backend
+        return self._readings(looks, keeper.answer(_images(looks), question), own=self.reader_backend is None)
+
+    def _consult(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
+        """Ask the backend beside the sign reader. A backend that takes its time sends the looks off instead."""
+        self._hear(looks, self.backend.answer(_images(looks), question), stamp_ns)
+
+    def _hear(self, looks: Sequence[Look], answers: Sequence[Answer], stamp_ns: int) -> None:
+        """Take what the backend beside the sign reader says of looks (their pictures in the order of `_images`)."""
+        for look, readings in zip(looks, self._readings(looks, answers, own=True), strict=True):
+            if look.key in self.tracks:
+                self.heard[look.key] = self._with(look, readings, stamp_ns)
+        self._probe(looks, stamp_ns)
+
+    def _readings(self, looks: Sequence[Look], answers: Sequence[Answer], *, own: bool) -> list[Readings]:
+        """The readings of looks that ask one question; a zone's number comes from a closer look at its ring.
+
+        `own`: the answers are the backend's own, whose faults count against it.
+        """
+        closer = [look for look in looks if look.closer is not None]
+        every = [*looks, *closer]
+        said = [
+            spoken.heard(answer, look.question, self.here.jurisdiction, look.shown)
+            for answer, look in zip(spoken.as_many(answers, len(every)), every, strict=True)
         ]
+        near = {look.key: each.readings for look, each in zip(closer, said[len(looks) :], strict=True)}
+        if own:
+            self.guard.probes.asked += len(every)
+            for look, each in zip(looks, said, strict=False):
+                self.guard.note(look.key, each.fault)
+        return [zones.sharpened(each.readings, near.get(look.key, ())) for look, each in zip(looks, said, strict=False)]
+
+    def _with(self, look: Look, readings: Readings, stamp_ns: int) -> SignTrack:
+        """A track by what the backend says of it, with one more frame's readings."""
+        known = self.heard.get(look.key)
+        track = known or replace(self.tracks[look.key], evidence=Evidence(), plate=Evidence())
+        if look.question == QUESTIONS["plate"]:
+            return track.read_plate(readings, look.shown.region.width_px)
+        return track.read(readings, look.shown.region, stamp_ns) if readings else track
+
+    def _probe(self, looks: Sequence[Look], stamp_ns: int) -> None:
+        """Probe the backend, if that is due, with a question whose answer is believed now."""
+        said = self.tracks if self.reader_backend is None else self.heard
+        sure = {look.key: look for look in looks if look.question != QUESTIONS["plate"] and look.key in said}
+        best = {key: said[key].belief() for key in sure}
+        settled = [
+            Settled(key, look.question, look.image, best[key].reading)
+            for key, look in sure.items()
+            if said[key].believed(best[key])
+        ]
+        probe = self.guard.probes.choose(settled, stamp_ns)
+        if probe is not None:
+            self._try(probe, sure[probe.settled.key])
+
+    def _try(self, probe: Probe, look: Look) -> None:
+        """Put a probe's question. A backend that takes its time sends it off and takes the answer by `_tried` later."""
+        self._tried(probe, look, self.backend.answer([probe.image], look.question))
+
+    def _tried(self, probe: Probe, look: Look, answers: Sequence[Answer]) -> None:
+        """Whether the answer changed with the picture. No answer at all shows nothing against the backend."""
+        (answer,) = spoken.as_many(answers, 1)
+        readings = spoken.heard(answer, look.question, self.here.jurisdiction, look.shown).readings
+        self.guard.probed(look.key, probe.what, changed=self.guard.probes.answered(probe, readings))
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
         """Let time pass: tracks out of sight move towards the ego, are passed, or are forgotten."""
-        said = []
+        said: list[Fact] = []
         for key, track in list(self.tracks.items()):
             unseen_ns = now_ns - track.seen_ns
             moved = track.moved(now_ns, speed_mps if speed_mps is not None else 0.0)
@@ -112,12 +195,17 @@ class FrontEnd:
             if unseen_ns < UNSEEN_NS:
                 continue
             if key[1] > GHOST_IDS:
-                said.append(self._said(key, track.seen_ns))
+                said += self._said(key, track.seen_ns)
             if moved.kind != "light" and _is_behind(moved, speed_mps, unseen_ns):
-                said.append(self._passed(key))
+                said += self._passed(key)
             elif unseen_ns > (_LIGHT_GONE_NS if moved.kind == "light" else GONE_NS):
-                del self.tracks[key]
-        return tuple(fact for fact in said if fact is not None)
+                self._forget(key)
+        return tuple(said)
+
+    def _forget(self, key: Key) -> SignTrack:
+        self.guard.forget(key)
+        self.heard.pop(key, None)
+        return self.tracks.pop(key)
 
     def _chosen(self, sighting: Sighting) -> list[Box]:
         """The boxes to read: lights first, then what is not settled, then the largest."""
@@ -140,25 +228,31 @@ class FrontEnd:
             if box.track_id not in reading and key in self.tracks:
                 self.tracks[key] = _in_sight(self.tracks[key], _region(box), sighting.stamp_ns)
 
-    def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[_Look]:
+    def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[Look]:
         signs, boards = [_region(box) for box in boxes if box.kind == "sign"], has_boards(self.here.jurisdiction)
-        looks: list[_Look] = []
+        looks: list[Look] = []
         for box in boxes:
             if len(looks) >= self.max_reads:
                 break
             key, region = (sighting.camera, box.track_id), _region(box)
             self._open(key, box.kind, region, sighting.stamp_ns)
             own, hung = plates.split(region, boards=boards) if box.kind == "sign" else (region, None)
-            if (image := crop(picture, own)) is not None:
-                looks.append(_Look(key, QUESTIONS[box.kind], image, own, self._closer(key, picture, own)))
+            looks += self._look(key, box.kind, own, picture)
             if hung is None or own.height_px < PLATE_FROM_PX or len(looks) >= self.max_reads:
                 continue
             others = [other for other in signs if other != region]
             under = plates.below(own, others)
-            plate = hung if under is None else others[under]
-            if (image := crop(picture, plate)) is not None:
-                looks.append(_Look(key, QUESTIONS["plate"], image, plate))
+            looks += self._look(key, "plate", hung if under is None else others[under], picture)
         return looks
+
+    def _look(self, key: Key, kind: str, region: Region, picture: Picture) -> list[Look]:
+        """The crop to be asked about; none where too little of it lies in the picture."""
+        shown = Shown(region, picture.shape[1], picture.shape[0])
+        image = crop(picture, region) if spoken.inside(shown) else None
+        if image is None:
+            return []
+        closer = self._closer(key, picture, region) if kind != "plate" else None
+        return [Look(key, QUESTIONS[kind], image, shown, closer)]
 
     def _closer(self, key: Key, picture: Picture, region: Region) -> Picture | None:
         is_zone = self.tracks[key].belief().reading.startswith(zones.HEAD)
@@ -170,18 +264,18 @@ class FrontEnd:
                 camera=key[0], track_id=key[1], kind=kind, first_ns=stamp_ns, seen_ns=stamp_ns, region=region
             )
 
-    def _take(self, look: _Look, readings: Readings, stamp_ns: int) -> None:
+    def _take(self, look: Look, readings: Readings, stamp_ns: int) -> None:
         track = self.tracks[look.key]
         if look.question == QUESTIONS["plate"]:
-            self.tracks[look.key] = track.read_plate(readings, look.region.width_px)
+            self.tracks[look.key] = track.read_plate(readings, look.shown.region.width_px)
         elif track.contradicted(readings):
             self._take_contrary(look, readings, stamp_ns)
         elif readings:
-            self.tracks[look.key] = track.read(readings, look.region, stamp_ns)
+            self.tracks[look.key] = track.read(readings, look.shown.region, stamp_ns)
         else:
-            self.tracks[look.key] = _in_sight(track, look.region, stamp_ns)
+            self.tracks[look.key] = _in_sight(track, look.shown.region, stamp_ns)
 
-    def _take_contrary(self, look: _Look, readings: Readings, stamp_ns: int) -> None:
+    def _take_contrary(self, look: Look, readings: Readings, stamp_ns: int) -> None:
         """The track may have jumped to another thing: wait for a second such frame, then part the two.
 
         What was believed goes on under a number of its own, out of sight, until it is passed.
@@ -193,9 +287,12 @@ class FrontEnd:
         self._ghosts += 1
         ghost = (track.camera, GHOST_IDS + self._ghosts)
         self.tracks[ghost] = replace(track, track_id=ghost[1], contrary=0, said=())
+        if (heard := self.heard.pop(look.key, None)) is not None:
+            self.heard[ghost] = heard
+        self.guard.renamed(look.key, ghost)
         del self.tracks[look.key]
-        self._open(look.key, track.kind, look.region, stamp_ns)
-        self.tracks[look.key] = self.tracks[look.key].read(readings, look.region, stamp_ns)
+        self._open(look.key, track.kind, look.shown.region, stamp_ns)
+        self.tracks[look.key] = self.tracks[look.key].read(readings, look.shown.region, stamp_ns)
 
     def _locate(self, key: Key, sighting: Sighting) -> None:
         if sighting.calibration is None:
@@ -242,40 +339,47 @@ class FrontEnd:
             jurisdiction=where.believed, jurisdiction_confidence=where.posterior(where.believed)
         )
 
-    def _said(self, key: Key, stamp_ns: int) -> Fact | None:
+    def _facts(self, key: Key, *, passed: bool = False) -> tuple[Fact, ...]:
+        """What is to be said of a track, weighed."""
         track = self.tracks[key]
-        fact = self._named(key, fact_of(track, self.here))
-        if fact is None:
-            return None
-        content = (fact.reading, fact.believed, fact.scope, fact.plates, fact.unit, fact.text)
+        read = self._named(key, fact_of(track, self.here, passed=passed))
+        if self.reader_backend is None:
+            own = self.guard.own(key, read)
+            return () if own is None else (own,)
+        heard, best = self.heard.get(key, track), track.belief()
+        mine = None
+        if key in self.heard:
+            said = replace(track, evidence=heard.evidence, plate=heard.plate, seen_ns=heard.seen_ns)
+            mine = self.guard.own(key, self._named(key, fact_of(said, self.here, passed=passed)))
+        nothing = best.reading == OTHER and best.probability >= NOTHING_THERE and track.evidence.frames > 1
+        return grounding.weighed(mine, read, self.here.road_class, nothing_there=nothing)
+
+    def _said(self, key: Key, stamp_ns: int) -> tuple[Fact, ...]:
+        track, facts = self.tracks[key], self._facts(key)
+        content = tuple(
+            (each.reading, each.believed, each.scope, each.plates, each.unit, each.text, each.grounding)
+            for each in facts
+        )
         due = stamp_ns - track.said_ns >= REPEAT_NS or track.kind == "light"
-        if content == track.said and not due:
-            return None
+        if not facts or (content == track.said and not due):
+            return ()
         self.tracks[key] = replace(track, said=content, said_ns=stamp_ns)
-        return fact
+        return facts
 
-    def _passed(self, key: Key) -> Fact | None:
-        track = self.tracks.pop(key)
-        fact = self._named(key, fact_of(track, self.here, passed=True))
-        self._learn(key, track)
-        if fact is not None and fact.believed and fact.reading in ROAD_TYPES:
-            self.road_type = (ROAD_TYPES[fact.reading], fact.confidence)
-        return fact
+    def _passed(self, key: Key) -> tuple[Fact, ...]:
+        facts = self._facts(key, passed=True)
+        track = self._forget(key)
+        if not any(fact.grounding for fact in facts):
+            self._learn(key, track)
+        for fact in facts:
+            if fact.believed and fact.reading in ROAD_TYPES:
+                self.road_type = (ROAD_TYPES[fact.reading], fact.confidence)
+        return facts
 
 
-def ranked(answer: Answer, jurisdiction: str | None) -> Readings:
-    """An answer as readings with probabilities; what the parser refuses is no reading at all.
-
-    A sentence in a unit that the country does not use is refused too. A condition said in the sentence itself is not
-    kept: conditions come from plates, and without one a limit counts always, which is the careful side.
-    """
-    offered = answer.alternatives or ((answer.text, answer.score),)
-    parsed = ((parse(text), share) for text, share in offered if text)
-    readings: dict[str, float] = {}
-    for statement, share in parsed:
-        if statement is not None and statement.unit in (None, unit_of(jurisdiction)):
-            readings[statement.reading] = max(readings.get(statement.reading, 0.0), share)
-    return tuple(readings.items())
+def _images(looks: Sequence[Look]) -> list[Picture]:
+    """The pictures of looks that ask one question: each look's, then the closer ones of those that have one."""
+    return [look.image for look in looks] + [look.closer for look in looks if look.closer is not None]
 
 
 def _region(box: Box) -> Region:

@@ -7,7 +7,7 @@ from typing import Annotated
 import msgspec
 
 from drivemcp.config import ServiceConfig
-from drivemcp.errors import ToolFailed
+from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.received import Received
@@ -18,6 +18,9 @@ from proto.scene import Fact, Facts, SceneGraph
 from proto.sensors import Calibration, CameraFrame
 from services.drivelm import ask as reader_of_graphs
 from services.drivelm.backend import EmbeddedBackend
+from services.drivelm.backends import load
+from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
+from services.drivelm.backends.late import LateFrontEnd
 from services.drivelm.cues import oncoming_cue
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
@@ -27,7 +30,6 @@ from services.drivelm.names import TownNames, available
 from services.drivelm.reader import Reader
 from services.drivelm.surroundings import surroundings
 
-BACKENDS = ("embedded",)
 _RECENT_NS = 2_000_000_000
 
 
@@ -35,6 +37,13 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """Settings of the front end."""
 
     backend: str = "embedded"
+    """`embedded`, `transformers` or `openai`; beside the latter two the embedded one keeps reading."""
+    transformers: TransformersConfig = TransformersConfig()
+    openai: OpenaiConfig = OpenaiConfig()
+    outstanding: Annotated[int, msgspec.Meta(ge=1, le=16)] = 2
+    """How many questions are with a slow backend at any time."""
+    max_age_s: Annotated[float, msgspec.Meta(gt=0, le=60)] = 4.0
+    """Pictures older than this, against the newest, are not asked about any more."""
     model: str = "models/reader.onnx"
     home: str = "DEU"
     """Country assumed until signs tell; a weak prior. Empty: assume nothing."""
@@ -61,12 +70,27 @@ class SceneDescription(msgspec.Struct, frozen=True, kw_only=True):
     graph: SceneGraph
 
 
-def load_backend(config: DrivelmConfig) -> EmbeddedBackend:
-    """The backend of the configuration."""
-    if config.backend not in BACKENDS:
-        raise ToolFailed(f"unknown backend {config.backend!r}; there is: {', '.join(BACKENDS)}")
+def load_reader(config: DrivelmConfig) -> EmbeddedBackend:
+    """The embedded backend of the configuration."""
     path = data(config.model)
     return EmbeddedBackend(Reader.load(path), hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def load_front_end(config: DrivelmConfig, node: Node, names: TownNames | None) -> FrontEnd:
+    """The front end with the configured backend. Raises ConfigError naming the field that cannot be used."""
+    if config.backend == "embedded":
+        return FrontEnd(load_reader(config), home=config.home, max_reads=config.max_reads, names=names)
+    if node.lockstep:
+        raise ConfigError(f"drivelm.backend = {config.backend} is not for lockstep: its answers come when they come")
+    backend = load.load(config.backend, load.Slow(transformers=config.transformers, openai=config.openai))
+    node.detail["prompts"] = backend.prompts
+    late = LateFrontEnd(
+        backend, load_reader(config), home=config.home, max_reads=config.max_reads, names=names,
+        outstanding=config.outstanding, max_age_s=config.max_age_s,
+    )  # fmt: skip
+    late.errands.ready = lambda: node.run_soon(late.arrive)
+    node.on_close(late.errands.close)
+    return late
 
 
 def build(config: DrivelmConfig, node: Node) -> None:
@@ -81,7 +105,7 @@ class Bindings:
         self.config, self.node = config, node
         self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
         self.names = TownNames() if config.read_names and available() and not node.lockstep else None
-        self.front_end = FrontEnd(load_backend(config), home=config.home, max_reads=config.max_reads, names=self.names)
+        self.front_end = load_front_end(config, node, self.names)
         if self.names is not None:
             node.on_close(self.names.close)
         self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
@@ -111,6 +135,7 @@ class Bindings:
             ego_lane_id=message.ego_lane_id,
             lateral_offset_m=message.lateral_offset_m,
             lane_width_m=max(2.5, message.lane_width_m),
+            road_class=message.road_class if message.source == "map" else "",
         )
 
     def on_boxes(self, message: Boxes, info: Received[Boxes]) -> None:
@@ -176,14 +201,14 @@ class Bindings:
         self.node.publish(topics.GRAPH, self.graph)
 
     def ask_scene(
-        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=300)]
+        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=500)]
     ) -> SceneAnswer:
-        """Answer a question about the scene ahead with a sentence of the scene graph, word for word.
+        """Answer a question about the scene ahead from the scene graph; `method` tells how the answer was found.
 
-        The embedded backend composes nothing: it extracts. Where the graph has no fitting sentence it says so, score 0.
+        Nothing is composed that the graph does not hold. Where it has no fitting sentence it says so, score 0.
         """
         found = reader_of_graphs.ask(self._graph(), question)
-        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer)
+        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer, method=found.method)
 
     def describe_scene(self) -> SceneDescription:
         """Describe the scene ahead in words, with the graph of objects, questions and answers behind them."""

@@ -83,6 +83,15 @@ def way(world: WorldState, track: Track) -> Way:
     return Way(track, gap, closing, ttc, speed)
 
 
+KNOWN_S, KNOWN_CONFIDENCE = 1.0, 0.5
+
+
+def missed_as(way: Way) -> int:
+    """The number under which an actor is missed when it vanishes; 0 of one that was hardly seen."""
+    known = way.track.age_s >= KNOWN_S and way.track.confidence >= KNOWN_CONFIDENCE
+    return way.track.track_id if known else 0
+
+
 WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
 MOST_GAPS = 60
 

@@ -6,7 +6,7 @@ from proto.decision import Decision, Event
 from services.orchestrator.events import onsets
 from services.orchestrator.matter import Matter
 from services.orchestrator.state import Memory, Spoken, State
-from services.orchestrator.targets import Target, last_seen
+from services.orchestrator.targets import Target, last_seen, still_lost
 
 SPOKEN_KINDS = ("SPEAK", "ACT")
 KEPT_TOPICS = 40
@@ -18,7 +18,12 @@ def remember(
     """The state after the tick."""
     lead_mps, person_mps = last_seen(goal)
     held = msgspec.structs.replace(
-        state.held, target_mps=goal.mps, target_ns=state.now_ns, lead_mps=lead_mps, person_mps=person_mps
+        state.held,
+        target_mps=goal.mps,
+        target_ns=state.now_ns,
+        lead_mps=lead_mps,
+        person_mps=person_mps,
+        lost=still_lost(state, goal),
     )
     memory = state.memory
     if decision.kind in SPOKEN_KINDS:

@@ -91,6 +91,7 @@ class Orchestrator:
         self._node = node
         self._lock = threading.Lock()
         self._facts: list[Stamped[Facts]] = []
+        self._front_end = ""
         self._feedback: list[Feedback] = []
         self._given = Given()
         self._query = ""
@@ -108,6 +109,7 @@ class Orchestrator:
         """Facts arrive when they arrive; none gates a tick."""
         stamped = clean(Stamped(seq=info.seq, stamp_ns=info.stamp_ns, message=facts))
         self._facts += [stamped] if stamped is not None else []
+        self._front_end = plain(facts.backend)
         del self._facts[:-MOST_FACTS]
 
     def on_tracks(self, tracks: Tracks, info: Received[Tracks]) -> None:
@@ -156,6 +158,8 @@ class Orchestrator:
         legal = ticked.state.held.legal
         if legal is not None:
             versions["rulepack"] = legal.rulepack_version
+        if self._front_end:
+            versions["front_end"] = self._front_end
         return versions
 
     # -- observations --------------------------------------------------------------------------------------------------

@@ -102,6 +102,15 @@ class Limiter(msgspec.Struct, frozen=True, kw_only=True):
     text: str = ""
 
 
+class Lost(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """How an actor bounded the target when it was last seen."""
+
+    track_id: int
+    why: str
+    mps: float
+    stamp_ns: int
+
+
 class Held(msgspec.Struct, frozen=True, kw_only=True):
     """The last word of each expert: it bounds the target until a better one replaces it."""
 
@@ -121,6 +130,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     lead_mps: float | None = None
     person_mps: float | None = None
     """How the lead and a person bounded the target when they were last seen."""
+    lost: tuple[Lost, ...] = ()
+    """The same of each actor of the last moments; it counts for those who vanished."""
     doubted_mps: float | None = None
     doubted_until_ns: int = 0
     target_mps: float | None = None

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from services.orchestrator.actors import EGO_HALF_M, pedestrian
+from services.orchestrator.actors import EGO_HALF_M, missed_as, pedestrian
 from services.orchestrator.lines import line_of, stop_signs
 from services.orchestrator.state import State
 
@@ -22,6 +22,8 @@ class Stop(NamedTuple):
     """`red_light`, `stop_sign`, `person`"""
     room_m: float
     confidence: float
+    track_id: int = 0
+    """The person who was seen well enough to be missed; 0: none."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -65,4 +67,4 @@ def _person(state: State) -> Stop | None:
     person = pedestrian(state.world)
     if person is None:
         return None
-    return Stop("person", person.gap_m - PERSON_M, person.track.confidence)
+    return Stop("person", person.gap_m - PERSON_M, person.track.confidence, missed_as(person))

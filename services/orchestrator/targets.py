@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
-from services.orchestrator.actors import Way, vehicles
+from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.limits import RESTRICTED_PLATES, SURE, in_force
-from services.orchestrator.state import State
+from services.orchestrator.state import Lost, State
 from services.orchestrator.stops import stops
 from services.orchestrator.units import to_mps
 
@@ -38,6 +38,9 @@ HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
 """In which a gap that is too small is to be opened again."""
 STANDSTILL_M = 2.0
+VANISHED_NS = 3_000_000_000
+"""For how long an actor bounds the target that vanished from its way."""
+MOST_LOST = 24
 ANSWER_SERVES_NS = 2_000_000_000
 """For how long an answer counts as today's while a detail of the question (wetness, sight) has just changed."""
 UNANSWERED = 0.6
@@ -53,6 +56,8 @@ class Bound(NamedTuple):
     confidence: float = 1.0
     factor: float = 1.0
     """With which weather, vehicle and experts had scaled it."""
+    track_id: int = 0
+    """The actor that was seen well enough to be missed; 0: none."""
 
 
 class Law(NamedTuple):
@@ -86,10 +91,11 @@ def target(state: State) -> Target:
     found = [Bound(_or_max(law.mps) * factor, "law", law.basis, law.confidence, factor)]
     found += [b._replace(mps=b.mps * factor, factor=factor) for b in _ahead(state, law)]
     found += _doubts(state, law, factor)
-    found += [Bound(s.approach_mps(), s.why, "perception", s.confidence) for s in stops(state)]
+    found += [Bound(s.approach_mps(), s.why, "perception", s.confidence, track_id=s.track_id) for s in stops(state)]
     headway = headway_factor(state)
     found += _following(vehicles(state.world), headway)
     found += _blind(state)
+    found += _vanished(state)
     found += _sight(state)
     found += [
         Bound(each.target_mps, "expert", each.tool, each.confidence)
@@ -253,6 +259,28 @@ def _blind(state: State) -> list[Bound]:
     return found
 
 
+def _vanished(state: State) -> list[Bound]:
+    """Who was in the way a moment ago and is nowhere now did not dissolve: it bounds as when last seen, for a while."""
+    if state.world.actors is None:
+        return []
+    seen = {track.track_id for track in state.world.actors.value}
+    recent = [lost for lost in state.held.lost if state.now_ns - lost.stamp_ns <= VANISHED_NS]
+    return [Bound(lost.mps, lost.why, "perception", 0.3) for lost in recent if lost.track_id not in seen]
+
+
+def still_lost(state: State, goal: Target) -> tuple[Lost, ...]:
+    """How the actors of this tick bound the target, and those who vanished lately."""
+    now = {b.track_id: Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns) for b in goal.bounds}
+    now.pop(0, None)
+    seen = {track.track_id for track in state.world.actors.value} if state.world.actors is not None else set()
+    gone = (
+        lost
+        for lost in state.held.lost
+        if lost.track_id not in seen and state.now_ns - lost.stamp_ns <= VANISHED_NS and lost.track_id not in now
+    )
+    return (*gone, *now.values())[-MOST_LOST:]
+
+
 def _sight(state: State) -> list[Bound]:
     """One stops within what one sees, whatever the limit is: the factor was worked out for one limit and has a floor."""
     conditions = state.held.conditions
@@ -270,9 +298,8 @@ def last_seen(goal: Target) -> tuple[float | None, float | None]:
 
 
 def _following(ahead: tuple[Way, ...], headway: float) -> list[Bound]:
-    """The tightest bound of all who drive ahead: whom one meets first need not be whom one follows."""
-    found = [bound for way in ahead if (bound := _behind(way, headway)) is not None]
-    return [min(found, key=lambda bound: bound.mps)] if found else []
+    """Of all who drive ahead: whom one meets first need not be whom one follows."""
+    return [bound for way in ahead if (bound := _behind(way, headway)) is not None]
 
 
 def _behind(way: Way, headway: float) -> Bound | None:
@@ -285,4 +312,5 @@ def _behind(way: Way, headway: float) -> Bound | None:
     if way.gap_m >= wanted and not closing:
         return None
     # Doubted or not: an actor may always lower the target.
-    return Bound(max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S), "lead", "perception", way.track.confidence)
+    mps = max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S)
+    return Bound(mps, "lead", "perception", way.track.confidence, track_id=missed_as(way))

@@ -99,6 +99,11 @@ def _turn(angle_rad: float) -> Floats:
     return turn
 
 
+def widened(estimate: Estimate, factor: float) -> Estimate:
+    """The same place and speed, its variances so many times as large."""
+    return Estimate(estimate.mean, factor * estimate.covariance)
+
+
 def distance(estimate: Estimate, fix: Fix) -> tuple[float, float]:
     """Squared Mahalanobis distance of a fix from the estimate, and the same plus the spread's logarithm as a cost.
 

@@ -13,6 +13,8 @@ from services.perception.lanes import LaneModel
 EGO_WIDTH_M = 1.9
 MARGIN_M = 0.25
 """Room beside the ego that belongs to its path."""
+FADED = 0.25
+"""Who is less sure leads only where nobody surer does: an established track falls below it after 0.6 s unseen."""
 CUT_IN_S = 1.0
 """A body that will reach into the path within this time, at its lateral speed now, is in it."""
 CUT_IN_MPS = 0.4
@@ -61,4 +63,5 @@ def lead_of(placed: Sequence[Placed]) -> int | None:
         for each in placed
         if each.track.in_ego_path and not each.track.oncoming and each.track.kind != "pedestrian" and each.along_m > 0
     ]
-    return min(ahead, key=lambda each: each.along_m).track.track_id if ahead else None
+    sure = [each for each in ahead if each.track.confidence >= FADED]
+    return min(sure or ahead, key=lambda each: each.along_m).track.track_id if ahead else None

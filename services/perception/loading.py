@@ -1,4 +1,17 @@
-"""Opens a detector model: which kind it is, its outputs tell."""
+"""Opens a detector model: which kind it is, its outputs tell.
+
+| outputs | kind | picture |
+|---|---|---|
+| `heat` and `sides_px` | our own centre-point net | uint8 RGB |
+| one, (1, cells, 85), boxes as offsets in cells | YOLOX as its publisher exports it | BGR 0..255 |
+| one, (1, cells, 85), boxes in pixels | YOLOX decoded in the graph | BGR 0..255 |
+| one, (1, 3 x cells, 85) | YOLOv5 style | RGB 0..1 |
+| one, (1, 84, cells) | YOLOv8 style | RGB 0..1 |
+
+`cells` are the places at strides 8, 16 and 32. 85 is a box, an objectness and COCO's 80 classes; 84 has no objectness. Offsets
+and pixels are told apart by running the model once on a grey picture: centres in pixels reach across it, offsets do not.
+Models with their own suppression, other classes or several outputs are refused.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +19,16 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from services.perception.centre import CentreDetector
+from services.perception.detection import FloatArray
 from services.perception.detector import Detector, DetectorError, DetectorOptions
-from services.perception.yolox import YoloxDetector
+from services.perception.yolox import COCO_CLASSES, YOLO_V5, YOLO_V8, YOLOX, YOLOX_DECODED, CocoDetector, Layout, cells
+
+FREE_SIDE_PX = 640
+"""The side of the picture given to a model that takes any."""
+SIDES_PX = (32, 2048)
 
 
 def load_detector(path: Path, options: DetectorOptions | None = None) -> Detector:
@@ -22,10 +42,45 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     card = _card(path)
     if {"heat", "sides_px"} <= outputs.keys():
         return CentreDetector(session, card, options, name=path.stem)
-    shape = next(iter(outputs.values()))
-    if len(outputs) == 1 and len(shape) == 3 and shape[2] == 85:
-        return YoloxDetector(session, options, name=path.stem)
-    raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
+    side_px = _square_side(session)
+    if len(outputs) != 1 or side_px is None:
+        raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
+    layout = _layout(_on_grey(session, side_px, path), side_px)
+    if layout is None:
+        raise DetectorError(f"{path} is no COCO-style detector that we know: its outputs are {outputs}")
+    return CocoDetector(session, options, name=path.stem, layout=layout, side_px=side_px)
+
+
+def _square_side(session: Any) -> int | None:
+    """The side of the square float picture that a model takes; None where it takes something else."""
+    inputs = session.get_inputs()
+    if len(inputs) != 1 or inputs[0].type != "tensor(float)" or len(inputs[0].shape) != 4:
+        return None
+    batch, planes, height, width = (size if isinstance(size, int) else None for size in inputs[0].shape)
+    side = height or width or FREE_SIDE_PX
+    fits = batch in (1, None) and planes in (3, None) and height in (side, None) and width in (side, None)
+    return side if fits and SIDES_PX[0] <= side <= SIDES_PX[1] and side % 32 == 0 else None
+
+
+def _on_grey(session: Any, side_px: int, path: Path) -> FloatArray:
+    from onnxruntime.capi import onnxruntime_pybind11_state as problems
+
+    grey = np.full((1, 3, side_px, side_px), 0.45, np.float32)
+    try:
+        output: FloatArray = np.asarray(session.run(None, {session.get_inputs()[0].name: grey})[0])
+    except (problems.Fail, problems.InvalidArgument, problems.RuntimeException) as error:
+        raise DetectorError(f"{path} does not run on a picture of {side_px} pixels: {str(error)[:200]}") from None
+    return output
+
+
+def _layout(output: FloatArray, side_px: int) -> Layout | None:
+    """The layout of what a model says about a grey picture; None where it is none that we know."""
+    places, plain, with_objectness = cells(side_px), 4 + COCO_CLASSES, 5 + COCO_CLASSES
+    if output.shape == (1, places, with_objectness):
+        return YOLOX_DECODED if np.ptp(output[0, :, :2]) > side_px / 2 else YOLOX
+    if output.shape == (1, 3 * places, with_objectness):
+        return YOLO_V5
+    return YOLO_V8 if output.shape == (1, plain, places) else None
 
 
 def _session(path: Path, threads: int) -> Any:

@@ -14,11 +14,14 @@ import numpy as np
 
 from proto.perception import ActorClass, Track
 from services.perception.assignment import greedy
-from services.perception.kalman import EgoMotion, Estimate, Fix, Floats, Noise, distance, predict, update
+from services.perception.kalman import EgoMotion, Estimate, Fix, Floats, Noise, distance, predict, update, widened
 from services.perception.sizes import PERSON, Body
 
 GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
+SWERVE_GATE, SWERVE_M = 60.0, 2.5
+"""A confirmed track left without a fix takes one that is left over as well, this near: it swerved or braked harder than
+its noise allows for. Squared Mahalanobis distance, and metres."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
 CONFIRMING = ((3, 1.2), (2, 1.4))
@@ -32,11 +35,13 @@ FADING_S, LOST_FADING_S = 0.8, 0.4
 """Confidence is 1 - exp(-evidence / unit): 0.63 after scores that add up to 1.5, at most 0.93, less while unseen. A
 detector's score tells how sure one picture is; that many pictures agree makes it surer, but pictures that follow each
 other err alike: evidence fades, so that a low score never adds up to certainty (our choice, not calibrated)."""
+SHOWN_CONFIDENCE = 0.1
+"""Tracks less sure than this are not published; they keep their id until they end."""
 BEHIND_M = -8.0
 RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
 NOISE: dict[ActorClass, Noise] = {
-    "vehicle": Noise(along_mps2=3.0, across_mps2=1.0),
+    "vehicle": Noise(along_mps2=5.0, across_mps2=2.0),
     "pedestrian": Noise(along_mps2=1.0, across_mps2=1.2),
     "cyclist": Noise(along_mps2=1.5, across_mps2=1.2),
 }
@@ -107,15 +112,9 @@ class Tracker:
         a place lies in the picture's view; a track outside it is not missed.
         """
         self._advance(stamp_ns, ego)
-        pairs = greedy(
-            (cost, left, right)
-            for left, track in enumerate(self.tracks)
-            for right, sighting in enumerate(sightings)
-            for cost in _costs(track, sighting)
-        )
         tracks = list(self.tracks)
         owners = [0] * len(sightings)
-        for left, right in pairs:
+        for left, right in _pairs(tracks, sightings):
             tracks[left] = _hit(tracks[left], sightings[right], self._now_ns)
             owners[right] = tracks[left].track_id
         for right, sighting in enumerate(sightings):
@@ -144,15 +143,41 @@ class Tracker:
             self._now_ns, self._ego = stamp_ns, ego
 
     def published(self) -> list[Track]:
-        """The confirmed tracks now, without lanes."""
-        return [as_message(track, self._now_ns, self._ego.speed_mps) for track in self.tracks if track.confirmed]
+        """The confirmed tracks now that are still believed in, without lanes."""
+        told = (as_message(track, self._now_ns, self._ego.speed_mps) for track in self.tracks if track.confirmed)
+        return [track for track in told if track.confidence >= SHOWN_CONFIDENCE]
 
 
-def _costs(track: Tracked, sighting: Sighting) -> Iterator[float]:
-    if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
-        squared, cost = distance(track.estimate, sighting.fix)
-        if squared <= GATE:
-            yield cost
+def _pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
+    """Track and sighting, by index: the likely ones first, then who swerved among those left over."""
+    likely = greedy(_costs(tracks, sightings, _likely))
+    lefts, rights = ({pair[side] for pair in likely} for side in (0, 1))
+    swerved = greedy(
+        (cost, left, right)
+        for cost, left, right in _costs(tracks, sightings, _swerved)
+        if left not in lefts and right not in rights
+    )
+    return [*likely, *swerved]
+
+
+def _costs(
+    tracks: Sequence[Tracked], sightings: Sequence[Sighting], fits: Callable[[Tracked, Sighting, float], bool]
+) -> Iterator[tuple[float, int, int]]:
+    for left, track in enumerate(tracks):
+        for right, sighting in enumerate(sightings):
+            if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
+                squared, cost = distance(track.estimate, sighting.fix)
+                if fits(track, sighting, squared):
+                    yield cost, left, right
+
+
+def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
+    return squared <= GATE
+
+
+def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
+    apart_m = math.hypot(*(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist())
+    return track.confirmed and squared <= SWERVE_GATE and apart_m <= SWERVE_M
 
 
 def _as_far(mean: Floats, place: Floats) -> bool:
@@ -167,10 +192,12 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
         length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
+    squared, _ = distance(track.estimate, sighting.fix)
+    before = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
     hits, evidence = track.hits + 1, min(MOST_EVIDENCE, track.evidence + sighting.score)
     return replace(
         track,
-        estimate=update(track.estimate, sighting.fix),
+        estimate=update(before, sighting.fix),
         body=body,
         seen_ns=now_ns,
         hits=hits,

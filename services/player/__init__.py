@@ -1,1 +1,1 @@
-"""Feeds recordings through the sensor topics: a video file, or a folder of pictures."""
+"""Feeds recordings through the sensor topics: videos, pictures, webcams, LiDAR frames, our own logs, and CAN logs beside them."""

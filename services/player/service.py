@@ -1,33 +1,42 @@
-"""Publishes a recording's pictures at their own pace, with an assumed calibration where the recording brings none."""
+"""Publishes a recording's moments at their own pace."""
 
-import math
 import threading
 from pathlib import Path
 
 import cv2
+import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, UserError
 from drivemcp.node import Node
 from drivemcp.service import Service
 from proto import topics
-from proto.sensors import Calibration, CameraFrame
+from proto.sensors import CanFrames
 from proto.truth import ScenarioState
-from services.player.source import Picture, Recording, open_recording
+from services.player.can_log import rebased
+from services.player.moments import Moment, Options, Recording
+from services.player.source import open_recording
+from services.player.webcam import webcam_number
 
 
 class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     """What to play, how fast, and what to assume of the camera."""
 
     source: str = ""
+    """A video, a folder of pictures, webcam:0, a frame.json or its folder, or a log of ours."""
     seconds: float = 0.0
     """0: to the end."""
     picture_period_s: float = 0.5
     max_rate_hz: float = 10.0
+    hold_s: float = 3.0
+    """How long a single LiDAR frame is shown."""
     fov_deg: float = 60.0
     """Horizontal field of view: an assumption, unless the camera is known. Ranges from the ground plane depend on it."""
     camera_height_m: float = 1.4
-    jpeg_quality: int = 90
+    can_log: str = ""
+    """A log that python-can reads, published as frames of the bus `can0`."""
+    can_offset_s: float = 0.0
+    """The recording starts so long after the CAN log's first frame."""
 
 
 class Player:
@@ -56,53 +65,59 @@ class Player:
     def tell(self) -> None:
         """Publish where the recording stands."""
         state = ScenarioState(
-            scenario=self._recording.path.name,
+            scenario=self._recording.name,
             seed=0,
             time_s=self._at_s,
             duration_s=self._recording.duration_s,
             running=not self._finished,
             finished=self._finished,
             late_frames=self._late,
-            problem=self._problem,
+            problem=self._problem if self._finished else "",
         )
         self._node.publish(topics.SCENARIO, state)
 
     def _run(self) -> None:
         start_ns = self._node.clock.now_ns()
+        self._problem = "the player failed; see its log"
         try:
-            for number, picture in enumerate(self._recording.pictures):
-                due_s = picture.at_s - (self._node.clock.now_ns() - start_ns) / 1e9
-                if self._over(picture.at_s) or (due_s > 0 and self._stop.wait(due_s)):
+            for moment in self._recording.moments:
+                due_s = moment.at_s - (self._node.clock.now_ns() - start_ns) / 1e9
+                if self._over(moment.at_s) or (due_s > 0 and self._stop.wait(due_s)):
                     break
-                self._late += due_s < -1.0 / self._config.max_rate_hz
-                self._publish(picture, number)
+                self._publish(moment, start_ns, late=due_s < -1.0 / self._config.max_rate_hz)
         except (UserError, cv2.error) as error:
             self._node.log.error("the recording breaks off: %s", error)
             self._problem = str(error)
-        self._finished = True
+        else:
+            self._problem = ""
+        finally:
+            self._finished = True
 
     def _over(self, at_s: float) -> bool:
         return self._stop.is_set() or (self._config.seconds > 0 and at_s > self._config.seconds)
 
-    def _publish(self, picture: Picture, number: int) -> None:
-        height, width = picture.bgr.shape[:2]
-        if number % 10 == 0:
-            self._node.publish(topics.CALIBRATION, assumed_calibration(self._config, width, height), id="front")
-        encoded, jpeg = cv2.imencode(".jpg", picture.bgr, [cv2.IMWRITE_JPEG_QUALITY, self._config.jpeg_quality])
-        if not encoded:
-            return
-        frame = CameraFrame(jpeg=jpeg.tobytes(), width_px=width, height_px=height, frame=number)
-        self._node.publish(topics.CAMERA, frame, id="front")
-        self._at_s = picture.at_s
+    def _publish(self, moment: Moment, start_ns: int, *, late: bool) -> None:
+        """With the stamp it had in the recording, on today's clock: what comes late is known to be old."""
+        stamp_ns = start_ns + round(moment.at_s * 1e9)
+        self._node.publish(moment.topic, _on_clock(moment.message, start_ns), id=moment.id, stamp_ns=stamp_ns)
+        if moment.topic is topics.CAMERA:
+            self._late += late
+            self._at_s = max(self._at_s, moment.at_s)
 
 
-def assumed_calibration(config: PlayerConfig, width_px: int, height_px: int) -> Calibration:
-    """A level pinhole camera in the middle of the windscreen."""
-    focal_px = width_px / 2 / math.tan(math.radians(config.fov_deg) / 2)
-    return Calibration(
-        fx_px=focal_px, fy_px=focal_px, cx_px=width_px / 2, cy_px=height_px / 2, width_px=width_px, height_px=height_px,
-        z_m=config.camera_height_m,
-    )  # fmt: skip
+def _on_clock(message: msgspec.Struct, start_ns: int) -> msgspec.Struct:
+    return rebased(message.frames, start_ns) if isinstance(message, CanFrames) else message
+
+
+def options_of(config: PlayerConfig) -> Options:
+    """What the source needs to know of the configuration."""
+    return Options(
+        picture_period_s=config.picture_period_s,
+        max_rate_hz=config.max_rate_hz,
+        hold_s=config.hold_s,
+        fov_deg=config.fov_deg,
+        camera_height_m=config.camera_height_m,
+    )
 
 
 def build(config: PlayerConfig, node: Node) -> None:
@@ -110,11 +125,12 @@ def build(config: PlayerConfig, node: Node) -> None:
     if config.lockstep:
         raise ConfigError("a recording is played at its own pace; lockstep is for the simulator")
     if not config.source:
-        raise ConfigError("source: which video or folder of pictures to play")
-    path = str(Path(config.source).resolve())
-    recording = open_recording(path, picture_period_s=config.picture_period_s, max_rate_hz=config.max_rate_hz)
+        raise ConfigError("source: which video, folder of pictures, webcam, frame or log to play")
+    source = config.source if webcam_number(config.source) is not None else str(Path(config.source).resolve())
+    can_log = str(Path(config.can_log).resolve()) if config.can_log else ""
+    recording = open_recording(source, options_of(config), can_log=can_log, can_offset_s=config.can_offset_s)
     player = Player(config, node, recording)
-    node.detail["source"] = f"{recording.path.name}, {recording.total} pictures, {config.fov_deg:g} degrees assumed"
+    node.detail["source"] = f"{recording.name}, {recording.pictures or 'live'} pictures: {recording.brings}"
     node.every(0.5, player.tell)
     node.on_close(player.close)
     node.run_soon(player.start)

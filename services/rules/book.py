@@ -1,5 +1,6 @@
 """The rule book: the loaded packs, and which of them answers for a jurisdiction."""
 
+import re
 from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
@@ -15,6 +16,7 @@ STALE = 0.5
 UNKNOWN_COUNTRY = 0.3
 FOREIGN_LAW = 0.3
 _ALPHA2 = {"DE": "DEU", "GB": "GBR", "UK": "GBR", "FR": "FRA", "NL": "NLD", "AT": "AUT", "PL": "POL"}
+_CODE = re.compile(r"[A-Za-z]{2,3}(?:-[A-Za-z0-9]{1,3})?")
 
 
 class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
@@ -83,8 +85,11 @@ def load_book(
 
 
 def normal_jurisdiction(text: str | None) -> str | None:
-    """ISO 3166 alpha-3, with a subdivision behind a hyphen where one is given: `de` → DEU, `GB-WLS` → GBR-WLS."""
-    if text is None or not text.strip():
+    """ISO 3166 alpha-3, with a subdivision behind a hyphen where one is given: `de` → DEU, `GB-WLS` → GBR-WLS.
+
+    None, an unknown country, for what has not the form of a code.
+    """
+    if text is None or not _CODE.fullmatch(text.strip()):
         return None
     country, hyphen, part = text.strip().upper().partition("-")
     return _ALPHA2.get(country, country) + hyphen + part

@@ -5,8 +5,8 @@ import re
 
 import msgspec
 
-_NUMBER = re.compile(r"\d{1,3}(?:\.\d)?")
-_HOURS = re.compile(r"(\d{1,2})(?::\d\d)?\s*-\s*(\d{1,2})(?::\d\d)?(?:\s*h)?")
+_NUMBER = re.compile(r"[0-9]{1,3}(?:\.[0-9])?")
+_HOURS = re.compile(r"([0-9]{1,2})(?::[0-9]{2})?\s*-\s*([0-9]{1,2})(?::[0-9]{2})?(?:\s*h)?")
 _ALIASES = {"end": "limit_end", "limit-end": "limit_end", "give_way": "yield", "priority": "priority_road"}
 MAX_LENGTH = 64
 """Longer texts are no codes of ours."""
@@ -26,7 +26,12 @@ class Reading(msgspec.Struct, frozen=True):
 
 
 def parse_reading(text: str) -> Reading:
-    """`limit:50` → code `limit`, value 50; `plate:when_wet:de` → code `plate:when_wet`, word `de`. Never raises."""
+    """`limit:50` → code `limit`, value 50; `plate:when_wet:de` → code `plate:when_wet`, word `de`. Never raises.
+
+    Codes and numbers are plain ASCII; what only looks like one (other scripts' letters and digits) is none.
+    """
+    if not text.isascii():
+        return Reading("")
     parts = [part.strip() for part in text.strip()[:MAX_LENGTH].split(":")]
     head = _ALIASES.get(parts[0].lower(), parts[0].lower())
     if head == "plate" and len(parts) > 1:

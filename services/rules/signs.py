@@ -1,5 +1,7 @@
 """What a sign means here, in the driver's language; a sign of another country is explained as one."""
 
+import re
+
 import msgspec
 
 from proto.rules import LegalAction, LegalLimit, SignMeaning
@@ -16,11 +18,17 @@ from services.rules.words import country, say, spoken_language, text_in
 FOREIGN_SIGN = 0.5
 """Factor for a sign that only the table of another country has."""
 UNUSUAL_VALUE = 0.5
+SHOWN = (5.0, 140.0)
+"""What a sign can show as a limit, in its own unit; any other number is none."""
 CAREFUL: tuple[LegalAction, ...] = (
     "stop", "no_entry", "yield", "reduce_speed", "comply_with_limit", "no_overtaking", "proceed_with_care", "unknown",
     "none", "proceed",
 )  # fmt: skip
 """Actions, the most careful first."""
+
+
+_CODE = re.compile(r"[A-Za-z_]{1,24}(?::[A-Za-z0-9_.]{1,16}){0,2}")
+"""Of this form are the readers' codes; a text of another form is not repeated to the driver."""
 
 
 class SignQuestion(msgspec.Struct, frozen=True, kw_only=True):
@@ -40,9 +48,10 @@ def interpret_sign(book: RuleBook, question: SignQuestion) -> SignMeaning:
     meanings = [_interpret(book, question, reading) for reading, _ in readings]
     chosen = min(range(len(meanings)), key=lambda index: (_care(meanings[index]), -readings[index][1]))
     meaning, confidence = meanings[chosen], readings[chosen][1]
-    others = [reading for index, (reading, _) in enumerate(readings) if index != chosen]
+    others = [reading for index, (reading, _) in enumerate(readings) if index != chosen and _CODE.fullmatch(reading)]
     note = " ".join([meaning.note, say("maybe_sign", question.language, others=", ".join(others)) if others else ""])
-    return msgspec.structs.replace(meaning, confidence=meaning.confidence * confidence, note=note.strip())
+    sure = meaning.confidence * min(1.0, max(0.0, confidence))
+    return msgspec.structs.replace(meaning, confidence=sure, note=note.strip())
 
 
 def careful_rank(action: LegalAction) -> int:
@@ -121,7 +130,8 @@ def _meaning(
 
 def _limit(pack: Pack, sign: Sign, reading: Reading) -> LegalLimit | None:
     if sign.effect in ("limit", "zone"):
-        return None if reading.value is None else legal_limit(reading.value, sign.unit or pack.manifest.units)
+        shown = reading.value is not None and SHOWN[0] <= reading.value <= SHOWN[1]
+        return legal_limit(reading.value, sign.unit or pack.manifest.units) if shown and reading.value else None
     road = {"town": "urban", "road": "motorway", "calm": "living_street"}.get(sign.effect or "")
     return _default_of(pack, road) if road else None
 

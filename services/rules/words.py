@@ -121,9 +121,13 @@ def say(key: str, language: str, **values: str) -> str:
 
 
 def country(code: str, language: str) -> str:
-    """A country's name; its code where we have no name for it."""
+    """A country's name; its code where we have no name for it, `?` where that is no code."""
     names = COUNTRIES.get(code[:3])
-    return names[LANGUAGES.index(spoken_language(language))] if names else code[:3]
+    return names[LANGUAGES.index(spoken_language(language))] if names else _code(code[:3])
+
+
+def _code(text: str) -> str:
+    return text if text.isascii() and text.isalpha() else "?"
 
 
 def text_in(texts: Mapping[str, str], language: str) -> str:

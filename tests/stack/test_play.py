@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import cv2
 import pytest
@@ -13,7 +14,12 @@ pytestmark = pytest.mark.stack
 ROOT = Path(__file__).parents[2]
 SHARED = ROOT.parent / "shared"
 MODEL = SHARED / "models" / "yolox_nano.onnx"
-RECORDINGS = {"video": SHARED / "data" / "dashcam" / "highway.mp4", "pictures": SHARED / "data" / "street" / "sequence"}
+RECORDINGS = {
+    "video": SHARED / "data" / "dashcam" / "highway.mp4",
+    "pictures": SHARED / "data" / "street" / "sequence",
+    "frame": SHARED / "data" / "street" / "fused-frame",
+}
+SECONDS = "6"
 
 
 @pytest.mark.parametrize("kind", RECORDINGS)
@@ -24,21 +30,45 @@ def test_a_recording_is_tracked_decided_on_logged_and_rendered(kind: str, tmp_pa
             f"{recording} or {MODEL.name} is absent: recordings and weights of others are not in the repository"
         )
     video = tmp_path / "seen.mp4"
-    command = [
-        sys.executable, "-m", "drivemcp.cli", "play", str(recording), "--detector", str(MODEL), "--seconds", "12", "--headless",
-        "--json", "--out", str(tmp_path), "--render", str(video),
-    ]  # fmt: skip
-    environment = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)}
-    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=240, check=False)
-    assert ran.returncode == 0, ran.stderr[-3000:]
-    summary = json.loads(ran.stdout.strip().splitlines()[-1])
-    assert summary["log_verified"] is True
+    summary = play(recording, tmp_path, "--render", str(video))
     assert summary["ticks"] > 3
     assert summary["distance_m"] is None, "a recording has no truth"
     assert tracked(Path(summary["log"])) > 0
     capture = cv2.VideoCapture(str(video))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) >= 4
     capture.release()
+
+
+def test_recording_only_logs_what_is_seen_and_the_log_can_be_played_again(tmp_path: Path) -> None:
+    recording = RECORDINGS["video"]
+    if not recording.exists() or not MODEL.exists():
+        pytest.skip(f"{recording} or {MODEL.name} is absent")
+    first = play(recording, tmp_path, "--record-only")
+    assert topics_of(Path(first["log"])).isdisjoint({"advisory", "arbiter/decision", "trace"})
+    assert tracked(Path(first["log"])) > 0
+    again = play(Path(first["log"]), tmp_path, "--record-only")
+    assert tracked(Path(again["log"])) > 0
+
+
+def play(recording: Path, folder: Path, *more: str) -> Any:
+    """The summary of a recording that was played."""
+    command = [
+        sys.executable, "-m", "drivemcp.cli", "play", str(recording), "--detector", str(MODEL), "--seconds", SECONDS,
+        "--headless", "--json", "--out", str(folder), *more,
+    ]  # fmt: skip
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=240, check=False)
+    assert ran.returncode == 0, ran.stderr[-3000:]
+    summary = json.loads(ran.stdout.strip().splitlines()[-1])
+    assert summary["log_verified"] is True
+    return summary
+
+
+def topics_of(log: Path) -> set[str]:
+    """The topics of a log."""
+    from evaluation.drive.render import read_log
+
+    return {record.topic for record in read_log(log)}
 
 
 def tracked(log: Path) -> int:

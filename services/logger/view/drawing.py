@@ -94,7 +94,8 @@ class Drawing:
             if fact.track_id:
                 mark = "" if fact.believed else "?"
                 self._readings.pop(fact.track_id, None)
-                self._readings[fact.track_id] = f"{fact.reading}{mark} {fact.confidence:.2f}"
+                why = f" ({fact.grounding})" if fact.grounding else ""
+                self._readings[fact.track_id] = f"{fact.reading}{mark} {fact.confidence:.2f}{why}"
         while len(self._readings) > _READINGS_KEPT:
             del self._readings[next(iter(self._readings))]
 

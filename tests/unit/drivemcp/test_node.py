@@ -110,6 +110,7 @@ def test_a_tool_answers_with_structured_content_and_hashes(wet_bus: TestBus) -> 
         ("how_wet", {}, "tool_error", "rain_mm_h"),
         ("how_wet", {"rain_mm_h": 1, "extra": 1}, "tool_error", "extra"),
         ("how_wet", {"rain_mm_h": -1}, "tool_error", "negative"),
+        ("how_wet", {"rain_mm_h": "\ud800"}, "protocol_error", "no Unicode"),
         ("burst", {}, "tool_error", "ZeroDivisionError"),
         ("brake", {"value": 3}, "protocol_error", "actuation is off"),
         ("nowhere", {}, "unavailable", "nowhere"),

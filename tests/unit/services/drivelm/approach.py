@@ -13,7 +13,8 @@ from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.sentences import QUESTIONS, SENTENCES
 
 TELE = Calibration(fx_px=1443, fy_px=1443, cx_px=320, cy_px=180, width_px=640, height_px=360)
-PICTURE = np.zeros((360, 640, 3), np.uint8)
+PICTURE = np.random.default_rng(1).integers(0, 255, (360, 640, 3), np.uint8)
+"""Something is to be seen everywhere."""
 NS = 1_000_000_000
 Say = Callable[[str, int], Answer]
 
@@ -24,8 +25,13 @@ def says(label: str, score: float = 0.97, *others: tuple[str, float]) -> Answer:
     return Answer(SENTENCES[label], score, tuple((SENTENCES[name], share) for name, share in rows))
 
 
+def shows(image: Picture) -> bool:
+    """Whether there is anything in a picture."""
+    return bool((image != image[0, 0]).any())
+
+
 class Scripted:
-    """A backend that answers each question as the test says; counts what it was asked."""
+    """A backend that answers each question as the test says, if the picture shows anything; counts what it was asked."""
 
     name = "scripted"
 
@@ -36,7 +42,10 @@ class Scripted:
 
     def answer(self, images: Sequence[Picture], question: str) -> Sequence[Answer]:
         self.asked += [question] * len(images)
-        return [self._say[question](question, number) for number in range(len(images))]
+        return [
+            self._say[question](question, number) if shows(image) else says("other", 0.98)
+            for number, image in enumerate(images)
+        ]
 
 
 def box_at(

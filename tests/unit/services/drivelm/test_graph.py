@@ -5,7 +5,7 @@ import pytest
 from proto.perception import Box, Track
 from proto.scene import Candidate, Fact
 from proto.vehicle import Ego
-from services.drivelm.ask import SILENT, ask
+from services.drivelm.ask import EXTRACTED, SILENT, ask
 from services.drivelm.graph import Seen, build
 
 
@@ -89,4 +89,4 @@ def test_a_question_is_answered_by_a_sentence_of_the_graph(question: str, expect
 def test_what_the_graph_does_not_hold_is_not_answered_from_the_question(question: str) -> None:
     assert "200" not in ask(build(_seen()), question).text
     if "football" in question or not question:
-        assert ask(build(_seen()), question) == (SILENT, 0.0, "")
+        assert ask(build(_seen()), question) == (SILENT, 0.0, "", EXTRACTED)

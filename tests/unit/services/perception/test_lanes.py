@@ -58,6 +58,13 @@ def test_a_vehicle_cutting_in_leads_before_it_has_arrived() -> None:
     assert lead(ROAD, msgspec.structs.replace(cutting, vy_mps=-1.2), car(2, 40.0, 0.0)) == 2
 
 
+def test_one_hardly_believed_leads_only_where_nobody_surer_does() -> None:
+    faded = msgspec.structs.replace(car(1, 15.0, 0.0), confidence=0.1)
+    sure = msgspec.structs.replace(car(2, 40.0, 0.0), confidence=0.9)
+    assert lead(ROAD, faded, sure) == 2
+    assert lead(ROAD, faded) == 1
+
+
 def test_lateral_noise_in_the_next_lane_is_no_cut_in() -> None:
     assert lead(ROAD, car(1, 15.0, -3.2, vy_mps=0.3), car(2, 40.0, 0.0)) == 2
 

@@ -107,6 +107,29 @@ def test_two_vehicles_side_by_side_keep_their_ids() -> None:
     assert owners == {(1, 2)}
 
 
+@pytest.mark.parametrize("swerve_mps2", [4.0, -4.0, 7.0])
+def test_one_that_swerves_stays_itself(swerve_mps2: float) -> None:
+    tracker, ids = Tracker(), set()
+    for k in range(1, 21):
+        aside = 0.5 * swerve_mps2 * max(0.0, 0.1 * (k - 12)) ** 2
+        ids.update(tracker.step(k * STEP_NS, [sighting(14.0, aside, sigma_m=0.1)], EgoState(25.0, 0.0)))
+    assert ids == {1}
+
+
+def test_one_that_stands_suddenly_elsewhere_is_another() -> None:
+    tracker = Tracker()
+    drive(tracker, 12, 20.0, 0.0)
+    assert tracker.step(13 * STEP_NS, [sighting(20.0, 3.5)], EgoState(20.0, 0.0)) == [2]
+
+
+def test_what_is_hardly_believed_is_not_shown_and_comes_back_as_itself() -> None:
+    tracker = Tracker()
+    for k in range(1, 13):
+        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.35)] if k < 6 else [], EgoState(20.0, 0.0))
+    assert tracker.published() == []
+    assert tracker.step(13 * STEP_NS, [sighting(30.0, 0.0, score=0.6)], EgoState(20.0, 0.0)) == [1]
+
+
 def test_the_egos_braking_is_not_taken_for_the_others() -> None:
     """A vehicle at constant 20 m/s while the ego brakes from 20 to 10 m/s: unseen meanwhile, its track still fits."""
     tracker = Tracker()

@@ -9,8 +9,11 @@ import pytest
 from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
+from proto.sensors import CameraFrame
+from services.player.moments import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
+from services.player.webcam import live_pictures, webcam_number
 
 
 @pytest.fixture
@@ -19,6 +22,17 @@ def folder(tmp_path: Path) -> Path:
     for number in range(4):
         cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((90, 160, 3), 40 * number, np.uint8))
     return tmp_path
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    """A second of black."""
+    path = tmp_path / "clip.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 20.0, (1200, 600))
+    for _ in range(20):
+        writer.write(np.zeros((600, 1200, 3), np.uint8))
+    writer.release()
+    return path
 
 
 def test_a_folder_of_pictures_is_published_in_order_with_a_calibration_and_an_end(folder: Path) -> None:
@@ -31,26 +45,62 @@ def test_a_folder_of_pictures_is_published_in_order_with_a_calibration_and_an_en
         decoded = [cv2.imdecode(np.frombuffer(f.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE) for f in frames.messages]
         means = [np.mean(grey) for grey in decoded if grey is not None]
         assert means == pytest.approx([0, 40, 80, 120], abs=3)
-        assert states.wait(lambda state: state.finished).scenario == folder.name
+        stamps = [info.stamp_ns for info in frames.infos]
+        assert np.diff(stamps).tolist() == pytest.approx([50_000_000] * 3, abs=1000), "as far apart as in the recording"
+        ended = states.wait(lambda state: state.finished)
+        assert ended.scenario == folder.name
+        assert not ended.problem
         assert calibrations.wait().width_px == 160
+        assert calibrations.wait().assumed, "nobody measured this camera"
 
 
-def test_a_video_keeps_its_own_pace(tmp_path: Path) -> None:
-    path = tmp_path / "clip.mp4"
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 20.0, (1200, 600))
-    for _ in range(20):
-        writer.write(np.zeros((600, 1200, 3), np.uint8))
-    writer.release()
-    recording = open_recording(str(path), picture_period_s=1.0, max_rate_hz=10.0)
-    pictures = list(recording.pictures)
+def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
+    (folder / "2.png").write_bytes(b"no picture")
+    with bus() as b:
+        states = b.collect(topics.SCENARIO)
+        b.start(SERVICE, PlayerConfig(source=str(folder), picture_period_s=0.02))
+        assert "2.png does not decode" in states.wait(lambda state: state.finished).problem
+
+
+def test_a_video_keeps_its_own_pace(video: Path) -> None:
+    recording = open_recording(str(video), Options(max_rate_hz=10.0))
+    pictures = [moment for moment in recording.moments if isinstance(moment.message, CameraFrame)]
     assert len(pictures) == 10
-    assert [p.at_s for p in pictures[:3]] == pytest.approx([0.0, 0.1, 0.2])
-    assert pictures[0].bgr.shape == (480, 960, 3)
+    assert [moment.at_s for moment in pictures[:3]] == pytest.approx([0.0, 0.1, 0.2])
+    first = pictures[0].message
+    assert isinstance(first, CameraFrame)
+    assert (first.height_px, first.width_px) == (480, 960)
 
 
-@pytest.mark.parametrize("name", ["absent.mp4", "text.mp4", "empty"])
+@pytest.mark.parametrize("name", ["absent.mp4", "text.mp4", "empty", "text.mcap"])
 def test_what_is_no_recording_is_told_in_one_line(tmp_path: Path, name: str) -> None:
     (tmp_path / "text.mp4").write_text("no video")
+    (tmp_path / "text.mcap").write_text("no log at all")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(UserError, match=name):
-        open_recording(str(tmp_path / name), picture_period_s=1.0, max_rate_hz=10.0)
+    with pytest.raises(UserError, match=name) as raised:
+        open_recording(str(tmp_path / name), Options())
+    assert "\n" not in str(raised.value)
+
+
+def test_an_absent_webcam_is_told_with_those_that_are_there() -> None:
+    with pytest.raises(UserError, match="webcam 987"):
+        open_recording("webcam:987", Options())
+
+
+def test_webcams_are_known_by_their_names_only() -> None:
+    assert [webcam_number(name) for name in ("webcam:0", "/dev/video12", "webcam:x", "video0.mp4")] == [
+        0,
+        12,
+        None,
+        None,
+    ]
+
+
+def test_a_webcam_is_read_as_it_comes_and_its_end_is_an_error(video: Path) -> None:
+    pictures = live_pictures(cv2.VideoCapture(str(video)), max_rate_hz=1e6)
+    first = next(pictures)
+    assert first.bgr.shape == (480, 960, 3)
+    times = [first.at_s]
+    with pytest.raises(UserError, match="no more pictures"):
+        times.extend(picture.at_s for picture in pictures)
+    assert times == sorted(times)

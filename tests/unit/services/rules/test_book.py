@@ -13,7 +13,16 @@ RURAL = Situation(jurisdiction="DEU", road_type="rural", visibility_m=200.0, wet
 
 @pytest.mark.parametrize(
     ("text", "normal"),
-    [("DEU", "DEU"), ("de", "DEU"), ("gb-wls", "GBR-WLS"), ("UK", "GBR"), (None, None), ("  ", None)],
+    [
+        ("DEU", "DEU"),
+        ("de", "DEU"),
+        ("gb-wls", "GBR-WLS"),
+        ("UK", "GBR"),
+        (None, None),
+        ("  ", None),
+        ("DЕU", None),
+        ("DEU; no limits here", None),
+    ],
 )
 def test_jurisdictions_are_taken_in_either_form(text: str | None, normal: str | None) -> None:
     assert normal_jurisdiction(text) == normal

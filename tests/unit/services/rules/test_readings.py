@@ -19,6 +19,8 @@ from services.rules.readings import MAX_LENGTH, Reading, hours_of, parse_reading
         ("STOP", Reading("stop")),
         ("limit:50000", Reading("limit", None, "50000")),
         ("", Reading("")),
+        ("limit:١٣٠", Reading("")),
+        ("lіmit:130", Reading("")),
     ],
 )
 def test_codes(text: str, reading: Reading) -> None:

@@ -73,7 +73,20 @@ def test_a_plate_below_the_sign_is_explained_with_it(book: RuleBook) -> None:
 
 
 @pytest.mark.parametrize(
-    "reading", ["", "nonsense", "limit:", "limit:9999999", ":::", "x" * 5000, "plate", "border:???"]
+    "reading",
+    [
+        "",
+        "nonsense",
+        "limit:",
+        "limit:9999999",
+        "limit:999",
+        "limit:0",
+        "limit:٨٠",
+        ":::",
+        "x" * 5000,
+        "plate",
+        "border:???",
+    ],
 )
 def test_nonsense_is_answered_with_care_and_little_confidence(book: RuleBook, reading: str) -> None:
     seen = interpret_sign(book, SignQuestion(reading=reading, jurisdiction="DEU"))

@@ -1,0 +1,1 @@
+"""Scores answers to DriveLM's questions as its challenge does, offline: exact match, coordinate match, language."""

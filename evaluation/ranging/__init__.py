@@ -1,0 +1,1 @@
+"""How far off the ranges of detected objects are, on a labelled frame with LiDAR."""

@@ -1,0 +1,170 @@
+"""`openai`: any OpenAI-compatible chat endpoint. Its answers are text from outside: believed in nothing, only parsed.
+
+One deadline holds for a whole answer, bodies are bounded, redirects are not followed, proxies of the environment are
+not used, and compressed bodies are not unpacked. Whatever goes wrong is an abstention with its reason in the log.
+The score is the product of the token probabilities where the endpoint gives them (the probability that the model
+gives this very text), otherwise ``abstentions.UNMEASURED``.
+"""
+
+import asyncio
+import ipaddress
+import logging
+import os
+import ssl
+from collections.abc import Sequence
+from pathlib import Path
+from urllib.parse import SplitResult, urlsplit
+
+import httpx2
+import msgspec
+
+from drivemcp.errors import MALFORMED, ConfigError
+from services.drivelm.backend import Answer
+from services.drivelm.backends import chat
+from services.drivelm.backends.abstentions import Abstentions, judged
+from services.drivelm.backends.config import OpenaiConfig
+from services.drivelm.backends.prompts import Prompts
+from services.drivelm.crops import Picture
+from services.drivelm.text import cleaned
+
+MOST_BODY_BYTES = 262_144
+"""An answer is one sentence; with token probabilities a few kilobytes."""
+_HEADERS = {"Content-Type": "application/json", "Accept": "application/json", "Accept-Encoding": "identity"}
+
+
+class OpenaiBackend:
+    """Asks an endpoint, one request per picture, side by side. Safe to call from several threads."""
+
+    def __init__(self, config: OpenaiConfig, prompts: Prompts) -> None:
+        """Raises ConfigError naming the field that is missing or refused."""
+        self._config, self._prompts = config, prompts
+        base = _base(config)
+        self._url = f"{config.base_url.rstrip('/')}/chat/completions"
+        self._key = _key(config)
+        self._tls = ssl.create_default_context() if base.scheme == "https" else False
+        self._logprobs = config.logprobs
+        self._label = f"openai:{cleaned(config.model, 60)}"
+        self._abstentions = Abstentions(self._label, logging.getLogger("drivemcp.drivelm"))
+
+    @property
+    def name(self) -> str:
+        """`openai`, the model's name, and the first digits of the SHA-256 of the prompts; it is in every trace."""
+        return f"{self._label} prompts:{self._prompts.sha256[:12]}"
+
+    @property
+    def prompts(self) -> str:
+        """SHA-256 of the prompts in use."""
+        return self._prompts.sha256
+
+    def answer(self, images: Sequence[Picture], question: str) -> Sequence[Answer]:
+        """One sentence or abstention per picture; raises nothing."""
+        prompt = self._prompts.texts.get(question)
+        if prompt is None:
+            return [self._abstentions.note("no prompt for this question", question) for _ in images]
+        said = asyncio.run(self._all(images, prompt))
+        return [self._abstentions.note(each.reason) if each.reason else self._judged(each, question) for each in said]
+
+    def _judged(self, said: chat.Said, question: str) -> Answer:
+        text = said.text.replace(self._key, "(key)") if self._key else said.text  # what echoes it must not log it
+        return judged(text, question, said.score, self._abstentions)
+
+    async def _all(self, images: Sequence[Picture], prompt: str) -> list[chat.Said]:
+        async with httpx2.AsyncClient(
+            headers=_HEADERS | ({"Authorization": f"Bearer {self._key}"} if self._key else {}),
+            timeout=self._config.timeout_s,
+            verify=self._tls,
+            trust_env=False,
+            follow_redirects=False,
+        ) as client:
+            return list(await asyncio.gather(*(self._one(client, image, prompt) for image in images)))
+
+    async def _one(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> chat.Said:
+        try:
+            async with asyncio.timeout(self._config.timeout_s):
+                status, body = await self._post(client, image, prompt)
+            return chat.said(body) if status == 200 else chat.Said(reason=f"status {status}")
+        except (TimeoutError, httpx2.TimeoutException):
+            return chat.Said(reason="no answer in time")
+        except _TooLong:
+            return chat.Said(reason="body too long")
+        except (httpx2.HTTPError, OSError) as error:
+            return chat.Said(reason=f"connection failed, {type(error).__name__}")
+        except (*MALFORMED, ValueError):
+            return chat.Said(reason="malformed reply")
+
+    async def _post(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> tuple[int, bytes]:
+        asked = self._logprobs
+        status, body = await self._try(client, image, prompt, logprobs=asked)
+        if status == 400 and asked:
+            status, body = await self._try(client, image, prompt, logprobs=False)
+            self._logprobs = self._logprobs and status != 200
+        return status, body
+
+    async def _try(
+        self, client: httpx2.AsyncClient, image: Picture, prompt: str, *, logprobs: bool
+    ) -> tuple[int, bytes]:
+        config = self._config
+        body = chat.request(image, prompt, config.model, config.max_tokens, logprobs=logprobs)
+        async with client.stream("POST", self._url, content=msgspec.json.encode(body)) as response:
+            return response.status_code, await _bounded(response)
+
+
+class _TooLong(Exception):
+    """A body beyond all use."""
+
+
+async def _bounded(response: httpx2.Response) -> bytes:
+    body = bytearray()
+    async for part in response.aiter_raw():
+        body += part
+        if len(body) > MOST_BODY_BYTES:
+            raise _TooLong
+    return bytes(body)
+
+
+def _base(config: OpenaiConfig) -> SplitResult:
+    if not config.base_url:
+        raise ConfigError("drivelm.openai.base_url is missing, for example http://127.0.0.1:8000/v1")
+    if not config.model:
+        raise ConfigError("drivelm.openai.model is missing: the name by which the endpoint knows its model")
+    try:
+        base = urlsplit(config.base_url)
+        host, _ = base.hostname or "", base.port
+    except ValueError as error:
+        raise ConfigError(f"drivelm.openai.base_url is no URL: {error}") from None
+    if base.scheme not in ("http", "https") or not host or base.query or base.fragment:
+        raise ConfigError("drivelm.openai.base_url must be http(s)://host[:port]/path and no more")
+    if base.username is not None or base.password is not None:
+        raise ConfigError("drivelm.openai.base_url must not hold a password; use drivelm.openai.key_file")
+    if base.scheme == "http" and not config.allow_plain_http and not _is_loopback(host):
+        raise ConfigError(
+            "drivelm.openai.base_url: http only to this computer; use https, or set drivelm.openai.allow_plain_http"
+        )
+    return base
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _key(config: OpenaiConfig) -> str:
+    if config.key_file and config.key_variable:
+        raise ConfigError("drivelm.openai.key_file and drivelm.openai.key_variable are both set; one will do")
+    if config.key_variable:
+        return _checked(os.environ.get(config.key_variable, ""), "drivelm.openai.key_variable")
+    if not config.key_file:
+        return ""
+    try:
+        return _checked(Path(config.key_file).read_text(encoding="utf-8"), "drivelm.openai.key_file")
+    except (OSError, UnicodeDecodeError):
+        raise ConfigError("drivelm.openai.key_file cannot be read as text") from None
+
+
+def _checked(text: str, field: str) -> str:
+    key = text.strip()
+    if not key or not key.isascii() or not key.isprintable() or " " in key:
+        raise ConfigError(f"{field} names no key: one line of printable characters")
+    return key

@@ -1,0 +1,104 @@
+"""A recording as moments: what is to be published, and when."""
+
+import math
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import msgspec
+import numpy as np
+
+from drivemcp.errors import UserError
+from proto import topics
+from proto.sensors import Calibration, CameraFrame
+from proto.topics import Topic
+
+Image = np.ndarray[Any, np.dtype[np.uint8]]
+FRONT = "front"
+MAX_WIDTH_PX = 960
+JPEG_QUALITY = 90
+CALIBRATION_PERIOD = 10
+"""A calibration goes with every tenth picture."""
+
+
+class Moment(NamedTuple):
+    """One message, and its time in seconds from the recording's start."""
+
+    at_s: float
+    topic: Topic[Any]
+    message: msgspec.Struct
+    id: str | None = None
+
+
+class Picture(NamedTuple):
+    """One picture as OpenCV gives it (BGR uint8 [h, w, 3]), and its time from the start."""
+
+    bgr: Image
+    at_s: float
+
+
+class Recording(NamedTuple):
+    """A recording that can be played. `pictures`: how many, 0 where it has no end; `ego`: it says how the ego moves."""
+
+    name: str
+    pictures: int
+    duration_s: float
+    moments: Iterator[Moment]
+    ego: bool = False
+    brings: str = "pictures"
+
+
+class Options(NamedTuple):
+    """How pictures without times and cameras without calibration are taken."""
+
+    picture_period_s: float = 0.5
+    max_rate_hz: float = 10.0
+    hold_s: float = 3.0
+    """How long a single frame is shown."""
+    fov_deg: float = 60.0
+    camera_height_m: float = 1.4
+
+
+def camera_moments(pictures: Iterable[Picture], options: Options) -> Iterator[Moment]:
+    """Pictures of a camera that nobody measured, each as a message, with the calibration assumed of it."""
+    for number, picture in enumerate(pictures):
+        height, width = picture.bgr.shape[:2]
+        if number % CALIBRATION_PERIOD == 0:
+            yield Moment(picture.at_s, topics.CALIBRATION, assumed_calibration(options, width, height), FRONT)
+        yield Moment(picture.at_s, topics.CAMERA, frame_of(picture.bgr, number), FRONT)
+
+
+def assumed_calibration(options: Options, width_px: int, height_px: int) -> Calibration:
+    """A level pinhole camera in the middle of the windscreen, said to be a guess."""
+    focal_px = width_px / 2 / math.tan(math.radians(options.fov_deg) / 2)
+    return Calibration(
+        fx_px=focal_px, fy_px=focal_px, cx_px=width_px / 2, cy_px=height_px / 2, width_px=width_px, height_px=height_px,
+        z_m=options.camera_height_m, assumed=True,
+    )  # fmt: skip
+
+
+def frame_of(bgr: Image, number: int) -> CameraFrame:
+    """A picture as a message. Raises UserError where it cannot be encoded."""
+    height, width = bgr.shape[:2]
+    encoded, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    if not encoded:
+        raise UserError(f"picture {number} cannot be encoded")
+    return CameraFrame(jpeg=jpeg.tobytes(), width_px=width, height_px=height, frame=number)
+
+
+def read_picture(path: Path) -> Image:
+    """A picture file as BGR. Raises UserError."""
+    bgr = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if bgr is None:
+        raise UserError(f"{path} does not decode as a picture")
+    return np.asarray(bgr, np.uint8)
+
+
+def shrink(bgr: np.ndarray[Any, Any]) -> Image:
+    """At most 960 px wide, uint8."""
+    height, width = bgr.shape[:2]
+    if width > MAX_WIDTH_PX:
+        size = (MAX_WIDTH_PX, round(height * MAX_WIDTH_PX / width))
+        bgr = cv2.resize(bgr, size, interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(bgr, dtype=np.uint8)

@@ -1,0 +1,147 @@
+"""CAN logs beside recordings: the ego speed through the CAN service, and what is wrong with a log told in one line."""
+
+from pathlib import Path
+from typing import Any
+
+import can
+import cv2
+import numpy as np
+import pytest
+from cantools.database import load_file
+
+from drivemcp.errors import UserError
+from drivemcp.paths import data
+from drivemcp.testing import bus
+from proto import topics
+from services.can.service import SERVICE as CAN
+from services.can.service import CanConfig
+from services.player.can_log import OUR_DBC, can_moments, check_log, log_beside, profile_of, speed_signal
+from services.player.service import SERVICE, PlayerConfig
+
+SPEED_KMH = 54.0
+DBC = """VERSION ""
+BU_: ECU
+BO_ 291 Chassis: 8 ECU
+ SG_ WheelTicks : 0|8@1+ (1,0) [0|255] "" ECU
+ SG_ RoadSpeed : 8|16@1+ (0.1,0) [0|400] "kph" ECU
+ SG_ Odd : 24|8@1+ (1,0) [0|255] "furlong" ECU
+"""
+
+
+def frames(kind: str, seconds: float = 3.0) -> list[can.Message]:
+    """A car at SPEED_KMH, fifty frames a second, by our bus description or by the one above."""
+    messages = []
+    database: Any = load_file(str(data(OUR_DBC)))
+    motion = database.get_message_by_name("Motion")
+    for number in range(round(seconds * 50)):
+        if kind == "ours":
+            values: dict[str, float] = {signal.name: 0 for signal in motion.signals}
+            values |= {"VehicleSpeed": SPEED_KMH, "VehicleSpeedValid": 1, "MotionCounter": number % 16}
+            payload = motion.encode(values, strict=False)
+        else:
+            payload = bytes([number % 256]) + round(SPEED_KMH * 10).to_bytes(2, "little") + bytes(5)
+        identifier = motion.frame_id if kind == "ours" else 291
+        messages.append(
+            can.Message(timestamp=1000.0 + number / 50, arbitration_id=identifier, data=payload, is_extended_id=False)
+        )
+    return messages
+
+
+def write(path: Path, messages: list[can.Message]) -> Path:
+    """With python-can, by the name's ending."""
+    with can.Logger(str(path)) as logger:
+        for message in messages:
+            logger.on_message_received(message)
+    return path
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> Path:
+    """Two seconds of pictures."""
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    for number in range(4):
+        cv2.imwrite(str(folder / f"{number}.png"), np.zeros((90, 160, 3), np.uint8))
+    return folder
+
+
+@pytest.mark.parametrize("ending", [".asc", ".blf", ".log", ".trc"])
+def test_a_log_beside_the_pictures_becomes_the_ego_speed(tmp_path: Path, pictures: Path, ending: str) -> None:
+    log = write(pictures / f"drive{ending}", frames("ours"))
+    assert log_beside(pictures) == log
+    check_log(log, speed_signal(None, "", ""))
+    with bus() as b:
+        egos = b.collect(topics.EGO)
+        b.start(CAN, CanConfig(poll_dtcs_s=0))
+        b.start(SERVICE, PlayerConfig(source=str(pictures), can_log=str(log)))
+        ego = egos.wait(lambda ego: ego.speed_mps is not None)
+        assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.01)
+
+
+def test_a_given_bus_description_is_read_through_a_profile_of_its_own(tmp_path: Path, pictures: Path) -> None:
+    log = write(tmp_path / "other.asc", frames("other"))
+    dbc = tmp_path / "other.dbc"
+    dbc.write_text(DBC)
+    speed = speed_signal(dbc, "RoadSpeed", "")
+    check_log(log, speed)
+    profile = tmp_path / "profile.toml"
+    profile.write_text(profile_of(speed))
+    with bus() as b:
+        egos = b.collect(topics.EGO)
+        b.start(CAN, CanConfig(poll_dtcs_s=0, profile=str(profile)))
+        b.start(SERVICE, PlayerConfig(source=str(pictures), can_log=str(log)))
+        ego = egos.wait(lambda ego: ego.speed_mps is not None)
+        assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
+        assert ego.yaw_rate_radps is None
+
+
+def test_frames_come_in_batches_counted_from_the_recordings_start(tmp_path: Path) -> None:
+    log = write(tmp_path / "drive.asc", frames("ours", seconds=1.0))
+    moments = list(can_moments(log, 0.5))
+    assert moments[0].at_s == pytest.approx(0.0, abs=0.02)
+    assert moments[-1].at_s == pytest.approx(0.48, abs=0.01)
+    assert all(moment.topic is topics.CAN_RX for moment in moments)
+
+
+def test_a_log_without_the_signal_is_told(tmp_path: Path) -> None:
+    log = write(tmp_path / "drive.asc", frames("other", seconds=0.2))
+    with pytest.raises(
+        UserError, match=r"drive\.asc: none of its 10 frames is 0x101 \(Motion\), which carries VehicleSpeed"
+    ):
+        check_log(log, speed_signal(None, "", ""))
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("a.blf", b"no log"), ("a.xyz", b"x"), ("a.asc", b"\xff\xfe\x00"), ("a.log", b"what is this\n")],
+)
+def test_a_file_that_is_no_can_log_is_told_in_one_line(tmp_path: Path, name: str, content: bytes) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(UserError, match=name) as raised:
+        check_log(tmp_path / name, speed_signal(None, "", ""))
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "signal", "unit", "complaint"),
+    [
+        ("BO_ 291 Chassis", "RoadSpeed", "", "cannot be read as a bus description"),
+        (DBC, "Speed", "", r"has no signal 'Speed'; its speeds: RoadSpeed"),
+        (DBC, "", "", "needs --speed-signal; its speeds: RoadSpeed"),
+        (DBC, "Odd", "", "in 'furlong'; give --speed-unit"),
+        (DBC.replace("BO_ 291", "BO_ 2566844926"), "RoadSpeed", "", "29-bit"),
+    ],
+)
+def test_a_bus_description_that_cannot_be_used_is_told(
+    tmp_path: Path, text: str, signal: str, unit: str, complaint: str
+) -> None:
+    dbc = tmp_path / "car.dbc"
+    dbc.write_text(text)
+    with pytest.raises(UserError, match=rf"car\.dbc.*{complaint}") as raised:
+        speed_signal(dbc, signal, unit)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_unit_that_is_told_counts(tmp_path: Path) -> None:
+    (tmp_path / "car.dbc").write_text(DBC)
+    assert speed_signal(tmp_path / "car.dbc", "Odd", "mph").factor == pytest.approx(0.44704)
