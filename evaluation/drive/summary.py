@@ -86,6 +86,13 @@ class Tally:
         self._responses: dict[str, float] = {}
         self._ttc: float | None = None
 
+    @property
+    def now_s(self) -> float:
+        """How long the drive lasts: by the truth; of a recording, by the player."""
+        if self.truth is not None:
+            return self.truth.time_s
+        return self.scenario.time_s if self.scenario is not None else 0.0
+
     def add_truth(self, truth: Truth) -> None:
         """One instant of the simulator's truth."""
         self.truth = truth
@@ -110,7 +117,7 @@ class Tally:
         if advisory.snapshot_to_advice_ms is not None:
             self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
         if advisory.kind in SPOKEN:
-            self.spoken.append((self.truth.time_s if self.truth is not None else 0.0, advisory))
+            self.spoken.append((self.now_s, advisory))
             self._answered(advisory.topic)
             if advisory.urgency in _URGENT and advisory.hazard:
                 self._warned()
@@ -165,7 +172,7 @@ class Tally:
         return Summary(
             scenario=scenario.scenario if scenario else "",
             seed=scenario.seed if scenario else 0,
-            seconds=truth.time_s if truth else (scenario.time_s if scenario else 0.0),
+            seconds=self.now_s,
             distance_m=truth.distance_m if truth else None,
             infractions=dict(self._infractions) if truth else None,
             collisions=self._collisions if truth else None,

@@ -13,7 +13,7 @@ def live_line(tally: Tally, width: int = 120) -> str:
     unit, factor = ("mph", _MPH) if advisory is not None and advisory.unit == "mph" else ("km/h", _KMH)
     limit = advisory.legal_limit if advisory else None
     parts = [
-        f"{truth.time_s if truth else 0.0:5.1f} s",
+        f"{tally.now_s:5.1f} s",
         f"{_speed(truth.speed_mps if truth else None, factor)} {unit}",
         f"limit {f'{limit.value:g}' if limit else '?'}",
         f"target {_speed(advisory.target_mps if advisory else None, factor).strip()}",
@@ -34,7 +34,7 @@ def _said(tally: Tally) -> str:
     if not tally.spoken:
         return "nothing said yet"
     said_s, advisory = tally.spoken[-1]
-    age_s = tally.truth.time_s - said_s if tally.truth is not None else 0.0
+    age_s = tally.now_s - said_s
     return f"{advisory.kind} {advisory.directive}" + (f" ({age_s:.0f} s ago)" if age_s >= 1.0 else "")
 
 

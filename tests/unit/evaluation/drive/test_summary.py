@@ -1,5 +1,6 @@
 """The summary, on hand-worked messages."""
 
+import msgspec
 import pytest
 
 from evaluation.drive.summary import Tally, percentiles
@@ -7,7 +8,7 @@ from evaluation.drive.words import live_line, summary_lines
 from proto.decision import Advisory
 from proto.rules import LegalLimit
 from proto.tools import CallRecord, CallRecords
-from proto.truth import Truth
+from proto.truth import ScenarioState, Truth
 
 
 def truth(time_s: float, **fields: object) -> Truth:
@@ -100,6 +101,17 @@ def test_the_live_line_shows_speed_limit_target_and_advice_in_the_drivers_unit()
     tally.add_truth(truth(4.5))
     tally.add_advisory(advisory("SILENT", directive=""))
     assert "Slow to 50 km/h (4 s ago)" in live_line(tally), "the last advice stays to be read"
+
+
+def test_a_recordings_time_is_the_players() -> None:
+    tally = Tally()
+    clip = ScenarioState(scenario="clip", seed=0, time_s=4.2, duration_s=9.0, running=True)
+    tally.scenario = clip
+    tally.add_advisory(advisory("SPEAK"))
+    tally.scenario = msgspec.structs.replace(clip, time_s=7.5)
+    assert live_line(tally).startswith("  7.5 s")
+    assert "(3 s ago)" in live_line(tally)
+    assert tally.spoken[0][0] == 4.2
 
 
 def test_percentiles_are_nearest_rank() -> None:
