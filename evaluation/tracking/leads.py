@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from evaluation.tracking.pairing import Scene, Vehicle
+from evaluation.tracking.pairing import GATE_M, REACH_M, Scene, Vehicle, near_m
 from evaluation.tracking.seeing import View
+from proto.perception import Tracks
 
 FAR_ENOUGH_M = 2.0
 """Nearer vehicles stand beside the ego's own body."""
@@ -21,11 +22,12 @@ WAITED_S = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leads:
-    """Shares of pictures: the right lead of those with one in view, and any lead of those without one."""
+    """Shares of pictures: the right lead of those with one in view; a lead within reach of those with none there."""
 
     right: float
     pictures: int
     false: float
+    free_pictures: int
     cut_ins: int
     cut_in_delays_s: tuple[float, ...]
     """Of each cut-in, from the body's entering the strip until it is the lead; 2 s stands for later or never."""
@@ -36,15 +38,20 @@ def leads(views: Sequence[View], scenes: Sequence[Scene]) -> Leads:
     told = [_told(view, scene) for view, scene in zip(views, scenes, strict=True)]
     true = [true_lead(scene) for scene in scenes]
     wanted = [k for k, lead in enumerate(true) if lead is not None and lead.counts]
-    free = [k for k, lead in enumerate(true) if lead is None]
+    free = [k for k, lead in enumerate(true) if lead is None or lead.x_m > REACH_M + GATE_M]
     delays = tuple(_delays_s(scenes, true, told))
     return Leads(
         right=sum(told[k] == true[k].actor_id for k in wanted) / max(len(wanted), 1),  # type: ignore[union-attr]
         pictures=len(wanted),
-        false=sum(views[k].tracks.lead_track_id is not None for k in free) / max(len(free), 1),
+        false=sum(_leads_near(views[k].tracks) for k in free) / max(len(free), 1),
+        free_pictures=len(free),
         cut_ins=len(delays),
         cut_in_delays_s=delays,
     )
+
+
+def _leads_near(tracks: Tracks) -> bool:
+    return any(each.track_id == tracks.lead_track_id and near_m(each) < REACH_M for each in tracks.tracks)
 
 
 def true_lead(scene: Scene) -> Vehicle | None:

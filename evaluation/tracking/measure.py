@@ -65,7 +65,7 @@ ROWS: tuple[tuple[str, str, Callable[[Measured], str]], ...] = (
         lambda m: f"{m.errors.closing_median_mps:.2f}, {m.errors.closing_p90_mps:.2f}",
     ),
     ("the right lead, where there is one", "", lambda m: f"{m.leads.right:.1%} of {m.leads.pictures}"),
-    ("a lead, where there is none", "", lambda m: f"{m.leads.false:.1%}"),
+    ("a lead, where there is none", "", lambda m: f"{m.leads.false:.1%} of {m.leads.free_pictures}"),
     ("id kept through half a second unseen", "all", lambda m: f"{m.drop_outs.kept} of {m.drop_outs.tried}"),
     ("cut-ins that lead within 0.3 s", "all", lambda m: _cut_ins(m.leads)),
 )

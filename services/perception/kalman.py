@@ -104,6 +104,17 @@ def widened(estimate: Estimate, factor: float) -> Estimate:
     return Estimate(estimate.mean, factor * estimate.covariance)
 
 
+def correction(estimate: Estimate, fix: Fix) -> float:
+    """The factor by which a fix corrects the range (0.5 to 2)."""
+    expected = max(1.0, float((fix.matrix() @ estimate.mean)[0]))
+    return min(2.0, max(0.5, float(fix.place[0]) / expected))
+
+
+def rescaled(estimate: Estimate, fix: Fix) -> Estimate:
+    """Place and speed times that factor: guessed ranges are wrong by one in every picture, and so is the speed made of them."""
+    return Estimate(correction(estimate, fix) * estimate.mean, estimate.covariance)
+
+
 def distance(estimate: Estimate, fix: Fix) -> tuple[float, float]:
     """Squared Mahalanobis distance of a fix from the estimate, and the same plus the spread's logarithm as a cost.
 

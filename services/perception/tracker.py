@@ -14,14 +14,31 @@ import numpy as np
 
 from proto.perception import ActorClass, Track
 from services.perception.assignment import greedy
-from services.perception.kalman import EgoMotion, Estimate, Fix, Floats, Noise, distance, predict, update, widened
+from services.perception.kalman import (
+    EgoMotion,
+    Estimate,
+    Fix,
+    Floats,
+    Noise,
+    correction,
+    distance,
+    predict,
+    rescaled,
+    update,
+    widened,
+)
 from services.perception.sizes import PERSON, Body
 
 GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
 SWERVE_GATE, SWERVE_M = 60.0, 2.5
-"""A confirmed track left without a fix takes one that is left over as well, this near: it swerved or braked harder than
-its noise allows for. Squared Mahalanobis distance, and metres."""
+"""A confirmed track left without a fix takes a measured one that is left over as well, this near: it swerved or braked
+harder than its noise allows for. Squared Mahalanobis distance, and metres. Not after a drop-out: then it would take
+what stands beside it."""
+SURE_SHARE = 0.03
+"""A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
+SCALE_SIGMA = 0.2
+"""Of the logarithm of the factor by which guessed ranges are wrong."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
 CONFIRMING = ((3, 1.2), (2, 1.4))
@@ -76,6 +93,8 @@ class Tracked:
     """Scores gathered, less what time without a sighting takes away."""
     confirmed: bool = False
     """There was evidence enough to publish it."""
+    ranged: bool = False
+    """Its range was measured at least once, not only guessed from size or ground."""
     missed: bool = False
     """The last picture of its place did not show it."""
     ground_vx_mps: float | None = None
@@ -166,9 +185,22 @@ def _costs(
     for left, track in enumerate(tracks):
         for right, sighting in enumerate(sightings):
             if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
-                squared, cost = distance(track.estimate, sighting.fix)
+                squared, cost = _apart(track, sighting.fix)
                 if fits(track, sighting, squared):
                     yield cost, left, right
+
+
+def _apart(track: Tracked, fix: Fix) -> tuple[float, float]:
+    """Squared distance and cost; of a first measured range those of the scaled estimate, and of how much it scales."""
+    if not _scales(track, fix):
+        return distance(track.estimate, fix)
+    squared, cost = distance(rescaled(track.estimate, fix), fix)
+    doubt = (math.log(correction(track.estimate, fix)) / SCALE_SIGMA) ** 2
+    return squared + doubt, cost + doubt
+
+
+def _scales(track: Tracked, fix: Fix) -> bool:
+    return track.kind == "vehicle" and not track.ranged and _measured(fix)
 
 
 def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
@@ -177,7 +209,8 @@ def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
 
 def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
     apart_m = math.hypot(*(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist())
-    return track.confirmed and squared <= SWERVE_GATE and apart_m <= SWERVE_M
+    followed = track.confirmed and not track.missed
+    return followed and _measured(sighting.fix) and squared <= SWERVE_GATE and apart_m <= SWERVE_M
 
 
 def _as_far(mean: Floats, place: Floats) -> bool:
@@ -192,18 +225,28 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
         length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
-    squared, _ = distance(track.estimate, sighting.fix)
-    before = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
     hits, evidence = track.hits + 1, min(MOST_EVIDENCE, track.evidence + sighting.score)
     return replace(
         track,
-        estimate=update(before, sighting.fix),
+        estimate=update(_ready(track, sighting.fix), sighting.fix),
         body=body,
         seen_ns=now_ns,
         hits=hits,
         evidence=evidence,
+        ranged=track.ranged or _measured(sighting.fix),
         confirmed=track.confirmed or any(hits >= least and evidence >= needed for least, needed in CONFIRMING),
     )
+
+
+def _ready(track: Tracked, fix: Fix) -> Estimate:
+    """The track's estimate such that it can take the fix in: a swerve widens it, the first measured range scales it."""
+    squared, _ = distance(track.estimate, fix)
+    estimate = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
+    return rescaled(estimate, fix) if _scales(track, fix) else estimate
+
+
+def _measured(fix: Fix) -> bool:
+    return math.sqrt(float(fix.covariance[0, 0])) < SURE_SHARE * max(NEAR_M, math.hypot(*fix.place.tolist()))
 
 
 def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Tracked:
@@ -229,6 +272,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         born_ns=now_ns,
         seen_ns=now_ns,
         evidence=sighting.score,
+        ranged=_measured(sighting.fix),
     )
 
 

@@ -122,6 +122,28 @@ def test_one_that_stands_suddenly_elsewhere_is_another() -> None:
     assert tracker.step(13 * STEP_NS, [sighting(20.0, 3.5)], EgoState(20.0, 0.0)) == [2]
 
 
+def test_after_a_drop_out_what_stands_beside_is_not_taken_for_it() -> None:
+    tracker = Tracker()
+    drive(tracker, 12, 20.0, 0.0)
+    for k in range(13, 16):
+        tracker.step(k * STEP_NS, [], EgoState(20.0, 0.0))
+    assert tracker.step(16 * STEP_NS, [sighting(20.0, 2.4, sigma_m=0.2)], EgoState(20.0, 0.0)) == [2]
+    assert tracker.step(17 * STEP_NS, [sighting(20.0, 0.0, sigma_m=0.2)], EgoState(20.0, 0.0)) == [1]
+
+
+def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() -> None:
+    """A small car seems a quarter further away than it is in every picture, and closes in as much faster."""
+    tracker, closing = Tracker(), 40.0
+    for k in range(1, 21):
+        true = 160.0 - closing * 0.1 * k
+        tracker.step(k * STEP_NS, [sighting(1.25 * true, 0.0, sigma_m=0.08 * true)], EgoState(20.0, 0.0))
+    guessed_mps = tracker.published()[0].vx_mps
+    tracker.step(21 * STEP_NS, [sighting(160.0 - closing * 2.1, 0.0, sigma_m=0.5)], EgoState(20.0, 0.0))
+    (track,) = tracker.published()
+    assert guessed_mps < -1.15 * closing
+    assert abs(track.vx_mps + closing) < 0.4 * abs(guessed_mps + closing)
+
+
 def test_what_is_hardly_believed_is_not_shown_and_comes_back_as_itself() -> None:
     tracker = Tracker()
     for k in range(1, 13):
