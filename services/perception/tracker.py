@@ -41,7 +41,7 @@ SCALE_SIGMA = 0.2
 """Of the logarithm of the factor by which guessed ranges are wrong."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
-CONFIRMING = ((3, 0.2), (2, 0.4))
+CONFIRMING = ((3, 0.35), (6, 0.25), (2, 0.5))
 """A track is published after this many hits when it is so sure."""
 TENTATIVE_S = 0.35
 COAST_S = 1.0

@@ -147,7 +147,7 @@ def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() 
 def test_what_is_hardly_believed_is_not_shown_and_comes_back_as_itself() -> None:
     tracker = Tracker()
     for k in range(1, 13):
-        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.35)] if k < 6 else [], EgoState(20.0, 0.0))
+        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)] if k < 6 else [], EgoState(20.0, 0.0))
     assert tracker.published() == []
     assert tracker.step(13 * STEP_NS, [sighting(30.0, 0.0, score=0.6)], EgoState(20.0, 0.0)) == [1]
 
