@@ -14,7 +14,7 @@ import argparse
 import json
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
@@ -42,16 +42,22 @@ CAMERAS = (FRONT, TELE)
 class Frames:
     """Pictures with their objects.
 
-    `pictures` (N, H, W, 3) uint8 RGB; `objects` one array (M, 8) for each: class index, x0, y0, x1, y1, visible share,
+    `pictures` N arrays (H, W, 3) uint8 RGB; `objects` one array (M, 8) for each: class index, x0, y0, x1, y1, visible share,
     distance in m, true height of a sign's or panel's face in px; `notes` one mapping for each: camera, seed, weather.
     """
 
-    pictures: NDArray[np.uint8]
+    pictures: Sequence[NDArray[np.uint8]]
     objects: list[NDArray[np.float32]]
     notes: list[dict[str, str | float]]
 
     def __len__(self) -> int:
         return len(self.objects)
+
+    def picked(self, indices: Sequence[int]) -> Frames:
+        """Some of the frames."""
+        return Frames(
+            [self.pictures[i] for i in indices], [self.objects[i] for i in indices], [self.notes[i] for i in indices]
+        )
 
 
 def render_stage(
@@ -202,7 +208,7 @@ def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
                 notes.append(note)
     if not pictures:
         raise FileNotFoundError(f"no {split} frames in {folder}; make some: python -m evaluation.training.dataset")
-    return Frames(np.stack(pictures), objects, notes)
+    return Frames(pictures, objects, notes)
 
 
 def _shard(path: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float32], dict[str, str | float]]]:

@@ -2,8 +2,8 @@
 
 `python -m evaluation.training.dataset` makes the frames first (splits "train" and "test" in one folder). Then
 `python -m evaluation.training.detector --cache DIR --frames N --minutes M` trains, exports, and measures on "test".
-Without --cache the frames are rendered here into a temporary folder. The last twentieth of the training frames chooses
-the score floors and is not trained on. Training ends after --steps or --minutes, whichever comes first; the learning
+Without --cache the frames are rendered here into a temporary folder. A twentieth of the training frames chooses
+score floors and calibration and is not trained on. Training ends after --steps or --minutes, whichever comes first; the learning
 rate falls with whichever is further, so that a run cut by time is a whole run.
 """
 
@@ -47,6 +47,8 @@ PEAK_RATE, LAST_RATE, WARM_STEPS = 2e-3, 2e-5, 150
 WEIGHT_DECAY = 1e-4
 SIDES_WEIGHT = 3.0
 AVERAGE_DECAY = 0.998
+STAGE_FRAMES = 6
+"""Pictures of one stage lie together in the shards."""
 RECALL_WEIGHTS = {"vehicle": 1.5, "pedestrian": 2.0}
 TARGETS_AP50 = {"vehicle": 0.7, "pedestrian": 0.5, "sign": 0.85}
 
@@ -214,12 +216,10 @@ def _found(path: Path, frames: Frames) -> list[list[Detection]]:
 
 
 def _split(frames: Frames) -> tuple[Frames, Frames]:
-    """The frames to train on, and the last twentieth."""
-    edge = len(frames) - max(len(frames) // 20, 1)
-    return (
-        Frames(frames.pictures[:edge], frames.objects[:edge], frames.notes[:edge]),
-        Frames(frames.pictures[edge:], frames.objects[edge:], frames.notes[edge:]),
-    )
+    """The frames to train on, and a twentieth: whole stages, spread over all that there is."""
+    chosen = [index // STAGE_FRAMES % 20 == 19 for index in range(len(frames))]
+    kept = [i for i, each in enumerate(chosen) if not each]
+    return frames.picked(kept), frames.picked([i for i, each in enumerate(chosen) if each])
 
 
 def _rendered(folder: Path, count: int) -> Path:
@@ -259,6 +259,7 @@ def main() -> None:
     parser.add_argument("--start", type=Path, help="another run's state, whose weights this run begins with")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "models" / "detector.onnx")
     parser.add_argument("--only-measure", action="store_true", help="choose and measure anew for the network at --out")
+    parser.add_argument("--choose", type=Path, help="with --only-measure: frames never trained on, to choose with")
     flags = parser.parse_args()
     torch.set_num_threads(flags.threads)
     with tempfile.TemporaryDirectory() as scratch:
@@ -273,7 +274,8 @@ def main() -> None:
         )
         if flags.only_measure:
             card = json.loads(flags.out.with_suffix(".json").read_text(encoding="utf-8"))
-            measure(flags.out, card, _split(load_frames(cache, "train", flags.frames))[1], load_frames(cache, "test"))
+            choosing = load_frames(flags.choose or cache, "train", flags.frames)
+            measure(flags.out, card, choosing if flags.choose else _split(choosing)[1], load_frames(cache, "test"))
         else:
             _make(cache, flags.frames, plan, flags.out)
 

@@ -50,7 +50,7 @@ def picked(frames: Frames, wanted: Callable[[Note], bool]) -> list[int]:
 
 def precision_row(found: list[list[Detection]], frames: Frames, indices: list[int]) -> dict[str, tuple[float, int]]:
     """AP50 and the number of objects of each class, on some frames."""
-    part = Frames(frames.pictures[:0], [frames.objects[i] for i in indices], [frames.notes[i] for i in indices])
+    part = frames.picked(indices)
     of_part = [found[i] for i in indices]
     tallies = {kind: tally(of_part, part, kind) for kind in CLASSES}
     return {kind: (average_precision(each), each.objects) for kind, each in tallies.items()}

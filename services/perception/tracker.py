@@ -41,17 +41,17 @@ SCALE_SIGMA = 0.2
 """Of the logarithm of the factor by which guessed ranges are wrong."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
-CONFIRMING = ((3, 1.2), (2, 1.4))
-"""A track is published after this many hits with this much evidence (a sum of scores that fades)."""
+CONFIRMING = ((3, 0.35), (6, 0.25), (2, 0.5))
+"""A track is published after this many hits when it is so sure."""
 TENTATIVE_S = 0.35
 COAST_S = 1.0
 COAST_PER_HIT_S = 0.15
 """A track coasts for as long as its past supports: 0.45 s after three hits, the whole second from seven on."""
-EVIDENCE_UNIT, MOST_EVIDENCE = 1.5, 4.0
-FADING_S, LOST_FADING_S = 0.8, 0.4
-"""Confidence is 1 - exp(-evidence / unit): 0.63 after scores that add up to 1.5, at most 0.93, less while unseen. A
-detector's score tells how sure one picture is; that many pictures agree makes it surer, but pictures that follow each
-other err alike: evidence fades, so that a low score never adds up to certainty (our choice, not calibrated)."""
+BELIEVING_S, FORGETTING_S, LEAST_STEP_S = 0.5, 0.8, 0.05
+BIRTH_SHARE, MOST_SURE = 0.5, 0.97
+"""A track is as sure as its pictures are in the mean of the last half second, a picture without it counting as none,
+and begins at half of its first. Pictures that follow each other err alike: many that doubt never add up to certainty.
+For our own detector that is a probability, since its scores are."""
 SHOWN_CONFIDENCE = 0.1
 """Tracks less sure than this are not published; they keep their id until they end."""
 BEHIND_M = -8.0
@@ -89,10 +89,10 @@ class Tracked:
     born_ns: int
     seen_ns: int
     hits: int = 1
-    evidence: float = 0.0
-    """Scores gathered, less what time without a sighting takes away."""
+    sure: float = 0.0
+    """Mean score of late, pictures without it as 0."""
     confirmed: bool = False
-    """There was evidence enough to publish it."""
+    """It was sure enough to be published."""
     ranged: bool = False
     """Its range was measured at least once, not only guessed from size or ground."""
     missed: bool = False
@@ -225,17 +225,22 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
         length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
-    hits, evidence = track.hits + 1, min(MOST_EVIDENCE, track.evidence + sighting.score)
+    hits, sure = track.hits + 1, _believed(track, sighting.score, now_ns)
     return replace(
         track,
         estimate=update(_ready(track, sighting.fix), sighting.fix),
         body=body,
         seen_ns=now_ns,
         hits=hits,
-        evidence=evidence,
+        sure=sure,
         ranged=track.ranged or _measured(sighting.fix),
-        confirmed=track.confirmed or any(hits >= least and evidence >= needed for least, needed in CONFIRMING),
+        confirmed=track.confirmed or any(hits >= least and sure >= needed for least, needed in CONFIRMING),
     )
+
+
+def _believed(track: Tracked, score: float, now_ns: int) -> float:
+    passed_s = max(LEAST_STEP_S, (now_ns - track.seen_ns) / 1e9)
+    return min(MOST_SURE, track.sure + (1.0 - math.exp(-passed_s / BELIEVING_S)) * (score - track.sure))
 
 
 def _ready(track: Tracked, fix: Fix) -> Estimate:
@@ -271,7 +276,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         sighting.body,
         born_ns=now_ns,
         seen_ns=now_ns,
-        evidence=sighting.score,
+        sure=BIRTH_SHARE * sighting.score,
         ranged=_measured(sighting.fix),
     )
 
@@ -283,9 +288,8 @@ def _looked_for(track: Tracked, now_ns: int, sees: Callable[[float, float], bool
 
 
 def _faded(track: Tracked, dt_s: float) -> Tracked:
-    """Less evidence with time, and much less where the last picture of its place did not show it."""
-    fading_s = LOST_FADING_S if track.missed else FADING_S
-    return replace(track, evidence=track.evidence * math.exp(-dt_s / fading_s))
+    """Less sure with time where the last picture of its place did not show it."""
+    return replace(track, sure=track.sure * math.exp(-dt_s / FORGETTING_S)) if track.missed else track
 
 
 def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
@@ -332,7 +336,6 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
     heading = _heading(ground_vx, vy, oncoming)
     centre = _middle(track, heading)
     sigma = np.sqrt(np.maximum(np.diagonal(track.estimate.covariance), 0.0)).tolist()
-    sure = 1.0 - math.exp(-track.evidence / EVIDENCE_UNIT)
     return Track(
         track_id=track.track_id,
         kind=track.kind,
@@ -346,7 +349,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
         heading_rad=heading,
         sigma_x_m=sigma[0],
         sigma_vx_mps=sigma[2],
-        confidence=max(0.0, min(1.0, sure * (1.0 - 0.7 * unseen_s / COAST_S))),
+        confidence=max(0.0, min(1.0, track.sure * (1.0 - 0.7 * unseen_s / COAST_S))),
         age_s=(now_ns - track.born_ns) / 1e9,
         unseen_s=unseen_s,
         oncoming=oncoming,

@@ -114,7 +114,7 @@ def test_shards_give_back_what_was_rendered(tmp_path: Path) -> None:
     write_shard(tmp_path / "train-000005.npz", shots)
     frames: Frames = load_frames(tmp_path, "train")
     assert [note["camera"] for note in frames.notes] == ["front", "tele"]
-    assert frames.pictures.shape == (2, 360, 640, 3)
+    assert [picture.shape for picture in frames.pictures] == [(360, 640, 3)] * 2
     assert all((shot.objects == rows_).all() for shot, rows_ in zip(shots, frames.objects, strict=True))
     assert sum(map(len, frames.objects)) > 3
     assert all((rows_[:, 3] > rows_[:, 1]).all() and (rows_[:, 5] <= 1.01).all() for rows_ in frames.objects)

@@ -13,7 +13,7 @@ CAR = CLASSES.index("vehicle")
 
 def frames(*rows: tuple[float, float, float, float, float, float]) -> Frames:
     objects: NDArray[np.float32] = np.array(rows, np.float32).reshape(-1, 6)
-    return Frames(np.zeros((1, 36, 64, 3), np.uint8), [objects], [{}])
+    return Frames([np.zeros((36, 64, 3), np.uint8)], [objects], [{}])
 
 
 def found(x0: float, y0: float, x1: float, y1: float, score: float) -> Detection:

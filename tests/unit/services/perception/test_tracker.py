@@ -147,7 +147,7 @@ def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() 
 def test_what_is_hardly_believed_is_not_shown_and_comes_back_as_itself() -> None:
     tracker = Tracker()
     for k in range(1, 13):
-        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.35)] if k < 6 else [], EgoState(20.0, 0.0))
+        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)] if k < 6 else [], EgoState(20.0, 0.0))
     assert tracker.published() == []
     assert tracker.step(13 * STEP_NS, [sighting(30.0, 0.0, score=0.6)], EgoState(20.0, 0.0)) == [1]
 
@@ -234,9 +234,19 @@ def test_a_low_score_never_adds_up_to_certainty() -> None:
     doubtful, sure = Tracker(), Tracker()
     for k in range(1, 60):
         doubtful.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.12)], EgoState(10.0, 0.0))
-        sure.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)], EgoState(10.0, 0.0))
+        sure.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.95)], EgoState(10.0, 0.0))
     assert doubtful.published() == []
     assert sure.published()[0].confidence > 0.9
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.floats(0.3, 1.0), min_size=5, max_size=40))
+def test_a_track_is_no_surer_than_its_surest_picture(scores: list[float]) -> None:
+    tracker = Tracker()
+    for k, score in enumerate(scores, 1):
+        tracker.step(k * STEP_NS, [sighting(30.0, 0.0, score=score)], EgoState(10.0, 0.0))
+    for track in tracker.published():
+        assert track.confidence <= max(scores) + 1e-9
 
 
 def test_stamps_that_jump_back_start_afresh() -> None:
@@ -277,11 +287,11 @@ def test_a_short_past_supports_a_short_coast_only() -> None:
 def test_confidence_comes_from_agreement_over_pictures() -> None:
     steady, flickering = Tracker(), Tracker()
     for k in range(1, 21):
-        steady.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)], EgoState(20.0, 0.0))
-        flickering.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.5)] if k % 2 else [], EgoState(20.0, 0.0))
+        steady.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.9)], EgoState(20.0, 0.0))
+        flickering.step(k * STEP_NS, [sighting(30.0, 0.0, score=0.9)] if k % 2 else [], EgoState(20.0, 0.0))
     (sure,), (unsure,) = steady.published(), flickering.published()
-    assert sure.confidence > 0.9
-    assert unsure.confidence < sure.confidence
+    assert sure.confidence > 0.85
+    assert unsure.confidence < sure.confidence - 0.05
 
 
 def test_the_pictures_of_a_camera_that_looks_elsewhere_take_nothing_away() -> None:
