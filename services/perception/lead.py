@@ -13,7 +13,7 @@ from services.perception.lanes import LaneModel
 EGO_WIDTH_M = 1.9
 MARGIN_M = 0.25
 """Room beside the ego that belongs to its path."""
-FADED = 0.25
+FADED = 0.5
 """Who is less sure leads only where nobody surer does: an established track falls below it after 0.6 s unseen."""
 CUT_IN_S = 1.0
 """A body that will reach into the path within this time, at its lateral speed now, is in it."""
