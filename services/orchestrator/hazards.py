@@ -12,6 +12,8 @@ from services.orchestrator.targets import Target
 
 HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
+ADVISED_M = 50.0
+"""A person farther away is spoken of only where it is urgent."""
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 YOUNG_S = 0.3
@@ -36,7 +38,8 @@ def clear(state: State, way: Way) -> bool:
 
 def person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """People in or near the path, as urgent as the most urgent of them."""
-    found = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
+    judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
+    found = [(way, urgency) for way, urgency in judged if urgency != "advice" or way.gap_m <= ADVISED_M]
     if not found:
         return
     # The nearest need not be the most urgent: a rider behind a walker may be met sooner.

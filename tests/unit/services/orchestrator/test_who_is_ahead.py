@@ -1,4 +1,4 @@
-"""Who was in the way and is nowhere now bounds the target for a while."""
+"""Who was in the way and is nowhere now bounds the target for a while; who is far away is not shouted about."""
 
 import pytest
 from hypothesis import given
@@ -42,6 +42,12 @@ def test_an_actor_that_is_seen_to_leave_the_path_is_not_missed() -> None:
     assert next_mps(drive) > before_mps + 1.0
     drive.tracks = ()
     assert next_mps(drive) > before_mps + 1.0
+
+
+@pytest.mark.parametrize(("gap_m", "speed_mps", "told"), [(90.0, 8.0, False), (60.0, 30.0, True)])
+def test_a_person_far_away_is_spoken_of_only_where_it_is_urgent(gap_m: float, speed_mps: float, told: bool) -> None:
+    drive = behind(person(gap_m, vx_mps=-speed_mps), speed_mps=speed_mps)
+    assert any("person" in text for text in drive.spoken()) is told
 
 
 @pytest.mark.parametrize("hardly", [{"age_s": 0.3}, {"confidence": 0.3}])
