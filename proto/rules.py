@@ -28,7 +28,7 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
     """What Rules need to know of here and now. An absent field is unknown and never raises a limit."""
 
     jurisdiction: Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3 code, for example DEU")] = None
-    road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street"] | None = None
+    road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"] | None = None
     vehicle_class: str = "car"
     posted: tuple[PostedLimit, ...] = ()
     ended: tuple[str, ...] = ()

@@ -25,6 +25,7 @@ def holds(when: When, situation: Situation) -> Holds:
         _flag(when.wet, situation.wet),
         _flag(when.snow, situation.snow),
         _visibility(when.visibility_below_m, situation.visibility_m),
+        _within(when.hours, situation.time_of_day_h),
         _part(when.subdivision, situation.jurisdiction),
     )
     return "no" if "no" in found else "maybe" if "maybe" in found else "yes"
@@ -37,6 +38,7 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
         ("vehicle", when.vehicle_classes and known_class(situation) is None),
         ("wetness", when.wet is not None and situation.wet is None),
         ("snow", when.snow is not None and situation.snow is None),
+        ("time", when.hours is not None and usable(situation.time_of_day_h) is None),
         ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
     )
     return tuple(name for name, missing in asked if missing)
@@ -103,7 +105,14 @@ def _part(subdivision: str | None, jurisdiction: str | None) -> Holds:
 
 
 def _time(text: str, time_of_day_h: float | None) -> Holds:
-    hours, known_h = hours_of(text), usable(time_of_day_h)
-    if hours is None or known_h is None:
+    hours = hours_of(text)
+    return "maybe" if hours is None else _within(hours, time_of_day_h)
+
+
+def _within(hours: tuple[float, float] | None, time_of_day_h: float | None) -> Holds:
+    if hours is None:
+        return "yes"
+    known_h = usable(time_of_day_h)
+    if known_h is None:
         return "maybe"
     return "yes" if within_hours(hours, known_h) else "no"

@@ -8,7 +8,7 @@ from proto.rules import LegalAction
 from proto.scene import Unit
 
 Kind = Literal["statute", "sign_table", "guidance"]
-RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street"]
+RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
 Texts = dict[str, str]
 """One text by language code."""
 
@@ -49,6 +49,8 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     wet: bool | None = None
     snow: bool | None = None
     visibility_below_m: float | None = None
+    hours: tuple[float, float] | None = None
+    """Local time of day in hours, from and to; past midnight where the second is smaller."""
     subdivision: str | None = None
     """For example `GBR-WLS`; applies only where the jurisdiction is known to be this part."""
     announced: bool = False
@@ -130,6 +132,8 @@ class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     kind: Kind
     sources: tuple[Source, ...]
     effects: tuple[Effect, ...]
+    url: str = ""
+    """Official address of the provision, where there is one."""
     topics: Texts = {}
     """Words people use of the subject and the text does not; searched, never cited."""
 
