@@ -11,13 +11,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from evaluation.training.dataset import CLASSES, Frames
+from evaluation.training.dataset import CLASSES, Frames, counted
 from evaluation.training.detector_targets import Targets, encode
 from evaluation.training.lens import through_lens
 
 SHAPES = ((288, 448, 12), (288, 448, 12), (384, 640, 6))
 """Height, width, pictures of a batch; one is drawn for each batch."""
 SCALES = (0.7, 1.5)
+SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
+"""Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
+SOUGHT_SHARE = 0.5
 FIXED_FACES = (CLASSES.index("sign"), CLASSES.index("panel"))
 
 
@@ -35,19 +38,29 @@ def batches(frames: Frames, seed: int, ahead: int = 4) -> Iterator[Batch]:
 
     def fill() -> None:
         rng = np.random.default_rng(seed)
+        showing = [_showing(frames, kind) for kind in range(len(CLASSES))]
         while True:
-            ready.put(_batch(frames, rng))
+            ready.put(_batch(frames, showing, rng))
 
     threading.Thread(target=fill, name="batches", daemon=True).start()
     while True:
         yield ready.get()
 
 
-def _batch(frames: Frames, rng: np.random.Generator) -> Batch:
+def _showing(frames: Frames, kind: int) -> NDArray[np.int64]:
+    """Indices of the frames with an object of the class that counts; all frames where none has."""
+    those = [i for i, objects in enumerate(frames.objects) if (counted(objects) & (objects[:, 0] == kind)).any()]
+    return np.array(those or range(len(frames)), dtype=np.int64)
+
+
+def _batch(frames: Frames, showing: list[NDArray[np.int64]], rng: np.random.Generator) -> Batch:
     height, width, count = SHAPES[int(rng.integers(len(SHAPES)))]
     pictures, targets = [], []
-    for index in rng.integers(len(frames), size=count):
-        picture, objects = augmented(frames.pictures[index], frames.objects[index], (height, width), rng)
+    for _ in range(count):
+        kind = int(rng.choice(len(CLASSES), p=[SOUGHT[each] for each in CLASSES]))
+        sought = kind if rng.uniform() < SOUGHT_SHARE else None
+        index = int(rng.integers(len(frames)) if sought is None else rng.choice(showing[kind]))
+        picture, objects = augmented(frames.pictures[index], frames.objects[index], (height, width), rng, sought)
         pictures.append(picture)
         targets.append(encode(objects, height, width))
     stacked = Targets(*(np.stack([getattr(t, name) for t in targets]) for name in ("heat", "mask", "sides", "weight")))
@@ -55,14 +68,18 @@ def _batch(frames: Frames, rng: np.random.Generator) -> Batch:
 
 
 def augmented(
-    picture: NDArray[np.uint8], objects: NDArray[np.float32], shape: tuple[int, int], rng: np.random.Generator
+    picture: NDArray[np.uint8],
+    objects: NDArray[np.float32],
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+    sought: int | None = None,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """A crop of `shape` (height, width) around some object, scaled, its light changed; objects follow.
+    """A crop of `shape` (height, width) around some object, mostly of the sought class if one is, scaled, relit; objects follow.
 
     Mirrored only where no sign's or panel's face is in the picture: there are no mirrored signs.
     """
     scale = float(np.exp(rng.uniform(*np.log(SCALES))))
-    left, top = _corner(picture, objects, shape, scale, rng)
+    left, top = _corner(picture, _candidates(objects, sought), shape, scale, rng)
     move = np.array([[scale, 0.0, -left * scale], [0.0, scale, -top * scale]])
     crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=cv2.INTER_LINEAR).astype(np.uint8, copy=False)
     moved = _moved(objects, scale, left, top, shape)
@@ -70,6 +87,11 @@ def augmented(
         crop = crop[:, ::-1]
         moved[:, [1, 3]] = shape[1] - moved[:, [3, 1]]
     return through_lens(_relit(crop, rng), rng), moved
+
+
+def _candidates(objects: NDArray[np.float32], sought: int | None) -> NDArray[np.float32]:
+    fitting = objects[counted(objects) & (objects[:, 0] == sought)] if sought is not None else objects
+    return fitting if len(fitting) else objects
 
 
 def _corner(

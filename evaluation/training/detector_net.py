@@ -14,6 +14,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 STRIDE = 4
+HEAD = 32
+"""Channels where heat and sides are told."""
 SIDE_SCALE_PX = 16.0
 """The box head's unit, so that its outputs are of the order of one."""
 MOST_RAW = 4.0
@@ -68,10 +70,11 @@ class DetectorNet(nn.Module):
         self.lateral16 = ConvBlock(w16, neck, kernel=1)
         self.smooth16 = Residual(neck)
         self.smooth8 = Residual(neck)
-        self.down4 = ConvBlock(neck, w4, kernel=1)
-        self.smooth4 = ConvBlock(w4, 32)
-        self.heat = nn.Conv2d(32, classes, 1)
-        self.sides = nn.Conv2d(32, 4, 1)
+        self.lateral4 = ConvBlock(w4, HEAD, kernel=1)
+        self.down4 = ConvBlock(neck, HEAD, kernel=1)
+        self.smooth4 = ConvBlock(HEAD, HEAD)
+        self.heat = nn.Conv2d(HEAD, classes, 1)
+        self.sides = nn.Conv2d(HEAD, 4, 1)
         nn.init.constant_(self.heat.bias, -4.6)  # type: ignore[arg-type]
         nn.init.normal_(self.sides.weight, std=0.01)
         nn.init.constant_(self.sides.bias, 0.0)  # type: ignore[arg-type]
@@ -88,7 +91,7 @@ class DetectorNet(nn.Module):
         c32 = self.stage32(c16)
         p16 = self.smooth16(self.lateral16(c16) + _double(self.lateral32(c32)))
         p8 = self.smooth8(c8 + _double(p16))
-        p4 = self.smooth4(c4 + _double(self.down4(p8)))
+        p4 = self.smooth4(self.lateral4(c4) + _double(self.down4(p8)))
         return self.heat(p4), self.sides(p4)
 
 

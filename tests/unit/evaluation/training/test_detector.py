@@ -10,10 +10,13 @@ from evaluation.training.detector_batches import augmented
 from evaluation.training.detector_targets import STRIDE, encode
 from services.perception.centre import STRIDE_PX
 
-CAR, SIGN = CLASSES.index("vehicle"), CLASSES.index("sign")
+CAR, PEDESTRIAN, SIGN = (CLASSES.index(kind) for kind in ("vehicle", "pedestrian", "sign"))
 
 
-def rows(*objects: tuple[float, ...]) -> np.typing.NDArray[np.float32]:
+Rows = np.typing.NDArray[np.float32]
+
+
+def rows(*objects: tuple[float, ...]) -> Rows:
     return np.array(objects, np.float32).reshape(-1, 6)
 
 
@@ -54,6 +57,24 @@ def test_crops_move_boxes_with_the_pixels() -> None:
             assert [left, top, right, bottom] == pytest.approx(objects[0, 1:5].tolist(), abs=3)
             checked += 1
     assert checked > 10
+
+
+def _shows_person(
+    picture: np.typing.NDArray[np.uint8], objects: Rows, rng: np.random.Generator, sought: int | None
+) -> bool:
+    return bool((augmented(picture, objects, (288, 448), rng, sought)[1][:, 0] == PEDESTRIAN).any())
+
+
+def test_a_crop_for_the_sake_of_a_class_shows_it() -> None:
+    picture = np.zeros((360, 640, 3), np.uint8)
+    both = rows((CAR, 20, 300, 80, 340, 1.0), (PEDESTRIAN, 560, 40, 576, 80, 1.0))
+    rng = np.random.default_rng(3)
+    shown = [_shows_person(picture, both, rng, PEDESTRIAN) for _ in range(60)]
+    by_chance = [_shows_person(picture, both, rng, None) for _ in range(60)]
+    assert sum(shown) >= 48
+    assert sum(shown) > sum(by_chance) + 6
+    absent = rows((CAR, 20, 300, 80, 340, 1.0))
+    assert augmented(picture, absent, (288, 448), rng, PEDESTRIAN)[0].shape == (288, 448, 3)
 
 
 def test_pictures_with_signs_are_never_mirrored() -> None:
