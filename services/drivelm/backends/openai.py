@@ -8,7 +8,6 @@ gives this very text), otherwise ``abstentions.UNMEASURED``.
 
 import asyncio
 import ipaddress
-import logging
 import os
 import ssl
 from collections.abc import Sequence
@@ -21,8 +20,9 @@ import msgspec
 from drivemcp.errors import MALFORMED, ConfigError
 from services.drivelm.backend import Answer
 from services.drivelm.backends import chat
-from services.drivelm.backends.abstentions import Abstentions, judged
+from services.drivelm.backends.abstentions import judged
 from services.drivelm.backends.config import OpenaiConfig
+from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.backends.prompts import Prompts
 from services.drivelm.crops import Picture
 from services.drivelm.text import cleaned
@@ -32,35 +32,21 @@ MOST_BODY_BYTES = 262_144
 _HEADERS = {"Content-Type": "application/json", "Accept": "application/json", "Accept-Encoding": "identity"}
 
 
-class OpenaiBackend:
+class OpenaiBackend(PromptedBackend):
     """Asks an endpoint, one request per picture, side by side. Safe to call from several threads."""
 
     def __init__(self, config: OpenaiConfig, prompts: Prompts) -> None:
         """Raises ConfigError naming the field that is missing or refused."""
-        self._config, self._prompts = config, prompts
         base = _base(config)
+        super().__init__(f"openai:{cleaned(config.model, 60)}", prompts)
+        self._config = config
         self._url = f"{config.base_url.rstrip('/')}/chat/completions"
         self._key = _key(config)
         self._tls = ssl.create_default_context() if base.scheme == "https" else False
         self._logprobs = config.logprobs
-        self._label = f"openai:{cleaned(config.model, 60)}"
-        self._abstentions = Abstentions(self._label, logging.getLogger("drivemcp.drivelm"))
 
-    @property
-    def name(self) -> str:
-        """`openai`, the model's name, and the first digits of the SHA-256 of the prompts; it is in every trace."""
-        return f"{self._label} prompts:{self._prompts.sha256[:12]}"
-
-    @property
-    def prompts(self) -> str:
-        """SHA-256 of the prompts in use."""
-        return self._prompts.sha256
-
-    def answer(self, images: Sequence[Picture], question: str) -> Sequence[Answer]:
-        """One sentence or abstention per picture; raises nothing."""
-        prompt = self._prompts.texts.get(question)
-        if prompt is None:
-            return [self._abstentions.note("no prompt for this question", question) for _ in images]
+    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
+        """Raises nothing: whatever goes wrong is an abstention."""
         said = asyncio.run(self._all(images, prompt))
         return [self._abstentions.note(each.reason) if each.reason else self._judged(each, question) for each in said]
 

@@ -8,7 +8,6 @@ sentence. An answer that does not end within its tokens or its time is an absten
 
 import hashlib
 import importlib
-import logging
 import threading
 import time
 from collections.abc import Sequence
@@ -18,8 +17,9 @@ from typing import Any
 
 from drivemcp.errors import ConfigError
 from services.drivelm.backend import Answer
-from services.drivelm.backends.abstentions import Abstentions, judged, probability
+from services.drivelm.backends.abstentions import judged, probability
 from services.drivelm.backends.config import TransformersConfig
+from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.backends.prompts import Prompts
 from services.drivelm.crops import Picture
 from services.drivelm.text import cleaned
@@ -30,33 +30,19 @@ _UNANSWERABLE = (ValueError, KeyError, TypeError, IndexError, RuntimeError, Attr
 """What a checkpoint raises that loads and still does not fit (its template, its processor, memory)."""
 
 
-class TransformersBackend:
+class TransformersBackend(PromptedBackend):
     """Asks a model in this process, one picture at a time. Safe to call from several threads, which then wait."""
 
     def __init__(self, config: TransformersConfig, prompts: Prompts) -> None:
         """Raises ConfigError naming the field that is missing or cannot be used."""
-        self._config, self._prompts, self._lock = config, prompts, threading.Lock()
+        self._config, self._lock = config, threading.Lock()
         self._torch: Any = importlib.import_module("torch")
         self._torch.set_num_threads(config.threads)
         self._processor, self._model = _loaded(config)
-        self._label = f"transformers:{cleaned(_folder(config).name, 40)}:{_digest(_folder(config))[:12]}"
-        self._abstentions = Abstentions(self._label, logging.getLogger("drivemcp.drivelm"))
+        folder = _folder(config)
+        super().__init__(f"transformers:{cleaned(folder.name, 40)}:{_digest(folder)[:12]}", prompts)
 
-    @property
-    def name(self) -> str:
-        """`transformers`, the folder, and the first digits of the SHA-256 of its files and of the prompts; in every trace."""
-        return f"{self._label} prompts:{self._prompts.sha256[:12]}"
-
-    @property
-    def prompts(self) -> str:
-        """SHA-256 of the prompts in use."""
-        return self._prompts.sha256
-
-    def answer(self, images: Sequence[Picture], question: str) -> Sequence[Answer]:
-        """One sentence or abstention per picture."""
-        prompt = self._prompts.texts.get(question)
-        if prompt is None:
-            return [self._abstentions.note("no prompt for this question", question) for _ in images]
+    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
         with self._lock:
             return [self._one(image, prompt, question) for image in images]
 
