@@ -58,6 +58,17 @@ def box_at(
     )
 
 
+def sighting(stamp_ns: int, *boxes: Box) -> Sighting:
+    """A picture of the tele camera with these boxes."""
+    return Sighting(camera="tele", stamp_ns=stamp_ns, boxes=boxes, open_picture=lambda: PICTURE, calibration=TELE)
+
+
+def stand_before(end: FrontEnd, *, frames: int, per_s: int) -> None:
+    """So many pictures of one sign 30 m away, which comes no nearer."""
+    for step in range(frames):
+        end.see(sighting(NS + step * NS // per_s, box_at(30, -3)))
+
+
 def drive_past(
     end: FrontEnd, *, from_m: float = 60.0, speed_mps: float = 15.0, kind: ObjectClass = "sign", lateral_m: float = -3.5,
     camera: str = "tele", track_id: int = 7, size_m: float = 0.6, seen_until_m: float = 16.0, start_ns: int = NS,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.front_end import FrontEnd, Sighting
-from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, drive_past, says
+from tests.unit.services.drivelm.approach import NS, TELE, Scripted, box_at, drive_past, says, sighting, stand_before
 
 
 def _end(label: str, score: float = 0.97, *, plate: str = "", home: str = "DEU", max_reads: int = 8) -> FrontEnd:
@@ -77,11 +77,8 @@ def test_units_follow_the_country_and_are_unset_where_it_is_unknown() -> None:
 
 def test_a_border_changes_the_country_when_it_is_passed_not_before() -> None:
     end = _end("border:GBR", home="DEU")
-    sighting = Sighting(
-        camera="tele", stamp_ns=NS, boxes=(box_at(40, -3.5),), open_picture=lambda: PICTURE, calibration=TELE
-    )
     for _ in range(5):
-        end.see(sighting)
+        end.see(sighting(NS, box_at(40, -3.5)))
     assert end.whereabouts.believed == "DEU"
     drive_past(end, start_ns=2 * NS, size_m=0.9)
     assert end.whereabouts.believed == "GBR"
@@ -137,27 +134,16 @@ def test_boxes_without_a_track_or_too_small_are_not_read() -> None:
 def test_no_more_crops_are_read_than_allowed() -> None:
     end = _end("limit:80", max_reads=3)
     boxes = tuple(box_at(30, -3 + i, track_id=i + 1) for i in range(9))
-    end.see(Sighting(camera="tele", stamp_ns=NS, boxes=boxes, open_picture=lambda: PICTURE, calibration=TELE))
+    end.see(sighting(NS, *boxes))
     assert isinstance(end.backend, Scripted)
     assert len(end.backend.asked) <= 3
 
 
 def test_a_settled_sign_makes_way_for_new_ones() -> None:
     end = _end("limit:80", max_reads=2)
-    for step in range(8):
-        stamp_ns = NS + step * NS // 5
-        end.see(
-            Sighting(
-                camera="tele",
-                stamp_ns=stamp_ns,
-                boxes=(box_at(30, -3),),
-                open_picture=lambda: PICTURE,
-                calibration=TELE,
-            )
-        )
+    stand_before(end, frames=8, per_s=5)
     assert end.tracks["tele", 7].settled
-    both = (box_at(30, -3), box_at(60, 2, track_id=8))
-    end.see(Sighting(camera="tele", stamp_ns=4 * NS, boxes=both, open_picture=lambda: PICTURE, calibration=TELE))
+    end.see(sighting(4 * NS, box_at(30, -3), box_at(60, 2, track_id=8)))
     assert end.tracks["tele", 8].evidence.frames == 1
 
 
@@ -170,10 +156,7 @@ def test_a_track_that_jumps_to_another_sign_is_parted_in_two() -> None:
         near = step >= 6
         stamp_ns, distance_m = NS + step * NS // 5, (25.0 if near else 60.0) - 3 * (step - 6 * near)
         box = box_at(distance_m, -3, size_m=0.6 if near else 0.9)
-        sighting = Sighting(
-            camera="tele", stamp_ns=stamp_ns, boxes=(box,), open_picture=lambda: PICTURE, calibration=TELE
-        )
-        facts += [*end.see(sighting), *end.settle(stamp_ns, 15.0)]
+        facts += [*end.see(sighting(stamp_ns, box)), *end.settle(stamp_ns, 15.0)]
     assert end.tracks["tele", 7].belief().reading == "limit:30"
     for step in range(40):
         facts += end.settle(3 * NS + step * NS // 10, 15.0)
@@ -199,16 +182,7 @@ def test_a_missing_picture_says_nothing() -> None:
 
 def test_without_a_speed_an_end_sign_never_counts_as_passed() -> None:
     end = _end("limit_end")
-    for step in range(6):
-        end.see(
-            Sighting(
-                camera="tele",
-                stamp_ns=NS + step * NS // 5,
-                boxes=(box_at(30, -3),),
-                open_picture=lambda: PICTURE,
-                calibration=TELE,
-            )
-        )
+    stand_before(end, frames=6, per_s=5)
     late = [fact for step in range(60) for fact in end.settle(3 * NS + step * NS // 5, None)]
     assert not any(fact.passed for fact in late)
     assert not end.tracks

@@ -13,7 +13,7 @@ from proto.scene import Fact
 from services.drivelm import grounding, probes, spoken
 from services.drivelm.backend import NO_ANSWER, Answer, EmbeddedBackend
 from services.drivelm.crops import Picture, Region
-from services.drivelm.front_end import FrontEnd, Sighting
+from services.drivelm.front_end import FrontEnd
 from services.drivelm.reader import Reader
 from services.drivelm.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
 from services.drivelm.spoken import Shown
@@ -21,7 +21,17 @@ from services.orchestrator.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from services.simulator.signart import draw_face
-from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, drive_past, says, shows
+from tests.unit.services.drivelm.approach import (
+    NS,
+    PICTURE,
+    Scripted,
+    box_at,
+    drive_past,
+    says,
+    shows,
+    sighting,
+    stand_before,
+)
 from tests.unit.services.orchestrator.support import Drive, limit_sign
 
 SHOWN = Shown(Region(100, 50, 140, 90), 640, 360)
@@ -115,17 +125,7 @@ def test_one_that_knows_a_blank_picture_is_found_out_by_another_sign() -> None:
 
 def test_probes_are_rare() -> None:
     front = FrontEnd(seer("limit:80"), home="DEU", max_reads=2)
-    for step in range(600):
-        stamp_ns = NS + step * NS // 30
-        front.see(
-            Sighting(
-                camera="tele",
-                stamp_ns=stamp_ns,
-                boxes=(box_at(30, -3),),
-                open_picture=lambda: PICTURE,
-                calibration=TELE,
-            )
-        )
+    stand_before(front, frames=600, per_s=30)
     made, asked = front.guard.probes.made, front.guard.probes.asked
     assert asked >= 600
     assert 3 <= made <= 20
@@ -221,11 +221,7 @@ def test_another_number_of_answers_than_pictures_is_no_answer(count: int) -> Non
     front = FrontEnd(Miscounts(lambda image, question: says("limit:130")), home="DEU")
     boxes = tuple(box_at(30, 2 * number - 2, track_id=number + 1) for number in range(3))
     for step in range(5):
-        stamp_ns = NS + step * NS // 5
-        facts = front.see(
-            Sighting(camera="tele", stamp_ns=stamp_ns, boxes=boxes, open_picture=lambda: PICTURE, calibration=TELE)
-        )
-        assert facts == ()
+        assert front.see(sighting(NS + step * NS // 5, *boxes)) == ()
 
 
 # -- the sign reader and the map -----------------------------------------------------------------------------------------------
