@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from services.drivelm.jurisdictions import JURISDICTIONS, ON_BOARDS, Jurisdiction
+from services.drivelm.text import number_in
 
 TAKE_OVER = 0.85
 """Posterior that another country must reach to replace the one believed."""
@@ -69,8 +70,8 @@ def cues_of(reading: str) -> Cues:
     head, _, tail = reading.partition(":")
     if reading in _TABLE:
         return _TABLE[reading]
-    if head in _NUMBERS and tail.isdigit():
-        return {country: cue for country, row in JURISDICTIONS.items() if (cue := _of_number(row, head, int(tail)))}
+    if head in _NUMBERS and (value := number_in(tail)) is not None:
+        return {country: cue for country, row in JURISDICTIONS.items() if (cue := _of_number(row, head, value))}
     return {}
 
 

@@ -13,7 +13,7 @@ from proto.scene import FactKind, Scope, Unit
 from services.drivelm.classes import OTHER
 from services.drivelm.jurisdictions import allowed_limits
 from services.drivelm.sentences import SENTENCES
-from services.drivelm.text import cleaned
+from services.drivelm.text import cleaned, number_in
 
 
 class Statement(NamedTuple):
@@ -42,7 +42,8 @@ _ENDS = frozenset({"limit_end", "all_end", "zone_end", "national", "led:end", "g
 def parse(text: str) -> Statement | None:
     """The statement of an answer, or None (abstention) unless the whole of it is of a known form."""
     said = cleaned(text).lower()
-    if said != " ".join(text.split()).lower():
+    # Before anything is folded: lower case alone makes a k of a Kelvin sign.
+    if not text.isascii() or said != " ".join(text.split()).lower():
         return None  # something had to be cleaned away or folded: not the language agreed on
     if (label := _NAMED.get(said.rstrip("."))) is not None and said.count(".") <= 1:
         return statement_of(label)
@@ -60,8 +61,8 @@ def statement_of(label: str) -> Statement:
         return NOTHING
     if label in _ENDS:
         return Statement("limit", label, scope="end")
-    if head in _SCOPES and tail.isdigit():
-        return Statement("limit", label, int(tail), None, _SCOPES[head])
+    if head in _SCOPES and (value := number_in(tail)) is not None:
+        return Statement("limit", label, value, None, _SCOPES[head])
     return Statement(_KINDS.get(head, "sign"), label)
 
 

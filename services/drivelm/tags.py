@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 NEAR_PX = 16.0
 """Two tags mean one object where their axes differ by less than this together (DriveLM's challenge evaluation)."""
-_NUMBER = r"\s*(-?\d{1,6}(?:\.\d{1,9})?)\s*"
-TAG = re.compile(rf"<\s*c\d{{1,6}}\s*,\s*([A-Za-z_]{{1,40}})\s*,{_NUMBER},{_NUMBER}>")
-ANY_TAG = r"<\s*c\d{1,6}\s*,[^<>]{1,80}>"
+_NUMBER = r"\s*(-?[0-9]{1,6}(?:\.[0-9]{1,9})?)\s*"
+TAG = re.compile(rf"<\s*c[0-9]{{1,6}}\s*,\s*([A-Za-z_]{{1,40}})\s*,{_NUMBER},{_NUMBER}>")
+ANY_TAG = r"<\s*c[0-9]{1,6}\s*,[^<>]{1,80}>"
 
 
 class Point(NamedTuple):

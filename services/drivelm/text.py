@@ -3,6 +3,7 @@
 import unicodedata
 
 MAX_CHARS = 160
+_MOST_DIGITS = 4
 # Categories that have no business on a sign: controls, formats (bidi overrides, zero width), private use, surrogates.
 _REFUSED = ("Cc", "Cf", "Co", "Cs", "Cn")
 
@@ -16,3 +17,9 @@ def cleaned(text: str, max_chars: int = MAX_CHARS) -> str:
 
 def _allowed(char: str) -> bool:
     return char in "\t\r\n" or unicodedata.category(char) not in _REFUSED
+
+
+def number_in(text: str) -> int | None:
+    """The number that a text is, in plain digits. Other scripts' digits, which `int` would read or stumble over, are none."""
+    plain = text.isascii() and text.isdigit() and len(text) <= _MOST_DIGITS
+    return int(text) if plain else None

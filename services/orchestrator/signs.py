@@ -87,7 +87,7 @@ def known_code(reading: str) -> bool:
 def consistent(fact: Fact) -> bool:
     """Whether number and code agree: a code with a number is that number, one without has none."""
     tail = fact.reading.partition(":")[2]
-    return fact.value == (float(tail) if tail.isdigit() else None)
+    return fact.value == (float(tail) if tail.isascii() and tail.isdigit() else None)
 
 
 def plausible_value(value: float | None) -> bool:

@@ -128,6 +128,25 @@ def bent_codes(draw: st.DrawFn) -> str:
     return code[:at] + hidden + code[at:]
 
 
+_LOOK_ALIKE = {
+    "k": "\u212a", "s": "\u017f", "i": "\u0131\u0456", "a": "\u0430", "e": "\u0435", "o": "\u043e", "p": "\u0440", "c": "\u0441",
+    "T": "\u0422", "D": "\u216e", "E": "\u0415", "U": "\u054d", "R": "\U0001d411", "m": "\u217f", "l": "\u217c", ":": "\uff1a",
+    **{str(value): "".join(digits[value] for digits in _SCRIPTS) for value in range(10)},
+}  # fmt: skip
+
+
+@st.composite
+def look_alikes(draw: st.DrawFn, true: tuple[str, ...]) -> str:
+    """A true text, some of its letters or digits swapped for ones that look the same: a Kelvin sign, Arabic digits."""
+    text = draw(st.sampled_from([each for each in true if set(each) & set(_LOOK_ALIKE)]))
+    places = [at for at, char in enumerate(text) if char in _LOOK_ALIKE]
+    swapped = draw(st.sets(st.sampled_from(places), min_size=1))
+    return "".join(
+        draw(st.sampled_from([*_LOOK_ALIKE[char], chr(ord(char) + 0xFEE0)])) if at in swapped else char
+        for at, char in enumerate(text)
+    )
+
+
 def hostile() -> st.SearchStrategy[str]:
     """Fixed attacks, bent sentences, and attacks with anything around them."""
     around = st.text(max_size=12)

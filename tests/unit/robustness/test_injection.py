@@ -46,7 +46,7 @@ from services.orchestrator.tick import redecide, trace_of
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import lookup_rule
 from services.rules.signs import SignQuestion, interpret_sign
-from tests.unit.robustness.hostile import FIXED, bent_codes, hostile
+from tests.unit.robustness.hostile import FIXED, bent_codes, hostile, look_alikes
 from tests.unit.services.drivelm.approach import Scripted, drive_past, says, shows
 from tests.unit.services.orchestrator.support import (
     Drive,
@@ -201,7 +201,11 @@ def driven(facts: Sequence[Fact]) -> Drive:
 def spoilt(draw: st.DrawFn) -> tuple[Fact, ...]:
     """Facts whose every text is hostile, and whose reading is no code of the table."""
     text = draw(hostile())
-    reading = draw(bent_codes() | hostile().filter(lambda text: text not in CODES and not _is_code(text)))
+    reading = draw(
+        bent_codes()
+        | look_alikes(tuple(SENTENCES))
+        | hostile().filter(lambda text: text not in CODES and not _is_code(text))
+    )
     number = draw(st.sampled_from([130.0, 120.0, None, 100.0, 1e308, -1.0, math.inf, math.nan]))
     made = fact("sign", "danger", track_id=41, distance_m=20.0)
     candidates = (Candidate(reading=text, confidence=1.0), Candidate(reading=reading, confidence=math.nan))

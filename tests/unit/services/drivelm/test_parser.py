@@ -7,9 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.drivelm.classes import READER_CLASSES
+from services.drivelm.cues import cues_of
 from services.drivelm.jurisdictions import JURISDICTIONS, allowed_limits
 from services.drivelm.parser import Statement, admitted, parse, statement_of
 from services.drivelm.sentences import SENTENCES
+from services.drivelm.text import number_in
+from tests.unit.robustness.hostile import look_alikes
 
 _ALL_ALLOWED = frozenset.union(*(row.limits for row in JURISDICTIONS.values()))
 
@@ -45,6 +48,8 @@ def test_units_and_conditions_are_read_where_they_are_said() -> None:
         "The speed limit is ٨٠ km/h.",
         "The speed limit is 08‮ km/h.",
         "The speed limit is 8\u200b0 km/h.",
+        "The speed limit is 80 \u212am/h.",
+        "The traffic \u017fign is a stop sign.",
         "The speed limit is not 80 km/h.",
         "The traffic sign is a stop sign. The speed limit is 130 km/h.",
         "The traffic sign is a speed limit sign of 0.",
@@ -63,6 +68,23 @@ def test_anything_but_a_whole_known_sentence_is_abstained_from(text: str) -> Non
 def test_no_free_text_yields_a_limit_beyond_the_lists(text: str) -> None:
     statement = parse(text)
     assert statement is None or statement.value is None or statement.value <= 999
+
+
+_SAID = (*SENTENCES.values(), "The speed limit is 80 km/h.", "The speed limit is 60 mph when wet.")
+
+
+@given(look_alikes(_SAID))
+@settings(max_examples=500, deadline=None)
+def test_letters_and_digits_that_only_look_right_make_no_statement(text: str) -> None:
+    assert parse(text) is None
+
+
+@given(look_alikes(tuple(label for label in READER_CLASSES if label[-1].isdigit())))
+@settings(max_examples=200, deadline=None)
+def test_digits_of_other_scripts_are_no_number(label: str) -> None:
+    assert statement_of(label).value is None
+    assert cues_of(label) == {}
+    assert number_in(label) is None
 
 
 _NUMBERS = st.one_of(st.integers(-5, 400), st.integers(10**3, 10**12))
