@@ -10,12 +10,17 @@ import msgspec
 from proto.rules import RulepackInfo
 from services.rules.errors import PackError
 from services.rules.packs import Pack, load, parse_version
+from services.rules.signature import Trust
 
 STALE = 0.5
 """Factor on the confidence under a pack older than the vehicle's configuration expects, or not in force today."""
 UNKNOWN_COUNTRY = 0.3
 FOREIGN_LAW = 0.3
-_ALPHA2 = {"DE": "DEU", "GB": "GBR", "UK": "GBR", "FR": "FRA", "NL": "NLD", "AT": "AUT", "PL": "POL"}
+UNKNOWN_PART = 0.6
+"""Factor where the country is known and only the law of some of its parts is loaded."""
+_ALPHA2 = {
+    "DE": "DEU", "GB": "GBR", "UK": "GBR", "FR": "FRA", "NL": "NLD", "AT": "AUT", "PL": "POL", "CH": "CHE", "US": "USA",
+}  # fmt: skip
 _CODE = re.compile(r"[A-Za-z]{2,3}(?:-[A-Za-z0-9]{1,3})?")
 
 
@@ -29,26 +34,35 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
     """ISO date; empty: packs are not checked against their dates."""
 
     def for_jurisdiction(self, jurisdiction: str | None) -> tuple[Pack, ...]:
-        """The packs that answer: those of the country, without any that another of them extends. All, if it is unknown."""
-        country = (jurisdiction or "")[:3]
-        fitting = [pack for pack in self.packs.values() if not country or pack.manifest.jurisdiction == country]
-        extended = {pack.manifest.extends.id for pack in fitting if pack.manifest.extends}
-        return tuple(pack for pack in fitting if pack.manifest.id not in extended)
+        """The packs that answer: those of the place, its country and its parts. All, if it is unknown.
+
+        One that another extends is left out where the other surely applies: not where a part's law may not be the one here.
+        """
+        fitting = [pack for pack in self.packs.values() if _may_apply(pack, jurisdiction)]
+        replaced = {name for pack in fitting for name in pack.family[1:] if self._replaces(pack, name, jurisdiction)}
+        return tuple(pack for pack in fitting if pack.manifest.id not in replaced)
+
+    def covers(self, jurisdiction: str | None) -> bool:
+        """Whether one of the packs is surely that of the place: its country's, or its part's."""
+        return any(_applies(pack, jurisdiction) for pack in self.packs.values())
 
     def weaknesses(self, pack: Pack) -> tuple[str, ...]:
         """Of `stale` and `out_of_date`, those that hold for a pack or one it extends."""
-        family = (pack.manifest.id, pack.manifest.extends.id if pack.manifest.extends else "")
-        stale = any(self._older(name) for name in family)
+        stale = any(self._older(name) for name in pack.family)
         return (("stale",) if stale else ()) + (("out_of_date",) if self._not_in_force(pack) else ())
 
     def expected_of(self, pack: Pack) -> str:
         """The version the configuration expects of the first pack of the family that is older."""
-        family = (pack.manifest.id, pack.manifest.extends.id if pack.manifest.extends else "")
-        return next((f"{name} {self.expected[name]}" for name in family if self._older(name)), "")
+        return next((f"{name} {self.expected[name]}" for name in pack.family if self._older(name)), "")
 
     def infos(self) -> tuple[RulepackInfo, ...]:
         """What is loaded."""
         return tuple(pack.info() for pack in self.packs.values())
+
+    def _replaces(self, pack: Pack, name: str, jurisdiction: str | None) -> bool:
+        parent = self.packs.get(name)
+        same = parent is not None and parent.manifest.jurisdiction == pack.manifest.jurisdiction
+        return same or _applies(pack, jurisdiction)
 
     def _older(self, name: str) -> bool:
         if name not in self.expected:
@@ -64,18 +78,39 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
         return not (pack.manifest.effective_from <= self.today <= (until or self.today))
 
 
+def _applies(pack: Pack, jurisdiction: str | None) -> bool:
+    law = pack.manifest.jurisdiction
+    return jurisdiction is not None and (jurisdiction == law or jurisdiction.startswith(f"{law}-"))
+
+
+def _may_apply(pack: Pack, jurisdiction: str | None) -> bool:
+    law = pack.manifest.jurisdiction
+    return not jurisdiction or _applies(pack, jurisdiction) or law.startswith(f"{jurisdiction}-")
+
+
 def load_book(
-    folders: Sequence[Path], *, expected: Mapping[str, str] | None = None, today: str = ""
+    folders: Sequence[Path],
+    *,
+    expected: Mapping[str, str] | None = None,
+    today: str = "",
+    trust: Trust | None = None,
+    instead: Mapping[Path, Pack] | None = None,
 ) -> tuple[RuleBook, tuple[str, ...]]:
-    """The book of all packs that can be used, and why the others are refused. Raises PackError if the expectations are malformed."""
+    """The book of all packs that can be used, and why the others are refused.
+
+    `instead`: the pack by folder that stays where the folder's present content is refused.
+    Raises PackError if the expectations are malformed.
+    """
     packs: dict[str, Pack] = {}
     refused: list[str] = []
     for folder in folders:
         try:
-            pack = load(folder)
+            pack = load(folder, trust)
         except PackError as error:
             refused.append(str(error))
-            continue
+            if (kept := (instead or {}).get(folder)) is None:
+                continue
+            pack = kept
         packs[pack.manifest.id] = pack
     for name, version in (expected or {}).items():
         parse_version(version, f"expected_packs.{name}")

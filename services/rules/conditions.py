@@ -1,20 +1,14 @@
 """Whether a condition of the law holds here: yes, no, or it may (a fact is unknown). What may hold is applied."""
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 from proto.rules import Situation
-from services.rules.format import Plate, When
+from services.rules.format import Plate, VehicleClass, When
 from services.rules.readings import hours_of, within_hours
 
 Holds = Literal["yes", "maybe", "no"]
-VEHICLE_CLASSES = frozenset(
-    {
-        "car", "motorcycle", "van", "car_trailer", "van_trailer", "lorry_light", "lorry", "lorry_trailer", "bus",
-        "car_snow_chains",
-    }
-)  # fmt: skip
-"""Lorry: above 7.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; van: goods vehicle up to 3.5 t."""
+VEHICLE_CLASSES: frozenset[str] = frozenset(get_args(VehicleClass))
 
 
 def holds(when: When, situation: Situation) -> Holds:

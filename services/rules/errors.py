@@ -1,7 +1,36 @@
 """What can be wrong with a rulepack."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
 from drivemcp.errors import UserError
 
 
+class Problem(msgspec.Struct, frozen=True, kw_only=True):
+    """One thing that is wrong: where, and what."""
+
+    file: Path
+    line: int = 0
+    """From 1; 0 where the file has no such place."""
+    field: str = ""
+    message: str
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}" if self.line else f"{self.file}"
+        return f"{place}: {self.field}: {self.message}" if self.field else f"{place}: {self.message}"
+
+
 class PackError(UserError):
-    """A rulepack that cannot be used; the message names file and field."""
+    """A rulepack that cannot be used; the message names file, line and field."""
+
+    def __init__(self, message: str, problems: Sequence[Problem] = ()) -> None:
+        super().__init__(message)
+        self.problems = tuple(problems)
+
+
+def refused(folder: Path, problems: Sequence[Problem]) -> PackError:
+    """The error that says the first of several problems, and how to see the others."""
+    more = f" (and {len(problems) - 1} more: drivemcp rulepack validate {folder})" if len(problems) > 1 else ""
+    return PackError(f"{problems[0]}{more}", problems)

@@ -1,41 +1,61 @@
 """The files of a rulepack as Structs: manifest, provisions with typed effects, sign table, test cases."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
+from msgspec import Meta
 
 from proto.rules import LegalAction
 from proto.scene import Unit
 
 Kind = Literal["statute", "sign_table", "guidance"]
 RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
+VehicleClass = Literal[
+    "car", "motorcycle", "van", "car_trailer", "van_trailer", "lorry_light", "lorry", "lorry_trailer", "bus",
+    "car_snow_chains",
+]  # fmt: skip
+"""Lorry: above 7.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; van: goods vehicle up to 3.5 t."""
 Texts = dict[str, str]
 """One text by language code."""
+PackId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9.-]{0,63}$", description="also the name of its folder")]
+Version = Annotated[str, Meta(pattern=r"^[0-9]+\.[0-9]+\.[0-9]+$", description="semantic version")]
+Day = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$", description="ISO 8601 date")]
+Place = Annotated[
+    str,
+    Meta(pattern=r"^[A-Z]{3}(-[A-Z0-9]{1,3})?$", description="ISO 3166-1 alpha-3, a part as in ISO 3166-2 behind it"),
+]
+Hash = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$", description="SHA-256, written by `drivemcp rulepack seal`")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
+Code = Annotated[
+    str, Meta(pattern=r"^[A-Za-z0-9_]+(:[A-Za-z0-9_.]+){0,3}$", description="as the sign readers write it")
+]
+Speed = Annotated[float, Meta(gt=0, le=300)]
+Offset = Annotated[int, Meta(ge=0, description="characters from the beginning of the document")]
+Hour = Annotated[float, Meta(ge=0, le=24)]
 
 
 class Extends(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The pack this one adds to, and the oldest version it was written against."""
 
-    id: str
-    version: str
+    id: PackId
+    version: Version
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`manifest.json`."""
 
-    id: str
+    id: PackId
     title: str
-    jurisdiction: str
-    """ISO 3166 alpha-3."""
-    version: str
-    content_sha256: str
-    effective_from: str
-    effective_until: str | None
+    jurisdiction: Place
+    version: Version
+    content_sha256: Hash
+    effective_from: Day
+    effective_until: Day | None
     units: Unit
     traffic_side: Literal["left", "right"]
     languages: tuple[str, ...]
     precedence: tuple[Kind, ...]
-    plausible_limits: dict[RoadType, tuple[float, float]]
+    plausible_limits: dict[RoadType, tuple[Speed, Speed]]
     """Per type of road the lowest and the highest limit, in `units`, that a doubtful reading may be believed to be."""
     extends: Extends | None = None
     disclaimer: str = ""
@@ -45,13 +65,13 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """On what an effect depends; an absent field is no condition."""
 
     road_types: tuple[RoadType, ...] = ()
-    vehicle_classes: tuple[str, ...] = ()
+    vehicle_classes: tuple[VehicleClass, ...] = ()
     wet: bool | None = None
     snow: bool | None = None
-    visibility_below_m: float | None = None
-    hours: tuple[float, float] | None = None
+    visibility_below_m: Annotated[float, Meta(gt=0)] | None = None
+    hours: tuple[Hour, Hour] | None = None
     """Local time of day in hours, from and to; past midnight where the second is smaller."""
-    subdivision: str | None = None
+    subdivision: Place | None = None
     """For example `GBR-WLS`; applies only where the jurisdiction is known to be this part."""
     announced: bool = False
     """The road begins only at its own sign: an unknown type of road does not make it possible."""
@@ -60,7 +80,7 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 class Limit(msgspec.Struct, frozen=True, kw_only=True, tag="limit", forbid_unknown_fields=True):
     """A maximum speed. A `cap` holds whatever a sign shows; without it a sign may put another limit in its place."""
 
-    value: float
+    value: Speed
     unit: Unit
     cap: bool = False
     when: When = When()
@@ -69,7 +89,7 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, tag="limit", forbid_unkno
 class Advisory(msgspec.Struct, frozen=True, kw_only=True, tag="advisory", forbid_unknown_fields=True):
     """A recommended speed where no limit exists."""
 
-    value: float
+    value: Speed
     unit: Unit
     when: When = When()
 
@@ -77,7 +97,7 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True, tag="advisory", forbid
 class Minimum(msgspec.Struct, frozen=True, kw_only=True, tag="minimum", forbid_unknown_fields=True):
     """A minimum speed."""
 
-    value: float
+    value: Speed
     unit: Unit
     when: When = When()
 
@@ -119,15 +139,15 @@ class Source(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     language: str
     document: str
-    start: int
-    end: int
+    start: Offset
+    end: Offset
     excerpt: str
 
 
 class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One entry of `provisions.json`; the first source is the language the law is written in."""
 
-    id: str
+    id: Name
     section: str
     kind: Kind
     sources: tuple[Source, ...]
@@ -136,19 +156,21 @@ class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Official address of the provision, where there is one."""
     topics: Texts = {}
     """Words people use of the subject and the text does not; searched, never cited."""
+    draft: bool = False
+    """Imported and not yet restated: no pack with a draft in it is loaded."""
 
 
 class Plate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a supplementary plate does to the sign above it."""
 
     type: Literal["wet", "hours", "vehicle", "ahead", "length", "end", "reason", "exempt"]
-    classes: tuple[str, ...] = ()
+    classes: tuple[VehicleClass, ...] = ()
 
 
 class Sign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One entry of `signs.json`: a sign, or a family of signs that differ by a number or a word."""
 
-    code: str
+    code: Code
     national: str
     section: str
     provisions: tuple[str, ...]

@@ -3,7 +3,7 @@
 import msgspec
 
 from proto.rules import Citation, LegalAction, RulesAnswer, Situation
-from services.rules.book import FOREIGN_LAW, STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.book import FOREIGN_LAW, STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite_ids, cite_sign, unique
 from services.rules.claims import Claim
 from services.rules.limits import Verdict, decide
@@ -25,9 +25,9 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
         return _nothing(known)
     answers = [_answer(book, pack, known) for pack in packs]
     chosen = min(answers, key=_strictness)
-    if known.jurisdiction is not None and not foreign:
-        return chosen
-    return _doubted(chosen, answers, packs, known, foreign)
+    if known.jurisdiction is None or foreign:
+        return _doubted(chosen, answers, packs, known, foreign)
+    return chosen if book.covers(known.jurisdiction) else _part_unknown(chosen, packs, known)
 
 
 def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
@@ -68,6 +68,16 @@ def _doubted(
         chosen,
         confidence=chosen.confidence * (FOREIGN_LAW if foreign else UNKNOWN_COUNTRY),
         citations=unique(citation for answer in (chosen, *answers) for citation in answer.citations[:2]),
+        note=f"{chosen.note} {why}",
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def _part_unknown(chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
+    why = say("part_unknown", situation.language, packs=", ".join(pack.manifest.id for pack in packs))
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * UNKNOWN_PART,
         note=f"{chosen.note} {why}",
         degraded=(*chosen.degraded, "jurisdiction"),
     )

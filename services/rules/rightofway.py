@@ -3,7 +3,7 @@
 import msgspec
 
 from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
-from services.rules.book import STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite_ids, unique
 from services.rules.format import RightOfWay
 from services.rules.packs import Pack
@@ -36,7 +36,8 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
         return _nothing(question)
     chosen = min(answers, key=lambda answer: careful_rank(answer.legal_action))
     if known:
-        return chosen
+        part = 1.0 if book.covers(here) else UNKNOWN_PART
+        return msgspec.structs.replace(chosen, confidence=chosen.confidence * part)
     what = (
         say("no_law_here", question.language, country=country(here, question.language))
         if here

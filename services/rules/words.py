@@ -37,6 +37,11 @@ _SAID: dict[str, tuple[str, str, str]] = {
         "Land unbekannt: Es gilt das niedrigste Limit aus {packs}.",
         "Pays inconnu : la limite la plus basse de {packs} est retenue.",
     ),
+    "part_unknown": (
+        "Part of the country unknown: the lowest limit of {packs} is taken.",
+        "Landesteil unbekannt: Es gilt das niedrigste Limit aus {packs}.",
+        "Région inconnue : la limite la plus basse de {packs} est retenue.",
+    ),
     "no_law_here": (
         "No rulepack for {country}: only what signs show is known.",
         "Kein Regelwerk für {country}: Bekannt ist nur, was Schilder zeigen.",
@@ -106,6 +111,9 @@ COUNTRIES: dict[str, tuple[str, str, str]] = {
     "NLD": ("the Netherlands", "die Niederlande", "Pays-Bas"),
     "AUT": ("Austria", "Österreich", "Autriche"),
     "POL": ("Poland", "Polen", "Pologne"),
+    "CHE": ("Switzerland", "die Schweiz", "Suisse"),
+    "USA": ("the United States", "die Vereinigten Staaten", "États-Unis"),
+    "ZZZ": ("the test country", "das Testland", "pays d'essai"),
 }
 
 

@@ -91,35 +91,47 @@ def test_reformatting_json_leaves_the_hash_and_a_changed_character_does_not(copy
     path = next((folder / "sources").glob("*.md"))
     path.write_text(path.read_text("utf-8") + " ", encoding="utf-8")
     assert content_hash(folder) != before
-    with pytest.raises(PackError, match=r"manifest\.json: content_sha256"):
+    with pytest.raises(PackError, match=r"manifest\.json:2: content_sha256"):
         load(folder)
 
 
 @pytest.mark.parametrize(
     ("file", "change", "message"),
     [
-        ("manifest.json", lambda m: m.update(version="1.0"), r"manifest\.json: version"),
-        ("manifest.json", lambda m: m.update(effective_from="soon"), r"manifest\.json: effective_from"),
-        ("manifest.json", lambda m: m.update(effective_until="2001-01-01"), r"manifest\.json: effective_until"),
-        ("manifest.json", lambda m: m.update(units="knots"), r"manifest\.json: .*units"),
-        ("manifest.json", lambda m: m.update(precedence=["statute"]), r"manifest\.json: .*precedence"),
-        ("manifest.json", lambda m: m.update(surprise=1), r"manifest\.json: .*surprise"),
-        ("provisions.json", lambda p: p[3].pop("section"), r"provisions\.json: .*section.*\[3\]"),
+        ("manifest.json", lambda m: m.update(version="1.0"), r"manifest\.json:\d+: version"),
+        ("manifest.json", lambda m: m.update(effective_from="soon"), r"manifest\.json:\d+: effective_from"),
+        ("manifest.json", lambda m: m.update(effective_until="2001-01-01"), r"manifest\.json:\d+: effective_until"),
+        ("manifest.json", lambda m: m.update(units="knots"), r"manifest\.json:\d+: .*units"),
+        ("manifest.json", lambda m: m.update(precedence=["statute"]), r"manifest\.json:\d+: .*precedence"),
+        ("manifest.json", lambda m: m.update(surprise=1), r"manifest\.json:\d+: .*surprise"),
+        (
+            "provisions.json",
+            lambda p: p[3].pop("section"),
+            r"provisions\.json:\d+: \[3\] \(deu-speed-too-slow\): .*`section`",
+        ),
         (
             "provisions.json",
             lambda p: p[0]["sources"][0].update(start=1),
-            r"provisions\.json: deu-speed-adapt: sources",
+            r"provisions\.json:\d+: \[0\]\.sources\[0\] \(deu-speed-adapt\)",
         ),
         (
             "provisions.json",
             lambda p: p[0]["sources"][0].update(document="../../x"),
-            r"provisions\.json: deu-speed-adapt: .*outside",
+            r"provisions\.json:\d+: .*deu-speed-adapt.*outside",
         ),
-        ("provisions.json", lambda p: p[0].update(effects=[{"type": "magic"}]), r"provisions\.json: .*magic"),
-        ("provisions.json", lambda p: p.append(p[0]), r"provisions\.json: \[\d+\]\.id: .*twice"),
-        ("signs.json", lambda s: s[0].update(provisions=["deu-nowhere"]), r"signs\.json: limit: provisions"),
-        ("signs.json", lambda s: s[0].update(action="fly"), r"signs\.json: .*fly"),
-        ("cases.json", lambda c: c[0].update(tool="guess"), r"cases\.json: .*guess"),
+        (
+            "provisions.json",
+            lambda p: p[0].update(effects=[{"type": "magic"}]),
+            r"provisions\.json:\d+: \[0\]\.effects\[0\].*magic",
+        ),
+        ("provisions.json", lambda p: p.append(p[0]), r"provisions\.json:\d+: \[\d+\]\.id: .*twice"),
+        (
+            "signs.json",
+            lambda s: s[0].update(provisions=["deu-nowhere"]),
+            r"signs\.json:\d+: \[0\]\.provisions\[0\] \(limit\)",
+        ),
+        ("signs.json", lambda s: s[0].update(action="fly"), r"signs\.json:\d+: \[0\]\.action.*fly"),
+        ("cases.json", lambda c: c[0].update(tool="guess"), r"cases\.json:\d+: \[0\]\.tool.*guess"),
     ],
 )
 def test_a_broken_pack_is_refused_with_file_and_field(

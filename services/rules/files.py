@@ -1,0 +1,104 @@
+"""A pack's folder read once: what is hashed is what is decoded, even while somebody writes into the folder."""
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from drivemcp.errors import MALFORMED
+from services.rules import located
+from services.rules.errors import PackError, Problem
+
+FILES = ("manifest.json", "provisions.json", "signs.json", "cases.json")
+SIGNATURE = "signature.json"
+_BYTE = re.compile(r"\(byte (\d+)\)")
+_PATH = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
+T = TypeVar("T")
+
+
+class Files(msgspec.Struct, frozen=True):
+    """Content by name relative to the folder; a file that cannot be read is absent."""
+
+    folder: Path
+    content: dict[str, bytes]
+
+    def text(self, name: str) -> str:
+        """A file as text."""
+        return self.content[name].decode("utf-8", errors="replace")
+
+    def problem(self, name: str, path: located.Path, message: str, shown: str = "") -> Problem:
+        """A problem at a JSON path of a file; `shown` is added to the path for people: an entry's id."""
+        field = located.written(path) + (f" ({shown})" if shown else "")
+        line = located.line_of(self.text(name), path) if name in self.content else 0
+        return Problem(file=self.folder / name, line=line, field=field, message=message)
+
+    def sha256(self) -> str:
+        """Over the canonical content: every JSON file with sorted keys, every source document as it is.
+
+        The manifest's own `content_sha256` is left out. Raises PackError where a file cannot be read or decoded.
+        """
+        digest = hashlib.sha256()
+        for name in FILES:
+            content = self._canonical(name)
+            digest.update(f"{name}\0{len(content)}\0".encode() + content)
+        for name in sorted(self.content):
+            if name.startswith("sources/"):
+                digest.update(f"{name}\0{len(self.content[name])}\0".encode() + self.content[name])
+        return digest.hexdigest()
+
+    def _canonical(self, name: str) -> bytes:
+        found, problems = decoded(self, name, Any)
+        if problems:
+            raise PackError(str(problems[0]), problems)
+        if name == "manifest.json" and isinstance(found, dict):
+            found = {key: value for key, value in found.items() if key != "content_sha256"}
+        return msgspec.json.encode(found, order="deterministic")
+
+
+def read_files(folder: Path) -> Files:
+    """Everything that belongs to a pack."""
+    paths = [folder / name for name in (*FILES, SIGNATURE)]
+    content: dict[str, bytes] = {}
+    for path in (*paths, *sorted((folder / "sources").glob("*.md"))):
+        try:
+            content[path.relative_to(folder).as_posix()] = path.read_bytes()
+        except OSError:
+            continue
+    return Files(folder, content)
+
+
+def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...]]:
+    """A file as a value of a type, or None and what is wrong."""
+    if name not in files.content:
+        return None, (Problem(file=files.folder / name, message="cannot be read: is it there?"),)
+    try:
+        return msgspec.json.decode(files.content[name], type=kind), ()
+    except MALFORMED as error:
+        return None, (_malformed(files, name, error),)
+
+
+def decoded_list(files: Files, name: str, kind: type[T]) -> tuple[list[T | None], tuple[Problem, ...]]:
+    """A file of entries; one that does not fit is None in its place, each with what is wrong with it."""
+    raw, problems = decoded(files, name, list[Any])
+    found: list[T | None] = []
+    told = list[Problem](problems)
+    for index, entry in enumerate(raw or ()):
+        try:
+            found.append(msgspec.convert(entry, kind))
+        except MALFORMED as error:
+            found.append(None)
+            told.append(_malformed(files, name, error, (index,), entry))
+    return found, tuple(told)
+
+
+def _malformed(files: Files, name: str, error: Exception, below: located.Path = (), entry: object = None) -> Problem:
+    said = str(error)
+    if (at := _BYTE.search(said)) is not None:
+        line = files.content[name].count(b"\n", 0, int(at[1])) + 1
+        return Problem(file=files.folder / name, line=line, message=said)
+    place = _PATH.search(said)
+    path = below + (located.parsed(place[1]) if place else ())
+    shown = str(entry.get("id") or entry.get("code") or entry.get("name") or "") if isinstance(entry, dict) else ""
+    return files.problem(name, path, said[: place.start()] if place else said, shown[:80])
