@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
+# without what it asks for: opencv-python brings the same cv2 as our opencv-python-headless, and its metrics use neither
+TRACKEVAL := 'trackeval>=1.3,<2'
 SOURCES := proto drivemcp services evaluation benchmarks examples tests
 ARGS   ?=
 
@@ -32,7 +34,8 @@ $(VENV)/.demo: $(VENV)/.made pyproject.toml
 $(VENV)/.full: $(VENV)/.made pyproject.toml
 	@echo "installing the full environment (several minutes)"
 	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch]' | grep -v '^Requirement already satisfied' || true
-	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch' \
+	$(BIN)/pip install -q --no-deps $(TRACKEVAL)
+	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch, trackeval' \
 		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }
 	@touch $(VENV)/.demo $@
 

@@ -34,7 +34,9 @@ def scores(scenes: Sequence[Scene]) -> Scores:
     try:
         from trackeval.metrics import CLEAR, HOTA, Identity
     except ImportError as error:
-        raise UserError("TrackEval is missing; install the extra: pip install 'drivemcp[evaluation]'") from error
+        raise UserError(
+            "TrackEval is missing: pip install 'drivemcp[evaluation]', then pip install --no-deps 'trackeval>=1.3,<2'"
+        ) from error
     sequence = _sequence(scenes)
     quiet = {"PRINT_CONFIG": False}
     clear = CLEAR(dict(quiet)).eval_sequence(sequence)
