@@ -2,6 +2,7 @@
 
 import threading
 from collections import OrderedDict
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -52,20 +53,21 @@ class Library:
         budget_s: float | None = None,
     ) -> None:
         """`budget_s`: how long a question waits for the encoder before BM25 answers alone; None: as long as it takes."""
-        self.refused: list[str] = []
-        self.packs: dict[Path, tuple[Text, ...]] = {}
-        for folder in folders:
-            try:
-                self.packs[folder] = read_pack(folder)
-            except CorpusError as error:
-                self.refused.append(str(error))
+        self._folders = folders
+        self._why: dict[Path, str] = {}
+        self.packs = self._read(folders, {})
         self._tuning = tuning
-        self._state = _State({j: Index(texts) for j, texts in self._by_jurisdiction().items()}, None, status)
+        self._state = _State({j: Index(texts) for j, texts in _by_jurisdiction(self.packs).items()}, None, status)
         self._cache: OrderedDict[Request, Retrieved] = OrderedDict()
         self._cache_size = cache_size
         self._budget_s = budget_s
         self._lock = threading.Lock()
         self.hits = 0
+
+    @property
+    def refused(self) -> list[str]:
+        """Why folders cannot be indexed as they are now."""
+        return list(self._why.values())
 
     @property
     def status(self) -> str:
@@ -78,13 +80,29 @@ class Library:
 
     def use(self, encoder: Encoder) -> None:
         """Take stored embeddings or make them (slow), then rank by both."""
-        rows: dict[str, Vectors] = {}
-        for folder, texts in self.packs.items():
-            stored = read_stored(folder, encoder.name, texts)
-            found = embed(encoder, texts) if stored is None else stored
-            rows |= {text.passage_id: row for text, row in zip(texts, found, strict=True)}
-        indexes = {j: index.with_rows(_stack(rows, index)) for j, index in self._state.indexes.items()}
+        indexes = _embedded(encoder, self.packs, self._state.indexes, {})
         self._swap(_State(indexes, QuestionVectors(encoder, self._budget_s, self._cache_size), encoder.name))
+
+    def reload(self, changed: Collection[Path]) -> list[str]:
+        """Read changed folders again, embed what is new (slow), and swap; searches go on meanwhile as before.
+
+        Returns why some cannot be used; what was read from them before stays. Not at the same time as `use`.
+        """
+        packs = self._read(changed, self.packs)
+        if packs != self.packs:
+            old = self._state
+            indexes = {j: Index(texts) for j, texts in _by_jurisdiction(packs).items()}
+            if old.vectors is not None:
+                known = {
+                    text.indexed: index.rows[at]
+                    for index in old.indexes.values()
+                    if index.rows is not None
+                    for at, text in enumerate(index.texts)
+                }
+                indexes = _embedded(old.vectors.encoder, packs, indexes, known)
+            self.packs = packs
+            self._swap(_State(indexes, old.vectors, old.status))
+        return [self._why[folder] for folder in changed if folder in self._why]
 
     def search(self, request: Request) -> Retrieved:
         """The best passages of the jurisdiction, or of all where none is named; repeats come from memory."""
@@ -135,13 +153,15 @@ class Library:
             limit=request.k,
         )
 
-    def _by_jurisdiction(self) -> dict[str, list[Text]]:
-        """Texts by country; a later pack's text replaces one of the same name and language of an earlier one."""
-        found: dict[str, dict[tuple[str, str], Text]] = {}
-        for texts in self.packs.values():
-            for text in texts:
-                found.setdefault(text.jurisdiction, {})[(text.name, text.language)] = text
-        return {jurisdiction: list(texts.values()) for jurisdiction, texts in found.items()}
+    def _read(self, folders: Collection[Path], before: Mapping[Path, tuple[Text, ...]]) -> dict[Path, tuple[Text, ...]]:
+        packs = dict(before)
+        for folder in folders:
+            self._why.pop(folder, None)
+            try:
+                packs[folder] = read_pack(folder)
+            except CorpusError as error:
+                self._why[folder] = str(error)
+        return {folder: packs[folder] for folder in self._folders if folder in packs}
 
     def _swap(self, state: _State) -> None:
         with self._lock:
@@ -154,6 +174,30 @@ class Library:
         """Take no more questions to the encoder."""
         if (vectors := self._state.vectors) is not None:
             vectors.close()
+
+
+def _by_jurisdiction(packs: Mapping[Path, tuple[Text, ...]]) -> dict[str, list[Text]]:
+    """Texts by country; a later pack's text replaces one of the same name and language of an earlier one."""
+    found: dict[str, dict[tuple[str, str], Text]] = {}
+    for texts in packs.values():
+        for text in texts:
+            found.setdefault(text.jurisdiction, {})[(text.name, text.language)] = text
+    return {jurisdiction: list(texts.values()) for jurisdiction, texts in found.items()}
+
+
+def _embedded(
+    encoder: Encoder, packs: Mapping[Path, tuple[Text, ...]], indexes: Mapping[str, Index], known: Mapping[str, Vectors]
+) -> dict[str, Index]:
+    """The indexes with a row for every text: known by its words, stored with its pack, or made now."""
+    rows: dict[str, Vectors] = {}
+    for folder, texts in packs.items():
+        missing = tuple(text for text in texts if text.indexed not in known)
+        stored = read_stored(folder, encoder.name, texts) if missing else None
+        made = iter(() if stored is not None or not missing else embed(encoder, missing))
+        for at, text in enumerate(texts):
+            row = stored[at] if stored is not None else known[text.indexed] if text.indexed in known else next(made)
+            rows[text.passage_id] = row
+    return {j: index.with_rows(_stack(rows, index)) for j, index in indexes.items()}
 
 
 def _stack(rows: dict[str, Vectors], index: Index) -> Vectors:

@@ -1,7 +1,8 @@
 """The retrieval service: binds the library to its tool and loads the encoder beside it; decides nothing."""
 
-import threading
 import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,10 +13,13 @@ from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data, has_data
 from drivemcp.service import Service
+from drivemcp.watch import Watch
 from proto.rules import Retrieved
 from services.retrieval.encoders import installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, OFF, Library, Request, Wanted
 from services.retrieval.tuning import read_tuning
+
+WATCHED = ("manifest.json", "provisions.json", "signs.json", "sources/*.md")
 
 Query = Annotated[str, msgspec.Meta(max_length=600, description="the question, in the words of whoever asks")]
 Jurisdiction = Annotated[
@@ -37,12 +41,16 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     cache_size: int = 512
     encoder_budget_ms: float = 25.0
     """How long a question waits for the encoder before BM25 answers alone and says so; in lockstep it waits on."""
+    reload_s: float = 1.0
+    """How often the packs' files are looked at; 0: never. In lockstep they are not."""
 
 
 def build(config: RetrievalConfig, node: Node) -> None:
     """Index by BM25, offer the tool, load the encoder: beside the service, or first when in lockstep."""
+    folders, watch = tuple(_folder(name) for name in config.packs), Watch(WATCHED)
+    watch.remember(folders)
     library = Library(
-        tuple(_folder(name) for name in config.packs),
+        folders,
         read_tuning(),
         status=_first_status(config.encoder),
         cache_size=config.cache_size,
@@ -74,11 +82,40 @@ def build(config: RetrievalConfig, node: Node) -> None:
             )
         )
 
-    if library.status == LOADING:
-        if node.lockstep:
+    loads = library.status == LOADING
+    if node.lockstep:
+        if loads:
             _load(config, node, library)
-        else:
-            threading.Thread(target=_load, args=(config, node, library), name="encoder-load", daemon=True).start()
+        return
+    aside = ThreadPoolExecutor(1, thread_name_prefix="index")
+    node.on_close(lambda: aside.shutdown(wait=False, cancel_futures=True))
+    if loads:
+        _beside(aside, node, lambda: _load(config, node, library))
+    if config.reload_s > 0:
+        node.every(config.reload_s, lambda: _follow(node, library, watch, folders, aside))
+
+
+def _follow(node: Node, library: Library, watch: Watch, folders: tuple[Path, ...], aside: Executor) -> None:
+    """Index changed packs anew, beside the searches and after the encoder was loaded."""
+    if changed := watch.changed(folders):
+        _beside(aside, node, lambda: _reload(node, library, changed))
+
+
+def _beside(aside: Executor, node: Node, work: Callable[[], None]) -> None:
+    def told(future: Future[None]) -> None:
+        if not future.cancelled() and (error := future.exception()) is not None:
+            node.log.error("work on the index failed", exc_info=error)
+
+    aside.submit(work).add_done_callback(told)
+
+
+def _reload(node: Node, library: Library, changed: frozenset[Path]) -> None:
+    try:
+        for reason in library.reload(changed):
+            node.log.error("changed rulepack not indexed, what was indexed before stays: %s", reason)
+    except (OSError, RuntimeError, ValueError) as error:
+        node.log.error("changed rulepacks not indexed, what was indexed before stays: %s", error)
+    _describe(node, library)
 
 
 def _first_status(encoder: str) -> str:
@@ -100,8 +137,12 @@ def _load(config: RetrievalConfig, node: Node, library: Library) -> None:
 
 def _describe(node: Node, library: Library) -> None:
     node.detail["encoder"] = library.status
+    versions = {texts[0].rulepack_version for texts in library.packs.values() if texts}
+    node.detail["rulepacks"] = " ".join(sorted(versions)) or "none"
     if library.refused:
         node.detail["refused"] = "; ".join(library.refused)
+    else:
+        node.detail.pop("refused", None)
 
 
 def _folder(name: str) -> Path:

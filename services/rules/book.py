@@ -94,13 +94,8 @@ def load_book(
     expected: Mapping[str, str] | None = None,
     today: str = "",
     trust: Trust | None = None,
-    instead: Mapping[Path, Pack] | None = None,
 ) -> tuple[RuleBook, tuple[str, ...]]:
-    """The book of all packs that can be used, and why the others are refused.
-
-    `instead`: the pack by folder that stays where the folder's present content is refused.
-    Raises PackError if the expectations are malformed.
-    """
+    """The book of all packs that can be used, and why the others are refused. Raises PackError if the expectations are malformed."""
     packs: dict[str, Pack] = {}
     refused: list[str] = []
     for folder in folders:
@@ -108,9 +103,7 @@ def load_book(
             pack = load(folder, trust)
         except PackError as error:
             refused.append(str(error))
-            if (kept := (instead or {}).get(folder)) is None:
-                continue
-            pack = kept
+            continue
         packs[pack.manifest.id] = pack
     for name, version in (expected or {}).items():
         parse_version(version, f"expected_packs.{name}")

@@ -4,13 +4,23 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from drivemcp.paths import data, has_data
 from proto.rules import RulepackInfo
 from services.rules import checks
 from services.rules.errors import PackError, Problem, refused
 from services.rules.files import Files, decoded, decoded_list, read_files
-from services.rules.format import Case, Manifest, Provision, Sign
+from services.rules.format import Case, Extends, Manifest, Provision, Sign
 from services.rules.signature import Trust, check_signature
+
+MAX_FAMILY = 8
+"""More packs than this in a row do not extend each other."""
+
+
+class _Extending(msgspec.Struct, frozen=True):
+    """What of a manifest says which other folders matter."""
+
+    extends: Extends | None = None
 
 
 class Pack(msgspec.Struct, frozen=True, kw_only=True):
@@ -107,6 +117,20 @@ def parent_folder(folder: Path, name: str) -> Path:
     """Where the pack that is extended lies: beside this one, else among those that are installed."""
     beside = folder.absolute().parent / name
     return beside if beside.exists() or not has_data(f"rulepacks/{name}") else data(f"rulepacks/{name}")
+
+
+def extended_folders(folder: Path) -> tuple[Path, ...]:
+    """Folders of the packs that one extends, as far as its manifest, sound or not, tells."""
+    found: list[Path] = []
+    while len(found) < MAX_FAMILY:
+        try:
+            manifest = msgspec.json.decode((folder / "manifest.json").read_bytes(), type=_Extending)
+        except (OSError, *MALFORMED):
+            break
+        if manifest.extends is None or (above := parent_folder(folder, manifest.extends.id)) in found:
+            break
+        found.append(folder := above)
+    return tuple(found)
 
 
 def folder_of(name: str) -> Path:

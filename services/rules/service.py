@@ -1,20 +1,23 @@
 """The Rules service: binds the rule book to tools and asks retrieval for evidence; decides nothing."""
 
-from pathlib import Path
 from typing import Annotated
 
 import msgspec
 
 from drivemcp.config import ServiceConfig
-from drivemcp.errors import ToolFailed
+from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.grants import public_key
 from drivemcp.node import Node
-from drivemcp.paths import data, has_data
 from drivemcp.service import Service
+from proto.health import ServiceLog
 from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate, Unit
+from proto.topics import LOG
 from services.rules import evidence, limit_answer, lookup, rightofway, signs
-from services.rules.book import RuleBook, load_book, normal_jurisdiction
-from services.rules.cache import Cache
+from services.rules.book import normal_jurisdiction
+from services.rules.packs import folder_of
+from services.rules.shelf import Edition, Shelf
+from services.rules.signature import Trust
 from services.rules.situations import coarse
 
 RETRIEVAL_DEADLINE_MS = 22.0
@@ -35,6 +38,12 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
 
     packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
     """Names below `rulepacks/`, or paths of folders."""
+    require_signature: bool = False
+    """Whether a pack, and every pack it extends, must be signed by one of `pack_keys`."""
+    pack_keys: tuple[str, ...] = ()
+    """Public keys (base64) whose signatures on rulepacks count."""
+    reload_s: float = 1.0
+    """How often the packs' files are looked at; 0: never. In lockstep they are not."""
     expected_packs: dict[str, str] = msgspec.field(default_factory=dict)
     """Version by pack id that this vehicle was configured for; an older pack lowers confidence."""
     today: str = ""
@@ -51,7 +60,6 @@ class _Evidence:
     def __init__(self, node: Node, config: RulesConfig) -> None:
         self._node = node
         self._passages = config.passages
-        self._known: Cache[Retrieved] = Cache(config.cache_size)
         self._looked = False
 
     @property
@@ -69,6 +77,7 @@ class _Evidence:
 
     def ask(
         self,
+        edition: Edition,
         query: str,
         jurisdiction: str | None,
         language: str,
@@ -87,7 +96,7 @@ class _Evidence:
         if context:
             arguments["road_context"] = context
         key = (query, jurisdiction, language, context, corpus)
-        if (known := self._known.get(key)) is not None:
+        if (known := edition.retrieved.get(key)) is not None:
             return known
         if not self.alive:
             return None
@@ -99,77 +108,113 @@ class _Evidence:
         except msgspec.ValidationError as error:
             self._node.log.warning("retrieval answers what is no passage list: %s", error)
             return None
-        if _lasting(found):
-            self._known.put(key, found)
+        if _lasting(edition, found):
+            edition.retrieved.put(key, found)
         return found
 
 
-def _lasting(found: Retrieved) -> bool:
-    """Whether the same question would be answered the same later: not while the encoder is loading or was late."""
-    return not found.encoder.endswith(("(loading)", "late)"))
+def _lasting(edition: Edition, found: Retrieved) -> bool:
+    """Whether the same question would be answered the same later.
+
+    Not while the encoder is loading or was late, nor while retrieval still has, or already has, another version of a pack.
+    """
+    tags = (passage.rulepack_version for passage in found.passages)
+    same = all(edition.versions.get(tag.partition("@")[0], tag) == tag for tag in tags)
+    return same and not found.encoder.endswith(("(loading)", "late)"))
 
 
 def build(config: RulesConfig, node: Node) -> None:
-    """Load the packs, offer the tools."""
-    book, refused = load_book(
-        [_folder(name) for name in config.packs], expected=config.expected_packs, today=config.today
+    """Load the packs, offer the tools, follow the packs on disk."""
+    shelf = Shelf(
+        tuple(folder_of(name) for name in config.packs),
+        expected=config.expected_packs,
+        today=config.today,
+        trust=_trust(config),
+        cache_size=config.cache_size,
     )
-    for reason in refused:
+    for reason in shelf.refused:
         node.log.error("rulepack refused: %s", reason)
-    node.detail["rulepacks"] = " ".join(pack.version for pack in book.packs.values()) or "none"
-    if refused:
-        node.detail["refused"] = "; ".join(refused)
+    _describe(node, shelf)
     node.watch_services()
     found = _Evidence(node, config)
-    _offer_limits(node, book, found, config)
-    _offer_signs(node, book)
-    _offer_lookup(node, book, found)
+    _offer_limits(node, shelf, found)
+    _offer_signs(node, shelf)
+    _offer_lookup(node, shelf, found)
     if not node.lockstep:
-        node.every(WARM_UP_PERIOD_S, lambda: _warm_up(book, found, config.languages))
+        node.every(WARM_UP_PERIOD_S, lambda: _warm_up(shelf.edition, found, config.languages))
+        if config.reload_s > 0:
+            node.every(config.reload_s, lambda: _follow(node, shelf))
 
 
-def _folder(name: str) -> Path:
-    if "/" in name or not has_data(f"rulepacks/{name}"):
-        return Path(name)
-    return data(f"rulepacks/{name}")
+def _trust(config: RulesConfig) -> Trust:
+    if config.require_signature and not config.pack_keys:
+        raise ConfigError("require_signature: without pack_keys (public keys, base64) no rulepack could be trusted")
+    return Trust(keys=tuple(public_key(key) for key in config.pack_keys), required=config.require_signature)
 
 
-def _warm_up(book: RuleBook, found: _Evidence, languages: tuple[str, ...]) -> None:
-    for pack in book.packs.values():
+def _follow(node: Node, shelf: Shelf) -> None:
+    """Take changed packs into use and say so: in the log, on the bus, in the health."""
+    change = shelf.look()
+    if change is None:
+        return
+    for reason in change.refused:
+        node.log.error("changed rulepack refused, what was loaded before stays: %s", reason)
+        node.publish(
+            LOG, ServiceLog(service=node.name, level="error", message="rulepack refused", fields={"why": reason})
+        )
+    for old, new in change.versions:
+        node.log.info("rulepack_version %s, before: %s", new, old or "none")
+        fields = {"rulepack_version": new, "before": old}
+        node.publish(LOG, ServiceLog(service=node.name, level="info", message="rulepack changed", fields=fields))
+    _describe(node, shelf)
+
+
+def _describe(node: Node, shelf: Shelf) -> None:
+    node.detail["rulepacks"] = " ".join(pack.version for pack in shelf.edition.book.packs.values()) or "none"
+    if shelf.refused:
+        node.detail["refused"] = "; ".join(shelf.refused)
+    else:
+        node.detail.pop("refused", None)
+
+
+def _warm_up(edition: Edition, found: _Evidence, languages: tuple[str, ...]) -> None:
+    for pack in edition.book.packs.values():
         for language in languages:
             for query in evidence.questions(language):
-                if found.ask(query, pack.manifest.jurisdiction, language, deadline_ms=WARM_UP_DEADLINE_MS) is None:
+                country = pack.manifest.jurisdiction[:3]
+                if found.ask(edition, query, country, language, deadline_ms=WARM_UP_DEADLINE_MS) is None:
                     return
 
 
-def _need_packs(book: RuleBook) -> None:
-    if not book.packs:
+def _now(shelf: Shelf) -> Edition:
+    """The edition that one answer is made from, from its beginning to its end."""
+    edition = shelf.edition
+    if not edition.book.packs:
         raise ToolFailed("no rulepack could be loaded; the log of the rules service says why for each")
+    return edition
 
 
-def _offer_limits(node: Node, book: RuleBook, found: _Evidence, config: RulesConfig) -> None:
-    answers: Cache[RulesAnswer] = Cache(config.cache_size)
-
+def _offer_limits(node: Node, shelf: Shelf, found: _Evidence) -> None:
     @node.tool(deadline_ms=40)
     def applicable_limit(situation: Situation) -> RulesAnswer:
         """The speed limit in force here: posted, gantry, zone and conditional limits and the law's own, the most careful in doubt.
 
         An unknown fact never raises the limit. `limit.advisory` marks a recommended speed where no limit exists.
         """
-        _need_packs(book)
+        edition = _now(shelf)
         asked = coarse(situation)
-        if (known := answers.get(asked)) is not None:
+        if (known := edition.answers.get(asked)) is not None:
             return known if found.alive else evidence.from_memory(known)
-        answer = limit_answer.applicable_limit(book, asked)
+        answer = limit_answer.applicable_limit(edition.book, asked)
         query = evidence.question_for(answer, asked.language)
-        retrieved = found.ask(query, _country(asked.jurisdiction), asked.language)
+        retrieved = found.ask(edition, query, _country(asked.jurisdiction), asked.language)
         answer = evidence.supported(answer, retrieved, asked)
-        if retrieved is not None and _lasting(retrieved):
-            answers.put(asked, answer)
+        if retrieved is not None and _lasting(edition, retrieved):
+            edition.answers.put(asked, answer)
         return answer if found.alive else evidence.from_memory(answer)
 
 
-def _offer_signs(node: Node, book: RuleBook) -> None:
+def _offer_signs(node: Node, shelf: Shelf) -> None:
     @node.tool(deadline_ms=40)
     def interpret_sign(
         reading: Reading,
@@ -183,7 +228,7 @@ def _offer_signs(node: Node, book: RuleBook) -> None:
 
         With several candidate readings the most careful one is answered and the others are named.
         """
-        _need_packs(book)
+        book = _now(shelf).book
         question = signs.SignQuestion(
             reading=reading,
             jurisdiction=jurisdiction,
@@ -197,26 +242,27 @@ def _offer_signs(node: Node, book: RuleBook) -> None:
     @node.tool(deadline_ms=40)
     def right_of_way(question: RightOfWayQuestion) -> RulesAnswer:
         """Stop, give way or proceed at a junction: light before sign before general rule; who is unknown is taken to be there."""
-        _need_packs(book)
-        return rightofway.right_of_way(book, question)
+        return rightofway.right_of_way(_now(shelf).book, question)
 
 
-def _offer_lookup(node: Node, book: RuleBook, found: _Evidence) -> None:
+def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
     @node.tool(deadline_ms=60)
     def lookup_rule(
         query: Query, jurisdiction: Jurisdiction = None, language: Language = "en", road_context: str = "", k: Count = 3
     ) -> RulesAnswer:
         """What the law says on a question in plain words: the best passages, cited with document and offsets."""
-        _need_packs(book)
+        edition = _now(shelf)
         retrieved = found.ask(
-            query, _country(jurisdiction), language, road_context[:MAX_QUERY], 45.0, lookup.corpus_for(query)
+            edition, query, _country(jurisdiction), language, road_context[:MAX_QUERY], 45.0, lookup.corpus_for(query)
         )
-        return lookup.lookup_rule(book, query, jurisdiction, language, retrieved.passages if retrieved else None, k)
+        return lookup.lookup_rule(
+            edition.book, query, jurisdiction, language, retrieved.passages if retrieved else None, k
+        )
 
     @node.tool(deadline_ms=20)
     def list_rulepacks() -> tuple[RulepackInfo, ...]:
         """The rulepacks that are loaded: version, content hash, units, side of traffic, dates."""
-        return book.infos()
+        return shelf.edition.book.infos()
 
 
 def _country(jurisdiction: str | None) -> str | None:

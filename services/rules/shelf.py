@@ -1,0 +1,101 @@
+"""The rule book in use, and its successor once the packs on disk have changed."""
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import msgspec
+
+from drivemcp.watch import Watch
+from proto.rules import Retrieved, RulesAnswer
+from services.rules.book import RuleBook, load_book
+from services.rules.cache import Cache
+from services.rules.errors import PackError
+from services.rules.files import FILES, SIGNATURE
+from services.rules.packs import Pack, extended_folders, load
+from services.rules.signature import Trust
+
+
+class Edition(msgspec.Struct, frozen=True):
+    """A book and what was answered from it. Swapped as a whole: an answer in flight keeps the edition it began with."""
+
+    book: RuleBook
+    versions: Mapping[str, str]
+    """Version tag by pack id of all texts in the book, inherited ones too."""
+    answers: Cache[RulesAnswer]
+    retrieved: Cache[Retrieved]
+
+
+class Change(msgspec.Struct, frozen=True, kw_only=True):
+    """What a look at the folders found."""
+
+    versions: tuple[tuple[str, str], ...] = ()
+    """Of every pack that changed the version tag before (empty: it is new) and now."""
+    refused: tuple[str, ...] = ()
+    """Why folders that changed cannot be used; what was read from them before stays in use."""
+
+
+class Shelf:
+    """One writer, the thread that looks; any number of readers of `edition`."""
+
+    def __init__(
+        self,
+        folders: tuple[Path, ...],
+        *,
+        expected: Mapping[str, str] | None = None,
+        today: str = "",
+        trust: Trust | None = None,
+        cache_size: int = 512,
+    ) -> None:
+        """Raises PackError if the expectations are malformed; packs that cannot be used are `refused`."""
+        self._folders = folders
+        self._trust = trust
+        self._cache_size = cache_size
+        self._watch = Watch((*FILES, SIGNATURE, "sources/*.md"))
+        self._family = {folder: extended_folders(folder) for folder in folders}
+        self._watch.remember(self._watched())
+        self._packs, self._refused = self._read(folders, {})
+        self.edition = self._edition(load_book((), expected=expected, today=today)[0])
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why folders cannot be used as they are now."""
+        return tuple(self._refused.values())
+
+    def look(self) -> Change | None:
+        """Read again what changed, and take it into use where it is sound; None where nothing changed."""
+        changed = self._watch.changed(self._watched())
+        touched = [f for f in self._folders if changed.intersection((f, *self._family[f]))]
+        if not touched:
+            return None
+        self._family |= {folder: extended_folders(folder) for folder in touched}
+        self._watch.remember(self._watched())  # a pack may extend another one than before
+        packs, refused = self._read(touched, self._packs)
+        self._refused = {f: why for f, why in {**self._refused, **refused}.items() if f not in touched or f in refused}
+        versions = tuple(
+            (self._packs[folder].version if folder in self._packs else "", pack.version)
+            for folder, pack in packs.items()
+            if pack != self._packs.get(folder)
+        )
+        if versions:
+            self._packs = packs
+            self.edition = self._edition(self.edition.book)
+        return Change(versions=versions, refused=tuple(refused.values()))
+
+    def _watched(self) -> tuple[Path, ...]:
+        return tuple(dict.fromkeys(path for f in self._folders for path in (f, *self._family[f])))
+
+    def _read(self, folders: Collection[Path], before: Mapping[Path, Pack]) -> tuple[dict[Path, Pack], dict[Path, str]]:
+        packs, refused = dict(before), dict[Path, str]()
+        for folder in folders:
+            try:
+                packs[folder] = load(folder, self._trust)
+            except PackError as error:
+                refused[folder] = str(error)
+        return {folder: packs[folder] for folder in self._folders if folder in packs}, refused
+
+    def _edition(self, like: RuleBook) -> Edition:
+        packs = {pack.manifest.id: pack for pack in self._packs.values()}
+        book = msgspec.structs.replace(like, packs=packs)
+        tags = {tag for pack in packs.values() for tag in (pack.version, *pack.origin.values())}
+        versions = {tag.partition("@")[0]: tag for tag in sorted(tags)}
+        return Edition(book, versions, Cache(self._cache_size), Cache(self._cache_size))
