@@ -12,7 +12,7 @@ from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Facts, SceneGraph
 from proto.sensors import Calibration, CameraFrame, CanFrames, ClockTick, GnssFix, LidarSweep, MapView, WeatherSensing
 from proto.tools import CallRecords
-from proto.truth import ScenarioState, Truth
+from proto.truth import Corrupted, ScenarioState, Truth
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
 from proto.world import WorldState
@@ -302,6 +302,17 @@ TRUTH = Topic(
     logged="never",
     private=True,
 )
+CORRUPTED = Topic(
+    name="evaluation/corruption/<id>",
+    message=Corrupted,
+    rate_hz=0,
+    max_age_ms=0,
+    publishers=("simulator", "player", "perception", "drivelm"),
+    readers=("evaluation", "logger"),
+    encoding="json",
+    private=True,
+)
+"""What an evaluation did to a drive; the logger only writes it down."""
 
 TOPICS: tuple[Topic[msgspec.Struct], ...] = tuple(
     value for name, value in list(globals().items()) if name.isupper() and isinstance(value, Topic)

@@ -54,3 +54,25 @@ class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):
     late_frames: int = 0
     problem: str = ""
     """Why it ended before its time."""
+
+
+CorruptionKind = Literal["sign_miss", "limit_misread", "dropout", "blackout", "freeze", "lidar_loss"]
+
+
+class Corrupted(msgspec.Struct, frozen=True, kw_only=True):
+    """One decision of a corruption, told when it first shows. Of signs the spared encounters are told too (`hit` false)."""
+
+    kind: CorruptionKind
+    subject: str
+    """`sign/<id>`, `actor/<id>` where truth tells which; else the first track; a camera; a LiDAR."""
+    stamp_ns: int
+    hit: bool = True
+    from_ns: int = 0
+    """The start of a window; 0: from the encounter's first observation."""
+    until_ns: int = 0
+    """The end of a window; 0: for the whole encounter."""
+    camera: str = ""
+    """Whose track it was first seen as."""
+    track_id: int = 0
+    before: str = ""
+    after: str = ""

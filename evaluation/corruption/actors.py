@@ -9,7 +9,8 @@ from evaluation.corruption.truths import Truths, actor_of
 from evaluation.corruption.windows import Window, window_at
 from proto.perception import Boxes, Track, Tracks
 
-Windows = dict[str, Window]
+Windows = dict[str, tuple[Window, int]]
+"""By actor: its window, and the track that it is just seen as."""
 
 
 class Actors:
@@ -28,7 +29,7 @@ class Actors:
         left = tuple(track for track in tracks.tracks if track.track_id not in gone)
         lead = tracks.lead_track_id
         after = msgspec.structs.replace(tracks, tracks=left, lead_track_id=_next(left) if lead in gone else lead)
-        return after, {self._bound[number]: window for number, window in gone.items()}
+        return after, {self._bound[number]: (window, number) for number, window in gone.items()}
 
     def boxes(self, boxes: Boxes, since_ns: int) -> Boxes:
         """The boxes that are left. One whose track was never told of yet stays: nobody knows whose it is."""

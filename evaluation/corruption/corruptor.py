@@ -7,7 +7,6 @@ import msgspec
 
 from evaluation.corruption.actors import Actors
 from evaluation.corruption.encounters import Encounters
-from evaluation.corruption.record import Corrupted
 from evaluation.corruption.sensors import Cameras, Stamps
 from evaluation.corruption.signs import Signs
 from evaluation.corruption.spec import CorruptionSpec
@@ -18,7 +17,7 @@ from proto.perception import Boxes, Tracks
 from proto.scene import Facts
 from proto.sensors import CameraFrame, LidarSweep
 from proto.topics import Topic
-from proto.truth import Truth
+from proto.truth import Corrupted, CorruptionKind, Truth
 
 
 class Left(NamedTuple):
@@ -80,7 +79,10 @@ class Corruptor:
     def _tracks(self, tracks: Tracks, id: str, stamp_ns: int) -> Left:
         since_ns = self._since(stamp_ns)
         after, windows = self._actors.tracks(tracks, stamp_ns, since_ns)
-        records = [self._window("dropout", actor, window, stamp_ns, since_ns) for actor, window in windows.items()]
+        records = [
+            self._window("dropout", actor, window, stamp_ns, since_ns, camera=tracks.camera, track_id=number)
+            for actor, (window, number) in windows.items()
+        ]
         return Left(after, stamp_ns, _some(records))
 
     def _facts(self, facts: Facts, id: str, stamp_ns: int) -> Left:
@@ -94,12 +96,19 @@ class Corruptor:
         self._began_ns = stamp_ns if self._began_ns is None else self._began_ns
         return stamp_ns - self._began_ns
 
-    def _window(self, kind: Any, subject: str, window: Window, stamp_ns: int, since_ns: int) -> Corrupted | None:
+    def _window(
+        self, kind: CorruptionKind, subject: str, window: Window, stamp_ns: int, since_ns: int,
+        camera: str = "", track_id: int = 0,
+    ) -> Corrupted | None:  # fmt: skip
         """The record of a window, once."""
         if (kind, subject, window.start_ns) in self._told:
             return None
         self._told.add((kind, subject, window.start_ns))
-        return Corrupted(kind=kind, subject=subject, stamp_ns=stamp_ns, until_ns=stamp_ns - since_ns + window.end_ns)
+        began_ns = stamp_ns - since_ns
+        return Corrupted(
+            kind=kind, subject=subject, stamp_ns=stamp_ns, from_ns=began_ns + window.start_ns,
+            until_ns=began_ns + window.end_ns, camera=camera, track_id=track_id,
+        )  # fmt: skip
 
 
 def _some(records: list[Corrupted | None]) -> tuple[Corrupted, ...]:

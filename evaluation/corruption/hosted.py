@@ -9,7 +9,6 @@ from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
 from evaluation.corruption.corruptor import Corruptor
-from evaluation.corruption.record import CORRUPTED
 from evaluation.corruption.spec import CorruptionSpec
 from proto import topics
 from proto.topics import Topic
@@ -66,7 +65,7 @@ class CorruptedNode:
             if left.message is not None:
                 self._node.publish(topic, left.message, id=id, stamp_ns=left.stamp_ns)
             for record in left.records:
-                self._node.publish(CORRUPTED, record, stamp_ns=at_ns)
+                self._node.publish(topics.CORRUPTED, record, stamp_ns=at_ns)
 
     def _move(self, now_ns: int) -> None:
         ego = self._node.latest(topics.EGO)

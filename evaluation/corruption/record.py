@@ -1,43 +1,15 @@
-"""What is said of a corruption: one record per encounter or window, on a topic of the evaluation's own and in a file."""
+"""What is said of a corruption, one record per encounter or window: counted, and kept in a file beside the drive."""
 
 from collections import Counter
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 
 from drivemcp.node import Node
-from proto.topics import Topic
+from proto import topics
+from proto.truth import Corrupted
 
-Kind = Literal["sign_miss", "limit_misread", "dropout", "blackout", "freeze", "lidar_loss"]
 FILE = "corruption.jsonl"
-
-
-class Corrupted(msgspec.Struct, frozen=True, kw_only=True):
-    """One decision. Of signs the spared encounters are told too (`hit` false), so that a rate can be counted."""
-
-    kind: Kind
-    subject: str
-    """`sign/<id>`, `actor/<id>` where truth tells which; else the first track; a camera; a LiDAR."""
-    stamp_ns: int
-    hit: bool = True
-    until_ns: int = 0
-    """The end of a window; 0: for the whole encounter."""
-    before: str = ""
-    after: str = ""
-
-
-CORRUPTED: Topic[Corrupted] = Topic(
-    name="evaluation/corruption/<id>",
-    message=Corrupted,
-    rate_hz=0,
-    max_age_ms=0,
-    publishers=("simulator", "player", "perception", "drivelm"),
-    readers=("evaluation",),
-    encoding="json",
-    logged="never",
-    private=True,
-)
 
 
 class CorruptionLog:
@@ -50,7 +22,7 @@ class CorruptionLog:
 
     def follow(self, node: Node) -> None:
         """Listen from now on."""
-        node.subscribe(CORRUPTED, lambda message, _: self.add(message))
+        node.subscribe(topics.CORRUPTED, lambda message, _: self.add(message))
 
     def add(self, record: Corrupted) -> None:
         """One more."""

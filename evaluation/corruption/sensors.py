@@ -8,6 +8,7 @@ from evaluation.corruption.chance import chance
 from evaluation.corruption.spec import CorruptionSpec
 from evaluation.corruption.windows import Window, window_at
 from proto.sensors import CameraFrame
+from proto.truth import CorruptionKind
 
 
 @cache
@@ -27,7 +28,7 @@ class Cameras:
         self._spec = spec
         self._last: dict[str, CameraFrame] = {}
 
-    def frame(self, frame: CameraFrame, camera: str, since_ns: int) -> tuple[CameraFrame, dict[str, Window]]:
+    def frame(self, frame: CameraFrame, camera: str, since_ns: int) -> tuple[CameraFrame, dict[CorruptionKind, Window]]:
         """The picture as it leaves, and the windows that it falls into, by kind. What is frozen keeps counting its frames."""
         spec = self._spec
         frozen = window_at(spec, "freeze", spec.freeze, camera, since_ns)

@@ -5,9 +5,9 @@ import msgspec
 from evaluation.corruption.chance import chance
 from evaluation.corruption.encounters import Encounters
 from evaluation.corruption.limits import Encounter, misread, readable
-from evaluation.corruption.record import Corrupted, Kind
 from evaluation.corruption.spec import CorruptionSpec
 from proto.scene import Fact, Facts
+from proto.truth import Corrupted, CorruptionKind
 
 MISSABLE = ("limit", "sign", "message")
 """Kinds of facts that come from one sign. Lights are none, and what follows from many signs (country, units) is no sign."""
@@ -28,7 +28,7 @@ class Signs:
 
     def __init__(self, spec: CorruptionSpec, encounters: Encounters) -> None:
         self._spec, self._encounters = spec, encounters
-        self._told: set[tuple[Kind, str]] = set()
+        self._told: set[tuple[CorruptionKind, str]] = set()
 
     def facts(self, facts: Facts, stamp_ns: int) -> tuple[Facts | None, list[Corrupted]]:
         """The facts that are left, as they are read; None where none is. Untouched facts come back as the same object."""
@@ -55,18 +55,18 @@ class Signs:
         return after if hit else fact
 
     def _told_of(
-        self, kind: Kind, hit: bool, encounter: Encounter, before: Fact, after: Fact, stamp_ns: int,
+        self, kind: CorruptionKind, hit: bool, encounter: Encounter, before: Fact, after: Fact, stamp_ns: int,
         records: list[Corrupted],
     ) -> bool:  # fmt: skip
         """`hit`, told once per encounter where that kind is asked for."""
         if getattr(self._spec, kind) > 0 and (kind, encounter.key) not in self._told:
             self._told.add((kind, encounter.key))
             shown = "" if not hit or kind == "sign_miss" else _words(after)
-            records.append(
-                Corrupted(
-                    kind=kind, subject=encounter.key, stamp_ns=stamp_ns, hit=hit, before=_words(before), after=shown
-                )
-            )
+            told = Corrupted(
+                kind=kind, subject=encounter.key, stamp_ns=stamp_ns, hit=hit, camera=before.camera,
+                track_id=before.track_id, before=_words(before), after=shown,
+            )  # fmt: skip
+            records.append(told)
         return hit
 
 

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from evaluation.corruption.record import Corrupted, read_records
+from evaluation.corruption.logged import logged_records
+from evaluation.corruption.record import read_records
 from evaluation.drive.render import read_log
+from proto.truth import Corrupted
 from tests.stack.test_drive import cli, traces, up
 
 pytestmark = pytest.mark.stack
@@ -22,6 +24,7 @@ def corrupted(folder: Path) -> tuple[tuple[Corrupted, ...], list[tuple[object, .
     assert cli("replay", summary["log"]).returncode == 0
     log = Path(summary["log"])
     assert "sign_miss" in ran.stderr
+    assert sorted(logged_records(log), key=repr) == sorted(read_records(log.parents[1]), key=repr)
     return read_records(log.parents[1]), traces(log), kinds_of(log), str(summary["distance_m"]).encode()
 
 

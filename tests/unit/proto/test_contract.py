@@ -49,6 +49,7 @@ def test_every_topic_is_published_and_read_by_services_that_exist() -> None:
 def test_only_the_arbiter_may_actuate_and_only_evaluation_may_read_the_truth() -> None:
     assert {topic.publishers for topic in TOPICS if topic.name.startswith("actuation/")} == {("arbiter",)}
     assert {topic.readers for topic in TOPICS if topic.name.startswith("truth/")} == {("evaluation",)}
+    assert topics.CORRUPTED.readers == ("evaluation", "logger"), "who decides must not know what was done to it"
 
 
 def test_tool_names_are_unique_across_servers() -> None:

@@ -7,11 +7,16 @@ from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
 from evaluation.corruption.hosted import hosted
-from evaluation.corruption.record import CORRUPTED, Corrupted, CorruptionLog, read_records
+from evaluation.corruption.logged import logged_records
+from evaluation.corruption.record import CorruptionLog, read_records
 from evaluation.corruption.spec import read_spec
 from proto import topics
 from proto.scene import Facts
 from proto.sensors import CameraFrame, GnssFix
+from proto.truth import Corrupted
+from services.logger.files import logs
+from services.logger.service import SERVICE as LOGGER
+from services.logger.service import LoggerConfig
 from tests.unit.evaluation.corruption.worlds import ORIGIN, SWEEP, TICK, frame, limit, post, said, truth
 
 
@@ -48,7 +53,7 @@ def fix_of(number: int) -> GnssFix:
 def ask_for_facts(b: TestBus, spec: str) -> tuple[Facts, list[Corrupted]]:
     """What the front end says of a sign that truth knows, and what is told of it."""
     node = b.start(hosted(Service("drivelm", ServiceConfig, drivelm), read_spec(spec)))
-    told, known = b.collect(CORRUPTED), b.collect(topics.TRUTH)
+    told, known = b.collect(topics.CORRUPTED), b.collect(topics.TRUTH)
 
     def show() -> None:
         world = b.node("simulator")
@@ -69,6 +74,17 @@ def test_a_missed_sign_is_not_published_and_told_of_and_the_light_is() -> None:
         assert b.call("describe_scene").ok
 
 
+def test_what_was_done_to_which_track_stands_in_the_log(tmp_path: Path) -> None:
+    with bus() as b:
+        logger = b.start(LOGGER, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
+        _, told = ask_for_facts(b, "sign_miss=1")
+        b.wait_for(topics.CHAIN, lambda head: head.records > 3)
+        logger.close()
+    (log,) = logs(tmp_path / "logs")
+    assert logged_records(log) == tuple(told)
+    assert (told[0].subject, told[0].camera, told[0].track_id) == ("sign/5", limit().camera, limit().track_id)
+
+
 def test_a_misread_sign_is_published_as_another() -> None:
     with bus() as b:
         facts, told = ask_for_facts(b, "limit_misread=1,misread_unit=0")
@@ -79,7 +95,7 @@ def test_lost_sweeps_are_no_gap_and_truth_and_positions_pass() -> None:
     with bus() as b:
         b.start(hosted(Service("simulator", ServiceConfig, simulator), read_spec("lidar_loss=1,jitter_ms=50")))
         sweeps, truths, fixes = b.collect(topics.LIDAR, id="top"), b.collect(topics.TRUTH), b.collect(topics.GNSS)
-        told = b.collect(CORRUPTED)
+        told = b.collect(topics.CORRUPTED)
         assert b.call("start_scenario").ok
         fixes.wait_count(10)
         assert truths.wait_count(10) == [truth(number / 10) for number in range(10)]
