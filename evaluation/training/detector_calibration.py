@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from evaluation.training.bins import Floats, binned
 from evaluation.training.detector_scores import Tally
 
 THERE = 0.3
 """IoU from which a box counts as one of a real object of its class: a road user half missed is a road user."""
 RIDGE = 1e-2
 ROUNDS = 50
-BINS = 10
-Floats = NDArray[np.float64]
 
 
 def logit(scores: Floats) -> Floats:
@@ -47,12 +45,4 @@ def calibrated(scores: Floats, curve: tuple[float, float]) -> Floats:
 
 def expected_error(tally: Tally, curve: tuple[float, float] = (1.0, 0.0)) -> float:
     """Expected calibration error over ten bins of equal width; NaN where there is no box."""
-    if not len(tally.scores):
-        return float("nan")
-    told = calibrated(tally.scores, curve)
-    bins = np.minimum((told * BINS).astype(int), BINS - 1)
-    gaps = [
-        abs(told[bins == each].mean() - tally.right[bins == each].mean()) * (bins == each).mean()
-        for each in np.unique(bins)
-    ]
-    return float(sum(gaps))
+    return binned(calibrated(tally.scores, curve), tally.right).error

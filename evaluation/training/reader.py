@@ -22,8 +22,11 @@ from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import Measured, score_table
 from evaluation.training.reader_tracks import track_table
 from services.drivelm.classes import READER_CLASSES
+from services.drivelm.reader import Reader
 
 _log = logging.getLogger("reader")
+Crops = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]
+"""Crops, class indexes, sizes in pixels."""
 FONT_FOLDERS = (Path("/usr/share/fonts"),)
 
 
@@ -38,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     from evaluation.training import reader_fit
 
     started = time.monotonic()
-    rendered = _file(options.rendered)
+    rendered = crops_of(options.rendered)
     more = None if rendered is None else (rendered[0], rendered[1])
     network = reader_fit.fit((crops, labels), more, options.steps, options.batch, options.seed)
     _log.info("trained in %.0f s", time.monotonic() - started)
@@ -70,7 +73,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     return options
 
 
-def _file(path: Path | None) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]] | None:
+def crops_of(path: Path | None) -> Crops | None:
+    """The file that `reader_rendered` wrote, if one is named."""
     if path is None:
         return None
     with np.load(path) as stored:
@@ -102,8 +106,6 @@ def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDA
 
 def _write_card(options: argparse.Namespace, temperature: float, took_s: float, letters: object) -> None:
     """The model's card: classes, recipe, scores on held-out letterings, digest."""
-    from services.drivelm.reader import Reader
-
     path: Path = options.out / "reader.onnx"
     card = {
         "classes": list(READER_CLASSES),
@@ -127,22 +129,28 @@ def _write_card(options: argparse.Namespace, temperature: float, took_s: float, 
     (options.out / "reader.json").write_text(text + "\n", encoding="utf-8")
     reader = Reader.load(path)
     source = Source("test", options.seed, options.fonts, each=10)
-    crops, labels, sizes = source.batch(options.tests, np.random.default_rng([options.seed, 5]))
-    measured = Measured(reader.probabilities(crops), labels, sizes)
-    card["scores"] = {"held_out_letterings": sorted(source.letters), "crops": options.tests, **score_table(measured)}
-    clean = source.batch(options.tests // 2, np.random.default_rng([options.seed, 6]), hard=0.0)
-    clean_table = score_table(Measured(reader.probabilities(clean[0]), *clean[1:]))
-    card["scores_clean"] = {"crops": options.tests // 2, **clean_table}
-    if (rendered := _file(options.rendered_test)) is not None:
-        probabilities = reader.probabilities(rendered[0])
-        card["scores_rendered"] = {"crops": len(rendered[0]), **score_table(Measured(probabilities, *rendered[1:]))}
+    measured = held_out(reader, source, options.seed, options.tests, crops_of(options.rendered_test))
+    tables = {name: {"crops": len(each.labels), **score_table(each)} for name, each in measured.items()}
+    card["scores"] = {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}
+    card |= {f"scores_{name}": table for name, table in tables.items()}
     card["tracks"] = track_table(reader, source, 300, options.seed)
     (options.out / "reader.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     _log.info("%s", json.dumps(card["scores"], indent=1))
 
 
+def held_out(reader: Reader, source: Source, seed: int, tests: int, rendered: Crops | None) -> dict[str, Measured]:
+    """What it makes of hard crops, of half as many clean ones, and of rendered ones where there are any."""
+    sets = {
+        "hard": source.batch(tests, np.random.default_rng([seed, 5])),
+        "clean": source.batch(tests // 2, np.random.default_rng([seed, 6]), hard=0.0),
+    }
+    if rendered is not None:
+        sets["rendered"] = rendered
+    return {name: Measured(reader.probabilities(each[0]), *each[1:]) for name, each in sets.items()}
+
+
 def _count(path: Path | None) -> int:
-    stored = _file(path)
+    stored = crops_of(path)
     return 0 if stored is None else len(stored[0])
 
 

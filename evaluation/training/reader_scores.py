@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.training.bins import Bins, binned
 from services.drivelm.classes import READER_CLASSES
 
 _SIZES_PX = ((9, 14), (14, 20), (20, 24), (24, 30), (30, 45), (45, 76))
@@ -29,6 +30,10 @@ class Measured(NamedTuple):
     labels: NDArray[np.int64]
     sizes_px: NDArray[np.float32]
 
+    def bins(self) -> Bins:
+        """The highest probability of each crop, and whether its class is the right one."""
+        return binned(self.probabilities.max(axis=1), self.probabilities.argmax(axis=1) == self.labels)
+
 
 def score_table(measured: Measured) -> dict[str, Any]:
     """Rows by size for all signs and for each group, and how often ``other`` is taken for a sign with certainty."""
@@ -42,7 +47,7 @@ def score_table(measured: Measured) -> dict[str, Any]:
     table["green_for_red"] = _taken_for(measured, "light:red", "light:green")
     other = measured.probabilities[~signs]
     table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}
-    table["calibration_error"] = round(calibration_error(measured), 4)
+    table["calibration_error"] = round(measured.bins().error, 4)
     return table
 
 
@@ -76,15 +81,3 @@ def _taken_for(measured: Measured, true_start: str, read_start: str) -> dict[str
 
 def _share(flags: NDArray[np.bool_]) -> float | None:
     return round(float(flags.mean()), 4) if len(flags) else None
-
-
-def calibration_error(measured: Measured, bins: int = 10) -> float:
-    """Expected calibration error: mean distance of confidence and share of right answers over ``bins``."""
-    top, right = measured.probabilities.max(axis=1), measured.probabilities.argmax(axis=1) == measured.labels
-    place = np.minimum((top * bins).astype(int), bins - 1)
-    gaps = [
-        abs(top[place == b].mean() - right[place == b].mean()) * (place == b).mean()
-        for b in range(bins)
-        if (place == b).any()
-    ]
-    return float(np.sum(gaps))

@@ -8,7 +8,7 @@ from evaluation.training.reader_degrade import any_conditions, jittered, view
 from evaluation.training.reader_faces import Face, drawable, orders
 from evaluation.training.reader_fonts import TEST_STYLES, letterings
 from evaluation.training.reader_samples import Source
-from evaluation.training.reader_scores import Measured, calibration_error, score_table
+from evaluation.training.reader_scores import Measured, score_table
 from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
 from services.drivelm.crops import Region
@@ -99,7 +99,7 @@ def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
     assert bad["all_signs"][3]["sure_wrong"] == 1.0
     assert (bad["right_when_legible"], bad["surely_wrong"]) == (0.0, 1.0)
     assert bad["other"]["taken_for_a_sign_surely"] == 1.0
-    assert calibration_error(Measured(np.roll(perfect, 1, axis=1), labels, sizes)) == pytest.approx(1.0)
+    assert Measured(np.roll(perfect, 1, axis=1), labels, sizes).bins().error == pytest.approx(1.0)
 
 
 def test_a_red_read_as_green_is_counted() -> None:
