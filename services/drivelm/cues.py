@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from services.drivelm.jurisdictions import JURISDICTIONS, ON_BOARDS, Jurisdiction
 from services.drivelm.text import number_in
@@ -18,7 +19,12 @@ _HOME = 0.816
 """Posterior of the home setting before anything was seen."""
 _SIDE_CUE = 0.5
 
+_TOLD = 0.05
+_MOST_TOLD = 6
+
 Cues = Mapping[str, float]
+Evidence = tuple[tuple[str, float], ...]
+"""What spoke for a country, the weightiest first: code of a sign, plate or board (`oncoming`: traffic), and log-odds."""
 
 
 def _all(side: str, amount: float) -> Cues:
@@ -86,6 +92,13 @@ def _of_number(row: Jurisdiction, head: str, value: int) -> float:
     return off_list + other_style
 
 
+class Switch(NamedTuple):
+    """The last change of mind: from which country (None: from none), and on what evidence."""
+
+    former: str | None
+    evidence: Evidence
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whereabouts:
     """The belief about the country: log-scores, and the one believed now with its confidence."""
@@ -94,6 +107,11 @@ class Whereabouts:
     believed: str | None = None
     counted: tuple[tuple[str, int], ...] = ()
     """Tracks whose cue is in already: each sign counts once."""
+    since: Mapping[str, Cues] = field(default_factory=dict)
+    """Code to its cues, added up since the last change of mind."""
+    switch: Switch | None = None
+    last: str | None = None
+    """The country believed before it was given up without a successor."""
 
     @property
     def assumed(self) -> bool:
@@ -121,12 +139,20 @@ class Whereabouts:
         """How probable it is that traffic keeps to this side."""
         return self._share({country for country, row in JURISDICTIONS.items() if row.side == side})
 
-    def with_cue(self, key: tuple[str, int], cues: Cues) -> "Whereabouts":
-        """With a cue from a track; a track already counted changes nothing."""
+    @property
+    def evidence(self) -> Evidence:
+        """On what the country is believed: what made it replace another one; else what has spoken for it so far."""
+        if self.switch is not None:
+            return self.switch.evidence
+        return _evidence(self.since, self.believed, None) if self.believed is not None else ()
+
+    def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "") -> "Whereabouts":
+        """With a cue from a track, of the sign `code`; a track already counted changes nothing."""
         if key in self.counted or not cues:
             return self
         scores = {country: score + cues.get(country, 0.0) for country, score in self.scores.items()}
-        return replace(self, scores=_levelled(scores), counted=(*self.counted, key)[-_REMEMBERED:])._decided()
+        counted, since = (*self.counted, key)[-_REMEMBERED:], {**self.since, code: _sum(self.since.get(code, {}), cues)}
+        return replace(self, scores=_levelled(scores), counted=counted, since=since)._decided()
 
     def past_border(self, key: tuple[str, int], country: str) -> "Whereabouts":
         """A believed border sign was passed: that country, whatever was believed before."""
@@ -134,20 +160,42 @@ class Whereabouts:
             return self
         scores = dict.fromkeys(self.scores, 0.0)
         scores[country] = _BORDER
-        return replace(self, scores=scores, believed=country, counted=(*self.counted, key)[-_REMEMBERED:])
+        passed = replace(self, scores=scores, counted=(*self.counted, key)[-_REMEMBERED:])
+        if country == self.believed:
+            return passed
+        return passed._switched(country, ((f"border:{country}", _BORDER),))
 
     def _decided(self) -> "Whereabouts":
         best = max(self.scores, key=lambda country: (self.scores[country], country))
         if best != self.believed and self.posterior(best) >= TAKE_OVER:
-            return replace(self, believed=best)
+            return self._switched(best, _evidence(self.since, best, self.believed or self.last))
         if self.believed is not None and self.posterior(self.believed) < KEEP_ABOVE:
-            return replace(self, believed=None)
+            return replace(self, believed=None, last=self.believed)
         return self
+
+    def _switched(self, country: str, evidence: Evidence) -> "Whereabouts":
+        former = self.believed or self.last
+        return replace(self, believed=country, last=None, since={}, switch=Switch(former, evidence))
 
     def _share(self, countries: set[str]) -> float:
         top = max(self.scores.values())
         masses = {country: math.exp(score - top) for country, score in self.scores.items()}
         return sum(masses[country] for country in countries) / sum(masses.values())
+
+
+def _sum(before: Cues, cues: Cues) -> Cues:
+    return {country: before.get(country, 0.0) + cues.get(country, 0.0) for country in {**before, **cues}}
+
+
+def _evidence(since: Mapping[str, Cues], country: str, former: str | None) -> Evidence:
+    """What speaks for a country more than for the former one; without one, more than for the average of the others."""
+    others = [former] if former not in (None, country) else [each for each in JURISDICTIONS if each != country]
+    gains = {
+        code: cues.get(country, 0.0) - sum(cues.get(other or "", 0.0) for other in others) / len(others)
+        for code, cues in since.items()
+    }
+    told = sorted(((gain, code) for code, gain in gains.items() if code and gain >= _TOLD), reverse=True)
+    return tuple((code, min(gain, _CAP)) for gain, code in told[:_MOST_TOLD])
 
 
 def oncoming_cue(lateral_m: float) -> Cues:

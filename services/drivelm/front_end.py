@@ -313,9 +313,9 @@ class FrontEnd:
         if best.reading.startswith("border:"):
             self.believe(self.whereabouts.past_border(key, best.reading.partition(":")[2]))
             return
-        where = self.whereabouts.with_cue(key, cues_of(best.reading))
+        where = self.whereabouts.with_cue(key, cues_of(best.reading), best.reading)
         for plate in track.plates():
-            where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate))
+            where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate), plate)
         self.believe(where)
 
     def _ask_name(self, key: Key, picture: Picture | None) -> None:

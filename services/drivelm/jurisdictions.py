@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
-from proto.scene import Unit
+from proto.scene import Country, Unit
 
 Side = Literal["left", "right"]
 
@@ -24,7 +24,7 @@ class Jurisdiction(NamedTuple):
 _KMH = frozenset(range(10, 140, 10)) | {5, 15}
 _MPH = frozenset({5, 10, 15, 20, 30, 40, 50, 60, 70})
 
-JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType(
+_TABLE: Mapping[Country, Jurisdiction] = MappingProxyType(
     {
         "DEU": Jurisdiction("km/h", "right", _KMH, "yellow", ("de",)),
         "AUT": Jurisdiction("km/h", "right", _KMH, "white", ("de",)),
@@ -36,6 +36,7 @@ JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType(
         "USA": Jurisdiction("mph", "right", frozenset(range(5, 90, 5)), "", ("en",), boards=True),
     }
 )
+JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType({str(country): row for country, row in _TABLE.items()})
 
 
 def allowed_limits(jurisdiction: str | None, unit: Unit | None) -> frozenset[int]:

@@ -154,7 +154,7 @@ class Bindings:
         where = self.front_end.whereabouts
         for track in message.tracks:
             if track.kind == "vehicle" and track.oncoming and track.age_s > 1.0 and track.confidence > 0.7:
-                where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m))
+                where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
         if where is not self.front_end.whereabouts:
             self.front_end.believe(where)
 

@@ -2,6 +2,8 @@
 
 from typing import get_args
 
+import msgspec
+
 from proto.scene import Candidate, Fact, FactKind, Unit
 from services.drivelm.cues import Whereabouts
 from services.drivelm.jurisdictions import JURISDICTIONS, Side
@@ -15,12 +17,26 @@ def surroundings(where: Whereabouts, road_type: tuple[str, float] | None, now_ns
     facts = []
     if where.believed is not None:
         countries = {country: where.posterior(country) for country in JURISDICTIONS}
-        facts.append(_fact("jurisdiction", where.believed, countries, now_ns, assumed=where.assumed))
+        country = _fact("jurisdiction", where.believed, countries, now_ns, assumed=where.assumed)
+        facts.append(_with_evidence(country, where))
         facts.append(_best("units", {unit: where.of_unit(unit) for unit in get_args(Unit)}, now_ns))
         facts.append(_best("traffic_side", {side: where.of_side(side) for side in get_args(Side)}, now_ns))
     if road_type is not None:
         facts.append(_fact("road_type", road_type[0], {road_type[0]: road_type[1]}, now_ns))
     return tuple(facts)
+
+
+def _with_evidence(country: Fact, where: Whereabouts) -> Fact:
+    """With what the country is believed on, as codes with log-odds, and in a sentence."""
+    told = ", ".join(f"{code} {weight:.1f}" for code, weight in where.evidence)
+    if where.assumed:
+        return msgspec.structs.replace(
+            country, sentence=f"{country.reading} is the home setting; no sign has told yet."
+        )
+    former = where.switch.former if where.switch is not None else None
+    changed = f", no longer of {former}" if former not in (None, country.reading) else ""
+    sentence = f"The signs are of {country.reading}{changed}; for it spoke: {told or 'nothing'}."
+    return msgspec.structs.replace(country, text=told, sentence=sentence)
 
 
 def _best(kind: FactKind, shares: dict[str, float], now_ns: int) -> Fact:

@@ -110,7 +110,8 @@ def _jurisdiction_change(state: State, before: State, query: str) -> Signal:
     here, signs = state.signs.jurisdiction, state.signs
     if here is None or not signs.former_jurisdiction or not _news(here.since_ns, state.now_ns):
         return NOTHING
-    return Signal(here.confidence, f"{signs.former_jurisdiction} to {here.value}", here.confidence)
+    on = f" on {here.evidence}" if here.evidence else ""
+    return Signal(here.confidence, f"{signs.former_jurisdiction} to {here.value}{on}", here.confidence)
 
 
 def _dynamic_limit(state: State, before: State, query: str) -> Signal:

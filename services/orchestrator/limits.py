@@ -10,7 +10,7 @@ from typing import Literal, cast
 import msgspec
 
 from proto.rules import PostedLimit
-from proto.scene import Unit
+from proto.scene import COUNTRIES, Unit
 from services.orchestrator.state import Believed, InForce, SignAhead, Signs
 
 SURE = 0.6
@@ -123,6 +123,20 @@ def clear(signs: Signs, now_ns: int) -> Signs:
     return changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
 
 
+def is_unknown_country(code: str) -> bool:
+    """Whether a text is a country's code, of a country whose signs nobody knows here."""
+    return len(code) == 3 and code.isascii() and code.isalpha() and code.isupper() and code not in COUNTRIES
+
+
+def without_country(signs: Signs, now_ns: int) -> Signs:
+    """The country is unknown, which is the careful side: the law is then the strictest of all. No limit ends by it."""
+    if signs.jurisdiction is None:
+        return signs
+    return msgspec.structs.replace(
+        signs, jurisdiction=None, former_jurisdiction=signs.jurisdiction.value, unknown_ns=now_ns
+    )
+
+
 def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
     def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
@@ -159,12 +173,14 @@ def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
 
 def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     country = sign.reading.partition(":")[2]
-    if not (len(country) == 3 and country.isalpha() and country.isupper()):
+    if is_unknown_country(country):
+        return without_country(signs, now_ns)
+    if country not in COUNTRIES:
         return signs
     before = signs.jurisdiction.value if signs.jurisdiction is not None else ""
     if before == country:
         return signs
-    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns)
+    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns, evidence=sign.reading)
     return msgspec.structs.replace(
         clear(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
     )

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from proto.decision import Event
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
+from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.matter import Maker, Matter
 from services.orchestrator.messages import drive, speed, word
@@ -85,6 +86,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
     if event is None or here is None:
         return
     limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
+    told = in_words(state.preferences, here.evidence)
     yield Matter(
         topic="border",
         key=here.value,
@@ -97,8 +99,9 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
             "side": word(state.preferences, side.value)
             if side is not None and side.value in ("left", "right")
             else "?",
+            "evidence": told,
         },
-        why=("border",),
+        why=("border_told" if told else "border",),
         repeat_s=600.0,
         confidence=event.confidence,
     )

@@ -233,6 +233,7 @@ def _believed(believed: Believed | None, now_ns: int) -> Any:
         confidence=believed.confidence,
         source="drivelm",
         stamp_ns=believed.since_ns,
+        evidence=believed.evidence,
         valid_for_ns=VALID_NS["stated"],
     )
 

@@ -14,6 +14,7 @@ from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
+from services.orchestrator.evidence import in_words
 from services.orchestrator.limits import in_force
 from services.orchestrator.messages import drive, phrases, say, speed, word
 from services.orchestrator.routing import Call
@@ -249,7 +250,9 @@ def _units(question: str, state: State, outcomes: tuple[Outcome, ...]) -> Told:
     if here.assumed:
         lines.append(say(preferences, "ask", "assumed"))
     if signs.former_jurisdiction:
-        lines.append(say(preferences, "ask", "switched", former=signs.former_jurisdiction))
+        told = in_words(preferences, here.evidence)
+        phrase = "switched_told" if told else "switched"
+        lines.append(say(preferences, "ask", phrase, former=signs.former_jurisdiction, evidence=told))
     lines.append(_limit_line(state, answered))
     citations = (*(answered.citations if answered else ()), *(law.citations if law else ()))
     sure = min(here.confidence, answered.confidence if answered is not None else 0.4)

@@ -9,9 +9,22 @@ from collections.abc import Callable
 
 import msgspec
 
-from proto.scene import Fact
+from proto.scene import COUNTRIES, Fact
+from services.orchestrator.evidence import kept
 from services.orchestrator.junctions import turned_off
-from services.orchestrator.limits import ENDS, SURE, TOLD, apply, clear, in_force, lowers, shows_limit, value_kmh
+from services.orchestrator.limits import (
+    ENDS,
+    SURE,
+    TOLD,
+    apply,
+    clear,
+    in_force,
+    is_unknown_country,
+    lowers,
+    shows_limit,
+    value_kmh,
+    without_country,
+)
 from services.orchestrator.motion import Motion
 from services.orchestrator.state import Believed, SignAhead, Signs
 
@@ -38,11 +51,11 @@ PLATES = frozenset(
     }
 )  # fmt: skip
 GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
-STATEMENTS: dict[str, frozenset[str] | None] = {
-    "jurisdiction": None, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
+STATEMENTS: dict[str, frozenset[str]] = {
+    "jurisdiction": COUNTRIES, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
     "road_type": frozenset({"urban", "rural", "motorway", "dual_carriageway", "living_street"}),
 }  # fmt: skip
-"""What may be stated; a jurisdiction is three capital letters."""
+"""What may be stated; a jurisdiction is one of `COUNTRIES`, or leaves the country unknown."""
 
 
 def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Signs:
@@ -163,7 +176,11 @@ def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
             seen_now = known.assumed and not fact.assumed
             return msgspec.structs.replace(signs, **{field: _seen(known, fact)}) if seen_now else signs
         believed = Believed(
-            value=fact.reading, confidence=min(1.0, fact.confidence), since_ns=now_ns, assumed=fact.assumed
+            value=fact.reading,
+            confidence=min(1.0, fact.confidence),
+            since_ns=now_ns,
+            assumed=fact.assumed,
+            evidence=kept(fact.text),
         )
         return msgspec.structs.replace(signs, **{field: believed})
 
@@ -171,17 +188,16 @@ def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
 
 
 def _seen(known: Believed, fact: Fact) -> Believed:
-    return msgspec.structs.replace(known, confidence=min(1.0, fact.confidence), assumed=False)
+    return msgspec.structs.replace(known, confidence=min(1.0, fact.confidence), assumed=False, evidence=kept(fact.text))
 
 
 def _may_be_stated(field: str, value: str) -> bool:
-    allowed = STATEMENTS[field]
-    if allowed is not None:
-        return value in allowed
-    return len(value) == 3 and value.isascii() and value.isalpha() and value.isupper()
+    return value in STATEMENTS[field]
 
 
 def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+    if fact.confidence >= SURE and is_unknown_country(fact.reading):
+        return without_country(signs, now_ns)
     after = _state("jurisdiction")(signs, fact, now_ns)
     before, now = signs.jurisdiction, after.jurisdiction
     if before is None or now is None or before.value == now.value:

@@ -21,6 +21,8 @@ class Believed(msgspec.Struct, frozen=True, kw_only=True):
     since_ns: int
     assumed: bool = False
     """By a setting; no picture has shown it yet."""
+    evidence: str = ""
+    """On what it is believed, where that is told: codes of signs and their weights (`evidence.py`)."""
 
 
 class InForce(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,6 +68,8 @@ class Signs(msgspec.Struct, frozen=True, kw_only=True):
     gantry_changed_ns: int | None = None
     jurisdiction: Believed | None = None
     former_jurisdiction: str = ""
+    unknown_ns: int | None = None
+    """When the country became unknown: a border, or a statement, of one whose signs nobody knows here."""
     units: Believed | None = None
     traffic_side: Believed | None = None
     road_type: Believed | None = None

@@ -134,8 +134,10 @@ def law_of(state: State) -> Law:
 
 def elsewhere(state: State, known: LegalLimit) -> bool:
     """Whether the last answer was given for another road type or country: believed since, or no such road has its limit."""
-    places = (state.signs.jurisdiction, state.signs.road_type)
+    places, lost_ns = (state.signs.jurisdiction, state.signs.road_type), state.signs.unknown_ns
     if any(place is not None and place.since_ns > state.held.legal_ns for place in places):
+        return True
+    if lost_ns is not None and lost_ns > state.held.legal_ns:
         return True
     # The map's word on the road has no beginning that is remembered.
     road = state.world.environment.road_type

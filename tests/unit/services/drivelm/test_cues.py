@@ -3,6 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proto.scene import COUNTRIES, Fact
 from services.drivelm.cues import Whereabouts, cues_of, oncoming_cue
 from services.drivelm.jurisdictions import JURISDICTIONS
 from services.drivelm.surroundings import surroundings
@@ -63,6 +64,57 @@ def test_oncoming_traffic_tells_the_side_only_when_clearly_aside() -> None:
     assert oncoming_cue(0.5) == {}
     assert oncoming_cue(3.5)["DEU"] > 0
     assert oncoming_cue(-3.5)["GBR"] > 0
+
+
+def _country(where: Whereabouts) -> Fact:
+    return surroundings(where, None, 1)[0]
+
+
+def test_a_change_of_country_says_on_what_evidence_it_was_made() -> None:
+    where = Whereabouts.at_home("DEU")
+    for number, code in enumerate(["keep_left", "national", "limit:50", "plate:when_wet:en"]):
+        where = where.with_cue(("tele", number), cues_of(code), code)
+    changed = _country(where)
+    assert changed.reading == "GBR"
+    assert changed.text == "national 3.0, keep_left 2.5"
+    assert changed.sentence == "The signs are of GBR, no longer of DEU; for it spoke: national 3.0, keep_left 2.5."
+    later = where.with_cue(("tele", 9), cues_of("info:units_mph"), "info:units_mph")
+    assert _country(later).text == changed.text, "what came after did not make the change"
+
+
+def test_a_border_is_evidence_of_its_own() -> None:
+    where = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("keep_left"), "keep_left")
+    assert _country(where.past_border(("tele", 2), "GBR")).text == "border:GBR 6.0"
+
+
+def test_what_speaks_for_both_countries_is_no_evidence_of_the_change() -> None:
+    where = Whereabouts.at_home("GBR")
+    for number, code in enumerate(["oncoming", "plate:when_wet:en", "limit_board:55", "limit_board:65", "school"]):
+        cues = oncoming_cue(3.5) if code == "oncoming" else cues_of(code)
+        where = where.with_cue(("tele", number), cues, code)
+    changed = _country(where)
+    assert changed.reading == "USA"
+    assert "plate:when_wet:en" not in changed.text
+    assert "limit_board:65 3.0" in changed.text
+
+
+def test_a_home_that_signs_confirm_says_by_which() -> None:
+    assert _country(Whereabouts.at_home("DEU")).text == ""
+    assert "home setting" in _country(Whereabouts.at_home("DEU")).sentence
+    where = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("town_entry:yellow"), "town_entry:yellow")
+    assert _country(where).text == "town_entry:yellow 2.0"
+    assert "no longer" not in _country(where).sentence
+
+
+def test_a_country_given_up_before_is_named_as_the_former_one() -> None:
+    where = Whereabouts.at_home("DEU")
+    for number, code in enumerate(["keep_left", "town_entry:white", "limit:50", "national", "info:side_left"]):
+        where = where.with_cue(("tele", number), cues_of(code), code)
+    assert "GBR, no longer of DEU" in _country(where).sentence
+
+
+def test_the_countries_are_those_that_everybody_knows() -> None:
+    assert set(JURISDICTIONS) == COUNTRIES
 
 
 @given(

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.front_end import FrontEnd, Sighting
+from services.drivelm.surroundings import surroundings
 from tests.unit.services.drivelm.approach import NS, TELE, Scripted, box_at, drive_past, says, sighting, stand_before
 
 
@@ -82,6 +83,15 @@ def test_a_border_changes_the_country_when_it_is_passed_not_before() -> None:
     assert end.whereabouts.believed == "DEU"
     drive_past(end, start_ns=2 * NS, size_m=0.9)
     assert end.whereabouts.believed == "GBR"
+    assert surroundings(end.whereabouts, None, NS)[0].text == "border:GBR 6.0"
+
+
+def test_signs_that_tell_the_country_are_told_with_their_weight() -> None:
+    end = _end("national", plate="plate:when_wet:en", home="")
+    drive_past(end)
+    country = surroundings(end.whereabouts, None, NS)[0]
+    assert (country.reading, country.believed) == ("GBR", True)
+    assert country.sentence == "The signs are of GBR; for it spoke: national 3.0, plate:when_wet:en 1.7."
 
 
 def test_a_town_sign_sets_the_road_type_when_passed() -> None:
