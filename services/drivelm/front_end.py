@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import msgspec
-
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
@@ -16,7 +14,7 @@ from services.drivelm.cues import Whereabouts, cues_of
 from services.drivelm.evidence import Evidence
 from services.drivelm.facts import Here, fact_of
 from services.drivelm.jurisdictions import has_boards
-from services.drivelm.names import TownNames
+from services.drivelm.lettering import Lettering
 from services.drivelm.probes import Probe, Settled
 from services.drivelm.sentences import QUESTIONS
 from services.drivelm.spoken import Readings, Shown
@@ -77,10 +75,10 @@ class FrontEnd:
         *,
         home: str = "",
         max_reads: int = 8,
-        names: TownNames | None = None,
+        lettering: Lettering | None = None,
         reader_backend: Backend | None = None,
     ) -> None:
-        self.backend, self.max_reads, self.names = backend, max_reads, names
+        self.backend, self.max_reads, self.lettering = backend, max_reads, lettering or Lettering()
         self.reader_backend = reader_backend
         self.guard = grounding.Guard()
         self.tracks: dict[Key, SignTrack] = {}
@@ -107,7 +105,8 @@ class FrontEnd:
         ]
         for key in seen:
             self._locate(key, sighting)
-            self._ask_name(key, picture)
+            if picture is not None:
+                self.lettering.look(key, self.tracks[key], picture)
         return tuple(fact for key in seen for fact in self._said(key, sighting.stamp_ns))
 
     def _ask(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
@@ -196,7 +195,7 @@ class FrontEnd:
                 continue
             if key[1] > GHOST_IDS:
                 said += self._said(key, track.seen_ns)
-            if moved.kind != "light" and _is_behind(moved, speed_mps, unseen_ns):
+            if moved.kind != "light" and moved.is_behind(speed_mps, unseen_ns):
                 said += self._passed(key)
             elif unseen_ns > (_LIGHT_GONE_NS if moved.kind == "light" else GONE_NS):
                 self._forget(key)
@@ -226,7 +225,7 @@ class FrontEnd:
         for box in sighting.boxes:
             key = (sighting.camera, box.track_id)
             if box.track_id not in reading and key in self.tracks:
-                self.tracks[key] = _in_sight(self.tracks[key], _region(box), sighting.stamp_ns)
+                self.tracks[key] = self.tracks[key].in_sight(_region(box), sighting.stamp_ns)
 
     def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[Look]:
         signs, boards = [_region(box) for box in boxes if box.kind == "sign"], has_boards(self.here.jurisdiction)
@@ -273,7 +272,7 @@ class FrontEnd:
         elif readings:
             self.tracks[look.key] = track.read(readings, look.shown.region, stamp_ns)
         else:
-            self.tracks[look.key] = _in_sight(track, look.shown.region, stamp_ns)
+            self.tracks[look.key] = track.in_sight(look.shown.region, stamp_ns)
 
     def _take_contrary(self, look: Look, readings: Readings, stamp_ns: int) -> None:
         """The track may have jumped to another thing: wait for a second such frame, then part the two.
@@ -301,7 +300,7 @@ class FrontEnd:
         measured = next(
             (box.range_m for box in sighting.boxes if box.track_id == key[1] and box.range_source == "lidar"), None
         )
-        seen = geometry.place(track.region, _shape(track), sighting.calibration, measured)
+        seen = geometry.place(track.region, track.shape, sighting.calibration, measured)
         place = geometry.smoothed(track.place, track.travelled_m, seen)
         self.tracks[key] = replace(track, place=place, travelled_m=0.0)
 
@@ -318,20 +317,6 @@ class FrontEnd:
             where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate), plate)
         self.believe(where)
 
-    def _ask_name(self, key: Key, picture: Picture | None) -> None:
-        track = self.tracks[key]
-        if self.names is None or picture is None or not self.names.wants(key, track.region.height_px):
-            return
-        best = track.belief()
-        if best.reading.startswith("town_") and track.believed(best):
-            x0, y0, x1, y1 = (max(0, round(edge)) for edge in track.region)
-            self.names.ask(key, picture[y0:y1, x0:x1])
-
-    def _named(self, key: Key, fact: Fact | None) -> Fact | None:
-        if fact is None or self.names is None or not fact.reading.startswith("town_"):
-            return fact
-        return msgspec.structs.replace(fact, text=self.names.name(key))
-
     def believe(self, where: Whereabouts) -> None:
         """Take over a belief about the country."""
         self.whereabouts = where
@@ -340,9 +325,12 @@ class FrontEnd:
         )
 
     def _facts(self, key: Key, *, passed: bool = False) -> tuple[Fact, ...]:
-        """What is to be said of a track, weighed."""
+        """What is to be said of a track, weighed by its grounds, with what was read of its letters."""
+        return tuple(self.lettering.on(key, fact) for fact in self._grounded(key, passed=passed))
+
+    def _grounded(self, key: Key, *, passed: bool) -> tuple[Fact, ...]:
         track = self.tracks[key]
-        read = self._named(key, fact_of(track, self.here, passed=passed))
+        read = fact_of(track, self.here, passed=passed)
         if self.reader_backend is None:
             own = self.guard.own(key, read)
             return () if own is None else (own,)
@@ -350,7 +338,7 @@ class FrontEnd:
         mine = None
         if key in self.heard:
             said = replace(track, evidence=heard.evidence, plate=heard.plate, seen_ns=heard.seen_ns)
-            mine = self.guard.own(key, self._named(key, fact_of(said, self.here, passed=passed)))
+            mine = self.guard.own(key, fact_of(said, self.here, passed=passed))
         nothing = best.reading == OTHER and best.probability >= NOTHING_THERE and track.evidence.frames > 1
         return grounding.weighed(mine, read, self.here.road_class, nothing_there=nothing)
 
@@ -384,28 +372,3 @@ def _images(looks: Sequence[Look]) -> list[Picture]:
 
 def _region(box: Box) -> Region:
     return Region(box.x0_px, box.y0_px, box.x1_px, box.y1_px)
-
-
-def _in_sight(track: SignTrack, region: Region, stamp_ns: int) -> SignTrack:
-    return replace(track, region=region, seen_ns=stamp_ns)
-
-
-def _shape(track: SignTrack) -> str:
-    best = track.belief()
-    return {"light": "light:off", "panel": "led:blank"}.get(track.kind, best.reading)
-
-
-def _is_behind(track: SignTrack, speed_mps: float | None, unseen_ns: int) -> bool:
-    """Whether the ego has driven past. Without a speed: a restriction counts as passed after three seconds out of
-    sight, an end of a restriction never."""
-    if speed_mps is None:
-        return unseen_ns > 3_000_000_000 and track.belief().reading not in _ENDS
-    return track.place is not None and track.travelled_m >= track.place.distance_m
-
-
-_ENDS = frozenset(
-    {
-        "limit_end", "all_end", "zone_end", "national", "led:end", "no_overtaking_end", "general_end", "school_end",
-        "town_exit", *(f"town_exit:{ground}" for ground in ("yellow", "white", "dark")),
-    }
-)  # fmt: skip

@@ -26,7 +26,7 @@ from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import Seen
 from services.drivelm.graph import build as build_graph
-from services.drivelm.names import TownNames, available
+from services.drivelm.lettering import Lettering, load_lettering
 from services.drivelm.reader import Reader
 from services.drivelm.surroundings import surroundings
 
@@ -76,16 +76,16 @@ def load_reader(config: DrivelmConfig) -> EmbeddedBackend:
     return EmbeddedBackend(Reader.load(path), hashlib.sha256(path.read_bytes()).hexdigest())
 
 
-def load_front_end(config: DrivelmConfig, node: Node, names: TownNames | None) -> FrontEnd:
+def load_front_end(config: DrivelmConfig, node: Node, lettering: Lettering) -> FrontEnd:
     """The front end with the configured backend. Raises ConfigError naming the field that cannot be used."""
     if config.backend == "embedded":
-        return FrontEnd(load_reader(config), home=config.home, max_reads=config.max_reads, names=names)
+        return FrontEnd(load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering)
     if node.lockstep:
         raise ConfigError(f"drivelm.backend = {config.backend} is not for lockstep: its answers come when they come")
     backend = load.load(config.backend, load.Slow(transformers=config.transformers, openai=config.openai))
     node.detail["prompts"] = backend.prompts
     late = LateFrontEnd(
-        backend, load_reader(config), home=config.home, max_reads=config.max_reads, names=names,
+        backend, load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering,
         outstanding=config.outstanding, max_age_s=config.max_age_s,
     )  # fmt: skip
     late.errands.ready = lambda: node.run_soon(late.arrive)
@@ -104,10 +104,9 @@ class Bindings:
     def __init__(self, config: DrivelmConfig, node: Node) -> None:
         self.config, self.node = config, node
         self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
-        self.names = TownNames() if config.read_names and available() and not node.lockstep else None
-        self.front_end = load_front_end(config, node, self.names)
-        if self.names is not None:
-            node.on_close(self.names.close)
+        lettering = load_lettering(names=config.read_names and not node.lockstep)
+        node.on_close(lettering.close)
+        self.front_end = load_front_end(config, node, lettering)
         self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
         self.boxes: dict[str, Boxes] = {}
         self.graph: SceneGraph | None = None

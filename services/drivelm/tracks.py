@@ -20,6 +20,12 @@ CONTRARY_FRAMES = 2
 """How clearly, and in how many frames in a row, a track must show something else to be taken for another thing."""
 KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.62}
 """Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
+_ENDS = frozenset(
+    {
+        "limit_end", "all_end", "zone_end", "national", "led:end", "no_overtaking_end", "general_end", "school_end",
+        "town_exit", *(f"town_exit:{ground}" for ground in ("yellow", "white", "dark")),
+    }
+)  # fmt: skip
 _LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.62
 
 
@@ -89,6 +95,22 @@ class SignTrack:
     def read_plate(self, ranked: tuple[tuple[str, float], ...], height_px: float) -> "SignTrack":
         """With one more frame's readings of the plate below; a plate is half as high as it is wide, so count its width."""
         return replace(self, plate=fused(self.plate, ranked, height_px))
+
+    def in_sight(self, region: Region, stamp_ns: int) -> "SignTrack":
+        """Seen, and not read this time."""
+        return replace(self, region=region, seen_ns=stamp_ns)
+
+    @property
+    def shape(self) -> str:
+        """Something of the size that the element has, as far as it is known."""
+        return {"light": "light:off", "panel": "led:blank"}.get(self.kind, self.belief().reading)
+
+    def is_behind(self, speed_mps: float | None, unseen_ns: int) -> bool:
+        """Whether the ego has driven past. Without a speed: a restriction counts as passed after three seconds out of
+        sight, an end of a restriction never."""
+        if speed_mps is None:
+            return unseen_ns > 3_000_000_000 and self.belief().reading not in _ENDS
+        return self.place is not None and self.travelled_m >= self.place.distance_m
 
     def moved(self, stamp_ns: int, speed_mps: float) -> "SignTrack":
         """With the way the ego went since."""

@@ -18,7 +18,7 @@ from services.drivelm.backends.errands import Errand, Errands
 from services.drivelm.backends.views import enlarged, view
 from services.drivelm.crops import Picture
 from services.drivelm.front_end import FrontEnd, Look, Sighting
-from services.drivelm.names import TownNames
+from services.drivelm.lettering import Lettering
 from services.drivelm.probes import Probe
 from services.drivelm.sentences import KIND_OF_QUESTION
 
@@ -39,10 +39,10 @@ class LateFrontEnd(FrontEnd):
 
     def __init__(
         self, backend: SlowBackend, reader: Backend, *, home: str = "", max_reads: int = 8,
-        names: TownNames | None = None, outstanding: int = 2, max_age_s: float = 4.0,
+        lettering: Lettering | None = None, outstanding: int = 2, max_age_s: float = 4.0,
     ) -> None:  # fmt: skip
         """`errands.ready` is to be set to what calls `arrive` on the worker thread."""
-        super().__init__(backend, home=home, max_reads=max_reads, names=names, reader_backend=reader)
+        super().__init__(backend, home=home, max_reads=max_reads, lettering=lettering, reader_backend=reader)
         self.errands = Errands[Sent](backend, outstanding=outstanding, max_age_ns=int(max_age_s * 1e9))
         self._agreement = Agreement()
         self._picture: Picture | None = None
