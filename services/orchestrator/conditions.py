@@ -12,7 +12,7 @@ WEATHER_SURE = 0.4
 """Below this confidence a report of better weather changes nothing."""
 UNKNOWN_SPEED_FACTOR = 0.95
 UNKNOWN_FOLLOWING_FACTOR = 1.1
-"""Of weather never heard of, by one who was sure."""
+"""Of weather never heard of by one who was sure, and of a vehicle never heard of."""
 _WETNESS = (False, None, True)
 _PRECIPITATION = ("none", "unknown", "rain", "snow")
 

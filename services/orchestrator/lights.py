@@ -12,7 +12,7 @@ from proto.scene import Fact
 from proto.vehicle import Ego
 from services.orchestrator.inputs import Stamped
 from services.orchestrator.limits import SURE
-from services.orchestrator.motion import Motion
+from services.orchestrator.motion import STANDING_MPS, Motion
 from services.orchestrator.state import Light
 from services.orchestrator.validity import MOST_SKEW_NS, SECOND, UNSET_AFTER, VALID_NS, number
 
@@ -23,7 +23,6 @@ GREEN_LASTS_NS = 2 * SECOND
 """Permission wears off at once; a red that was believed stands until green is read or the light is passed."""
 RED_LASTS_NS = 60 * SECOND
 """Of a red light whose distance nobody knows, while the ego moves; and the age at which a reading is none."""
-STANDING_MPS = 0.5
 LAMPS_APART_M = 15.0
 """Lamps of one junction, and the error of their ranges."""
 NEXT_JUNCTION_M = 80.0

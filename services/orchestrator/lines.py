@@ -3,7 +3,7 @@
 from proto.vehicle import Ego
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.inputs import Observations, Stamped
-from services.orchestrator.motion import Motion
+from services.orchestrator.motion import STANDING_MPS, Motion
 from services.orchestrator.state import SignAhead, Signs, State
 from services.orchestrator.validity import VALID_NS, fresh, number
 
@@ -15,7 +15,6 @@ AT_LINE_M = 3.0
 AT_SIGN_M = 6.0
 """The same of the sign itself, whose range is a few metres off, where no map knows the line."""
 CREEP_M = 2.0
-STANDING_MPS = 0.5
 
 
 def stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:

@@ -8,6 +8,8 @@ from services.orchestrator.state import State
 from services.orchestrator.validity import VALID_NS, fresh, number
 
 MAX_STEP_S = 1.0
+STANDING_MPS = 0.5
+"""A slower ego stands."""
 
 
 class Motion(NamedTuple):

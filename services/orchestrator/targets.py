@@ -10,6 +10,7 @@ from typing import NamedTuple
 from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
+from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.limits import RESTRICTED_PLATES, SURE, in_force
 from services.orchestrator.state import Lost, State
 from services.orchestrator.stops import stops
@@ -29,8 +30,6 @@ DOUBT_RATE_MPS2 = 0.7
 """How fast a doubted restriction lowers the target: lifting the foot, no braking."""
 APPROACH_MPS2 = 1.2
 """Coasting down to a lower limit ahead."""
-UNKNOWN_FACTOR = 0.95
-"""Weather or vehicle never heard of."""
 H_SLOPE = 0.4
 """How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
 LEAST_FACTOR = 0.2
@@ -221,7 +220,7 @@ def _doubts(state: State, law: Law, factor: float) -> list[Bound]:
 def factors(state: State) -> tuple[float, float, float]:
     """Weather, vehicle, experts: each in (0, 1]."""
     conditions = state.held.conditions
-    weather = UNKNOWN_FACTOR if conditions is None else min(1.0, conditions.speed_factor)
+    weather = UNKNOWN_SPEED_FACTOR if conditions is None else min(1.0, conditions.speed_factor)
     expert = min((each.speed_factor for each in state.held.limiters), default=1.0)
     return weather, vehicle_factor(state), expert
 
@@ -230,7 +229,7 @@ def vehicle_factor(state: State) -> float:
     """By h, and by what CAN asks for while its own degradation still says that something is wrong."""
     car = state.held.degradation
     if car is None or car.h is None:
-        return UNKNOWN_FACTOR
+        return UNKNOWN_SPEED_FACTOR
     own = 1.0 - H_SLOPE * car.h
     brakes = math.sqrt(car.brake_envelope) if car.brake_envelope is not None else 1.0
     asked = state.held.health.speed_factor if state.held.health is not None and car.h > 0.1 else 1.0
@@ -240,9 +239,9 @@ def vehicle_factor(state: State) -> float:
 def headway_factor(state: State) -> float:
     """How much the following distance is widened; 1 is ordinary."""
     conditions, car = state.held.conditions, state.held.degradation
-    weather = 1.1 if conditions is None else max(1.0, conditions.following_factor)
+    weather = UNKNOWN_FOLLOWING_FACTOR if conditions is None else max(1.0, conditions.following_factor)
     h = car.h if car is not None else None
-    vehicle = 1.1 if h is None else 1.0 + h
+    vehicle = UNKNOWN_FOLLOWING_FACTOR if h is None else 1.0 + h
     if state.held.health is not None and h is not None and h > 0.1:
         vehicle = max(vehicle, state.held.health.headway_factor)
     return max(weather, vehicle, *(each.headway_factor for each in state.held.limiters), 1.0)
@@ -265,21 +264,21 @@ def _vanished(state: State) -> list[Bound]:
     """Who was in the way a moment ago and is nowhere now did not dissolve: it bounds as when last seen, for a while."""
     if state.world.actors is None:
         return []
-    seen = {track.track_id for track in state.world.actors.value}
-    recent = [lost for lost in state.held.lost if state.now_ns - lost.stamp_ns <= VANISHED_NS]
-    return [Bound(lost.mps, lost.why, "perception", 0.3) for lost in recent if lost.track_id not in seen]
+    return [Bound(lost.mps, lost.why, "perception", 0.3) for lost in _gone(state)]
+
+
+def _gone(state: State) -> list[Lost]:
+    """Those of the last moments who are not seen now; of a tick that sees nobody and nothing, all of them."""
+    seen = {track.track_id for track in state.world.actors.value} if state.world.actors is not None else set()
+    recent = (lost for lost in state.held.lost if state.now_ns - lost.stamp_ns <= VANISHED_NS)
+    return [lost for lost in recent if lost.track_id not in seen]
 
 
 def still_lost(state: State, goal: Target) -> tuple[Lost, ...]:
     """How the actors of this tick bound the target, and those who vanished lately."""
     now = {b.track_id: Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns) for b in goal.bounds}
     now.pop(0, None)
-    seen = {track.track_id for track in state.world.actors.value} if state.world.actors is not None else set()
-    gone = (
-        lost
-        for lost in state.held.lost
-        if lost.track_id not in seen and state.now_ns - lost.stamp_ns <= VANISHED_NS and lost.track_id not in now
-    )
+    gone = (lost for lost in _gone(state) if lost.track_id not in now)
     return (*gone, *now.values())[-MOST_LOST:]
 
 
