@@ -29,6 +29,8 @@ class Request(msgspec.Struct, frozen=True, kw_only=True):
     corpus: Wanted = "all"
     language: str | None = None
     road_context: str = ""
+    road_type: str | None = None
+    on: str = ""
     k: int = 5
 
 
@@ -83,6 +85,11 @@ class Library:
         indexes = _embedded(encoder, self.packs, self._state.indexes, {})
         self._swap(_State(indexes, QuestionVectors(encoder, self._budget_s, self._cache_size), encoder.name))
 
+    def tune(self, tuning: Tuning) -> None:
+        """Rank by other weights from now on."""
+        self._tuning = tuning
+        self._swap(self._state)
+
     def reload(self, changed: Collection[Path]) -> list[str]:
         """Read changed folders again, embed what is new (slow), and swap; searches go on meanwhile as before.
 
@@ -131,6 +138,9 @@ class Library:
         named = "signs" if request.corpus == "signs" else "statutes"
         lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
         encoder = LATE if late else state.status
+        line = self._tuning.line_for(state.status if vector is not None else LATE)
+        if found and found[0].score < line:
+            return Retrieved(passages=(), encoder=encoder, lambda_=lambda_, out_of_scope=True)
         return Retrieved(passages=tuple(found[: request.k]), encoder=encoder, lambda_=lambda_)
 
     def _search_one(
@@ -142,7 +152,8 @@ class Library:
         }
 
         def keep(text: Text) -> bool:
-            return request.corpus in ("all", text.corpus) and (language not in spoken or text.language == language)
+            fits = request.corpus in ("all", text.corpus) and (language not in spoken or text.language == language)
+            return fits and text.holds(request.road_type, request.on)
 
         return index.search(
             words,
@@ -193,10 +204,12 @@ def _embedded(
     for folder, texts in packs.items():
         missing = tuple(text for text in texts if text.indexed not in known)
         stored = read_stored(folder, encoder.name, texts) if missing else None
-        made = iter(() if stored is not None or not missing else embed(encoder, missing))
+        found = known
+        if stored is None and missing:
+            made = embed(encoder, missing)
+            found = {**known, **{text.indexed: row for text, row in zip(missing, made, strict=True)}}
         for at, text in enumerate(texts):
-            row = stored[at] if stored is not None else known[text.indexed] if text.indexed in known else next(made)
-            rows[text.passage_id] = row
+            rows[text.passage_id] = found[text.indexed] if stored is None else stored[at]
     return {j: index.with_rows(_stack(rows, index)) for j, index in indexes.items()}
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from services.rules.errors import PackError
+from services.rules.files import SIGNATURE, Files, decoded, read_files
 from services.rules.packs import content_hash, load
 
 _HEADING = re.compile(r"^## (?P<section>[^\n]*) \[(?P<id>[^\]\n]+)\]\n\n(?P<text>[^\n]+(?:\n[^\n]+)*)", re.M)
@@ -24,23 +25,39 @@ def paragraphs(text: str) -> dict[str, tuple[str, int, int]]:
 
 def seal(folder: Path) -> str:
     """Rewrite offsets, excerpts and the hash of a pack in place; the new hash. Raises PackError."""
+    files = read_files(folder)
     for file, key, prefix in (("provisions.json", "id", ""), ("signs.json", "code", "sign:")):
-        path = folder / file
-        entries = json.loads(path.read_text(encoding="utf-8"))
-        for entry in entries:
-            _relocate(folder, entry, prefix + entry[key])
-        _write(path, entries)
-    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-    manifest["content_sha256"] = content_hash(folder)
+        entries = _content(files, file, list[dict[str, Any]])
+        for index, entry in enumerate(entries):
+            if not isinstance(entry.get(key), str) or not isinstance(entry.get("sources"), list):
+                problem = files.problem(file, (index,), f"needs {key} and sources")
+                raise PackError(str(problem), (problem,))
+            _relocate(files, entry, prefix + entry[key])
+        _write(folder / file, entries)
+    manifest = _content(files, "manifest.json", dict[str, Any])
+    before, manifest["content_sha256"] = manifest.get("content_sha256"), content_hash(folder)
+    if manifest["content_sha256"] != before:
+        (folder / SIGNATURE).unlink(missing_ok=True)  # it signed another content
     _write(folder / "manifest.json", manifest)
     return str(manifest["content_sha256"])
 
 
-def _relocate(folder: Path, entry: dict[str, Any], name: str) -> None:
+def _content(files: Files, name: str, kind: Any) -> Any:
+    found, problems = decoded(files, name, kind)
+    if problems:
+        raise PackError(str(problems[0]), problems)
+    return found
+
+
+def _relocate(files: Files, entry: dict[str, Any], name: str) -> None:
+    section = ""
     for source in entry["sources"]:
-        text = (folder / source["document"]).read_text(encoding="utf-8")
+        document = source.get("document") if isinstance(source, dict) else None
+        if document not in files.content:
+            raise PackError(f"{files.folder}: [{name}] cites {document!r}, which is no document of this pack")
+        text = files.text(document)
         if name not in (found := paragraphs(text)):
-            raise PackError(f"{folder / source['document']}: no heading ends in [{name}]")
+            raise PackError(f"{files.folder / document}: no heading ends in [{name}]")
         section, source["start"], source["end"] = found[name]
         source["excerpt"] = text[source["start"] : source["end"]]
     entry["section"] = section

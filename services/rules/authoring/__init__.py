@@ -1,0 +1,1 @@
+"""For whoever writes rulepacks: the commands of `drivemcp rulepack`."""

@@ -1,0 +1,61 @@
+"""A new pack: a copy of TEST-v1 under another name and country, or an empty one that extends another."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from drivemcp.paths import data
+from services.rules.errors import PackError
+from services.rules.files import FILES
+from services.rules.packs import load, parent_folder
+from services.rules.seal import seal
+
+TEMPLATE = "rulepacks/TEST-v1"
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]{0,63}")
+_PLACE = re.compile(r"[A-Z]{3}(-[A-Z0-9]{1,3})?")
+
+
+def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", extends: str = "") -> None:
+    """Write a pack that loads and passes its cases. Raises PackError where there is something already."""
+    if not _ID.fullmatch(folder.name):
+        raise PackError(f"{folder.name!r} is no name for a pack: letters, digits, dots and hyphens, as in DEU-v1")
+    if folder.exists():
+        raise PackError(f"{folder} exists already")
+    parent = load(parent_folder(folder, extends)).manifest if extends else None
+    place = jurisdiction or (parent.jurisdiction if parent else "ZZZ")
+    if not _PLACE.fullmatch(place):
+        raise PackError(f"{place!r} is no ISO 3166 alpha-3 code, as in DEU or USA-CA")
+    manifest = _json(data(TEMPLATE) / "manifest.json")
+    manifest |= {"id": folder.name, "jurisdiction": place, "title": title or folder.name, "version": "1.0.0"}
+    (folder / "sources").mkdir(parents=True)
+    if parent is None:
+        _copied(folder, place)
+    else:
+        import msgspec
+
+        kept = ("units", "traffic_side", "languages", "precedence", "plausible_limits")
+        manifest |= {key: msgspec.to_builtins(getattr(parent, key)) for key in kept}
+        manifest["extends"] = {"id": parent.id, "version": parent.version}
+        for name in FILES[1:]:
+            _write(folder / name, [])
+    _write(folder / "manifest.json", manifest)
+    seal(folder)
+
+
+def _copied(folder: Path, place: str) -> None:
+    """The template's content with its ids and its country renamed: the cases hold as they stand."""
+    prefix = place.lower()
+    for path in (*(data(TEMPLATE) / name for name in FILES[1:]), *(data(TEMPLATE) / "sources").glob("*.md")):
+        text = re.sub(r"\btest-(?=[a-z])", f"{prefix}-", path.read_text(encoding="utf-8"))
+        text = text.replace("/test-act/", "/act/").replace(f"/{prefix}-act/", "/act/").replace("ZZZ", place)
+        target = folder / ("sources" if path.suffix == ".md" else "") / path.name
+        target.write_text(text, encoding="utf-8")
+
+
+def _json(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _write(path: Path, content: Any) -> None:
+    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,70 @@
+"""Everything that is wrong with a pack: what loading refuses, and what only its author can have meant otherwise."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import get_type_hints
+
+import msgspec
+
+from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
+from services.rules.errors import Problem
+from services.rules.files import Files, decoded, decoded_list, read_files
+from services.rules.format import Case, Manifest, Provision, Sign
+from services.rules.packs import examine
+from services.rules.seal import paragraphs
+from services.rules.signature import Trust
+from services.rules.signs import SignQuestion
+
+ASKED = {"applicable_limit": Situation, "right_of_way": RightOfWayQuestion, "interpret_sign": SignQuestion}
+EXPECTED = {"limit", "advisory", "cites", "contains", "min_confidence", "max_confidence"}
+
+
+def validated(folder: Path, trust: Trust | None = None) -> tuple[Problem, ...]:
+    """What is wrong, in the order of the files; none: the pack loads and its parts fit together."""
+    _, problems = examine(folder, trust)
+    files = read_files(folder)
+    return (*problems, *_names(files), *_paragraphs(files), *_cases(files))
+
+
+def _names(files: Files) -> Iterator[Problem]:
+    manifest, _ = decoded(files, "manifest.json", Manifest)
+    if manifest is not None and manifest.id != files.folder.absolute().name:
+        yield files.problem(
+            "manifest.json", ("id",), f"{manifest.id!r} is not the folder's name, by which others find it"
+        )
+
+
+def _paragraphs(files: Files) -> Iterator[Problem]:
+    """Every text in the documents belongs to a provision or a sign."""
+    provisions, wrong = decoded_list(files, "provisions.json", Provision)
+    signs, wrong_signs = decoded_list(files, "signs.json", Sign)
+    if wrong or wrong_signs:
+        return
+    used = {entry.id for entry in provisions if entry} | {f"sign:{entry.code}" for entry in signs if entry}
+    for name in sorted(name for name in files.content if name.startswith("sources/")):
+        text = files.text(name)
+        for entry, (_, start, _) in paragraphs(text).items():
+            if entry not in used:
+                line = text.count("\n", 0, start) - 1
+                yield Problem(file=files.folder / name, line=line, message=f"nothing is called [{entry}]")
+
+
+def _cases(files: Files) -> Iterator[Problem]:
+    """Questions and expectations name fields that there are: a misspelt fact would count as unknown."""
+    cases, _ = decoded_list(files, "cases.json", Case)
+    for index, case in enumerate(cases):
+        if case is None:
+            continue
+        kind = ASKED[case.tool]
+        known = set(kind.__struct_fields__)
+        for field in case.ask:
+            if field not in known:
+                yield files.problem("cases.json", (index, "ask", field), "there is no such fact", case.name)
+        try:
+            msgspec.convert(case.ask, kind)
+        except msgspec.ValidationError as error:
+            yield files.problem("cases.json", (index, "ask"), str(error), case.name)
+        answered = set(get_type_hints(SignMeaning if case.tool == "interpret_sign" else RulesAnswer))
+        for field in case.expect:
+            if field not in answered | EXPECTED:
+                yield files.problem("cases.json", (index, "expect", field), "no answer has this field", case.name)
