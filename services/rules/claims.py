@@ -37,18 +37,23 @@ _CITED: dict[str, tuple[str, ...]] = {
     "zone": ("zone",),
     "uncertain": ("posted_limit",),
 }
+_SPEEDS = frozenset({"limit", "led", "zone", "general", "school_limit", "limit_board"})
+"""Codes of signs whose number is a limit."""
 ALL_SCOPES = frozenset(_SCOPE_BASIS)
 ENDED_BY: dict[str, frozenset[str]] = {
     "limit_end": frozenset({"permanent", "temporary", "when_wet", "gantry"}),
     "all_end": frozenset({"permanent", "temporary", "when_wet"}),
     "national": frozenset({"permanent", "temporary", "when_wet", "zone"}),
     "zone_end": frozenset({"zone"}),
+    "general_end": frozenset({"permanent"}),
     "town_exit": frozenset({"permanent", "zone"}),
     "led:end": frozenset({"gantry", "when_wet"}),
     "led:blank": frozenset({"gantry"}),
     "border": ALL_SCOPES,
 }
 """Which signs end limits of which scope; those with a number end that value only."""
+ENDS_ITS_OWN = {"general_end": "general"}
+"""Ends that lift only what was posted by one sign: Switzerland's "50 generell", not another 50."""
 
 
 class Claim(msgspec.Struct, frozen=True, kw_only=True):
@@ -119,7 +124,7 @@ def candidate_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
     found = []
     for candidate in situation.candidates:
         reading = parse_reading(candidate.reading)
-        if reading.code not in ("limit", "led", "zone") or reading.value is None:
+        if reading.code not in _SPEEDS or reading.value is None:
             continue
         if candidate.confidence >= CANDIDATE_FLOOR and low <= reading.value <= high:
             claim = _claim(pack, reading.value, pack.manifest.units, "uncertain", _confidence(candidate.confidence))
@@ -145,8 +150,20 @@ def _law_claim(
         provisions=(provision.id,),
         kind=provision.kind,
         presumed=unknown_facts(when, situation) if held == "maybe" else (),
-        why="why_visibility" if when.visibility_below_m else "why_vehicle" if when.vehicle_classes else "why_road",
+        why=_why(when),
     )
+
+
+def _why(when: When) -> str:
+    """The condition that a driver is told as the reason."""
+    reasons = (
+        ("why_visibility", when.visibility_below_m is not None),
+        ("why_snow", when.snow is not None),
+        ("why_wet", when.wet is not None),
+        ("why_time", when.hours is not None),
+        ("why_vehicle", bool(when.vehicle_classes)),
+    )
+    return next((name for name, holds_so in reasons if holds_so), "why_road")
 
 
 def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: tuple[Reading, ...]) -> Claim | None:
@@ -214,6 +231,8 @@ def _ends(situation: Situation) -> tuple[Reading, ...]:
 
 def _ends_it(end: Reading, limit: PostedLimit) -> bool:
     scopes = next((ENDED_BY[name] for name in end.names if name in ENDED_BY), frozenset())
+    if end.code in ENDS_ITS_OWN and parse_reading(limit.reading).code != ENDS_ITS_OWN[end.code]:
+        return False
     return limit.scope in scopes and end.value in (None, limit.value)
 
 

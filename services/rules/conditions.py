@@ -99,8 +99,8 @@ def _part(subdivision: str | None, jurisdiction: str | None) -> Holds:
 
 
 def _time(text: str, time_of_day_h: float | None) -> Holds:
-    hours = hours_of(text)
-    return "maybe" if hours is None else _within(hours, time_of_day_h)
+    found = {_within(hours, time_of_day_h) for hours in hours_of(text)} or {"maybe"}
+    return "yes" if "yes" in found else "maybe" if "maybe" in found else "no"
 
 
 def _within(hours: tuple[float, float] | None, time_of_day_h: float | None) -> Holds:

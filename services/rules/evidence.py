@@ -29,17 +29,26 @@ _QUESTIONS: dict[str, dict[str, str]] = {
         "advisory": "Richtgeschwindigkeit auf Autobahnen ohne allgemeines Limit",
         "unknown": "Höchstgeschwindigkeit",
     },
+    "fr": {
+        "posted": "limite de vitesse affichée par un panneau, jusqu'où elle vaut",
+        "gantry": "limite de vitesse affichée sur un panneau variable au-dessus de la voie",
+        "zone": "zone à vitesse limitée, début et fin",
+        "conditional": "limite de vitesse par temps de pluie ou par mauvaise visibilité",
+        "default": "limite générale de vitesse en agglomération et hors agglomération",
+        "advisory": "vitesse conseillée sur autoroute sans limite générale",
+        "unknown": "limite de vitesse",
+    },
 }
 
 
 def question_for(answer: RulesAnswer, language: str) -> str:
     """What retrieval is asked to support an answer: one question for each basis, so that repeats are cached."""
-    return _QUESTIONS["de" if spoken_language(language) == "de" else "en"].get(answer.basis, "speed limit")
+    return _QUESTIONS[spoken_language(language)].get(answer.basis, "speed limit")
 
 
 def questions(language: str) -> tuple[str, ...]:
     """All of them, for warming up."""
-    return tuple(_QUESTIONS["de" if spoken_language(language) == "de" else "en"].values())
+    return tuple(_QUESTIONS[spoken_language(language)].values())
 
 
 def supported(answer: RulesAnswer, retrieved: Retrieved | None, situation: Situation) -> RulesAnswer:

@@ -6,7 +6,10 @@ import re
 import msgspec
 
 _NUMBER = re.compile(r"[0-9]{1,3}(?:\.[0-9])?")
-_HOURS = re.compile(r"([0-9]{1,2})(?::[0-9]{2})?\s*-\s*([0-9]{1,2})(?::[0-9]{2})?(?:\s*h)?")
+_CLOCK = r"([0-9]{1,2})(?:[:.]([0-9]{2}))?\s*(am|pm|a\.m\.|p\.m\.)?\s*(?:h|hrs|uhr)?"
+_SPAN = re.compile(rf"{_CLOCK}\s*(?:-|to|bis)\s*{_CLOCK}", re.I)
+_BETWEEN = re.compile(r"\s*(?:[,;&+/]|and|und|et|en|i)?\s*", re.I)
+_PLATE = re.compile(r"\s*(?:plate:)?(?:time)?\s*:?\s*", re.I)
 _ALIASES = {"end": "limit_end", "limit-end": "limit_end", "give_way": "yield", "priority": "priority_road"}
 MAX_LENGTH = 64
 """Longer texts are no codes of ours."""
@@ -42,17 +45,46 @@ def parse_reading(text: str) -> Reading:
     return Reading(head, None, rest)
 
 
-def hours_of(text: str) -> tuple[float, float] | None:
-    """The times on a plate: `22-6 h` → (22, 6); None where there are none."""
-    match = _HOURS.search(text)
-    if not match or int(match[1]) > 24 or int(match[2]) > 24:
-        return None
-    return float(match[1]), float(match[2])
+def hours_of(text: str) -> tuple[tuple[float, float], ...]:
+    """The times on a plate: `22-6 h` → ((22, 6),), `7:30-8:30, 4-6 PM` → ((7.5, 8.5), (16, 18)).
+
+    Empty where there are none, or where anything stands beside them that is not understood: then the sign may be in force.
+    """
+    spans: list[tuple[float, float]] = []
+    start = _PLATE.match(text)
+    at = start.end() if start else 0
+    while at < len(text):
+        match = _SPAN.match(text, at)
+        span = _span(match) if match else None
+        if match is None or span is None:
+            return ()
+        spans.append(span)
+        between = _BETWEEN.match(text, match.end())
+        at = between.end() if between else match.end()
+    return tuple(spans)
 
 
 def within_hours(hours: tuple[float, float], time_of_day_h: float) -> bool:
-    """Whether a time of day lies in a span that may run over midnight. No number counts as within."""
+    """Whether a time of day lies in a span that may run over midnight. No number counts as within, and so does any in an empty span."""
     begin, end = hours
-    if not math.isfinite(time_of_day_h):
+    if not math.isfinite(time_of_day_h) or begin == end:
         return True
     return begin <= time_of_day_h < end if begin <= end else time_of_day_h >= begin or time_of_day_h < end
+
+
+def _span(match: re.Match[str]) -> tuple[float, float] | None:
+    """`4-6 PM` begins in the afternoon, `11-1 PM` in the morning."""
+    end = _hour(match[4], match[5], match[6])
+    begin = _hour(match[1], match[2], match[3] or match[6])
+    if not match[3] and match[6] and begin is not None and end is not None and begin >= end:
+        begin = _hour(match[1], match[2], "am" if match[6][0] in "pP" else "pm")
+    return None if begin is None or end is None else (begin, end)
+
+
+def _hour(hours: str, minutes: str | None, half: str | None) -> float | None:
+    hour, minute = int(hours), int(minutes or 0)
+    if minute > 59 or hour + minute / 60 > 24 or (half and not 1 <= hour <= 12):
+        return None
+    if half:
+        hour = hour % 12 + (12 if half[0] in "pP" else 0)
+    return hour + minute / 60

@@ -56,6 +56,8 @@ def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
     """Everything that holds at this junction, the governing demand first."""
     table = _table(pack)
     governing = _first(table, _lights(question)) or _signed(table, question) or _first(table, _unsigned(question))
+    if question.light == "off":  # adds its demand to what governs without a light, and takes nothing away
+        governing = tuple(sorted(governing + _first(table, ("light:off",)), key=lambda f: careful_rank(f.action)))
     crossing = _first(table, ("crossing",)) if _someone_crosses(question) else ()
     return governing + crossing
 
@@ -108,8 +110,7 @@ def _lights(question: RightOfWayQuestion) -> tuple[str, ...]:
 def _signed(table: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
     codes = (parse_reading(text).code for text in question.signs)
     found = tuple(table[f"sign:{code}"] for code in codes if f"sign:{code}" in table)
-    off = (table["light:off"],) if question.light == "off" and "light:off" in table else ()
-    return tuple(sorted(found + off, key=lambda f: careful_rank(f.action)))
+    return tuple(sorted(found, key=lambda f: careful_rank(f.action)))
 
 
 def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:

@@ -96,6 +96,9 @@ _SAID: dict[str, tuple[str, str, str]] = {
     "snow": ("snow", "Schnee", "neige"),
     "why_vehicle": ("class of vehicle", "Fahrzeugklasse", "catégorie de véhicule"),
     "why_visibility": ("visibility", "Sichtweite", "visibilité"),
+    "why_wet": ("wet road", "nasse Fahrbahn", "chaussée mouillée"),
+    "why_snow": ("snow", "Schnee", "neige"),
+    "why_time": ("time of day", "Uhrzeit", "heure"),
     "why_road": ("kind of street", "Art der Straße", "type de rue"),
     "nothing_found": (
         "Nothing in the rulepacks answers this.",
@@ -113,6 +116,7 @@ COUNTRIES: dict[str, tuple[str, str, str]] = {
     "POL": ("Poland", "Polen", "Pologne"),
     "CHE": ("Switzerland", "die Schweiz", "Suisse"),
     "USA": ("the United States", "die Vereinigten Staaten", "États-Unis"),
+    "XXX": ("the Vienna Convention", "das Wiener Übereinkommen", "la Convention de Vienne"),
     "ZZZ": ("the test country", "das Testland", "pays d'essai"),
 }
 

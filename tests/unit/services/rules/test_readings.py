@@ -35,15 +35,42 @@ def test_any_text_is_taken_apart_without_an_error(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "hours"), [("22-6 h", (22.0, 6.0)), ("plate:time:16 - 18", (16.0, 18.0)), ("when?", None), ("99-98", None)]
+    ("text", "hours"),
+    [
+        ("22-6 h", ((22.0, 6.0),)),
+        ("plate:time:16 - 18", ((16.0, 18.0),)),
+        ("plate:time:4-6 PM", ((16.0, 18.0),)),
+        ("11-1 PM", ((11.0, 13.0),)),
+        ("12 AM-6 AM", ((0.0, 6.0),)),
+        ("plate:time:7:30-8:30", ((7.5, 8.5),)),
+        ("7-9, 14-16 h", ((7.0, 9.0), (14.0, 16.0))),
+        ("6 to 8 AM and 3 to 5 PM", ((6.0, 8.0), (15.0, 17.0))),
+        ("plate:time", ()),
+        ("when?", ()),
+        ("99-98", ()),
+        ("7:75-9", ()),
+        ("Mo-Fr 7-9", ()),
+        ("7-9 school days", ()),
+        ("22-6 h 45", ()),
+        ("13-14 PM", ()),
+    ],
 )
-def test_hours_on_a_plate(text: str, hours: tuple[float, float] | None) -> None:
+def test_hours_on_a_plate(text: str, hours: tuple[tuple[float, float], ...]) -> None:
     assert hours_of(text) == hours
+
+
+@given(st.text(alphabet="0123456789:-, aApPmMhu", max_size=30))
+def test_what_is_not_wholly_understood_has_no_hours(text: str) -> None:
+    assert all(0 <= hour <= 24 for span in hours_of(text) for hour in span)
 
 
 @pytest.mark.parametrize(("at", "inside"), [(23.0, True), (3.0, True), (6.0, False), (12.0, False), (22.0, True)])
 def test_hours_may_run_over_midnight(at: float, inside: bool) -> None:
     assert within_hours((22.0, 6.0), at) is inside
+
+
+def test_a_span_without_length_holds_all_day() -> None:
+    assert within_hours((6.0, 6.0), 12.0)
 
 
 def test_no_time_counts_as_within() -> None:
