@@ -8,11 +8,12 @@ from pathlib import Path
 
 from evaluation.tracking.drop_outs import Kept, drop_outs
 from evaluation.tracking.errors import Errors, errors
+from evaluation.tracking.faces import Faces, faces
 from evaluation.tracking.leads import Leads, leads
 from evaluation.tracking.pairing import scene
-from evaluation.tracking.recording import DriveName, Step, recording
+from evaluation.tracking.recording import DriveName, recording
 from evaluation.tracking.scores import Scores, scores
-from evaluation.tracking.seeing import Found, detect, see
+from evaluation.tracking.seeing import Noting, glances, views
 from services.perception.detector import Detector
 
 CUT_IN_S = 0.3
@@ -28,25 +29,25 @@ class Measured:
     errors: Errors
     leads: Leads
     drop_outs: Kept
+    faces: Faces
+    ms_per_picture: float
 
 
 def measure(name: DriveName, detector: Detector, keep: Path | None = None) -> Measured:
     """Drive (or take the kept drive), see, and score."""
-    steps = recording(name, keep)
-    return figures(name, steps, detect(steps, detector))
-
-
-def figures(name: DriveName, steps: Sequence[Step], found: Found) -> Measured:
-    """Score what perception makes of these boxes."""
-    views = see(steps, found)
-    scenes = [scene(view) for view in views]
+    steps, noting = recording(name, keep), Noting(detector)
+    seen = list(glances(steps, noting))
+    front = views(seen)
+    scenes = [scene(view) for view in front]
     return Measured(
         drive=name,
-        pictures=len(views),
+        pictures=len(front),
         scores=scores(scenes),
         errors=errors(scenes),
-        leads=leads(views, scenes),
-        drop_outs=drop_outs(steps, found, scenes, name.seed),
+        leads=leads(front, scenes),
+        drop_outs=drop_outs(steps, noting.found, scenes, name.seed),
+        faces=faces(seen),
+        ms_per_picture=1e3 * sum(each.spent_s for each in seen) / max(len(seen), 1),
     )
 
 
@@ -68,6 +69,13 @@ ROWS: tuple[tuple[str, str, Callable[[Measured], str]], ...] = (
     ("a lead, where there is none", "", lambda m: f"{m.leads.false:.1%} of {m.leads.free_pictures}"),
     ("id kept through half a second unseen", "all", lambda m: f"{m.drop_outs.kept} of {m.drop_outs.tried}"),
     ("cut-ins that lead within 0.3 s", "all", lambda m: _cut_ins(m.leads)),
+    ("sign and panel faces found at least once", "", lambda m: f"{m.faces.found} of {m.faces.faces}"),
+    (
+        "pictures of them with a box, tracks a face",
+        "",
+        lambda m: f"{m.faces.pictures_found:.0%}, {m.faces.tracks_each:.1f}",
+    ),
+    ("perception, a picture", "15 ms", lambda m: f"{m.ms_per_picture:.0f} ms"),
 )
 """What a figure is called, what is asked of it, and how it is written."""
 

@@ -11,7 +11,7 @@ from evaluation.tracking.drop_outs import DropOut, drop_outs, withhold
 from evaluation.tracking.errors import errors
 from evaluation.tracking.pairing import scene
 from evaluation.tracking.recording import DriveName, Step, recording
-from evaluation.tracking.seeing import detect, see
+from evaluation.tracking.seeing import Noting, glances, see
 from services.perception.detection import Detection
 from services.perception.loading import load_detector
 from services.simulator.render import RendererUnavailable
@@ -25,7 +25,9 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Step], list[li
         steps = recording(NAME, tmp_path_factory.mktemp("drives"))
     except RendererUnavailable as error:
         pytest.skip(str(error))
-    return steps, detect(steps, load_detector(data("models/detector.onnx")))
+    noting = Noting(load_detector(data("models/detector.onnx")))
+    assert len(list(glances(steps, noting))) == len(noting.found)
+    return steps, noting.found
 
 
 def test_a_drive_is_seen_again_alike_and_its_tracks_are_near_the_truth(

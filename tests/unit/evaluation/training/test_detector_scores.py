@@ -1,12 +1,17 @@
 """Average precision by hand-made detections, and what is ignored."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from evaluation.training.dataset import CLASSES, Frames
-from evaluation.training.detector_scores import Tally, average_precision, best_floor, tally
+from drivemcp.paths import data
+from evaluation.training.dataset import CLASSES, Frames, load_frames, render_stage, write_shard
+from evaluation.training.detector_scores import Tally, average_precision, best_floor, run, tally
 from services.perception.detection import Detection
+from services.perception.loading import load_detector
+from services.simulator.render import RendererUnavailable
 
 CAR = CLASSES.index("vehicle")
 
@@ -59,3 +64,30 @@ def test_the_floor_lies_where_hits_and_false_alarms_part() -> None:
     scores = np.array([0.9, 0.8, 0.45, 0.3, 0.25, 0.2])
     result = Tally(scores, np.array([True, True, True, False, False, False]), 3)
     assert best_floor(result) == pytest.approx(0.45)
+
+
+def test_on_unseen_stages_with_unseen_shapes_most_near_vehicles_and_signs_are_found(tmp_path: Path) -> None:
+    renderer, shots = None, []
+    try:
+        for seed in (9001, 9002, 9003, 9004, 9005, 9006):
+            renderer, new = render_stage(renderer, seed, "test", 1)
+            shots += new
+    except RendererUnavailable as error:
+        pytest.skip(str(error))
+    write_shard(tmp_path / "test-009001.npz", shots)
+    frames = load_frames(tmp_path, "test")
+    near = Frames(frames.pictures, [_only_large(rows) for rows in frames.objects], frames.notes)
+    boxes = run(load_detector(data("models/detector.onnx")), near)
+    for kind, share in (("vehicle", 0.7), ("sign", 0.6)):
+        result = tally(boxes, near, kind)  # type: ignore[arg-type]
+        assert result.objects >= 5, kind
+        assert result.right.sum() >= share * result.objects, kind
+
+
+def _only_large(rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Objects below 24 px count as hidden, so that they are ignored; signs from 16 px."""
+    tall = rows[:, 4] - rows[:, 2]
+    least = np.where(rows[:, 0] == CLASSES.index("sign"), 16.0, 24.0)
+    changed = rows.copy()
+    changed[tall < least, 5] = 0.0
+    return changed
