@@ -75,7 +75,7 @@ ROWS: tuple[tuple[str, str, Callable[[Measured], str]], ...] = (
         "",
         lambda m: f"{m.faces.pictures_found:.0%}, {m.faces.tracks_each:.1f}",
     ),
-    ("perception, a picture", "15 ms", lambda m: f"{m.ms_per_picture:.0f} ms"),
+    ("perception, a picture", "", lambda m: f"{m.ms_per_picture:.0f} ms"),
 )
 """What a figure is called, what is asked of it, and how it is written."""
 
