@@ -34,6 +34,12 @@ def test_a_national_pack_holds_25_provisions_and_40_signs(name: str) -> None:
     assert len(pack.signs) >= 40
 
 
+def test_germany_holds_80_provisions_and_150_signs() -> None:
+    pack = load(data("rulepacks/DEU-v1"))
+    assert len(pack.provisions) >= 80
+    assert len(pack.signs) >= 150
+
+
 @pytest.mark.parametrize("name", PACKS)
 def test_every_excerpt_is_the_documents_text_between_its_offsets(name: str) -> None:
     folder = data(f"rulepacks/{name}")
@@ -160,7 +166,7 @@ def test_a_pack_that_needs_a_newer_parent_is_refused(copy_pack: Copy) -> None:
     folder = copy_pack("DEU-v1-VSL")
     edit(folder / "manifest.json", lambda m: m["extends"].update(version="1.2.0"))
     rehash(folder)
-    with pytest.raises(PackError, match=r"extends: needs DEU-v1 1\.2\.0, found 1\.0\.0"):
+    with pytest.raises(PackError, match=r"extends: needs DEU-v1 1\.2\.0, found 1\.1\.0"):
         load(folder)
 
 
