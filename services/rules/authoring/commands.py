@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivemcp.errors import UserError
-from services.rules.authoring import diff, scaffold, show, trial, validate
+from services.rules.authoring import diff, drafts, scaffold, show, trial, validate
 from services.rules.errors import PackError
 from services.rules.packs import content_hash, folder_of, load
 from services.rules.seal import seal
@@ -49,6 +49,12 @@ def register(subparsers: "Subparsers") -> None:
     shown = _command(kinds, "show", _show, "list a pack, or show one provision or sign in full")
     shown.add_argument("folder", metavar="FOLDER", help=_FOLDER)
     shown.add_argument("name", metavar="ID|CODE", nargs="?")
+
+    taken = _command(kinds, "import", _import, "add a statute's XML to a pack as drafts")
+    taken.add_argument("file", metavar="FILE", type=Path, help="gesetze-im-internet's XML, CLML, or Akoma Ntoso")
+    taken.add_argument("--out", metavar="FOLDER", type=Path, required=True, help="the pack; begun where there is none")
+    taken.add_argument("--prefix", metavar="ID", default="", help="how the provisions' ids begin, for example gbr-rtra")
+    taken.add_argument("--jurisdiction", metavar="CODE", default="", help="where the file does not say it")
 
 
 def _command(kinds: "Subparsers", name: str, run: Run, said: str) -> argparse.ArgumentParser:
@@ -98,6 +104,11 @@ def _hash(flags: argparse.Namespace) -> int:
 
 def _seal(flags: argparse.Namespace) -> int:
     return _each(flags.folders, lambda name: seal(_at(name)))
+
+
+def _import(flags: argparse.Namespace) -> int:
+    count = drafts.import_statute(flags.file, flags.out, flags.prefix, flags.jurisdiction)
+    return _say(f"{count} drafts in {flags.out}; what each still needs: drivemcp rulepack validate {flags.out}")
 
 
 def _each(names: list[str], said: Callable[[str], str]) -> int:
