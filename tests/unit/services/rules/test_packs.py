@@ -40,6 +40,12 @@ def test_germany_holds_80_provisions_and_150_signs() -> None:
     assert len(pack.signs) >= 150
 
 
+def test_great_britain_holds_80_provisions_and_120_signs() -> None:
+    pack = load(data("rulepacks/GBR-v1"))
+    assert len(pack.provisions) >= 80
+    assert len(pack.signs) >= 120
+
+
 @pytest.mark.parametrize("name", PACKS)
 def test_every_excerpt_is_the_documents_text_between_its_offsets(name: str) -> None:
     folder = data(f"rulepacks/{name}")
