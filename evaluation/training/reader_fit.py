@@ -17,6 +17,11 @@ _log = logging.getLogger("reader")
 
 
 Crops = tuple[NDArray[np.uint8], NDArray[np.int64]]
+COSTLY = 5.0
+"""What the probability of a green lamp costs where the lamp is red, beside its cross entropy."""
+_RED, _GREEN = (
+    torch.tensor([name.startswith(start) for name in READER_CLASSES]) for start in ("light:red", "light:green")
+)
 RENDERED_SHARE = 0.3
 """Share of each batch that comes from rendered pictures, where there are any."""
 
@@ -36,7 +41,7 @@ def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int,
     network.train()
     for step in range(steps):
         crops, labels = _batch(drawn, rendered, batch, chance)
-        loss = functional.cross_entropy(network(_varied(crops, chance)), torch.from_numpy(labels))
+        loss = loss_of(network(_varied(crops, chance)), torch.from_numpy(labels))
         optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
@@ -49,6 +54,12 @@ def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int,
     trained = average.module.eval()
     assert isinstance(trained, ReaderNet)
     return trained
+
+
+def loss_of(scores: Tensor, labels: Tensor) -> Tensor:
+    """Cross entropy of the scores (N x classes); green told of a red lamp costs more than other mistakes."""
+    green_of_red = torch.softmax(scores, dim=1)[_RED[labels]][:, _GREEN].sum() / len(labels)
+    return functional.cross_entropy(scores, labels) + COSTLY * green_of_red
 
 
 def _batch(drawn: Crops, rendered: Crops | None, batch: int, chance: np.random.Generator) -> Crops:

@@ -1,5 +1,6 @@
 """The reader's score table: how often right, how often believed and wrong, by size of the sign in the picture."""
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,13 @@ from services.drivelm.classes import READER_CLASSES
 _SIZES_PX = ((9, 14), (14, 20), (20, 24), (24, 30), (30, 45), (45, 76))
 LEGIBLE_PX = 24
 """From this size on a sign is to be read right in 99 of 100 crops; a light's state in 98 from 10 px."""
+LIGHT_PX = 10
+_DISC_SHARES = {
+    "limit:": 1.0, "limit_end": 1.0, "limit_board": 1.0, "school_limit": 1.0, "all_end": 1.0, "no_": 1.0, "stop": 1.0, "yield": 1.0,
+    "priority_": 1.0, "roundabout": 1.0, "ahead_only": 1.0, "keep_": 1.0, "national": 1.0, "danger": 1.0, "children": 1.0, "roadworks": 1.0,
+    "slippery": 1.0, "crossing": 1.0, "one_way": 1.0, "led:": 1.0, "zone": 0.63, "general": 0.63, "light:": 0.25,
+}  # fmt: skip
+"""What share of a face's longer side its disc is (its symbol, number, lamp), by the start of the class. Boards of words have none."""
 SURE = 0.9
 """A single crop counts as sure from here; the drive believes only several agreeing crops (see ``services.drivelm``)."""
 _GROUPS = {
@@ -43,12 +51,27 @@ def score_table(measured: Measured) -> dict[str, Any]:
     for group, start in _GROUPS.items():
         table[group] = _rows(measured, np.char.startswith(names[measured.labels], start))
     table["right_when_legible"] = _right(measured, signs & (measured.sizes_px >= LEGIBLE_PX))
+    table["right_discs_when_legible"] = _right(measured, _discs_px(measured, names) >= LEGIBLE_PX)
+    table["light_state"] = _light_state(measured, names)
     table["surely_wrong"] = _surely_wrong(measured, signs)
     table["green_for_red"] = _taken_for(measured, "light:red", "light:green")
     other = measured.probabilities[~signs]
     table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}
     table["calibration_error"] = round(measured.bins().error, 4)
     return table
+
+
+def _discs_px(measured: Measured, names: NDArray[np.str_]) -> NDArray[np.float64]:
+    shares = [next((share for start, share in _DISC_SHARES.items() if name.startswith(start)), 0.0) for name in names]
+    return np.array(shares)[measured.labels] * measured.sizes_px
+
+
+def _light_state(measured: Measured, names: NDArray[np.str_]) -> dict[str, Any]:
+    """Of lamps of ten pixels and more: whether red, amber, green or none is told right, whatever the arrow."""
+    lights = np.char.startswith(names[measured.labels], "light:") & (_discs_px(measured, names) >= LIGHT_PX)
+    states = np.array([re.sub(r"_(left|straight|right)$", "", name) for name in names])
+    right = states[measured.labels[lights]] == states[measured.probabilities[lights].argmax(axis=1)]
+    return {"crops": int(lights.sum()), "right": _share(right)}
 
 
 def _rows(measured: Measured, chosen: NDArray[np.bool_]) -> list[dict[str, Any]]:

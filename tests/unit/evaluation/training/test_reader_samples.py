@@ -98,6 +98,7 @@ def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
     bad = score_table(Measured(np.roll(perfect, 1, axis=1), labels, sizes))
     assert bad["all_signs"][3]["sure_wrong"] == 1.0
     assert (bad["right_when_legible"], bad["surely_wrong"]) == (0.0, 1.0)
+    assert (good["right_discs_when_legible"], bad["right_discs_when_legible"]) == (1.0, 0.0)
     assert bad["other"]["taken_for_a_sign_surely"] == 1.0
     assert Measured(np.roll(perfect, 1, axis=1), labels, sizes).bins().error == pytest.approx(1.0)
 
@@ -109,3 +110,17 @@ def test_a_red_read_as_green_is_counted() -> None:
     read[np.arange(4), [red, green, green, green]] = 0.6
     table = score_table(Measured(read, labels, np.full(4, 12, np.float32)))
     assert table["green_for_red"] == {"crops": 3, "taken": 2}
+    assert table["light_state"]["crops"] == 0  # lamps of three pixels
+    near = score_table(Measured(read, labels, np.full(4, 60, np.float32)))
+    assert near["light_state"] == {"crops": 4, "right": 0.5}
+
+
+def test_green_told_of_red_costs_more_than_another_mistake() -> None:
+    torch = pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
+    from evaluation.training.reader_fit import loss_of
+
+    red, green, stop = (READER_CLASSES.index(name) for name in ("light:red", "light:green", "stop"))
+    told = torch.zeros(2, 3, len(READER_CLASSES))
+    told[0, :, green], told[1, :, stop] = 6.0, 6.0
+    as_green, as_stop = (float(loss_of(scores, torch.tensor([red, red, red]))) for scores in told)
+    assert as_green > as_stop + 1.0
