@@ -93,8 +93,16 @@ def _holds(found: Signature, manifest: Manifest) -> bool:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
     try:
-        key = Ed25519PublicKey.from_public_bytes(base64.b64decode(public_key(found.public_key)))
-        key.verify(base64.b64decode(found.signature, validate=True), signed(manifest))
+        key = Ed25519PublicKey.from_public_bytes(_bytes(public_key(found.public_key)))
+        key.verify(_bytes(found.signature), signed(manifest))
     except (InvalidSignature, ValueError):  # GrantRefused is a ValueError
         return False
     return True
+
+
+def _bytes(text: str) -> bytes:
+    """Base64 as we write it: no other spelling of the same bytes."""
+    found = base64.b64decode(text, validate=True)
+    if base64.b64encode(found).decode() != text:
+        raise ValueError("not as it was written")
+    return found

@@ -45,10 +45,15 @@ def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", ext
 
 def _copied(folder: Path, place: str) -> None:
     """The template's content with its ids and its country renamed: the cases hold as they stand."""
-    prefix = place.lower()
+    prefix = place[:3].lower()
     for path in (*(data(TEMPLATE) / name for name in FILES[1:]), *(data(TEMPLATE) / "sources").glob("*.md")):
         text = re.sub(r"\btest-(?=[a-z])", f"{prefix}-", path.read_text(encoding="utf-8"))
-        text = text.replace("/test-act/", "/act/").replace(f"/{prefix}-act/", "/act/").replace("ZZZ", place)
+        text = (
+            text.replace("/test-act/", "/act/")
+            .replace(f"/{prefix}-act/", "/act/")
+            .replace('"ZZZ"', f'"{place}"')
+            .replace("ZZZ", place[:3])
+        )
         target = folder / ("sources" if path.suffix == ".md" else "") / path.name
         target.write_text(text, encoding="utf-8")
 

@@ -11,8 +11,9 @@ from services.rules.format import Case
 from services.rules.packs import load
 
 NAMES = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
-CASES = [(name, case) for name in NAMES for case in load(data(f"rulepacks/{name}")).cases]
-BOOKS = {name: load_book([data(f"rulepacks/{name}")])[0] for name in NAMES}
+PACKS = sorted(path.parent.name for path in data("rulepacks").glob("*/manifest.json"))
+CASES = [(name, case) for name in PACKS for case in load(data(f"rulepacks/{name}")).cases]
+BOOKS = {name: load_book([data(f"rulepacks/{name}")])[0] for name in PACKS}
 
 
 @pytest.mark.parametrize(("name", "case"), CASES, ids=[f"{name}: {case.name}" for name, case in CASES])

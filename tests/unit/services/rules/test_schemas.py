@@ -9,7 +9,7 @@ import pytest
 from drivemcp.paths import data
 from services.rules.schemas import FOLDER, schemas
 
-PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+PACKS = sorted(path.parent.name for path in data("rulepacks").glob("*/manifest.json"))
 
 
 def test_the_schemas_are_in_step() -> None:
