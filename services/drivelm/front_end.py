@@ -107,6 +107,10 @@ class FrontEnd:
             self._locate(key, sighting)
             if picture is not None:
                 self.lettering.look(key, self.tracks[key], picture)
+        for look in looks:
+            if picture is not None and look.question == QUESTIONS["plate"] and look.key in self.tracks:
+                region = look.shown.region
+                self.lettering.look_at_plate(look.key, self.tracks[look.key], picture, region, sighting.stamp_ns)
         return tuple(fact for key in seen for fact in self._said(key, sighting.stamp_ns))
 
     def _ask(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
@@ -203,6 +207,7 @@ class FrontEnd:
 
     def _forget(self, key: Key) -> SignTrack:
         self.guard.forget(key)
+        self.lettering.forget(key)
         self.heard.pop(key, None)
         return self.tracks.pop(key)
 

@@ -52,6 +52,8 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     graph_camera: str = "front"
     read_names: bool = False
     """Read names of towns on large signs, where `rapidocr` is installed; never in lockstep (a thread's timing)."""
+    read_plates: bool = False
+    """Read hours, distances and lengths on large plates; else as `read_names`."""
 
 
 class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
@@ -104,7 +106,8 @@ class Bindings:
     def __init__(self, config: DrivelmConfig, node: Node) -> None:
         self.config, self.node = config, node
         self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
-        lettering = load_lettering(names=config.read_names and not node.lockstep)
+        free = not node.lockstep
+        lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
         self.front_end = load_front_end(config, node, lettering)
         self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}

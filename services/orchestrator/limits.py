@@ -21,7 +21,7 @@ UNSIGNED_KMH: dict[str, float] = {"living_street": 7.0, "rural": 80.0, "dual_car
 UNSIGNED_UNKNOWN_KMH = 50.0
 """The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
 MOST_CONDITIONAL = 3
-SCHOOL_PLATE, ARROW_PLATE = "plate:school", "plate:arrow"
+SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE = "plate:school", "plate:arrow", "plate:distance"
 RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet", SCHOOL_PLATE, ARROW_PLATE)
 """Plates under which a limit stands beside the others instead of replacing them. Which way the ego will go is not
 known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing."""
@@ -88,7 +88,7 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     if beside:
         others = tuple(each for each in signs.conditional if _differs(each, posted))
         return changed(signs, now_ns, conditional=_strictest((*others, limit)))
-    if "plate:distance" in sign.plates and not lowers(signs, sign):
+    if any(plate.startswith(DISTANCE_PLATE) for plate in sign.plates) and not lowers(signs, sign):
         return signs
     slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
     known: InForce | None = getattr(signs, slot)

@@ -5,6 +5,7 @@ force; see `targets` for what it does.
 """
 
 import math
+import re
 from collections.abc import Callable
 
 import msgspec
@@ -50,6 +51,12 @@ PLATES = frozenset(
         "plate:school", "plate:arrow_left", "plate:arrow_right", "plate:arrow_ahead",
     }
 )  # fmt: skip
+_WITH_NUMBERS = ("plate:time", "plate:distance", "plate:length")
+_HOUR = r"(?:1?[0-9]|2[0-4])"
+_NUMBERED = re.compile(
+    rf"plate:time:{_HOUR}-{_HOUR} h|plate:(?:distance|length):(?:[1-9][0-9]{{0,3}}|[1-9]\.[0-9]|[13]/[24]) (?:m|km|yds|miles|ft)"
+)
+"""Plates with what is written on them: hours of the day, ways."""
 GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
 STATEMENTS: dict[str, frozenset[str]] = {
     "jurisdiction": COUNTRIES, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
@@ -97,6 +104,16 @@ def known_code(reading: str) -> bool:
     return head in HEADS and (tail == "" or (len(tail) <= 12 and tail.replace("_", "").isalnum() and tail.isascii()))
 
 
+def known_plate(plate: str) -> str:
+    """A plate's code of the readers' table, with its number where that is of a form of theirs; empty: none.
+
+    A number that is none leaves the plate, which restricts its sign, and is dropped.
+    """
+    if plate in PLATES or (len(plate) <= 32 and _NUMBERED.fullmatch(plate)):
+        return plate
+    return next((each for each in _WITH_NUMBERS if plate.startswith(f"{each}:")), "")
+
+
 def consistent(fact: Fact) -> bool:
     """Whether number and code agree: a code with a number is that number, one without has none."""
     tail = fact.reading.partition(":")[2]
@@ -124,7 +141,7 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         seen_ns=fact.frame_stamp_ns,
         first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
         candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
-        plates=tuple(plate for plate in fact.plates[:4] if plate in PLATES),
+        plates=tuple(filter(None, map(known_plate, fact.plates[:4]))),
         text=fact.text[:120],
         own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
     )
