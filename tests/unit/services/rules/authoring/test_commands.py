@@ -260,3 +260,17 @@ def test_a_parent_must_be_signed_too(tmp_path: Path, key: tuple[Path, str], caps
 def test_json_of_a_new_pack_is_what_people_can_edit(pack: Path) -> None:
     assert len((pack / "provisions.json").read_text(encoding="utf-8").splitlines()) > 100
     assert json.loads((pack / "manifest.json").read_text(encoding="utf-8"))["id"] == "ITA-v1"
+
+
+def test_every_command_that_the_docs_name_is_there(capsys: Said) -> None:
+    import re
+
+    pages = [data("rulepacks") / "README.md", Path(__file__).parents[5] / "docs" / "rulepacks.md"]
+    named = {
+        name for page in pages for name in re.findall(r"drivemcp rulepack (\w+)", page.read_text(encoding="utf-8"))
+    }
+    assert named == {"new", "import", "seal", "validate", "test", "show", "diff", "hash", "sign"}
+    for name in named:
+        with pytest.raises(SystemExit) as ended:
+            rulepack(name, "--help")
+        assert ended.value.code == 0
