@@ -136,7 +136,20 @@ def _applying(pack: Pack, situation: Situation) -> Iterator[tuple[Provision, Lim
     for provision in pack.provisions.values():
         for effect in provision.effects:
             if isinstance(effect, Limit | Advisory) and (held := holds(effect.when, situation)) != "no":
-                yield provision, effect, held
+                shown = _posted_below(pack, situation, effect.when.posted_below)
+                if shown != "no":
+                    yield provision, effect, "maybe" if "maybe" in (held, shown) else "yes"
+
+
+def _posted_below(pack: Pack, situation: Situation, value: float | None) -> Holds:
+    """Whether a sign shows less: surely where a trusted one is in force, maybe where one may be or a reading may say so."""
+    if value is None:
+        return "yes"
+    below = [c for c in posted_claims(pack, situation) if c.mps < to_mps(value, pack.manifest.units)]
+    if any(claim.replaces_default for claim in below):
+        return "yes"
+    doubted = (c.mps < to_mps(value, pack.manifest.units) for c in candidate_claims(pack, situation))
+    return "maybe" if below or any(doubted) else "no"
 
 
 def _law_claim(
@@ -149,9 +162,13 @@ def _law_claim(
         confidence=ADVISORY_CONFIDENCE if basis == "advisory" else DEFAULT_CONFIDENCE,
         provisions=(provision.id,),
         kind=provision.kind,
-        presumed=unknown_facts(when, situation) if held == "maybe" else (),
+        presumed=_presumed(when, situation) if held == "maybe" else (),
         why=_why(when),
     )
+
+
+def _presumed(when: When, situation: Situation) -> tuple[str, ...]:
+    return unknown_facts(when, situation) or (("sign_here",) if when.posted_below is not None else ())
 
 
 def _why(when: When) -> str:
@@ -160,6 +177,7 @@ def _why(when: When) -> str:
         ("why_visibility", when.visibility_below_m is not None),
         ("why_snow", when.snow is not None),
         ("why_wet", when.wet is not None),
+        ("why_posted", when.posted_below is not None),
         ("why_time", when.hours is not None),
         ("why_vehicle", bool(when.vehicle_classes)),
     )

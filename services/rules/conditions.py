@@ -20,6 +20,8 @@ def holds(when: When, situation: Situation) -> Holds:
         _flag(when.snow, situation.snow),
         _visibility(when.visibility_below_m, situation.visibility_m),
         _within(when.hours, situation.time_of_day_h),
+        "maybe" if when.lanes else "yes",
+        _zone(when.zone, situation.zone),
         _part(when.subdivision, situation.jurisdiction),
     )
     return "no" if "no" in found else "maybe" if "maybe" in found else "yes"
@@ -33,6 +35,8 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
         ("wetness", when.wet is not None and situation.wet is None),
         ("snow", when.snow is not None and situation.snow is None),
         ("time", when.hours is not None and usable(situation.time_of_day_h) is None),
+        ("lane", when.lanes),
+        ("zone_here", when.zone is not None and situation.zone is None),
         ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
     )
     return tuple(name for name, missing in asked if missing)
@@ -90,6 +94,11 @@ def _visibility(below_m: float | None, visibility_m: float | None) -> Holds:
     if known_m is None:
         return "maybe"
     return "yes" if known_m < below_m else "no"
+
+
+def _zone(needed: bool | None, zone: float | None) -> Holds:
+    """A zone that was read is one; that none was read proves nothing."""
+    return _flag(needed, True if zone is not None else None)
 
 
 def _part(subdivision: str | None, jurisdiction: str | None) -> Holds:

@@ -15,6 +15,7 @@ VehicleClass = Literal[
     "car_snow_chains",
 ]  # fmt: skip
 """Lorry: above 7.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; van: goods vehicle up to 3.5 t."""
+Lane = Literal["left", "middle", "right", "bus", "hard_shoulder"]
 Texts = dict[str, str]
 """One text by language code."""
 PackId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9.-]{0,63}$", description="also the name of its folder")]
@@ -71,6 +72,12 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     visibility_below_m: Annotated[float, Meta(gt=0)] | None = None
     hours: tuple[Hour, Hour] | None = None
     """Local time of day in hours, from and to; past midnight where the second is smaller."""
+    lanes: tuple[Lane, ...] = ()
+    """No situation says the lane: a limit for one is taken to hold."""
+    posted_below: Speed | None = None
+    """Only where a sign that is, or may be, in force shows less than this, in the pack's `units`."""
+    zone: bool | None = None
+    """Within a signed speed zone, or outside every one."""
     subdivision: Place | None = None
     """For example `GBR-WLS`; applies only where the jurisdiction is known to be this part."""
     announced: bool = False

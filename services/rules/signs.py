@@ -145,6 +145,7 @@ def _default_of(pack: Pack, road: str) -> LegalLimit | None:
         if isinstance(effect, Limit)
         and effect.when.road_types == (road,)
         and effect.when.subdivision is None
+        and effect.when.posted_below is None
         and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
     ]
     return min(found, key=lambda limit: limit.mps) if found else None

@@ -35,6 +35,8 @@ VEHICLES = {
     "car_snow_chains": "cars on snow chains",
 }
 
+LANES = {"left": "left", "middle": "middle", "right": "right", "bus": "bus", "hard_shoulder": "hard shoulder"}
+
 
 def said(effect: Effect) -> str:
     """One effect as a phrase: `limit 50 km/h in built-up areas`."""
@@ -78,6 +80,9 @@ def conditions(when: When) -> str:
         {True: "in snow", False: "without snow", None: ""}[when.snow],
         f"with less than {when.visibility_below_m:g} m of sight" if when.visibility_below_m else "",
         hours,
+        f"in the {_listed(when.lanes, LANES)} lane" if when.lanes else "",
+        f"where a sign shows less than {when.posted_below:g}" if when.posted_below else "",
+        {True: "within a speed zone", False: "outside speed zones", None: ""}[when.zone],
         f"in {when.subdivision}" if when.subdivision else "",
     )
     return ", ".join(part for part in parts if part)

@@ -14,7 +14,7 @@ from services.rules.book import RuleBook, load_book
 from services.rules.conditions import VEHICLE_CLASSES
 from services.rules.limit_answer import applicable_limit
 
-BOOK = load_book([data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1")])[0]
+BOOK = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))[0]
 EXAMPLES = settings(max_examples=150, deadline=None)
 
 VALUES = st.sampled_from([20.0, 30.0, 50.0, 60.0, 70.0, 80.0, 100.0, 120.0])
@@ -32,7 +32,7 @@ SIGNED_ROADS = ("urban", "rural", "motorway", "dual_carriageway")
 """A living street begins at its sign only, so an unknown road is not taken for one."""
 SITUATIONS = st.builds(
     Situation,
-    jurisdiction=st.sampled_from(["DEU", "GBR", None]),
+    jurisdiction=st.sampled_from([*sorted({p.manifest.jurisdiction for p in BOOK.packs.values()}), None]),
     road_type=st.sampled_from([*SIGNED_ROADS, None]),
     vehicle_class=st.sampled_from([*sorted(VEHICLE_CLASSES), "", "hovercraft"]),
     posted=st.lists(POSTED, max_size=3).map(tuple),

@@ -1,0 +1,135 @@
+"""Of every rulepack: restrictions and unknown facts never raise a limit, and numbers come back as they were posted."""
+
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivemcp.paths import data
+from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, Situation
+from services.rules.book import load_book
+from services.rules.conditions import VEHICLE_CLASSES
+from services.rules.format import Advisory, Limit
+from services.rules.limit_answer import applicable_limit
+from services.rules.packs import Pack
+from services.rules.rightofway import right_of_way
+from services.rules.signs import careful_rank
+from services.rules.units import to_mps
+
+BOOK, REFUSED = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))
+EXAMPLES = settings(max_examples=120, deadline=None)
+FACTS = ("wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h", "vehicle_class")
+COUNTRIES = sorted({pack.manifest.jurisdiction for pack in BOOK.packs.values()})
+PARTS = ["GBR-WLS", "GBR-SCT"]
+SIGNED_ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway")
+"""A living street begins at its sign only, so an unknown road is not taken for one."""
+PLAIN = Situation(road_type="rural", wet=False, snow=False, visibility_m=300.0, time_of_day_h=12.0)
+
+VALUES = st.sampled_from([15.0, 20.0, 25.0, 30.0, 50.0, 65.0, 70.0, 90.0, 110.0, 130.0])
+UNITS = st.sampled_from(["km/h", "mph"])
+PLATES = st.sampled_from(["plate:when_wet", "plate:lorries", "plate:time:22-6 h", "plate:time:7-9, 4-6 PM", "plate:?"])
+POSTED = st.builds(
+    PostedLimit,
+    value=VALUES,
+    unit=UNITS,
+    scope=st.sampled_from(["permanent", "gantry", "when_wet", "zone", "temporary"]),
+    confidence=st.floats(0.0, 1.0),
+    plates=st.lists(PLATES, max_size=2).map(tuple),
+)
+SITUATIONS = st.builds(
+    Situation,
+    jurisdiction=st.sampled_from([*COUNTRIES, *PARTS]),
+    road_type=st.sampled_from([*SIGNED_ROADS, None]),
+    vehicle_class=st.sampled_from([*sorted(VEHICLE_CLASSES), ""]),
+    posted=st.lists(POSTED, max_size=2).map(tuple),
+    wet=st.sampled_from([True, False, None]),
+    visibility_m=st.sampled_from([None, 49.9, 50.0, 500.0]),
+    snow=st.sampled_from([True, False, None]),
+    time_of_day_h=st.sampled_from([None, 4.9, 6.0, 12.0, 19.0, 23.0]),
+    zone=st.sampled_from([None, 30.0]),
+)
+QUESTIONS = st.builds(
+    RightOfWayQuestion,
+    jurisdiction=st.sampled_from([*COUNTRIES, *PARTS]),
+    signs=st.lists(st.sampled_from(["stop", "yield", "priority_road", "roundabout", "crossing"]), max_size=2).map(
+        tuple
+    ),
+    light=st.sampled_from([None, "red", "red_amber", "amber", "green", "off"]),
+    pedestrians_on_crossing=st.booleans(),
+    traffic_from_priority_side=st.booleans(),
+)
+
+
+def mps(answer: RulesAnswer) -> float:
+    return answer.limit.mps if answer.limit else float("inf")
+
+
+def ask(situation: Situation, **changes: Any) -> RulesAnswer:
+    return applicable_limit(BOOK, msgspec.structs.replace(situation, **changes))
+
+
+def declared(pack: Pack) -> set[tuple[float, str]]:
+    """Every number that the law of a pack states itself."""
+    effects = [effect for provision in pack.provisions.values() for effect in provision.effects]
+    return {(effect.value, effect.unit) for effect in effects if isinstance(effect, Limit | Advisory)}
+
+
+def test_every_pack_is_there() -> None:
+    assert REFUSED == ()
+    assert len(BOOK.packs) >= 11
+
+
+@EXAMPLES
+@given(SITUATIONS, st.sampled_from(FACTS))
+def test_a_fact_that_becomes_unknown_never_raises_the_limit(situation: Situation, fact: str) -> None:
+    unknown = "" if fact == "vehicle_class" else None
+    assert mps(ask(situation, **{fact: unknown})) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, POSTED)
+def test_a_sign_that_shows_no_more_than_the_limit_never_raises_it(situation: Situation, sign: PostedLimit) -> None:
+    before = ask(situation)
+    if to_mps(sign.value, sign.unit) <= mps(before):
+        assert mps(ask(situation, posted=(*situation.posted, sign))) <= mps(before)
+
+
+@EXAMPLES
+@given(SITUATIONS, POSTED.filter(lambda p: not p.plates))
+def test_a_further_sign_never_raises_a_limit_that_signs_set(situation: Situation, sign: PostedLimit) -> None:
+    first = PostedLimit(value=sign.value, unit=sign.unit)
+    before = ask(situation, posted=(*situation.posted, first))
+    assert mps(ask(situation, posted=(*situation.posted, first, sign))) <= mps(before)
+
+
+@EXAMPLES
+@given(SITUATIONS)
+def test_every_number_was_posted_or_stands_in_the_law(situation: Situation) -> None:
+    limit = ask(situation).limit
+    shown = {(p.value, unit) for p in situation.posted for unit in ("km/h", "mph")}
+    laws = set().union(*(declared(pack) for pack in BOOK.for_jurisdiction(situation.jurisdiction)))
+    if limit is not None:
+        assert (limit.value, limit.unit) in shown | laws | {(situation.zone, "km/h"), (situation.zone, "mph")}
+        assert limit.mps == to_mps(limit.value, limit.unit)
+
+
+@pytest.mark.parametrize("name", sorted(BOOK.packs))
+def test_what_is_posted_comes_back_unchanged(name: str) -> None:
+    manifest = BOOK.packs[name].manifest
+    low, high = manifest.plausible_limits["rural"]
+    values = sorted(value for value in BOOK.packs[name].signs["limit"].values if low <= value <= high)
+    for value in values:
+        sign = PostedLimit(value=value, unit=manifest.units)
+        limit = ask(PLAIN, jurisdiction=manifest.jurisdiction, posted=(sign,)).limit
+        assert limit is not None
+        assert (limit.value, limit.unit, limit.mps) == (value, manifest.units, to_mps(value, manifest.units))
+    assert values
+
+
+@EXAMPLES
+@given(QUESTIONS, st.sampled_from(["pedestrians_on_crossing", "traffic_from_priority_side", "jurisdiction"]))
+def test_what_is_unknown_at_a_junction_never_allows_more(question: RightOfWayQuestion, fact: str) -> None:
+    known, unknown = right_of_way(BOOK, question), right_of_way(BOOK, msgspec.structs.replace(question, **{fact: None}))
+    assert careful_rank(unknown.legal_action) <= careful_rank(known.legal_action)
