@@ -142,10 +142,14 @@ def _applying(pack: Pack, situation: Situation) -> Iterator[tuple[Provision, Lim
 
 
 def _posted_below(pack: Pack, situation: Situation, value: float | None) -> Holds:
-    """Whether a sign shows less: surely where a trusted one is in force, maybe where one may be or a reading may say so."""
+    """Whether a sign shows less: surely where a trusted one is in force, maybe where one may be or a reading may say so.
+
+    A sign that itself holds only when wet says nothing of the road's limit otherwise.
+    """
     if value is None:
         return "yes"
-    below = [c for c in posted_claims(pack, situation) if c.mps < to_mps(value, pack.manifest.units)]
+    found = (claim for claim in posted_claims(pack, situation) if claim.basis != "conditional")
+    below = [claim for claim in found if claim.mps < to_mps(value, pack.manifest.units)]
     if any(claim.replaces_default for claim in below):
         return "yes"
     doubted = (c.mps < to_mps(value, pack.manifest.units) for c in candidate_claims(pack, situation))

@@ -75,7 +75,7 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     lanes: tuple[Lane, ...] = ()
     """No situation says the lane: a limit for one is taken to hold."""
     posted_below: Speed | None = None
-    """Only where a sign that is, or may be, in force shows less than this, in the pack's `units`."""
+    """Only where a sign that is, or may be, in force, and not only when wet, shows less than this, in the pack's `units`."""
     zone: bool | None = None
     """Within a signed speed zone, or outside every one."""
     subdivision: Place | None = None

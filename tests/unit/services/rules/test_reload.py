@@ -71,12 +71,12 @@ def test_a_changed_pack_is_answered_from_and_its_version_announced(pack: Path) -
 def test_a_broken_version_is_refused_and_the_old_one_answers(pack: Path) -> None:
     with bus() as b:
         node = b.start(SERVICE, config(pack))
-        line = told(b, "rulepack refused", lambda: set_limit(pack, "zzz-speed-town", 90, sealed=False))
+        line = told(b, "rulepack refused", lambda: set_limit(pack, "zzz-speed-town", 60, sealed=False))
         assert "content_sha256" in line.fields["why"]
         assert value(limit(b)) == 50
         assert "content_sha256" in node.detail["refused"]
         told(b, "rulepack changed", lambda: rehash(pack))
-        assert value(limit(b)) == 90
+        assert value(limit(b)) == 60
         assert "refused" not in node.detail
 
 

@@ -25,7 +25,7 @@ def test_a_new_pack_is_right_and_passes_its_cases(tmp_path: Path, capsys: Said) 
     assert rulepack("new", folder, "--jurisdiction", "ITA", "--title", "Italy") == 0
     assert rulepack("validate", folder) == 0
     assert rulepack("test", folder) == 0
-    assert "75 of 75 cases hold" in capsys.readouterr().out
+    assert "76 of 76 cases hold" in capsys.readouterr().out
     pack = load(folder)
     assert pack.manifest.jurisdiction == "ITA"
     assert "ita-speed-town" in pack.provisions
@@ -127,7 +127,7 @@ def test_a_case_that_does_not_hold_is_told_and_the_status_is_one(pack: Path, cap
 def test_a_broken_pack_fails_its_test_and_keeps_no_other_from_being_tested(pack: Path, capsys: Said) -> None:
     (pack / "signs.json").unlink()
     assert rulepack("test", pack, "TEST-v1") == 1
-    assert "75 of 75" in capsys.readouterr().out
+    assert "76 of 76" in capsys.readouterr().out
 
 
 def test_show_lists_a_pack_and_shows_one_entry_with_text_and_offsets(capsys: Said) -> None:
