@@ -1,0 +1,1 @@
+"""Is the law right? Every rulepack's cases, and situations written from the law without looking at the packs."""
