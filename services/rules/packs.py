@@ -175,11 +175,3 @@ def _merged(child: Pack, parent: Pack) -> Pack:
         origin={**parent.origin, **child.origin},
         family=(*child.family, *parent.family),
     )
-
-
-if __name__ == "__main__":
-    import sys
-
-    from services.rules.seal import command
-
-    sys.exit(command(sys.argv[1:]))

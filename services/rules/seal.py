@@ -5,17 +5,14 @@ In a source document each text is the paragraph below a heading that ends in its
 
 import json
 import re
-import sys
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from services.rules.errors import PackError
 from services.rules.files import SIGNATURE, Files, decoded, read_files
-from services.rules.packs import content_hash, load
+from services.rules.packs import content_hash
 
 _HEADING = re.compile(r"^## (?P<section>[^\n]*) \[(?P<id>[^\]\n]+)\]\n\n(?P<text>[^\n]+(?:\n[^\n]+)*)", re.M)
-_USAGE = "usage: python -m services.rules.packs hash|seal|check FOLDER"
 
 
 def paragraphs(text: str) -> dict[str, tuple[str, int, int]]:
@@ -65,19 +62,3 @@ def _relocate(files: Files, entry: dict[str, Any], name: str) -> None:
 
 def _write(path: Path, content: Any) -> None:
     path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
-
-
-def command(arguments: Sequence[str]) -> int:
-    """`hash` prints the content hash, `seal` renews offsets and hash, `check` loads the pack."""
-    if len(arguments) != 2 or arguments[0] not in ("hash", "seal", "check"):
-        sys.stderr.write(_USAGE + "\n")
-        return 2
-    folder = Path(arguments[1])
-    doing: dict[str, Callable[[Path], str]] = {"hash": content_hash, "seal": seal, "check": lambda at: load(at).version}
-    try:
-        said = doing[arguments[0]](folder)
-    except (PackError, OSError, KeyError, ValueError) as error:
-        sys.stderr.write(f"{error}\n")
-        return 1
-    sys.stdout.write(f"{said}\n")
-    return 0
