@@ -97,7 +97,9 @@ def check_sources(files: Files, name: str, index: int, shown: str, sources: tupl
             yield files.problem(name, path, f"there is no document {source.document!r} (sources/*.md)", shown)
         elif not source.excerpt or files.text(source.document)[source.start : source.end] != source.excerpt:
             where = f"characters {source.start} to {source.end} of {source.document}"
-            yield files.problem(name, path, f"{where} are not the excerpt", shown)
+            yield files.problem(
+                name, path, f"{where} are not the excerpt (after an edit: drivemcp rulepack seal)", shown
+            )
 
 
 def check_references(files: Files, entries: Sequence[Sign | None], known: set[str]) -> Iterator[Problem]:
