@@ -144,3 +144,7 @@ class Retrieved(msgspec.Struct, frozen=True, kw_only=True):
     encoder: str
     """The encoder in use, or `bm25-only (loading)` / `bm25-only (not installed)`."""
     lambda_: float
+    out_of_scope: bool = False
+    """The best passage scores so little that the question is taken to be about something else; there are none then."""
+    reranker: str = ""
+    """Who put the passages in order after they were ranked, where somebody did; or that it was late, and they stand as ranked."""

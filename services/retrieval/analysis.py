@@ -15,6 +15,7 @@ from rapidfuzz import fuzz, process
 from services.retrieval.stopwords import STOPWORDS
 
 _TERM = re.compile(r"[a-z]{0,2}\d+[a-z]{0,2}(?:[.\-/]\d+[a-z]{0,2})*|[^\W\d_]+", re.UNICODE)
+_DIGIT = re.compile(r"\d")
 _SNOWBALL = {"en": "english", "de": "german", "fr": "french", "nl": "dutch", "pl": "polish"}
 _LINKS = {"de": ("", "s", "es", "n", "en", "er", "e"), "nl": ("", "s", "en", "e")}
 """What joins the parts of a compound, in the languages that write them as one word."""
@@ -56,6 +57,7 @@ class Analyser:
         self._stopwords = STOPWORDS["en"] | STOPWORDS.get(language, frozenset())  # sections are named in English too
         words = {word for text in known for word in self._words(text) if not _is_code(word)}
         self._stems = frozenset(self._stem(word) for word in words)
+        self._parts = lru_cache(20_000)(self._split)
         self._mendable = tuple(sorted(word for word in words if len(word) >= SHORTEST_MENDED))
 
     def of_passage(self, text: str) -> list[str]:
@@ -80,17 +82,17 @@ class Analyser:
     def _words(self, text: str) -> list[str]:
         return [word for word in _TERM.findall(text.lower()) if word not in self._stopwords]
 
-    def _parts(self, word: str) -> list[str]:
-        return list(_split(word, self._stems, self._stem, _LINKS.get(self.language, ())))
+    def _split(self, word: str) -> tuple[str, ...]:
+        return _split(word, self._stems, self._stem, _LINKS.get(self.language, ()))
 
-    def _mended(self, word: str) -> list[str]:
+    def _mended(self, word: str) -> tuple[str, ...]:
         if len(word) < SHORTEST_MENDED:
-            return [self._stem(word)]
+            return (self._stem(word),)
         best = process.extractOne(word, self._mendable, scorer=fuzz.ratio, score_cutoff=ALIKE)
         if best is None:
-            return [self._stem(word)]
+            return (self._stem(word),)
         like = str(best[0])
-        return [self._stem(like), *self._parts(like)]
+        return (self._stem(like), *self._parts(like))
 
 
 def _split(word: str, stems: Collection[str], stem: Stem, links: tuple[str, ...]) -> tuple[str, ...]:
@@ -113,7 +115,7 @@ def _first(joined: str, link: str, stems: Collection[str], stem: Stem, links: tu
 
 
 def _is_code(word: str) -> bool:
-    return any(letter.isdigit() for letter in word)
+    return _DIGIT.search(word) is not None
 
 
 def _code_parts(code: str) -> list[str]:

