@@ -1,17 +1,18 @@
 """The question to the Rules, made of what is believed; coarse, so that a stretch of road is one question."""
 
 import hashlib
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 import msgspec
 
 from proto.rules import PostedLimit, Situation
+from proto.weather import Conditions
 from services.orchestrator.limits import in_force
 from services.orchestrator.state import State
 
 VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)
-ROAD_TYPES = ("urban", "rural", "motorway", "dual_carriageway", "living_street")
-RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street"]
+RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
+ROAD_TYPES: frozenset[str] = frozenset(get_args(RoadType))
 
 
 def situation(state: State) -> Situation:
@@ -28,11 +29,18 @@ def situation(state: State) -> Situation:
         ended=() if posted else tuple(reading for reading in signs.ended if reading != "junction"),
         wet=conditions.wet if conditions is not None else None,
         visibility_m=_step(conditions.visibility_m if conditions is not None else None),
-        snow=conditions.precipitation == "snow" if conditions is not None else None,
+        snow=_snow(conditions),
         segment_id=segment.value if segment is not None else "",
         language=state.preferences.language,
         home_unit=state.preferences.unit,
     )
+
+
+def _snow(conditions: Conditions | None) -> bool | None:
+    """Whether it snows; what nobody knows is not taken for no."""
+    if conditions is None or conditions.precipitation == "unknown":
+        return None
+    return conditions.precipitation == "snow"
 
 
 def _coarse(posted: PostedLimit) -> PostedLimit:

@@ -17,7 +17,9 @@ SURE = 0.6
 """From this confidence on a reading may end or raise a limit."""
 TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
-UNSIGNED_KMH: dict[str, float] = {"living_street": 7.0, "rural": 80.0, "dual_carriageway": 100.0, "motorway": 100.0}
+UNSIGNED_KMH: dict[str, float] = {
+    "living_street": 7.0, "rural": 80.0, "expressway": 80.0, "dual_carriageway": 100.0, "motorway": 100.0,
+}  # fmt: skip
 UNSIGNED_UNKNOWN_KMH = 50.0
 """The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
 MOST_CONDITIONAL = 3
@@ -163,6 +165,16 @@ def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
     return place
 
 
+def _road(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    """Another kind of road, on which limits go on: such signs lift none in most countries."""
+
+    def road(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
+        return changed(signs, now_ns, road_type=believed)
+
+    return road
+
+
 def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     after = _end("permanent", "zone", "conditional")(signs, sign, now_ns)
     if signs.road_type is None or signs.road_type.value == "urban":
@@ -198,6 +210,8 @@ ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {
     "town_exit": _place("rural"),
     "motorway": _place("motorway"),
     "motorway_end": _place("rural"),
+    "expressway": _road("expressway"),
+    "expressway_end": _road("rural"),
     "calm_street": _place("living_street"),
     "border": _border,
 }

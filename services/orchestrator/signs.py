@@ -13,6 +13,7 @@ import msgspec
 from proto.scene import COUNTRIES, Fact
 from services.orchestrator.evidence import kept
 from services.orchestrator.junctions import turned_off
+from services.orchestrator.legal import ROAD_TYPES
 from services.orchestrator.limits import (
     ENDS,
     SURE,
@@ -41,6 +42,7 @@ HEADS = frozenset(
         "priority_road_end", "priority_here", "no_entry", "no_vehicles", "no_overtaking", "no_overtaking_end", "one_way",
         "keep_left", "keep_right", "ahead_only", "roundabout", "crossing", "children", "roadworks", "slippery", "danger",
         "calm_street", "town_entry", "town_exit", "motorway", "motorway_end", "border", "info", "school", "school_end",
+        "expressway", "expressway_end",
     }
 )  # fmt: skip
 """Codes, without what follows their colon."""
@@ -60,7 +62,7 @@ _NUMBERED = re.compile(
 GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
 STATEMENTS: dict[str, frozenset[str]] = {
     "jurisdiction": COUNTRIES, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
-    "road_type": frozenset({"urban", "rural", "motorway", "dual_carriageway", "living_street"}),
+    "road_type": ROAD_TYPES,
 }  # fmt: skip
 """What may be stated; a jurisdiction is one of `COUNTRIES`, or leaves the country unknown."""
 

@@ -18,12 +18,14 @@ from services.orchestrator.units import to_mps
 
 KMH = 1.0 / 3.6
 CAUTIOUS_MPS: dict[str, float] = {
-    "living_street": 7 * KMH, "urban": 30 * KMH, "rural": 60 * KMH, "dual_carriageway": 70 * KMH, "motorway": 80 * KMH,
+    "living_street": 7 * KMH, "urban": 30 * KMH, "rural": 60 * KMH, "expressway": 60 * KMH, "dual_carriageway": 70 * KMH,
+    "motorway": 80 * KMH,
 }  # fmt: skip
 """Where no law and no sign is known: below every ordinary limit of such a road."""
 CAUTIOUS_UNKNOWN_MPS = 30 * KMH
 PLAUSIBLE_KMH: dict[str, tuple[float, float]] = {
-    "living_street": (5, 30), "urban": (10, 70), "rural": (30, 120), "dual_carriageway": (40, 130), "motorway": (40, 140),
+    "living_street": (5, 30), "urban": (10, 70), "rural": (30, 120), "expressway": (40, 130), "dual_carriageway": (40, 130),
+    "motorway": (40, 140),
 }  # fmt: skip
 """Limits that a road can have; a doubted reading outside them lowers nothing."""
 DOUBT_RATE_MPS2 = 0.7
