@@ -1,5 +1,6 @@
 """What could be said in this tick, the weightiest first."""
 
+import math
 from collections.abc import Iterator
 
 from proto.decision import Event
@@ -260,6 +261,28 @@ def _degraded(state: State, target: Target, events: dict[str, Event], degraded: 
     )
 
 
+def _old_rules(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """That a country's rulepack is too old, or not in force: told once in a drive, and never again."""
+    answers = [answer for answer in (state.held.legal, state.held.right_of_way) if answer is not None]
+    stale = next((answer for answer in answers if STALE in answer.degraded), None)
+    if stale is None or state.tick < SETTLED_TICKS:
+        return
+    pack = stale.rulepack_version.partition("@")[0]
+    yield Matter(
+        topic=f"rules:{pack}",
+        key=pack,
+        phrase="old_rules",
+        urgency="info",
+        values={"pack": stale.rulepack_version.partition("#")[0].replace("@", " ")},
+        why=("old_rules",),
+        first_since_ns=0,
+        repeat_s=math.inf,
+        confidence=stale.confidence,
+    )
+
+
+STALE = "stale_rulepack"
+"""What the Rules call an answer from a pack that is older than the configuration expects, or not in force."""
 STARTING_TICKS = 20
 SETTLED_TICKS = 50
 """While a drive begins, services are still coming up."""
@@ -270,6 +293,6 @@ QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (
     person, lead, stop, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, _ahead, _expert,
-    _degraded,
+    _degraded, _old_rules,
 )  # fmt: skip
 """In order of weight."""
