@@ -33,7 +33,7 @@ $(VENV)/.demo: $(VENV)/.made pyproject.toml
 
 $(VENV)/.full: $(VENV)/.made pyproject.toml
 	@echo "installing the full environment (several minutes)"
-	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch]' | grep -v '^Requirement already satisfied' || true
+	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch,retrieval-qdrant]' | grep -v '^Requirement already satisfied' || true
 	$(BIN)/pip install -q --no-deps $(TRACKEVAL)
 	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch, trackeval' \
 		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }

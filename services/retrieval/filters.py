@@ -1,0 +1,22 @@
+"""Which passages may answer at all, as a value: a function in memory, part of the query in an engine."""
+
+import msgspec
+
+from services.retrieval.corpus import Corpus, Text
+
+
+class Filter(msgspec.Struct, frozen=True, kw_only=True):
+    """What a passage must be; the country is chosen before."""
+
+    corpus: Corpus | None = None
+    language: str = ""
+    """Empty: any."""
+    road_type: str | None = None
+    """None: not known."""
+    on: str = ""
+    """ISO date; empty: not known."""
+
+    def __call__(self, text: Text) -> bool:
+        """Whether the passage may answer."""
+        fits = self.corpus in (None, text.corpus) and self.language in ("", text.language)
+        return fits and text.holds(self.road_type, self.on)
