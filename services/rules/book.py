@@ -16,6 +16,8 @@ STALE = 0.5
 """Factor on the confidence under a pack older than the vehicle's configuration expects, or not in force today."""
 UNKNOWN_COUNTRY = 0.3
 FOREIGN_LAW = 0.3
+FALLBACK = "XXX"
+"""Jurisdiction of the pack for where the country is unknown, or none is loaded for it: a code that ISO gives to no country."""
 UNKNOWN_PART = 0.6
 """Factor where the country is known and only the law of some of its parts is loaded."""
 _ALPHA2 = {
@@ -41,6 +43,11 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
         fitting = [pack for pack in self.packs.values() if _may_apply(pack, jurisdiction)]
         replaced = {name for pack in fitting for name in pack.family[1:] if self._replaces(pack, name, jurisdiction)}
         return tuple(pack for pack in fitting if pack.manifest.id not in replaced)
+
+    @property
+    def fallback(self) -> Pack | None:
+        """The pack for where no other is known to apply."""
+        return next((pack for pack in self.packs.values() if is_fallback(pack)), None)
 
     def covers(self, jurisdiction: str | None) -> bool:
         """Whether one of the packs is surely that of the place: its country's, or its part's."""
@@ -76,6 +83,11 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
             return False
         until = pack.manifest.effective_until
         return not (pack.manifest.effective_from <= self.today <= (until or self.today))
+
+
+def is_fallback(pack: Pack) -> bool:
+    """Whether a pack is nobody's law, but what is careful everywhere."""
+    return pack.manifest.jurisdiction == FALLBACK
 
 
 def _applies(pack: Pack, jurisdiction: str | None) -> bool:

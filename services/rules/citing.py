@@ -3,9 +3,12 @@
 from collections.abc import Iterable
 
 from proto.rules import Citation
+from services.rules.book import is_fallback
 from services.rules.format import Provision, Sign, Source
 from services.rules.packs import Pack
 from services.rules.words import spoken_language
+
+Cites = tuple[Citation, ...]
 
 
 def cite(pack: Pack, provision: Provision, language: str) -> Citation:
@@ -22,6 +25,12 @@ def cite_sign(pack: Pack, sign: Sign, language: str) -> Citation:
 def cite_ids(pack: Pack, ids: Iterable[str], language: str) -> tuple[Citation, ...]:
     """Provisions by id, each once, those the pack has."""
     return tuple(cite(pack, pack.provisions[i], language) for i in dict.fromkeys(ids) if i in pack.provisions)
+
+
+def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tuple[Citation, ...]:
+    """Where nobody knows whose law it is: the answer's own citations, then the fallback's, then the other packs'."""
+    ordered = sorted(answers, key=lambda answer: not is_fallback(answer[0]))
+    return unique((*chosen, *(citation for _, citations in ordered for citation in citations[:2])))
 
 
 def unique(citations: Iterable[Citation]) -> tuple[Citation, ...]:

@@ -9,7 +9,7 @@ import msgspec
 from proto.rules import PostedLimit, Situation
 from proto.scene import Unit
 from services.rules.conditions import Holds, holds, plate_holds, unknown_facts
-from services.rules.format import Advisory, Condition, Kind, Limit, Provision, When
+from services.rules.format import Advisory, Condition, Kind, Limit, Provision, Sign, When
 from services.rules.packs import Pack
 from services.rules.readings import Reading, parse_reading
 from services.rules.units import to_mps
@@ -39,6 +39,7 @@ _CITED: dict[str, tuple[str, ...]] = {
 }
 _SPEEDS = frozenset({"limit", "led", "zone", "general", "school_limit", "limit_board"})
 """Codes of signs whose number is a limit."""
+WET_PLATE = "plate:when_wet"
 ALL_SCOPES = frozenset(_SCOPE_BASIS)
 ENDED_BY: dict[str, frozenset[str]] = {
     "limit_end": frozenset({"permanent", "temporary", "when_wet", "gantry"}),
@@ -197,8 +198,10 @@ def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: t
     confidence, unit = _confidence(limit.confidence), limit.unit
     if unit != pack.manifest.units:  # a sign of this country has no other unit: one of the two is misread
         confidence, unit = confidence * CONTRADICTED_UNIT, "km/h"
-    basis = _basis(limit)
+    basis = _basis(pack, limit)
     claim = _claim(pack, limit.value, unit, basis, confidence)
+    if warned := _only_warns(pack, limit):
+        claim = msgspec.structs.replace(claim, provisions=(*claim.provisions, *warned.provisions))
     if basis == "conditional" and (limit.scope == "gantry" or parse_reading(limit.reading).code == "led"):
         claim = msgspec.structs.replace(claim, provisions=cited_for(pack, "gantry_conditional"))
     return msgspec.structs.replace(
@@ -221,13 +224,25 @@ def _claim(pack: Pack, value: float, unit: Unit, basis: Basis, confidence: float
     )
 
 
-def _basis(limit: PostedLimit) -> Basis:
-    wet = any(parse_reading(plate).code == "plate:when_wet" for plate in limit.plates)
-    return "conditional" if wet else _SCOPE_BASIS[limit.scope]
+def _basis(pack: Pack, limit: PostedLimit) -> Basis:
+    if _only_warns(pack, limit):
+        return "posted" if limit.scope == "when_wet" else _SCOPE_BASIS[limit.scope]
+    return "conditional" if _speaks_of_wet(limit) else _SCOPE_BASIS[limit.scope]
+
+
+def _speaks_of_wet(limit: PostedLimit) -> bool:
+    return limit.scope == "when_wet" or any(parse_reading(plate).code == WET_PLATE for plate in limit.plates)
+
+
+def _only_warns(pack: Pack, limit: PostedLimit) -> Sign | None:
+    """The plate about wet roads where the pack knows it as a warning, which restricts no limit to them."""
+    sign = pack.signs.get(WET_PLATE)
+    warns = sign is not None and sign.plate is None and _speaks_of_wet(limit)
+    return sign if warns else None
 
 
 def _plates(pack: Pack, situation: Situation, limit: PostedLimit) -> tuple[Holds, tuple[str, ...], bool]:
-    texts = limit.plates + (("plate:when_wet",) if limit.scope == "when_wet" else ())
+    texts = limit.plates + ((WET_PLATE,) if limit.scope == "when_wet" else ())
     held: list[Holds] = []
     presumed: list[str] = []
     for text in texts:

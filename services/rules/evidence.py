@@ -1,5 +1,7 @@
 """Retrieved passages beside an answer from typed provisions: do they point at the same law?"""
 
+from collections.abc import Mapping
+
 import msgspec
 
 from proto.rules import Passage, Retrieved, RulesAnswer, Situation
@@ -51,8 +53,13 @@ def questions(language: str) -> tuple[str, ...]:
     return tuple(_QUESTIONS[spoken_language(language)].values())
 
 
-def supported(answer: RulesAnswer, retrieved: Retrieved | None, situation: Situation) -> RulesAnswer:
-    """The answer with its confidence lowered where retrieval is missing, weak, or points elsewhere. Never raised."""
+def supported(
+    answer: RulesAnswer, retrieved: Retrieved | None, situation: Situation, versions: Mapping[str, str] | None = None
+) -> RulesAnswer:
+    """The answer with its confidence lowered where retrieval is missing, weak, or points elsewhere. Never raised.
+
+    `versions`: tag by pack id of the texts in use; a passage of another version confirms nothing.
+    """
     if retrieved is None:
         return msgspec.structs.replace(
             answer,
@@ -60,7 +67,9 @@ def supported(answer: RulesAnswer, retrieved: Retrieved | None, situation: Situa
             note=f"{answer.note} {say('no_retrieval', situation.language)}",
             degraded=(*answer.degraded, "retrieval"),
         )
-    factor = 1.0 if _confirmed(answer, retrieved.passages) else UNCONFIRMED
+    factor = (
+        1.0 if _confirmed(answer, tuple(p for p in retrieved.passages if current(p, versions or {}))) else UNCONFIRMED
+    )
     weak = retrieved.encoder.startswith("bm25-only")
     return msgspec.structs.replace(
         answer,
@@ -73,6 +82,12 @@ def from_memory(answer: RulesAnswer) -> RulesAnswer:
     """An answer whose evidence was retrieved earlier, now that retrieval is gone: as sure as it was, and said to be degraded."""
     degraded = answer.degraded if "retrieval" in answer.degraded else (*answer.degraded, "retrieval")
     return msgspec.structs.replace(answer, degraded=degraded)
+
+
+def current(passage: Passage, versions: Mapping[str, str]) -> bool:
+    """Whether a passage is of the version that is in use here."""
+    tag = passage.rulepack_version
+    return versions.get(tag.partition("@")[0], tag) == tag
 
 
 def _confirmed(answer: RulesAnswer, passages: tuple[Passage, ...]) -> bool:

@@ -3,14 +3,25 @@
 import msgspec
 
 from proto.rules import Citation, LegalAction, RulesAnswer, Situation
-from services.rules.book import FOREIGN_LAW, STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
-from services.rules.citing import cite_ids, cite_sign, unique
+from services.rules.book import (
+    FOREIGN_LAW,
+    STALE,
+    UNKNOWN_COUNTRY,
+    UNKNOWN_PART,
+    RuleBook,
+    is_fallback,
+    normal_jurisdiction,
+)
+from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
 from services.rules.claims import Claim
 from services.rules.limits import Verdict, decide
 from services.rules.packs import Pack
+from services.rules.parts import Lower, lower_in_parts, said_of_parts
 from services.rules.units import legal_limit, spoken, spoken_converted
-from services.rules.words import country, say
+from services.rules.words import country, named_packs, say
 
+PARTS_DIFFER = 0.9
+"""Factor where the limit is lower in some part of the country, and nobody knows the part."""
 _BASIS = {"temporary": "posted", "uncertain": "posted", "cap": "default"}
 
 
@@ -23,15 +34,16 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
         packs = book.for_jurisdiction(None)
     if not packs:
         return _nothing(known)
-    answers = [_answer(book, pack, known) for pack in packs]
-    chosen = min(answers, key=_strictness)
+    answers = [(pack, _answer(book, pack, known)) for pack in packs]
+    chosen = min(answers, key=_strictness)[1]
     if known.jurisdiction is None or foreign:
-        return _doubted(chosen, answers, packs, known, foreign)
+        return _doubted(chosen, answers, known, foreign)
     return chosen if book.covers(known.jurisdiction) else _part_unknown(chosen, packs, known)
 
 
 def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
     verdict = decide(pack, situation)
+    lower = lower_in_parts(pack, situation, verdict)
     weak = book.weaknesses(pack)
     said = say("no_limit_known", situation.language)
     limit = None
@@ -39,42 +51,51 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         claim = verdict.claim
         limit = legal_limit(claim.value, claim.unit, advisory=claim.basis == "advisory")
         said = " ".join(_sentences(pack, situation, verdict, claim))
-    notes = [said, *(_weakness(name, book, pack, situation.language) for name in weak)]
+    notes = [
+        said,
+        *said_of_parts(lower, situation.language),
+        *(_weakness(name, book, pack, situation.language) for name in weak),
+    ]
     return RulesAnswer(
         legal_action=_action(verdict),
         limit=limit,
-        citations=_citations(pack, verdict, situation.language),
-        confidence=verdict.confidence * (STALE if weak else 1.0),
+        citations=_citations(pack, verdict, lower, situation.language),
+        confidence=verdict.confidence * (STALE if weak else 1.0) * (PARTS_DIFFER if lower else 1.0),
         rulepack_version=pack.version,
         note=" ".join(notes),
         basis=_basis(verdict.claim),
-        degraded=("stale_rulepack",) if weak else (),
+        degraded=(("stale_rulepack",) if weak else ()) + (("jurisdiction",) if lower else ()),
     )
 
 
-def _strictness(answer: RulesAnswer) -> tuple[float, float]:
-    return (answer.limit.mps if answer.limit else float("inf"), answer.confidence)
+def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, float]:
+    """The lowest limit first; of equals the fallback's, which is meant for doubt."""
+    pack, answer = found
+    return (answer.limit.mps if answer.limit else float("inf"), not is_fallback(pack), answer.confidence)
 
 
 def _doubted(
-    chosen: RulesAnswer, answers: list[RulesAnswer], packs: tuple[Pack, ...], situation: Situation, foreign: bool
+    chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation, foreign: bool
 ) -> RulesAnswer:
     language = situation.language
+    packs = named_packs([pack.manifest.id for pack, _ in answers], language)
     if foreign:
-        why = say("no_law_here", language, country=country(situation.jurisdiction or "", language))
+        why = say("no_law_here", language, country=country(situation.jurisdiction or "", language), packs=packs)
     else:
-        why = say("country_unknown", language, packs=", ".join(pack.manifest.id for pack in packs))
+        why = say("country_unknown", language, packs=packs)
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * (FOREIGN_LAW if foreign else UNKNOWN_COUNTRY),
-        citations=unique(citation for answer in (chosen, *answers) for citation in answer.citations[:2]),
+        citations=cited_in_doubt(chosen.citations, ((pack, answer.citations) for pack, answer in answers)),
         note=f"{chosen.note} {why}",
         degraded=(*chosen.degraded, "jurisdiction"),
     )
 
 
 def _part_unknown(chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
-    why = say("part_unknown", situation.language, packs=", ".join(pack.manifest.id for pack in packs))
+    why = say(
+        "part_unknown", situation.language, packs=named_packs([pack.manifest.id for pack in packs], situation.language)
+    )
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * UNKNOWN_PART,
@@ -112,8 +133,9 @@ def _basis(claim: Claim | None) -> str:
     return _BASIS.get(claim.basis, claim.basis)
 
 
-def _citations(pack: Pack, verdict: Verdict, language: str) -> tuple[Citation, ...]:
-    claims = [claim for claim in (verdict.claim, *verdict.against) if claim is not None]
+def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language: str) -> tuple[Citation, ...]:
+    said = (verdict.claim, *verdict.against, *(each.claim for each in lower))
+    claims = [claim for claim in said if claim is not None]
     found: list[Citation] = []
     for claim in claims:
         found.extend(cite_ids(pack, claim.provisions, language))
@@ -130,8 +152,6 @@ def _sentences(pack: Pack, situation: Situation, verdict: Verdict, claim: Claim)
     if claim.presumed:
         facts = ", ".join(say(name, language) for name in claim.presumed)
         parts.append(say("presumed", language, facts=facts))
-    if claim.basis == "default" and situation.jurisdiction == "GBR" and "gbr-speed-restricted" in claim.provisions:
-        parts.append(say("wales", language))
     if claim.unit != situation.home_unit:
         converted = spoken_converted(claim.value, claim.unit, situation.home_unit)
         parts.append(say("unit", language, limit=shown, converted=converted))

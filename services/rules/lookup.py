@@ -2,12 +2,13 @@
 
 import re
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Literal
 
 import msgspec
 
 from proto.rules import Citation, LegalAction, LegalLimit, Passage, RulesAnswer
-from services.rules.book import STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite, cite_sign
 from services.rules.format import Advisory, Duty, Effect, Limit, Prohibition, RightOfWay
 from services.rules.packs import Pack
@@ -61,14 +62,15 @@ def lookup_rule(
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
     known = here is not None and bool(book.for_jurisdiction(here))
     hits = _from_words(packs, query, language) if passages is None else _from_passages(packs, passages, language)
-    degraded = (() if passages is not None else ("retrieval",)) + (() if known else ("jurisdiction",))
+    degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
     if not hits:
         return _nothing(packs, language, degraded)
     near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
     stale = any(book.weaknesses(hit.pack) for hit in near)
     action, speed = _demand(near)
     sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
-    confidence = sure * (1.0 if known else UNKNOWN_COUNTRY) * (STALE if stale else 1.0)
+    place = UNKNOWN_COUNTRY if not known else 1.0 if book.covers(here) else UNKNOWN_PART
+    confidence = sure * place * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
     notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
     return RulesAnswer(
@@ -195,5 +197,6 @@ def _texts(pack: Pack, *, with_signs: bool) -> Iterable[tuple[str, str]]:
         yield f"sign:{sign.code}", " ".join((sign.section, *(source.excerpt for source in sign.sources)))
 
 
-def _words(text: str) -> set[str]:
-    return {word.lower() for word in _WORD.findall(text)}
+@lru_cache(maxsize=8192)
+def _words(text: str) -> frozenset[str]:
+    return frozenset(word.lower() for word in _WORD.findall(text))

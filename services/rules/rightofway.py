@@ -3,16 +3,18 @@
 import msgspec
 
 from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
-from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
-from services.rules.citing import cite_ids, unique
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
+from services.rules.citing import cite_ids, cited_in_doubt
 from services.rules.format import RightOfWay
 from services.rules.packs import Pack
 from services.rules.readings import parse_reading
 from services.rules.signs import careful_rank
-from services.rules.words import country, say
+from services.rules.words import country, named_packs, say
 
 PRESUMED = 0.8
 BASE = 0.95
+CONFLICT = 0.7
+"""Factor where one sign gives priority and another takes it."""
 GUIDANCE = 0.85
 """Confidence of an answer that rests on guidance alone."""
 
@@ -31,22 +33,23 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
     own = book.for_jurisdiction(here)
     packs = own or book.for_jurisdiction(None)
     known = here is not None and bool(own)
-    answers = [_answer(book, pack, question, known=known) for pack in packs]
+    answers = [(pack, _answer(book, pack, question)) for pack in packs]
     if not answers:
         return _nothing(question)
-    chosen = min(answers, key=lambda answer: careful_rank(answer.legal_action))
+    chosen = min(answers, key=lambda found: (careful_rank(found[1].legal_action), not is_fallback(found[0])))[1]
     if known:
         part = 1.0 if book.covers(here) else UNKNOWN_PART
         return msgspec.structs.replace(chosen, confidence=chosen.confidence * part)
+    named = named_packs([pack.manifest.id for pack in packs], question.language)
     what = (
-        say("no_law_here", question.language, country=country(here, question.language))
+        say("no_law_here", question.language, country=country(here, question.language), packs=named)
         if here
-        else say("country_unknown", question.language, packs=", ".join(pack.manifest.id for pack in packs))
+        else say("country_unknown", question.language, packs=named)
     )
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * UNKNOWN_COUNTRY,
-        citations=unique(citation for answer in answers for citation in answer.citations[:2]),
+        citations=cited_in_doubt(chosen.citations, ((pack, answer.citations) for pack, answer in answers)),
         note=f"{chosen.note} {what}".strip(),
         degraded=(*chosen.degraded, "jurisdiction"),
     )
@@ -62,8 +65,9 @@ def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
     return governing + crossing
 
 
-def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion, *, known: bool) -> RulesAnswer:
+def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:
     found = demands(pack, question)
+    differ = _contradict(found)
     weak = book.weaknesses(pack)
     actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
     action = min(actions, key=careful_rank)
@@ -73,16 +77,24 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion, *, known: 
     )
     by_law = not found or any(citation.kind != "guidance" for citation in citations)
     confidence = (BASE if by_law else GUIDANCE) * (PRESUMED if unknown else 1.0) * (STALE if weak else 1.0)
+    confidence *= CONFLICT if differ else 1.0
+    notes = [citation.excerpt for citation in citations[:2]]
     return RulesAnswer(
         legal_action=_softened(action, question),
         limit=None,
         citations=citations,
         confidence=confidence if found else confidence * 0.5,
         rulepack_version=pack.version,
-        note=" ".join(citation.excerpt for citation in citations[:2]),
+        note=" ".join([say("signs_differ", question.language), *notes] if differ else notes),
         basis="lookup" if found else "unknown",
         degraded=("stale_rulepack",) if weak else (),
     )
+
+
+def _contradict(found: tuple[Found, ...]) -> bool:
+    """Whether a sign that gives priority stands beside one that demands to stop or yield: one is misread, or not for us."""
+    signed = {f.action for f in found if f.trigger.startswith("sign:")}
+    return bool(signed & {"stop", "yield"}) and bool(signed & {"proceed", "proceed_with_care"})
 
 
 def _softened(action: LegalAction, question: RightOfWayQuestion) -> LegalAction:

@@ -1,5 +1,6 @@
 """The Rules service: binds the rule book to tools and asks retrieval for evidence; decides nothing."""
 
+from datetime import UTC, datetime
 from typing import Annotated
 
 import msgspec
@@ -14,7 +15,7 @@ from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
 from services.rules import evidence, limit_answer, lookup, rightofway, signs
-from services.rules.book import normal_jurisdiction
+from services.rules.book import is_fallback, normal_jurisdiction
 from services.rules.packs import folder_of
 from services.rules.shelf import Edition, Shelf
 from services.rules.signature import Trust
@@ -36,7 +37,9 @@ Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="how many passages 
 class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     """Which rulepacks are loaded, and what the vehicle's configuration expects of them."""
 
-    packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+    packs: tuple[str, ...] = (
+        "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "USA-CA-v1", "VIENNA-v1",
+    )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders."""
     require_signature: bool = False
     """Whether a pack, and every pack it extends, must be signed by one of `pack_keys`."""
@@ -47,9 +50,10 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     expected_packs: dict[str, str] = msgspec.field(default_factory=dict)
     """Version by pack id that this vehicle was configured for; an older pack lowers confidence."""
     today: str = ""
-    """ISO date against which effective dates are checked; empty: they are not."""
+    """ISO date against which effective dates are checked; empty: that of the start, in lockstep none."""
     passages: int = 4
     cache_size: int = 512
+    """How many answers, by route segment and situation, and how many retrieved passages are kept."""
     languages: tuple[str, ...] = ("en", "de")
     """In which retrieval is asked once at the start, so that the first answers are quick."""
 
@@ -118,8 +122,7 @@ def _lasting(edition: Edition, found: Retrieved) -> bool:
 
     Not while the encoder is loading or was late, nor while retrieval still has, or already has, another version of a pack.
     """
-    tags = (passage.rulepack_version for passage in found.passages)
-    same = all(edition.versions.get(tag.partition("@")[0], tag) == tag for tag in tags)
+    same = all(evidence.current(passage, edition.versions) for passage in found.passages)
     return same and not found.encoder.endswith(("(loading)", "late)"))
 
 
@@ -128,7 +131,7 @@ def build(config: RulesConfig, node: Node) -> None:
     shelf = Shelf(
         tuple(folder_of(name) for name in config.packs),
         expected=config.expected_packs,
-        today=config.today,
+        today=_today(config, node),
         trust=_trust(config),
         cache_size=config.cache_size,
     )
@@ -144,6 +147,12 @@ def build(config: RulesConfig, node: Node) -> None:
         node.every(WARM_UP_PERIOD_S, lambda: _warm_up(shelf.edition, found, config.languages))
         if config.reload_s > 0:
             node.every(config.reload_s, lambda: _follow(node, shelf))
+
+
+def _today(config: RulesConfig, node: Node) -> str:
+    if config.today or node.lockstep:
+        return config.today
+    return datetime.fromtimestamp(node.clock.now_ns() / 1e9, UTC).date().isoformat()
 
 
 def _trust(config: RulesConfig) -> Trust:
@@ -178,10 +187,10 @@ def _describe(node: Node, shelf: Shelf) -> None:
 
 
 def _warm_up(edition: Edition, found: _Evidence, languages: tuple[str, ...]) -> None:
-    for pack in edition.book.packs.values():
+    places = [pack.manifest.jurisdiction[:3] for pack in edition.book.packs.values() if not is_fallback(pack)]
+    for country in dict.fromkeys((*places, None)):
         for language in languages:
             for query in evidence.questions(language):
-                country = pack.manifest.jurisdiction[:3]
                 if found.ask(edition, query, country, language, deadline_ms=WARM_UP_DEADLINE_MS) is None:
                     return
 
@@ -202,14 +211,16 @@ def _offer_limits(node: Node, shelf: Shelf, found: _Evidence) -> None:
         An unknown fact never raises the limit. `limit.advisory` marks a recommended speed where no limit exists.
         """
         edition = _now(shelf)
-        asked = coarse(situation)
-        if (known := edition.answers.get(asked)) is not None:
-            return known if found.alive else evidence.from_memory(known)
+        asked, alive = coarse(situation), found.alive
+        known = edition.answers.get(asked, lambda answer: not alive or "retrieval" not in answer.degraded)
+        node.detail["answers"] = edition.answers.said()
+        if known is not None:
+            return known if alive else evidence.from_memory(known)
         answer = limit_answer.applicable_limit(edition.book, asked)
         query = evidence.question_for(answer, asked.language)
-        retrieved = found.ask(edition, query, _country(asked.jurisdiction), asked.language)
-        answer = evidence.supported(answer, retrieved, asked)
-        if retrieved is not None and _lasting(edition, retrieved):
+        retrieved = found.ask(edition, query, _country(edition, asked.jurisdiction), asked.language)
+        answer = evidence.supported(answer, retrieved, asked, edition.versions)
+        if not alive if retrieved is None else _lasting(edition, retrieved):
             edition.answers.put(asked, answer)
         return answer if found.alive else evidence.from_memory(answer)
 
@@ -253,7 +264,13 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
         """What the law says on a question in plain words: the best passages, cited with document and offsets."""
         edition = _now(shelf)
         retrieved = found.ask(
-            edition, query, _country(jurisdiction), language, road_context[:MAX_QUERY], 45.0, lookup.corpus_for(query)
+            edition,
+            query,
+            _country(edition, jurisdiction),
+            language,
+            road_context[:MAX_QUERY],
+            45.0,
+            lookup.corpus_for(query),
         )
         return lookup.lookup_rule(
             edition.book, query, jurisdiction, language, retrieved.passages if retrieved else None, k
@@ -265,9 +282,10 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
         return shelf.edition.book.infos()
 
 
-def _country(jurisdiction: str | None) -> str | None:
+def _country(edition: Edition, jurisdiction: str | None) -> str | None:
+    """Whose passages are asked for: all countries' where this one is unknown or has no pack."""
     normal = normal_jurisdiction(jurisdiction)
-    return normal[:3] if normal else None
+    return normal[:3] if normal and edition.book.for_jurisdiction(normal) else None
 
 
 SERVICE = Service("rules", RulesConfig, build)

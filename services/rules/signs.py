@@ -1,19 +1,20 @@
 """What a sign means here, in the driver's language; a sign of another country is explained as one."""
 
 import re
+from collections.abc import Sequence
 
 import msgspec
 
 from proto.rules import LegalAction, LegalLimit, SignMeaning
 from proto.scene import Candidate, Unit
-from services.rules.book import STALE, UNKNOWN_COUNTRY, RuleBook, normal_jurisdiction
-from services.rules.citing import cite_ids, cite_sign
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
+from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
 from services.rules.claims import CANDIDATE_FLOOR
 from services.rules.format import Limit, Sign
 from services.rules.packs import Pack
 from services.rules.readings import Reading, parse_reading
 from services.rules.units import legal_limit, spoken, spoken_converted
-from services.rules.words import country, say, spoken_language, text_in
+from services.rules.words import country, named_packs, say, spoken_language, text_in
 
 FOREIGN_SIGN = 0.5
 """Factor for a sign that only the table of another country has."""
@@ -48,10 +49,11 @@ def interpret_sign(book: RuleBook, question: SignQuestion) -> SignMeaning:
     meanings = [_interpret(book, question, reading) for reading, _ in readings]
     chosen = min(range(len(meanings)), key=lambda index: (_care(meanings[index]), -readings[index][1]))
     meaning, confidence = meanings[chosen], readings[chosen][1]
+    cited = unique(citation for at in (chosen, *range(len(meanings))) for citation in meanings[at].citations)
     others = [reading for index, (reading, _) in enumerate(readings) if index != chosen and _CODE.fullmatch(reading)]
     note = " ".join([meaning.note, say("maybe_sign", question.language, others=", ".join(others)) if others else ""])
     sure = meaning.confidence * min(1.0, max(0.0, confidence))
-    return msgspec.structs.replace(meaning, confidence=sure, note=note.strip())
+    return msgspec.structs.replace(meaning, confidence=sure, note=note.strip(), citations=cited)
 
 
 def careful_rank(action: LegalAction) -> int:
@@ -72,14 +74,38 @@ def _care(meaning: SignMeaning) -> tuple[int, float]:
 def _interpret(book: RuleBook, question: SignQuestion, text: str) -> SignMeaning:
     here = normal_jurisdiction(question.jurisdiction)
     reading = parse_reading(text)
-    own, others = book.for_jurisdiction(here), book.for_jurisdiction(None)
-    for pack in own if here else ():
+    own = book.for_jurisdiction(here) if here else ()
+    for pack in own:
         if (sign := find_sign(pack, reading)) is not None:
-            return _meaning(book, pack, sign, question, text, reading, foreign=False)
-    for pack in others:
-        if (sign := find_sign(pack, reading)) is not None:
-            return _meaning(book, pack, sign, question, text, reading, foreign=here is not None)
-    return _unknown(question, text, own)
+            meaning = _meaning(book, pack, sign, question, text, reading, foreign=False)
+            part = 1.0 if book.covers(here) else UNKNOWN_PART
+            return msgspec.structs.replace(meaning, confidence=meaning.confidence * part)
+    others = sorted(book.for_jurisdiction(None), key=is_fallback)
+    found = [
+        (pack, _meaning(book, pack, sign, question, text, reading, foreign=bool(own)))
+        for pack in others
+        if (sign := find_sign(pack, reading)) is not None
+    ]
+    if not found:
+        return _unknown(question, text, own or others[-1:])
+    return found[0][1] if own else _doubted(found, here, question.language)
+
+
+def _doubted(found: list[tuple[Pack, SignMeaning]], here: str | None, language: str) -> SignMeaning:
+    """Where nobody knows whose sign it is: the most careful of all meanings, of equals the fallback's."""
+    chosen = min(found, key=lambda each: (*_care(each[1]), not is_fallback(each[0])))[1]
+    packs = named_packs([pack.manifest.id for pack, _ in found], language)
+    why = (
+        say("no_law_here", language, country=country(here, language), packs=packs)
+        if here
+        else say("country_unknown", language, packs=packs)
+    )
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * UNKNOWN_COUNTRY,
+        citations=cited_in_doubt(chosen.citations, ((pack, meaning.citations) for pack, meaning in found)),
+        note=f"{chosen.note} {why}".strip(),
+    )
 
 
 def find_sign(pack: Pack, reading: Reading) -> Sign | None:
@@ -91,7 +117,7 @@ def find_sign(pack: Pack, reading: Reading) -> Sign | None:
     return None
 
 
-def _unknown(question: SignQuestion, text: str, own: tuple[Pack, ...]) -> SignMeaning:
+def _unknown(question: SignQuestion, text: str, packs: Sequence[Pack]) -> SignMeaning:
     return SignMeaning(
         reading=text,
         national_code="",
@@ -101,17 +127,15 @@ def _unknown(question: SignQuestion, text: str, own: tuple[Pack, ...]) -> SignMe
         limit=None,
         citations=(),
         confidence=0.1,
-        rulepack_version=own[0].version if own else "",
+        rulepack_version=packs[0].version if packs else "",
     )
 
 
 def _meaning(
     book: RuleBook, pack: Pack, sign: Sign, question: SignQuestion, text: str, reading: Reading, *, foreign: bool
 ) -> SignMeaning:
-    language, here = question.language, normal_jurisdiction(question.jurisdiction)
-    limit = _limit(pack, sign, reading)
-    confidence = (FOREIGN_SIGN if foreign else 1.0) * (UNKNOWN_COUNTRY if here is None else 1.0)
-    confidence *= STALE if book.weaknesses(pack) else 1.0
+    language, limit = question.language, _limit(pack, sign, reading)
+    confidence = (FOREIGN_SIGN if foreign else 1.0) * (STALE if book.weaknesses(pack) else 1.0)
     if sign.values and reading.value not in sign.values:
         confidence *= UNUSUAL_VALUE
     return SignMeaning(
@@ -172,8 +196,9 @@ def _notes(pack: Pack, sign: Sign, question: SignQuestion, limit: LegalLimit | N
     for plate in question.plates:
         if (entry := find_sign(pack, parse_reading(plate))) is not None:
             notes.append(text_in(entry.meaning, language))
+            notes.append(text_in(entry.note, language))
     if limit is not None and limit.unit != question.home_unit:
         shown = spoken(limit.value, limit.unit)
         converted = spoken_converted(limit.value, limit.unit, question.home_unit)
         notes.append(say("unit", language, limit=shown, converted=converted))
-    return notes
+    return [note for note in notes if note]

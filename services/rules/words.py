@@ -1,8 +1,9 @@
 """What the Rules service says in its own words, in the driver's language."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 LANGUAGES = ("en", "de", "fr")
+MOST_NAMED = 3
 
 _SAID: dict[str, tuple[str, str, str]] = {
     "posted": ("Posted limit {limit}.", "Angezeigtes Limit {limit}.", "Limite affichée {limit}."),
@@ -33,19 +34,20 @@ _SAID: dict[str, tuple[str, str, str]] = {
         "Inconnu, supposé défavorable : {facts}.",
     ),
     "country_unknown": (
-        "Country unknown: the lowest limit of {packs} is taken.",
-        "Land unbekannt: Es gilt das niedrigste Limit aus {packs}.",
-        "Pays inconnu : la limite la plus basse de {packs} est retenue.",
+        "Country unknown: the most careful of {packs} is taken.",
+        "Land unbekannt: Es gilt das Vorsichtigste aus {packs}.",
+        "Pays inconnu : le plus prudent de {packs} est retenu.",
     ),
+    "packs": ("{count} rulepacks", "{count} Regelwerken", "{count} recueils de règles"),
     "part_unknown": (
         "Part of the country unknown: the lowest limit of {packs} is taken.",
         "Landesteil unbekannt: Es gilt das niedrigste Limit aus {packs}.",
         "Région inconnue : la limite la plus basse de {packs} est retenue.",
     ),
     "no_law_here": (
-        "No rulepack for {country}: only what signs show is known.",
-        "Kein Regelwerk für {country}: Bekannt ist nur, was Schilder zeigen.",
-        "Pas de règles pour {country} : seul l'affichage est connu.",
+        "No rulepack for {country}: the most careful of {packs} is taken.",
+        "Kein Regelwerk für {country}: Es gilt das Vorsichtigste aus {packs}.",
+        "Pas de règles pour {country} : le plus prudent de {packs} est retenu.",
     ),
     "no_limit_known": ("No limit is known here.", "Hier ist kein Limit bekannt.", "Aucune limite connue ici."),
     "stale": (
@@ -68,10 +70,16 @@ _SAID: dict[str, tuple[str, str, str]] = {
         "{limit} sind etwa {converted}.",
         "{limit} font environ {converted}.",
     ),
-    "wales": (
-        "In Wales 20 mph applies where 30 does elsewhere.",
-        "In Wales gelten 20 mph, wo sonst 30 gelten.",
-        "Au pays de Galles, 20 mph remplacent les 30.",
+    "part_lower": (
+        "It is lower in {parts}: {limit}.",
+        "Niedriger ist es in {parts}: {limit}.",
+        "Plus basse ailleurs ({parts}) : {limit}.",
+    ),
+    "and": (" and ", " und ", " et "),
+    "signs_differ": (
+        "The signs demand different things: the most careful counts.",
+        "Die Zeichen verlangen Verschiedenes: Es zählt das Vorsichtigste.",
+        "Les panneaux se contredisent : le plus prudent compte.",
     ),
     "foreign": (
         "This is no sign of {here}; in {there} it means:",
@@ -125,6 +133,14 @@ COUNTRIES: dict[str, tuple[str, str, str]] = {
 }
 
 
+PARTS: dict[str, tuple[str, str, str]] = {
+    "GBR-WLS": ("Wales", "Wales", "pays de Galles"),
+    "GBR-SCT": ("Scotland", "Schottland", "Écosse"),
+    "GBR-NIR": ("Northern Ireland", "Nordirland", "Irlande du Nord"),
+    "USA-CA": ("California", "Kalifornien", "Californie"),
+}
+
+
 def spoken_language(language: str) -> str:
     """One of ours: `de-AT` is German, what we do not speak becomes English."""
     short = language.lower()[:2]
@@ -140,6 +156,17 @@ def country(code: str, language: str) -> str:
     """A country's name; its code where we have no name for it, `?` where that is no code."""
     names = COUNTRIES.get(code[:3])
     return names[LANGUAGES.index(spoken_language(language))] if names else _code(code[:3])
+
+
+def part(code: str, language: str) -> str:
+    """The name of a part of a country; its code where we have no name for it."""
+    names = PARTS.get(code)
+    return names[LANGUAGES.index(spoken_language(language))] if names else code
+
+
+def named_packs(ids: Sequence[str], language: str) -> str:
+    """Packs by name; how many, where they are too many to be named."""
+    return ", ".join(ids) if len(ids) <= MOST_NAMED else say("packs", language, count=str(len(ids)))
 
 
 def _code(text: str) -> str:
