@@ -10,6 +10,8 @@ from evaluation.law.scores import Measured, above_the_law, measure
 from evaluation.law.situations import every_book, own_cases, read_table, situations
 from evaluation.law.table import table
 from proto.rules import LegalLimit, RulesAnswer
+from services.rules.cases import answer
+from tests.unit.services.rules.quotes import misquoted
 
 PACKS = {"DEU-v1", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "USA-CA-v1", "VIENNA-v1"}
 
@@ -39,6 +41,16 @@ def test_the_packs_own_cases_hold_beside_all_other_packs() -> None:
     found = measure("own", book, own_cases(book))
     assert found.wrong == []
     assert found.total.above == 0
+
+
+def test_every_answer_names_its_pack_and_quotes_what_stands_at_the_offsets() -> None:
+    book = every_book()
+    asked = [*situations(), *own_cases(book)]
+    answers = [(case.name, answer(book, case)) for _, case in asked]
+    assert [name for name, found in answers if "#" not in found.rulepack_version] == []
+    assert [wrong for _, found in answers for wrong in misquoted(found.citations)] == []
+    uncited = [name for name, found in answers if not found.citations and getattr(found, "limit", None) is not None]
+    assert uncited == []
 
 
 def test_the_table_covers_every_country_and_names_its_sources() -> None:

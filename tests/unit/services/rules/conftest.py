@@ -1,15 +1,23 @@
 """The rule books that the tests ask."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from drivemcp.paths import data
 from services.rules.book import RuleBook, load_book
+from tests.unit.services.rules.quotes import every_quotation_checked
 
 PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def quotations() -> Iterator[None]:
+    """No answer of any test here cites what does not stand at the offsets it names."""
+    with every_quotation_checked():
+        yield
 
 
 @pytest.fixture(scope="session")
