@@ -12,7 +12,7 @@ PEERS = ROOT / ".venv-peers"
 PEER_PACKAGES = ("mcp>=2.3,<3", "uvicorn>=0.30", "grpcio>=1.70", "langgraph>=1.0")
 
 
-def run_subject(module: str, *arguments: str, peer: bool = False) -> dict[str, Any]:
+def run_subject(module: str, *arguments: str, peer: bool = False, timeout_s: float = 240) -> dict[str, Any]:
     """The subject's figures. Raises RuntimeError with the end of its output when it fails."""
     python = str(PEERS / "bin" / "python") if peer else sys.executable
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -22,7 +22,7 @@ def run_subject(module: str, *arguments: str, peer: bool = False) -> dict[str, A
         env=environment,
         capture_output=True,
         text=True,
-        timeout=240,
+        timeout=timeout_s,
         check=False,
     )
     if ran.returncode != 0:

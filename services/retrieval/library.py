@@ -38,7 +38,7 @@ class Request(msgspec.Struct, frozen=True, kw_only=True):
     k: int = 5
 
 
-class _State(msgspec.Struct, frozen=True):
+class State(msgspec.Struct, frozen=True):
     """Swapped as a whole, so that a search never sees half of it."""
 
     indexes: dict[str, Index]
@@ -70,7 +70,7 @@ class Library:
         self._why: dict[Path, str] = {}
         self.packs = self._read(folders, {})
         self._tuning = tuning
-        self._state = _State({j: index(texts) for j, texts in _by_jurisdiction(self.packs).items()}, None, status)
+        self._state = State({j: index(texts) for j, texts in _by_jurisdiction(self.packs).items()}, None, status)
         self._cache: OrderedDict[Request, Retrieved] = OrderedDict()
         self._cache_size = cache_size
         self._budget_s = budget_s
@@ -89,12 +89,12 @@ class Library:
 
     def give_up(self, status: str) -> None:
         """Stay with BM25, and say why."""
-        self._swap(_State(self._state.indexes, None, status))
+        self._swap(State(self._state.indexes, None, status))
 
     def use(self, encoder: Encoder) -> None:
         """Take stored embeddings or make them (slow), then rank by both."""
         indexes = _embedded(encoder, self.packs, self._state.indexes, {})
-        self._swap(_State(indexes, QuestionVectors(encoder, self._budget_s, self._cache_size), encoder.name))
+        self._swap(State(indexes, QuestionVectors(encoder, self._budget_s, self._cache_size), encoder.name))
 
     def tune(self, tuning: Tuning) -> None:
         """Rank by other weights from now on."""
@@ -119,7 +119,7 @@ class Library:
                 }
                 indexes = _embedded(old.vectors.encoder, packs, indexes, known)
             self.packs = packs
-            self._swap(_State(indexes, old.vectors, old.status))
+            self._swap(State(indexes, old.vectors, old.status))
         return [self._why[folder] for folder in changed if folder in self._why]
 
     def search(self, request: Request) -> Retrieved:
@@ -138,7 +138,7 @@ class Library:
                     self._cache.popitem(last=False)
         return found
 
-    def _search(self, state: _State, request: Request) -> Retrieved:
+    def _search(self, state: State, request: Request) -> Retrieved:
         words = f"{request.query} {request.road_context}".strip()
         vector = state.vectors.get(words) if state.vectors and words else None
         status = LATE if state.vectors is not None and vector is None and words else state.status
@@ -157,7 +157,7 @@ class Library:
             found, reranker = self._reranking.reranked(words, found)
         return Retrieved(passages=tuple(found[: request.k]), encoder=status, lambda_=lambda_, reranker=reranker)
 
-    def _ranked(self, state: _State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
+    def _ranked(self, state: State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
         """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
         country = (request.jurisdiction or "")[:3].upper()
         indexes = [index for j, index in state.indexes.items() if not country or j == country]
@@ -165,7 +165,7 @@ class Library:
         return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
 
     def _ranked_in(
-        self, state: _State, index: Index, request: Request, words: str, vector: Vectors | None
+        self, state: State, index: Index, request: Request, words: str, vector: Vectors | None
     ) -> list[Passage]:
         corpus = None if request.corpus == "all" else request.corpus
         language = (request.language or "")[:2].lower()
@@ -193,7 +193,11 @@ class Library:
                 self._why[folder] = str(error)
         return {folder: packs[folder] for folder in self._folders if folder in packs}
 
-    def _swap(self, state: _State) -> None:
+    def take(self, state: State) -> None:
+        """Rank by other indexes from now on."""
+        self._swap(state)
+
+    def _swap(self, state: State) -> None:
         with self._lock:
             old, self._state = self._state, state
             self._cache.clear()

@@ -59,7 +59,7 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     engine: Literal["memory", "qdrant"] = "memory"
     """What ranks: this process, or an engine that scales out; the words stay in memory for when it is away."""
     engine_url: str = ""
-    """Of the engine: http(s)://..., or a folder, in which the engine runs inside this process without a server."""
+    """Of the engine: host:port, http(s)://..., or a folder, in which the engine runs inside this process without a server."""
     engine_key_file: str = ""
     """Holds the server's API key, where it asks for one."""
     engine_budget_ms: float = 25.0

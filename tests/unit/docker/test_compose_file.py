@@ -13,7 +13,9 @@ from proto.services import BY_NAME, SERVICES
 
 ROOT = Path(__file__).parents[3]
 COMPOSE: dict[str, Any] = yaml.safe_load((ROOT / "docker-compose.yml").read_text(encoding="utf-8"))
-CONTAINERS: dict[str, dict[str, Any]] = COMPOSE["services"]
+CONTAINERS: dict[str, dict[str, Any]] = {n: c for n, c in COMPOSE["services"].items() if "profiles" not in c}
+BORROWED: dict[str, dict[str, Any]] = {n: c for n, c in COMPOSE["services"].items() if "profiles" in c}
+"""Other projects' images, started only where asked."""
 DOCKERFILE = (ROOT / "docker/Dockerfile").read_text(encoding="utf-8")
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 ROWS = sorted({row.name for row in SERVICES} - {"player"})
@@ -53,14 +55,27 @@ def test_every_service_of_the_table_has_a_container_and_nothing_else_has() -> No
     assert set(CONTAINERS) == {*ROWS, "router", "setup"}
 
 
+def test_the_engine_that_scales_out_is_started_only_where_asked_and_reached_by_retrieval_alone() -> None:
+    (engine,) = BORROWED.values()
+    assert engine["profiles"] == ["scale"]
+    assert re.fullmatch(r"qdrant/qdrant:v\d+\.\d+\.\d+-unprivileged", engine["image"])
+    assert engine["networks"] == ["engine"]
+    assert "ports" not in engine
+    assert COMPOSE["networks"]["engine"]["internal"] is True
+    assert [name for name, container in CONTAINERS.items() if "engine" in container.get("networks", [])] == [
+        "retrieval"
+    ]
+    assert instructions("retrieval-qdrant")[-1].endswith(f'"engine_url={next(iter(BORROWED))}:6333"]')
+
+
 @pytest.mark.parametrize("name", ROWS)
 def test_the_memory_limit_is_the_tables(name: str) -> None:
     assert CONTAINERS[name]["mem_limit"] == f"{BY_NAME[name].memory_mb}m"
 
 
-@pytest.mark.parametrize("name", sorted(CONTAINERS))
+@pytest.mark.parametrize("name", sorted(COMPOSE["services"]))
 def test_a_container_is_hardened_and_bounded(name: str) -> None:
-    container = CONTAINERS[name]
+    container = COMPOSE["services"][name]
     assert container["read_only"] is True
     assert container["cap_drop"] == ["ALL"]
     assert "cap_add" not in container

@@ -183,8 +183,9 @@ def test_an_engine_that_hangs_holds_up_nobody() -> None:
 
 
 @needs("qdrant_client")
-def test_no_server_at_the_address_is_said_in_one_line() -> None:
-    store = connect(f"http://127.0.0.1:{free_port()}")
+@pytest.mark.parametrize("scheme", ["", "http://"])
+def test_no_server_at_the_address_is_said_in_one_line(scheme: str) -> None:
+    store = connect(f"{scheme}127.0.0.1:{free_port()}")
     with pytest.raises(StoreError, match=r"^Qdrant: .*refused") as caught:
         store.holds("x", 1)
     assert "\n" not in str(caught.value)

