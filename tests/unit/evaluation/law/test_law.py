@@ -2,6 +2,7 @@
 
 from collections import Counter
 from functools import cache
+from typing import get_args
 
 import msgspec
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from evaluation.law.scores import Measured, above_the_law, measure
 from evaluation.law.situations import every_book, own_cases, read_table, situations
 from evaluation.law.table import table
-from proto.rules import LegalLimit, RulesAnswer
+from proto.rules import LegalAction, LegalLimit, RulesAnswer
 from services.rules.cases import answer
 from tests.unit.services.rules.quotes import misquoted
 
@@ -48,6 +49,7 @@ def test_every_answer_names_its_pack_and_quotes_what_stands_at_the_offsets() -> 
     asked = [*situations(), *own_cases(book)]
     answers = [(case.name, answer(book, case)) for _, case in asked]
     assert [name for name, found in answers if "#" not in found.rulepack_version] == []
+    assert {found.legal_action for _, found in answers} <= set(get_args(LegalAction))
     assert [wrong for _, found in answers for wrong in misquoted(found.citations)] == []
     uncited = [name for name, found in answers if not found.citations and getattr(found, "limit", None) is not None]
     assert uncited == []
