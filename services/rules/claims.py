@@ -9,7 +9,7 @@ import msgspec
 from proto.rules import PostedLimit, Situation
 from proto.scene import Unit
 from services.rules.conditions import Holds, holds, plate_holds, unknown_facts
-from services.rules.format import Advisory, Condition, Kind, Limit, Provision, Sign, When
+from services.rules.format import Advisory, Kind, Limit, Provision, Sign, When
 from services.rules.packs import Pack
 from services.rules.readings import Reading, parse_reading
 from services.rules.units import to_mps
@@ -80,17 +80,12 @@ class Claim(msgspec.Struct, frozen=True, kw_only=True):
 def cited_for(pack: Pack, basis: str) -> tuple[str, ...]:
     """Ids of the provisions that say how a sign of this kind is to be read, the extending pack's own first."""
     wanted = _CITED.get(basis, ())
-    return tuple(
-        provision.id
-        for what in wanted
-        for provision in reversed(pack.provisions.values())
-        if any(isinstance(effect, Condition) and effect.what == what for effect in provision.effects)
-    )[:2]
+    return tuple(name for what in wanted for name in pack.says_how.get(what, ()))[:2]
 
 
 def reads(pack: Pack, what: str) -> bool:
     """Whether the pack says how signs of this kind are to be read."""
-    return any(isinstance(e, Condition) and e.what == what for p in pack.provisions.values() for e in p.effects)
+    return what in pack.says_how
 
 
 def posted_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
@@ -134,12 +129,11 @@ def candidate_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
 
 
 def _applying(pack: Pack, situation: Situation) -> Iterator[tuple[Provision, Limit | Advisory, Holds]]:
-    for provision in pack.provisions.values():
-        for effect in provision.effects:
-            if isinstance(effect, Limit | Advisory) and (held := holds(effect.when, situation)) != "no":
-                shown = _posted_below(pack, situation, effect.when.posted_below)
-                if shown != "no":
-                    yield provision, effect, "maybe" if "maybe" in (held, shown) else "yes"
+    for provision, effect in pack.limits:
+        if (held := holds(effect.when, situation)) != "no":
+            shown = _posted_below(pack, situation, effect.when.posted_below)
+            if shown != "no":
+                yield provision, effect, "maybe" if "maybe" in (held, shown) else "yes"
 
 
 def _posted_below(pack: Pack, situation: Situation, value: float | None) -> Holds:

@@ -10,7 +10,7 @@ from proto.rules import RulepackInfo
 from services.rules import checks
 from services.rules.errors import PackError, Problem, refused
 from services.rules.files import Files, decoded, decoded_list, read_files
-from services.rules.format import Case, Extends, Manifest, Provision, Sign
+from services.rules.format import Advisory, Case, Condition, Extends, Limit, Manifest, Provision, Sign
 from services.rules.signature import Trust, check_signature
 
 MAX_FAMILY = 8
@@ -34,6 +34,10 @@ class Pack(msgspec.Struct, frozen=True, kw_only=True):
     """Rulepack version by provision id and `sign:<code>`: an inherited text is cited under the pack it stands in."""
     family: tuple[str, ...] = ()
     """Ids of this pack and of those it extends, itself first."""
+    limits: tuple[tuple[Provision, Limit | Advisory], ...] = ()
+    """What of the provisions states a speed, in their order: looked through for every answer."""
+    says_how: dict[str, tuple[str, ...]] = {}
+    """Ids of the provisions that say how a sign is to be read, by what they say it of; the extending pack's own first."""
 
     @property
     def version(self) -> str:
@@ -110,7 +114,7 @@ def examine(
     if problems:
         return None, tuple(problems)
     own = _own(manifest, [p for p in provisions if p], [s for s in signs if s], [c for c in cases if c])
-    return (own if parent is None else _merged(own, parent)), ()
+    return _indexed(own if parent is None else _merged(own, parent)), ()
 
 
 def parent_folder(folder: Path, name: str) -> Path:
@@ -150,6 +154,16 @@ def _own(manifest: Manifest, provisions: list[Provision], signs: list[Sign], cas
         origin={**{p.id: tag for p in provisions}, **{f"sign:{sign.code}": tag for sign in signs}},
         family=(manifest.id,),
     )
+
+
+def _indexed(pack: Pack) -> Pack:
+    effects = [(provision, effect) for provision in pack.provisions.values() for effect in provision.effects]
+    says_how: dict[str, tuple[str, ...]] = {}
+    for provision, effect in reversed(effects):
+        if isinstance(effect, Condition) and provision.id not in says_how.get(effect.what, ()):
+            says_how[effect.what] = (*says_how.get(effect.what, ()), provision.id)
+    limits = tuple((provision, effect) for provision, effect in effects if isinstance(effect, Limit | Advisory))
+    return msgspec.structs.replace(pack, limits=limits, says_how=says_how)
 
 
 def _parent(

@@ -4,7 +4,6 @@ import msgspec
 
 from proto.rules import Situation
 from services.rules.claims import Claim
-from services.rules.format import Advisory, Limit
 from services.rules.limits import Verdict, decide
 from services.rules.packs import Pack
 from services.rules.units import spoken
@@ -43,10 +42,5 @@ def said_of_parts(lower: tuple[Lower, ...], language: str) -> list[str]:
 def _parts(pack: Pack) -> tuple[str, ...]:
     """Parts for which the pack states limits of their own."""
     return tuple(
-        dict.fromkeys(
-            effect.when.subdivision
-            for provision in pack.provisions.values()
-            for effect in provision.effects
-            if isinstance(effect, Limit | Advisory) and effect.when.subdivision is not None
-        )
+        dict.fromkeys(effect.when.subdivision for _, effect in pack.limits if effect.when.subdivision is not None)
     )
