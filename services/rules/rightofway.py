@@ -71,7 +71,9 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAn
     weak = book.weaknesses(pack)
     actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
     action = min(actions, key=careful_rank)
-    citations = cite_ids(pack, (f.provision for f in found), question.language)
+    # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
+    cited = found or _first(_table(pack), ("unsigned",))
+    citations = cite_ids(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (
         question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
     )

@@ -1,5 +1,6 @@
 """Retrieval supports an answer or lowers it; it never raises it."""
 
+import msgspec
 import pytest
 
 from proto.rules import Passage, Retrieved, Situation
@@ -35,6 +36,16 @@ def test_missing_weak_or_other_evidence_lowers_confidence(
     assert after.confidence < answer.confidence
     assert (after.limit, after.legal_action, after.citations) == (answer.limit, answer.legal_action, answer.citations)
     assert (tag in after.degraded) == bool(tag)
+
+
+def test_a_passage_of_another_version_of_the_pack_confirms_nothing(book: RuleBook) -> None:
+    answer = applicable_limit(book, SITUATION)
+    retrieved = found("deu-speed-urban")
+    assert supported(answer, retrieved, SITUATION, {"v": "v"}) == answer
+    older = msgspec.structs.replace(retrieved.passages[0], rulepack_version="DEU-v1@0.9.0#old")
+    stale = msgspec.structs.replace(retrieved, passages=(older,))
+    after = supported(answer, stale, SITUATION, {"DEU-v1": "DEU-v1@1.1.0#new"})
+    assert after.confidence < answer.confidence
 
 
 def test_every_basis_has_its_question_in_the_drivers_language(book: RuleBook) -> None:

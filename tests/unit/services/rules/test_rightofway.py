@@ -62,3 +62,12 @@ def test_right_before_left_holds_in_germany_only() -> None:
 
 def test_no_pack_no_answer() -> None:
     assert right_of_way(RuleBook(packs={}), RightOfWayQuestion()).confidence == 0.0
+
+
+def test_where_nobody_comes_the_rule_that_would_hold_is_cited() -> None:
+    free = right_of_way(
+        BOOK,
+        RightOfWayQuestion(jurisdiction="DEU", traffic_from_priority_side=False, pedestrians_on_crossing=False),
+    )
+    assert free.legal_action == "proceed_with_care"
+    assert [citation.provision for citation in free.citations] == ["deu-right-before-left"]

@@ -8,9 +8,12 @@ import pytest
 
 from drivemcp.testing import TestBus, bus
 from proto.rules import RulesAnswer
+from proto.topics import HEALTH
 from services.retrieval.service import SERVICE as RETRIEVAL
 from services.retrieval.service import RetrievalConfig
+from services.rules.authoring.scaffold import scaffold
 from services.rules.service import SERVICE, RulesConfig
+from tests.unit.services.rules.editing import edit, rehash
 
 URBAN = {"jurisdiction": "DEU", "road_type": "urban", "visibility_m": 200.0, "wet": False, "segment_id": "s1"}
 TOOLS = {"lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"}
@@ -137,6 +140,57 @@ def test_a_stale_pack_is_told(tmp_path: Path) -> None:
     with bus() as b:
         b.start(SERVICE, RulesConfig(expected_packs={"DEU-v1": "1.4.0"}))
         assert "stale_rulepack" in limit(b).degraded
+
+
+def test_an_old_pack_is_told_to_the_driver_in_its_language_and_lowers_confidence() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        fresh = limit(b)
+    for language, word in (("en", "older than"), ("de", "älter als"), ("fr", "plus anciennes")):
+        with bus() as b:
+            b.start(SERVICE, RulesConfig(expected_packs={"DEU-v1": "1.4.0"}))
+            stale = limit(b, language=language)
+            assert word in stale.note
+            assert stale.confidence == pytest.approx(0.5 * fresh.confidence)
+
+
+def test_a_pack_that_has_run_out_is_noticed_by_the_clock(tmp_path: Path) -> None:
+    pack = tmp_path / "ITA-v1"
+    scaffold(pack, "ITA")
+    edit(pack / "manifest.json", lambda m: m.update(effective_until="2025-06-30"))
+    rehash(pack)
+    for settings, degraded in (({}, True), ({"today": "2025-06-30"}, False), ({"lockstep": True}, False)):
+        with bus() as b:
+            b.start(SERVICE, RulesConfig(packs=(str(pack),), **settings))  # type: ignore[arg-type]
+            assert ("stale_rulepack" in limit(b, jurisdiction="ITA").degraded) is degraded
+
+
+def test_the_share_of_answers_from_memory_stands_in_the_health() -> None:
+    with bus() as b:
+        b.start(SERVICE, RulesConfig(cache_size=2))
+        for segment in ("s1", "s1", "s1", "s2", "s3", "s1"):
+            limit(b, segment_id=segment)
+        said = "hits 33% of 6, kept 2 of 2"  # the third segment pushed the first one out
+        health = b.wait_for(HEALTH, lambda h: h.detail.get("answers") == said, id="rules")
+        assert health.service == "rules"
+
+
+def test_answers_made_without_retrieval_are_made_anew_once_it_is_there() -> None:
+    with bus() as b:
+        rules = b.start(SERVICE, RulesConfig(languages=()))
+        assert limit(b).degraded == limit(b).degraded == ("retrieval",)
+        b.start(RETRIEVAL, RetrievalConfig(encoder="none"))
+        rules.client.discover()
+        assert limit(b).degraded == ("encoder",)
+
+
+def test_a_country_without_a_pack_is_looked_up_in_all() -> None:
+    with bus() as b:
+        with_retrieval(b)
+        outcome = b.call("lookup_rule", {"query": "priority at a roundabout", "jurisdiction": "ITA"})
+        answer = msgspec.convert(outcome.result, RulesAnswer)
+        assert answer.citations
+        assert "jurisdiction" in answer.degraded
 
 
 @pytest.mark.parametrize("language", ["en", "de", "fr", "pl"])
