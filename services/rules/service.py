@@ -213,8 +213,8 @@ def _offer_limits(node: Node, shelf: Shelf, found: _Evidence) -> None:
         edition = _now(shelf)
         asked, alive = coarse(situation), found.alive
         known = edition.answers.get(asked, lambda answer: not alive or "retrieval" not in answer.degraded)
-        node.detail["answers"] = edition.answers.said()
         if known is not None:
+            node.detail["answers"] = edition.answers.said()
             return known if alive else evidence.from_memory(known)
         answer = limit_answer.applicable_limit(edition.book, asked)
         query = evidence.question_for(answer, asked.language)
@@ -222,6 +222,7 @@ def _offer_limits(node: Node, shelf: Shelf, found: _Evidence) -> None:
         answer = evidence.supported(answer, retrieved, asked, edition.versions)
         if not alive if retrieved is None else _lasting(edition, retrieved):
             edition.answers.put(asked, answer)
+        node.detail["answers"] = edition.answers.said()
         return answer if found.alive else evidence.from_memory(answer)
 
 

@@ -161,7 +161,7 @@ def test_a_pack_that_has_run_out_is_noticed_by_the_clock(tmp_path: Path) -> None
     rehash(pack)
     for settings, degraded in (({}, True), ({"today": "2025-06-30"}, False), ({"lockstep": True}, False)):
         with bus() as b:
-            b.start(SERVICE, RulesConfig(packs=(str(pack),), **settings))  # type: ignore[arg-type]
+            b.start(SERVICE, RulesConfig(packs=(str(pack),), **settings))
             assert ("stale_rulepack" in limit(b, jurisdiction="ITA").degraded) is degraded
 
 
