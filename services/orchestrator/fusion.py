@@ -20,6 +20,8 @@ from services.orchestrator.units import limit_text
 
 DEGRADED = 0.9
 MOST_CITATIONS = 4
+PLACE = "jurisdiction"
+"""What the Rules miss where country or part of it are unknown: their note says whose law it is, and where it is lower."""
 SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
@@ -128,6 +130,9 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
         found[-1:-1] = [
             Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
         ]
+    doubted = goal.law.answer
+    if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
+        found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
     way = state.held.right_of_way
     if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
         found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))

@@ -4,7 +4,17 @@ import pytest
 
 from services.orchestrator.legal import ROAD_TYPES, situation
 from services.orchestrator.targets import CAUTIOUS_MPS, PLAUSIBLE_KMH
-from tests.unit.services.orchestrator.support import Drive, conditions, end_sign, fact, limit_sign
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    Drive,
+    Played,
+    conditions,
+    end_sign,
+    fact,
+    limit_answer,
+    limit_sign,
+    preferences,
+)
 
 
 def test_an_expressways_sign_is_told_to_the_rules() -> None:
@@ -38,3 +48,14 @@ def test_snow_is_unknown_where_nobody_knows_what_falls(fallen: str, snow: bool |
     drive.weather = conditions(precipitation=fallen)
     drive.ticks(2)
     assert situation(drive.state).snow is snow
+
+
+@pytest.mark.parametrize("degraded", [("jurisdiction",), ()])
+def test_whose_law_it_is_is_told_where_the_rules_do_not_know_the_place(degraded: tuple[str, ...]) -> None:
+    note = "It is lower in Wales: 20 mph."
+    answer = limit_answer(30, "mph", degraded=degraded, note=note)
+    drive = Drive(Played({**EXPERTS, "applicable_limit": lambda a: answer}), preferences=preferences(unit="mph"))
+    drive.ticks(60)
+    told = [t.advisory.justification for _, _, t in drive.history if t.advisory.directive.startswith("Limit 30")]
+    assert told
+    assert all((note in justification) is bool(degraded) for justification in told)
