@@ -37,9 +37,11 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
     if not answers:
         return _nothing(question)
     chosen = min(answers, key=lambda found: (careful_rank(found[1].legal_action), not is_fallback(found[0])))[1]
+    if known and book.covers(here):
+        return chosen
     if known:
-        part = 1.0 if book.covers(here) else UNKNOWN_PART
-        return msgspec.structs.replace(chosen, confidence=chosen.confidence * part)
+        degraded = (*chosen.degraded, "jurisdiction")
+        return msgspec.structs.replace(chosen, confidence=chosen.confidence * UNKNOWN_PART, degraded=degraded)
     named = named_packs([pack.manifest.id for pack in packs], question.language)
     what = (
         say("no_law_here", question.language, country=country(here, question.language), packs=named)

@@ -107,6 +107,8 @@ def test_a_state_without_a_pack_is_not_answered_with_anothers_law_alone() -> Non
     assert answers["USA"].limit == answers["USA-CA"].limit
     assert answers["USA-CA"].confidence > answers["USA"].confidence > answers["USA-NV"].confidence
     assert "VIENNA-v1" in packs_of(answers["USA-NV"].citations)
+    junction = RightOfWayQuestion(jurisdiction="USA", light="red", pedestrians_on_crossing=False)
+    assert right_of_way(BOOK, junction).degraded == ("jurisdiction",)
 
 
 def test_an_answer_from_all_packs_takes_a_small_part_of_its_deadline() -> None:
