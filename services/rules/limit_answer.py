@@ -134,7 +134,7 @@ def _basis(claim: Claim | None) -> str:
 
 
 def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language: str) -> tuple[Citation, ...]:
-    said = (verdict.claim, *verdict.against, *(each.claim for each in lower))
+    said = (verdict.claim, *verdict.against, *verdict.replaced, *(each.claim for each in lower))
     claims = [claim for claim in said if claim is not None]
     found: list[Citation] = []
     for claim in claims:

@@ -24,6 +24,8 @@ PRESUMED = 0.8
 """Factor on the confidence when a condition is taken to hold because a fact is unknown."""
 CONFLICT = 0.7
 UNCERTAIN = 0.6
+UNSETTLED = 0.9
+"""Factor for a temporary sign or gantry beside a permanent one where the law does not say that it goes first."""
 UNSUPPORTED_SCOPE = 0.9
 """Factor for a gantry where the loaded pack has no provisions on variable signs."""
 
@@ -34,6 +36,8 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     claim: Claim | None
     against: tuple[Claim, ...] = ()
     """Claims that contradict it; the lower value was taken."""
+    replaced: tuple[Claim, ...] = ()
+    """Permanent signs that show more, beside a temporary sign or gantry of which the law does not say that it goes first."""
     uncertain: bool = False
     confidence: float = 0.0
 
@@ -50,7 +54,8 @@ def decide(pack: Pack, situation: Situation) -> Verdict:
         return _verdict(pack, doubted, () if claim is None else (claim,), uncertain=True)
     if claim is None:
         return Verdict(claim=None)
-    return _verdict(pack, claim, contradictions(claim, governing), uncertain=False)
+    verdict = _verdict(pack, claim, contradictions(claim, governing), uncertain=False)
+    return _unsettled(pack, verdict, claim, governing)
 
 
 def preferred(pack: Pack, claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
@@ -72,6 +77,15 @@ def contradictions(claim: Claim, governing: tuple[Claim, ...]) -> tuple[Claim, .
     if claim.basis not in RANK:
         return ()
     return tuple(c for c in governing if RANK[c.basis] >= RANK[claim.basis] and c.mps > claim.mps)
+
+
+def _unsettled(pack: Pack, verdict: Verdict, claim: Claim, governing: tuple[Claim, ...]) -> Verdict:
+    """The lower sign counts in any case; a little less surely where the law does not say which of the two goes first."""
+    if claim.basis not in ("temporary", "gantry") or reads(pack, f"{claim.basis}_over_permanent"):
+        return verdict
+    replaced = tuple(c for c in governing if RANK[c.basis] < RANK[claim.basis] and c.mps > claim.mps)
+    doubt = UNSETTLED if replaced else 1.0
+    return msgspec.structs.replace(verdict, replaced=replaced, confidence=verdict.confidence * doubt)
 
 
 def _verdict(pack: Pack, claim: Claim, against: tuple[Claim, ...], *, uncertain: bool) -> Verdict:

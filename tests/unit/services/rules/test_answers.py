@@ -60,6 +60,17 @@ def test_a_temporary_sign_governs_where_the_law_says_so(country: str, provision:
     assert both.legal_action == "comply_with_limit"
 
 
+@pytest.mark.parametrize(("country", "scope"), [("NLD", "temporary"), ("CHE", "temporary"), ("FRA", "gantry")])
+def test_where_the_law_does_not_say_it_the_lower_counts_less_surely_and_both_are_cited(
+    country: str, scope: str
+) -> None:
+    alone = ask(shows(60, scope), jurisdiction=country, road_type="rural", time_of_day_h=12.0)
+    both = ask(shows(80), shows(60, scope), jurisdiction=country, road_type="rural", time_of_day_h=12.0)
+    assert value(both) == 60
+    assert 0.8 * alone.confidence < both.confidence < alone.confidence
+    assert cited(both) >= cited(alone) | {f"{country.lower()}-sign-limit"}
+
+
 def test_a_temporary_sign_that_would_allow_more_is_doubted_and_both_are_cited() -> None:
     answer = ask(shows(60), shows(80, "temporary"))
     assert value(answer) == 60
