@@ -1,11 +1,19 @@
 """A rulepack that is too old: the driver is told once, and the advice is less sure."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from drivemcp.testing import bus
 from proto.rules import RulesAnswer
-from tests.unit.services.orchestrator.support import EXPERTS, Drive, Played, end_sign, limit_answer, preferences
+from services.arbiter.service import SERVICE as ARBITER
+from services.arbiter.service import ArbiterConfig
+from services.orchestrator.service import SERVICE
+from services.rules.service import SERVICE as RULES
+from services.rules.service import RulesConfig
+from tests.unit.services.orchestrator.support import EXPERTS, Drive, Played, end_sign, fact, limit_answer, preferences
+from tests.unit.services.orchestrator.test_service import CONFIG, Road, start_car
 
 TOLD = {"en": "Traffic rules out of date", "de": "Verkehrsregeln veraltet"}
 
@@ -46,3 +54,19 @@ def test_without_staleness_nothing_is_told() -> None:
     drive = Drive()
     drive.ticks(200)
     assert TOLD["en"] not in drive.spoken()
+
+
+def test_on_the_bus_it_is_spoken_once_and_the_advice_is_less_sure(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(RULES, RulesConfig(expected_packs={"DEU-v1": "9.0.0"}))
+        b.start(ARBITER, ArbiterConfig(out_dir=str(tmp_path)))
+        start_car(b)
+        b.start(SERVICE, CONFIG)
+        road = Road(b)
+        here = (fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("road_type", "urban"))
+        told = road.until(*here, want=TOLD["en"], steps=300)
+        assert "DEU-v1-VSL" in told.justification
+        assert told.confidence <= 0.5
+        later = [road.step(*here) for _ in range(100)]
+        assert [each for each in later if each.directive == TOLD["en"] and each.kind != "SILENT"] == []
+        assert all("older than" not in each.justification for each in later if each.kind != "SILENT")
