@@ -180,6 +180,7 @@ def test_answers_made_without_retrieval_are_made_anew_once_it_is_there() -> None
         rules = b.start(SERVICE, RulesConfig(languages=()))
         assert limit(b).degraded == limit(b).degraded == ("retrieval",)
         b.start(RETRIEVAL, RetrievalConfig(encoder="none"))
+        b.wait_for(HEALTH, id="retrieval")  # by then its liveliness is known
         rules.client.discover()
         assert limit(b).degraded == ("encoder",)
 
