@@ -23,6 +23,7 @@ SHORTEST_PART = 4
 SHORTEST_HEAD = 6
 """From this length on a last part counts though nobody knows what stands before it."""
 SHORTEST_MENDED = 5
+MENDED_SHARE = 0.75
 ALIKE = 80.0
 """How like a word of the passages (Levenshtein ratio in percent) an unknown word must be to be taken for it."""
 
@@ -78,6 +79,16 @@ class Analyser:
             else:
                 found += self._parts(word) or self._mended(word)
         return found
+
+    def known_share(self, text: str) -> float:
+        """How much of a question is in words of the passages: 0 to 1; a mended word counts less, as it may be another."""
+        words = self._words(text)
+        return sum(self._known(word) for word in words) / len(words) if words else 0.0
+
+    def _known(self, word: str) -> float:
+        if _is_code(word) or self._stem(word) in self._stems or self._parts(word):
+            return 1.0
+        return 0.0 if self._mended(word) == (self._stem(word),) else MENDED_SHARE
 
     def _words(self, text: str) -> list[str]:
         return [word for word in _TERM.findall(text.lower()) if word not in self._stopwords]

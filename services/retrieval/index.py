@@ -33,6 +33,9 @@ class Shelf(Protocol):
     def score(self, words: str, scores: Scores) -> None:
         """Write the scores of these passages into those of all, which are 0 before."""
 
+    def known_share(self, words: str) -> float:
+        """How much of a question is in words of these passages: 0 to 1."""
+
 
 class _Bm25:
     """The passages of one language and their BM25."""
@@ -45,6 +48,10 @@ class _Bm25:
     def score(self, words: str, scores: Scores) -> None:
         """Write the scores of these passages into those of all."""
         scores[self._places] = self._bm25.get_scores(self._analyser.of_question(words))
+
+    def known_share(self, words: str) -> float:
+        """See `Analyser.known_share`."""
+        return self._analyser.known_share(words)
 
 
 class Index:
@@ -70,6 +77,11 @@ class Index:
     def speaks(self, language: str, corpus: Corpus | None) -> bool:
         """Whether some passage of the corpus (None: of any) is in a language."""
         return any(text.language == language and corpus in (None, text.corpus) for text in self._kinds)
+
+    def known_share(self, words: str, language: str) -> float:
+        """How much of a question is in words of the passages of its language; of any, where there are none."""
+        shelves = [self.shelves[language]] if language in self.shelves else self.shelves.values()
+        return max((shelf.known_share(words) for shelf in shelves), default=0.0)
 
     def search(
         self,

@@ -22,6 +22,8 @@ LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25
 LATE, AWAY = "bm25-only (encoder late)", "bm25-only (engine away)"
 PASSING = (LATE, AWAY)
 """What may be otherwise the next time: such answers are not remembered."""
+FALLBACK = "XXX"
+"""The country of the pack that speaks where a country has none of its own."""
 Wanted = Literal["statutes", "signs", "all"]
 
 
@@ -138,6 +140,11 @@ class Library:
                     self._cache.popitem(last=False)
         return found
 
+    def to_the_point(self, request: Request) -> float:
+        """What is compared with the line of refusal: how well the best passage answers."""
+        words = f"{request.query} {request.road_context}".strip()
+        return self._to_the_point(self._state, request, words, self.search(request).passages)
+
     def _search(self, state: State, request: Request) -> Retrieved:
         words = f"{request.query} {request.road_context}".strip()
         vector = state.vectors.get(words) if state.vectors and words else None
@@ -150,17 +157,25 @@ class Library:
         named = "signs" if request.corpus == "signs" else "statutes"
         lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
         line = self._tuning.line_for(state.status if vector is not None else LATE)
-        if found and found[0].score < line:
+        if self._to_the_point(state, request, words, found) < line:
             return Retrieved(passages=(), encoder=status, lambda_=lambda_, out_of_scope=True)
         reranker = ""
         if self._reranking is not None:
             found, reranker = self._reranking.reranked(words, found)
         return Retrieved(passages=tuple(found[: request.k]), encoder=status, lambda_=lambda_, reranker=reranker)
 
+    def _to_the_point(self, state: State, request: Request, words: str, found: Sequence[Passage]) -> float:
+        """The best score, less the more of the question's words no passage has: then it is about something else."""
+        if not found:
+            return 0.0
+        language = (request.language or "")[:2].lower()
+        return found[0].score * max(
+            (index.known_share(words, language) for index in _asked(state, request)), default=0.0
+        )
+
     def _ranked(self, state: State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
         """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
-        country = (request.jurisdiction or "")[:3].upper()
-        indexes = [index for j, index in state.indexes.items() if not country or j == country]
+        indexes = _asked(state, request)
         found = [passage for index in indexes for passage in self._ranked_in(state, index, request, words, vector)]
         return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
 
@@ -212,12 +227,20 @@ class Library:
             vectors.close()
 
 
+def _asked(state: State, request: Request) -> list[Index]:
+    """The index of the country; where it has none, of the conventions; where nothing is known of the country, all."""
+    country = (request.jurisdiction or "")[:3].upper()
+    if not country:
+        return list(state.indexes.values())
+    return [state.indexes[code] for code in (country, FALLBACK) if code in state.indexes][:1]
+
+
 def _by_jurisdiction(packs: Mapping[Path, tuple[Text, ...]]) -> dict[str, list[Text]]:
     """Texts by country; a later pack's text replaces one of the same name and language of an earlier one."""
     found: dict[str, dict[tuple[str, str], Text]] = {}
     for texts in packs.values():
         for text in texts:
-            found.setdefault(text.jurisdiction, {})[(text.name, text.language)] = text
+            found.setdefault(text.jurisdiction[:3], {})[(text.name, text.language)] = text
     return {jurisdiction: list(texts.values()) for jurisdiction, texts in found.items()}
 
 

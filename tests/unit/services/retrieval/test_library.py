@@ -70,6 +70,42 @@ def test_other_countries_are_left_out_before_ranking(both: Library) -> None:
     assert both.search(Request(query="roundabout", jurisdiction="FRA")).passages == ()
 
 
+def test_a_country_without_a_pack_is_answered_from_the_conventions_and_a_part_belongs_to_its_country() -> None:
+    made = Library(
+        tuple(data(f"rulepacks/{name}") for name in ("DEU-v1", "USA-CA-v1", "VIENNA-v1")),
+        Tuning(lambdas={}),
+        status=ABSENT,
+    )
+    found = {
+        country: {
+            p.passage_id.split("/")[0] for p in made.search(Request(query="stop sign", jurisdiction=country)).passages
+        }
+        for country in ("ITA", "USA", "USA-CA", "USA-NV", "DEU")
+    }
+    american = {"USA-CA-v1"}
+    assert found == {"ITA": {"VIENNA-v1"}, "USA": american, "USA-CA": american, "USA-NV": american, "DEU": {"DEU-v1"}}
+
+
+def test_what_holds_elsewhere_or_at_another_time_is_left_out_before_ranking() -> None:
+    made = Library(FOLDERS, Tuning(lambdas={}), status=ABSENT)
+    asked = Request(query="limit in built-up areas", jurisdiction="DEU", language="en", k=20)
+    here = made.search(msgspec.structs.replace(asked, road_type="urban")).passages
+    there = made.search(msgspec.structs.replace(asked, road_type="motorway")).passages
+    assert "deu-speed-urban" in {p.passage_id.split("/")[1] for p in here}
+    assert "deu-speed-urban" not in {p.passage_id.split("/")[1] for p in there}
+    assert made.search(msgspec.structs.replace(asked, on="1999-12-31")).passages == ()
+
+
+@pytest.mark.parametrize("query", ["recipe for potato soup", "who won the football match", "cheap flights to Rome"])
+def test_a_question_about_something_else_is_refused_and_called_so(query: str) -> None:
+    made = Library(FOLDERS, Tuning(lambdas={}, refuse_below={"bm25-only": 0.25}), status=ABSENT)
+    refused = made.search(Request(query=query, jurisdiction="GBR", language="en"))
+    assert (refused.passages, refused.out_of_scope) == ((), True)
+    answered = made.search(Request(query="who goes first at a roundabout", jurisdiction="GBR", language="en"))
+    assert answered.passages
+    assert not answered.out_of_scope
+
+
 @pytest.mark.parametrize("corpus", ["statutes", "signs"])
 def test_a_corpus_can_be_asked_alone(both: Library, corpus: str) -> None:
     found = names(both, "stop sign", jurisdiction="GBR", corpus=corpus, k=10)

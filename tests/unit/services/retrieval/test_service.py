@@ -148,3 +148,9 @@ def test_without_its_server_bm25_in_memory_answers_and_both_say_so() -> None:
         assert found.encoder == "bm25-only (engine away)"
         assert found.passages
         assert node.detail["engine"].startswith("qdrant away, BM25 in memory answers: Qdrant: ")
+
+
+def test_what_the_rules_answer_from_is_what_is_indexed() -> None:
+    from services.rules.service import RulesConfig
+
+    assert RetrievalConfig().packs == RulesConfig().packs
