@@ -59,6 +59,7 @@ class Analyser:
         words = {word for text in known for word in self._words(text) if not _is_code(word)}
         self._stems = frozenset(self._stem(word) for word in words)
         self._parts = lru_cache(20_000)(self._split)
+        self._mended = lru_cache(2_000)(self._mend)
         self._mendable = tuple(sorted(word for word in words if len(word) >= SHORTEST_MENDED))
 
     def of_passage(self, text: str) -> list[str]:
@@ -96,7 +97,7 @@ class Analyser:
     def _split(self, word: str) -> tuple[str, ...]:
         return _split(word, self._stems, self._stem, _LINKS.get(self.language, ()))
 
-    def _mended(self, word: str) -> tuple[str, ...]:
+    def _mend(self, word: str) -> tuple[str, ...]:
         if len(word) < SHORTEST_MENDED:
             return (self._stem(word),)
         best = process.extractOne(word, self._mendable, scorer=fuzz.ratio, score_cutoff=ALIKE)
