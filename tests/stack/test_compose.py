@@ -178,7 +178,7 @@ HEAVY = ("torch", "numpy", "cv2", "onnxruntime", "can", "mcap", "rerun", "mcp", 
 HOLDS = {
     "router": set(),
     "weather": set(),
-    "rules": set(),
+    "rules": {"cryptography"},
     "orchestrator": set(),
     "arbiter": {"cryptography"},
     "can": {"can", "cryptography"},
