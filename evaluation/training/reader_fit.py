@@ -122,4 +122,8 @@ def export(network: ReaderNet, divisor: float, path: Path) -> None:
         verbose=False,
     )
     assert program is not None
-    program.save(str(path), external_data=False)
+    model = program.model_proto
+    for part in (model.graph, *model.graph.node, *model.graph.value_info):
+        part.ClearField("doc_string")  # exporters note where the source stands on this computer
+        part.ClearField("metadata_props")
+    path.write_bytes(model.SerializeToString())
