@@ -39,6 +39,16 @@ class Request(msgspec.Struct, frozen=True, kw_only=True):
     on: str = ""
     k: int = 5
 
+    @property
+    def words(self) -> str:
+        """What is searched for."""
+        return f"{self.query} {self.road_context}".strip()
+
+    @property
+    def spoken(self) -> str:
+        """The language in two letters; empty: none is named."""
+        return (self.language or "")[:2].lower()
+
 
 class State(msgspec.Struct, frozen=True):
     """Swapped as a whole, so that a search never sees half of it."""
@@ -142,11 +152,10 @@ class Library:
 
     def to_the_point(self, request: Request) -> float:
         """What is compared with the line of refusal: how well the best passage answers."""
-        words = f"{request.query} {request.road_context}".strip()
-        return self._to_the_point(self._state, request, words, self.search(request).passages)
+        return _to_the_point(self._state, request, self.search(request).passages)
 
     def _search(self, state: State, request: Request) -> Retrieved:
-        words = f"{request.query} {request.road_context}".strip()
+        words = request.words
         vector = state.vectors.get(words) if state.vectors and words else None
         status = LATE if state.vectors is not None and vector is None and words else state.status
         try:
@@ -157,21 +166,12 @@ class Library:
         named = "signs" if request.corpus == "signs" else "statutes"
         lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
         line = self._tuning.line_for(state.status if vector is not None else LATE)
-        if self._to_the_point(state, request, words, found) < line:
+        if _to_the_point(state, request, found) < line:
             return Retrieved(passages=(), encoder=status, lambda_=lambda_, out_of_scope=True)
         reranker = ""
         if self._reranking is not None:
             found, reranker = self._reranking.reranked(words, found)
         return Retrieved(passages=tuple(found[: request.k]), encoder=status, lambda_=lambda_, reranker=reranker)
-
-    def _to_the_point(self, state: State, request: Request, words: str, found: Sequence[Passage]) -> float:
-        """The best score, less the more of the question's words no passage has: then it is about something else."""
-        if not found:
-            return 0.0
-        language = (request.language or "")[:2].lower()
-        return found[0].score * max(
-            (index.known_share(words, language) for index in _asked(state, request)), default=0.0
-        )
 
     def _ranked(self, state: State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
         """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
@@ -183,7 +183,7 @@ class Library:
         self, state: State, index: Index, request: Request, words: str, vector: Vectors | None
     ) -> list[Passage]:
         corpus = None if request.corpus == "all" else request.corpus
-        language = (request.language or "")[:2].lower()
+        language = request.spoken
         return (index.memory if vector is None else index).search(
             words,
             vector,
@@ -233,6 +233,14 @@ def _asked(state: State, request: Request) -> list[Index]:
     if not country:
         return list(state.indexes.values())
     return [state.indexes[code] for code in (country, FALLBACK) if code in state.indexes][:1]
+
+
+def _to_the_point(state: State, request: Request, found: Sequence[Passage]) -> float:
+    """The best score, less the more of the question's words no passage has: then it is about something else."""
+    if not found:
+        return 0.0
+    shares = (index.known_share(request.words, request.spoken) for index in _asked(state, request))
+    return found[0].score * max(shares, default=0.0)
 
 
 def _by_jurisdiction(packs: Mapping[Path, tuple[Text, ...]]) -> dict[str, list[Text]]:

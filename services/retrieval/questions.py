@@ -33,11 +33,6 @@ class Question(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         """By the first byte of the SHA-256 of its words: two in five for development."""
         return "development" if hashlib.sha256(self.query.encode()).digest()[0] % 5 < 2 else "test"
 
-    @property
-    def corpus(self) -> Literal["statutes", "signs"]:
-        """Where its answers stand; of a question without any, the statutes."""
-        return "signs" if self.expect and all(name.startswith("sign:") for name in self.expect) else "statutes"
-
 
 def read_questions(packs: Mapping[Path, tuple[Text, ...]]) -> tuple[Question, ...]:
     """The questions of all packs whose texts are given; an answer may stand in any pack of the country. Raises CorpusError."""
