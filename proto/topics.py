@@ -14,7 +14,7 @@ from proto.sensors import Calibration, CameraFrame, CanFrames, ClockTick, GnssFi
 from proto.tools import CallRecords
 from proto.truth import Corrupted, ScenarioState, Truth
 from proto.vehicle import Degradation, Ego
-from proto.weather import Conditions
+from proto.weather import CameraWeather, Conditions
 from proto.world import WorldState
 
 M = TypeVar("M", bound=msgspec.Struct)
@@ -155,6 +155,14 @@ LANES = Topic(
     max_age_ms=500,
     publishers=("perception",),
     readers=("drivelm", "orchestrator", "arbiter", "logger"),
+)
+CAMERA_WEATHER = Topic(
+    name="perception/weather",
+    message=CameraWeather,
+    rate_hz=1,
+    max_age_ms=5000,
+    publishers=("perception",),
+    readers=("weather", "logger"),
 )
 FACTS = Topic(
     name="drivelm/facts",

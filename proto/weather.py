@@ -27,3 +27,29 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
     """The speed from which one stops within sight at `mu_low`: a ceiling whatever the limit; None: sight unknown."""
     reference_speed_mps: float | None = None
     """The speed that the two factors were worked out for."""
+
+
+class Within(msgspec.Struct, frozen=True, kw_only=True):
+    """A quantity is at least `low` and at most `high`, and is so with this confidence."""
+
+    low: float
+    high: float
+    confidence: float
+
+
+class CameraWeather(msgspec.Struct, frozen=True, kw_only=True):
+    """What one camera's pictures tell of the weather. Unset is unknown; probabilities are calibrated, in [0, 1]."""
+
+    camera: str
+    visibility_m: Within | None = None
+    """Meteorological visibility: where the contrast of a black thing falls to 2 %."""
+    rain: float | None = None
+    """Probability that rain falls."""
+    rain_mm_h: Within | None = None
+    wet_road: float | None = None
+    """Probability that the road ahead is wet."""
+    snow_cover: float | None = None
+    """Probability that snow lies on the road."""
+    night: bool | None = None
+    reasons: tuple[str, ...] = ()
+    """What it was read from, and why something cannot be told."""
