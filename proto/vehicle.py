@@ -1,6 +1,10 @@
 """What the CAN service publishes: the ego's motion and the vehicle's health. An absent field is unknown, never zero."""
 
+from typing import Literal
+
 import msgspec
+
+SensorFaultKind = Literal["stuck", "noisy", "offset", "missing", "implausible"]
 
 
 class Ego(msgspec.Struct, frozen=True, kw_only=True):
@@ -35,6 +39,31 @@ class Indicator(msgspec.Struct, frozen=True, kw_only=True):
     detail: str = ""
 
 
+class SensorFault(msgspec.Struct, frozen=True, kw_only=True):
+    """A curated field whose sensor is not believed, though the car may be sound."""
+
+    field: str
+    kind: SensorFaultKind
+    """What the signal does; `implausible`: the others contradict it in no plainer way."""
+    detail: str = ""
+
+
+class Trend(msgspec.Struct, frozen=True, kw_only=True):
+    """A quantity on its way to the threshold at which the car itself would warn."""
+
+    name: str
+    """What moves: `slow_leak_fl`, `brakes_heating_rl`, `battery_sinking`, `coolant_rising`."""
+    value: float
+    threshold: float
+    unit: str
+    rate_per_min: float
+    minutes_left: float
+    """Until the threshold, at the middle of the slope's interval."""
+    minutes_low: float
+    minutes_high: float | None = None
+    """None: at the flat end of the interval the threshold is not reached."""
+
+
 class Degradation(msgspec.Struct, frozen=True, kw_only=True):
     """h in [0, 1] (0 healthy, 1 worst) and what the brakes can still do."""
 
@@ -45,6 +74,8 @@ class Degradation(msgspec.Struct, frozen=True, kw_only=True):
     dtcs: tuple[str, ...] = ()
     warning_lamps: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
+    sensor_faults: tuple[SensorFault, ...] = ()
+    trends: tuple[Trend, ...] = ()
 
 
 class DtcText(msgspec.Struct, frozen=True, kw_only=True):
@@ -73,3 +104,5 @@ class VehicleHealth(msgspec.Struct, frozen=True, kw_only=True):
     speed_factor: float
     headway_factor: float
     confidence: float
+    sensor_faults: tuple[SensorFault, ...] = ()
+    trends: tuple[Trend, ...] = ()
