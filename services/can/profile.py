@@ -1,44 +1,93 @@
-"""A vehicle profile: which signal of which DBC feeds which curated field, and when it is believed."""
+"""A vehicle profile: which signal of which bus feeds which curated field, and when it is believed."""
 
-import math
 import tomllib
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
 from services.can.errors import ProfileError
+from services.can.units import Linear, linear
 
-# (unit in the DBC, unit of the field) -> factor. A pair that is not here is a profile error, never a guess.
-CONVERSIONS: dict[tuple[str, str], float] = {
-    ("km/h", "m/s"): 1 / 3.6,
-    ("m/s", "m/s"): 1.0,
-    ("mph", "m/s"): 0.44704,
-    ("m/s2", "m/s2"): 1.0,
-    ("g", "m/s2"): 9.80665,
-    ("deg/s", "rad/s"): math.pi / 180,
-    ("rad/s", "rad/s"): 1.0,
-    ("deg", "rad"): math.pi / 180,
-    ("rad", "rad"): 1.0,
-    ("bar", "bar"): 1.0,
-    ("kPa", "bar"): 0.01,
-    ("%", "share"): 0.01,
-    ("degC", "degC"): 1.0,
-    ("V", "V"): 1.0,
-}
+
+class ChecksumRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A checksum in a message: the signal that holds it, how it is worked out, and what else goes into it."""
+
+    signal: str
+    kind: str
+    data_ids: tuple[int, ...] = ()
+    """Secret bytes that some makers add: one for the message, or one for each value of the counter."""
+
+
+class MessageRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What guards a message, where the description does not say or says it wrongly."""
+
+    bus: str = ""
+    counter: str = ""
+    checksum: ChecksumRule | None = None
 
 
 class FieldRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Where a field comes from and what is plausible, in the field's unit."""
 
-    signal: str
+    signal: str | tuple[str, ...]
+    """Several signals, all of one message, make one value by `combine`."""
+    message: str = ""
+    """Needed where the signal's name is not unique on the bus."""
+    bus: str = ""
+    """May be left out with one bus."""
+    vss: str = ""
+    """Path in the COVESA Vehicle Signal Specification."""
     unit: str = ""
+    """The field's unit; empty for flags, counts and named values."""
+    dbc_unit: str = ""
+    """What the signal is in, where the description does not say or says it wrongly."""
+    sign: Literal[-1, 1] = 1
     factor: float = 1.0
+    offset: float = 0.0
+    """value = sign * factor * (the signal in the field's unit) + offset."""
+    negative_if: str = ""
+    """A signal of the same message: not 0 means that the value is negative."""
+    combine: Literal["mean", "min", "max"] = "mean"
+    values: dict[str, float] = {}
+    """Named or raw value of the signal -> value of the field, e.g. { 0 = 0, "INT" = 1 }."""
+    otherwise: float | None = None
+    """The field for a raw value that `values` does not list. Unset: such a sample is not believed."""
     minimum: float = 0.0
     maximum: float = 1.0
     max_step_per_s: float | None = None
     max_age_s: float = 0.5
     counter: str = ""
+    checksum: ChecksumRule | None = None
     valid_if: str = ""
+    """A signal of the same message that must not be 0."""
+    invalid_if: str = ""
+    """A signal of the same message that must be 0."""
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The signals that make the value, in order."""
+        return (self.signal,) if isinstance(self.signal, str) else self.signal
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The signals beside them that the same message must have."""
+        checksum = self.checksum.signal if self.checksum else ""
+        return tuple(filter(None, (self.negative_if, self.counter, checksum, self.valid_if, self.invalid_if)))
+
+
+class BusRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One bus of the car: its description or descriptions (DBC, ARXML, KCD, SYM; a list is merged)."""
+
+    description: str | tuple[str, ...]
+    protocol: Literal["", "j1939"] = ""
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """The files, as the profile names them."""
+        return (self.description,) if isinstance(self.description, str) else self.description
 
 
 class VehicleRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -59,10 +108,11 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """One kind of car."""
 
     name: str
-    dbc: str
+    buses: dict[str, BusRule]
     vehicle: VehicleRow
-    ecus: dict[str, str]
+    ecus: dict[str, str] = {}
     fields: dict[str, FieldRule]
+    messages: dict[str, MessageRule] = {}
     fault_scenarios: dict[str, FaultRow] = {}
     """Empty on a real car."""
 
@@ -71,20 +121,84 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         """Physical request id -> name of the control unit."""
         return {int(request_id, 16): name for request_id, name in self.ecus.items()}
 
+    @property
+    def dbc(self) -> str:
+        """The first description of the first bus."""
+        return next(iter(self.buses.values())).descriptions[0]
+
+    def bus_of(self, rule: FieldRule | MessageRule) -> str:
+        """The bus that a rule means."""
+        return rule.bus or next(iter(self.buses))
+
 
 def load_profile(path: Path) -> Profile:
-    """The profile at `path`. Raises ProfileError, naming what is wrong."""
+    """The profile at `path`. Raises ProfileError, naming file and field."""
     try:
-        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), Profile, strict=False)
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        profile = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), Profile, strict=False)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise ProfileError(f"{path.name}: {error}") from error
+    if complaint := next(_complaints(profile), None):
+        raise ProfileError(f"{path.parent.name}/{path.name}: {complaint}")
+    return profile
+
+
+def _complaints(profile: Profile) -> Iterator[str]:
+    if not profile.buses:
+        yield "no bus is named"
+    guards: list[tuple[str, FieldRule | MessageRule]] = [
+        (f"message {name}", each) for name, each in profile.messages.items()
+    ]
+    guards += [(f"field {name}", each) for name, each in profile.fields.items()]
+    for where, each in guards:
+        if each.bus and each.bus not in profile.buses:
+            yield f"{where}: no bus {each.bus!r}"
+        if not each.bus and len(profile.buses) > 1:
+            yield f"{where}: which bus? one of {', '.join(profile.buses)}"
+    for name, rule in profile.fields.items():
+        if rule.minimum > rule.maximum:
+            yield f"field {name}: minimum lies above maximum"
+        if not rule.signals:
+            yield f"field {name}: no signal"
+
+
+def find_description(name: str, profile: Path, folders: Sequence[Path] = ()) -> Path:
+    """A description that the profile at `profile` names: beside it, in `folders`, or in an installed opendbc.
+
+    Raises ProfileError, telling where it was looked for.
+    """
+    searched = (profile.parent, *folders, *_opendbc())
+    for folder in searched:
+        if (folder / name).is_file():
+            return folder / name
+    raise ProfileError(
+        f"{profile.parent.name}/{profile.name}: no description {name!r} in {', '.join(map(str, searched))}; "
+        "name its folder in description_folders"
+    )
+
+
+def find_descriptions(profile: Profile, path: Path, folders: Sequence[Path] = ()) -> dict[str, tuple[Path, ...]]:
+    """Bus -> the files that describe it. Raises ProfileError."""
+    return {
+        bus: tuple(find_description(name, path, folders) for name in rule.descriptions)
+        for bus, rule in profile.buses.items()
+    }
+
+
+def _opendbc() -> tuple[Path, ...]:
+    """Where the public descriptions lie: those for tests, and those to try a car out."""
+    spec = find_spec("opendbc")
+    return (Path(spec.origin).parent / "dbc",) if spec is not None and spec.origin else ()
 
 
 def conversion(dbc_unit: str, rule: FieldRule) -> float:
-    """What a raw physical value is multiplied with to become the field's value."""
-    if not rule.unit:
-        return rule.factor
+    """The scale alone."""
+    return transform(dbc_unit, rule).scale
+
+
+def transform(dbc_unit: str, rule: FieldRule) -> Linear:
+    """What a physical value of one of the rule's signals goes through. Raises ProfileError."""
     try:
-        return CONVERSIONS[dbc_unit, rule.unit] * rule.factor
-    except KeyError:
-        raise ProfileError(f"{rule.signal}: no conversion from {dbc_unit!r} to {rule.unit!r}") from None
+        into = linear(rule.dbc_unit or dbc_unit, rule.unit) if rule.unit else Linear()
+    except ProfileError as error:
+        raise ProfileError(f"{', '.join(rule.signals)}: {error}") from None
+    return into.then(Linear(rule.sign * rule.factor, rule.offset))
