@@ -43,7 +43,7 @@ class Vehicle:
 
     def __init__(self, dbc: Dbc, profile: Profile, book: DtcBook, send: Send, *, history_limit: int = 20_000) -> None:
         self.dbc, self.profile, self.book = dbc, profile, book
-        self.board = Board(dbc, profile)
+        self.board = Board({"": dbc}, profile)
         self.history = History(history_limit)
         self.diagnostics = Diagnostics(send, profile.ecu_names)
         self.stored, self.pending = CodeMemory(), CodeMemory()

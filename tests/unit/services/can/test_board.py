@@ -22,7 +22,7 @@ START = 10_000 * MS
 
 @pytest.fixture
 def board(dbc: Dbc, profile: Profile) -> Board:
-    return Board(dbc, profile)
+    return Board({"": dbc}, profile)
 
 
 class Feed:
@@ -136,7 +136,7 @@ FRAMES = st.lists(
 def test_no_frame_breaks_the_board_and_what_is_published_is_plausible(
     dbc: Dbc, profile: Profile, frames: list[CanFrame]
 ) -> None:
-    board = Board(dbc, profile)
+    board = Board({"": dbc}, profile)
     board.ingest(frames, START)
     ego = read_ego(board, START)
     assert ego.speed_mps is None or 0.0 <= ego.speed_mps <= 83.4
