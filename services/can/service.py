@@ -1,7 +1,9 @@
-"""The CAN service: binds one car's bus to topics and tools; decides nothing."""
+"""The CAN service: binds one car's buses to topics and tools; decides nothing."""
 
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, TypeVar
 
 import msgspec
 
@@ -24,11 +26,12 @@ from services.can.answers import (
     Sample,
     Snapshot,
 )
+from services.can.buses import BusConfig, check_buses, open_links
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.errors import ProfileError
-from services.can.link import FrameLink, NodeLink, PythonCanLink
-from services.can.profile import load_profile
+from services.can.link import FrameLink
+from services.can.profile import find_descriptions, load_profile
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
@@ -41,14 +44,14 @@ Language = Annotated[str, msgspec.Meta(description="en or de")]
 
 
 class CanConfig(ServiceConfig, frozen=True, kw_only=True):
-    """Which bus, which car, and what may be sent."""
+    """Which buses, which car, and what may be sent."""
 
     profile: str = "vehicles/sim/profile.toml"
-    bus_id: str = "can0"
-    interface: str = "zenoh"
-    """`zenoh`: frames on can/<bus_id>/rx and tx. Else a python-can interface: socketcan, virtual, udp_multicast, ..."""
-    channel: str = "can0"
-    interface_options: dict[str, str | int | bool] = msgspec.field(default_factory=dict)
+    description_folders: tuple[str, ...] = ()
+    """Where bus descriptions lie that are not beside the profile."""
+    buses: tuple[BusConfig, ...] = (BusConfig(),)
+    diagnostics_bus: str = ""
+    """Where the control units are asked. Empty: on the first bus."""
     ego_hz: float = 20.0
     degradation_hz: float = 2.0
     history_frames: int = 20_000
@@ -61,52 +64,55 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
 
 def build(config: CanConfig, node: Node) -> None:
     """Wire one car."""
-    link = _link(config, node)
 
     def send(arbitration_id: int, payload: bytes) -> None:
-        link.transmit((CanFrame(stamp_ns=node.clock.now_ns(), arbitration_id=arbitration_id, data=payload),))
+        frame = CanFrame(stamp_ns=node.clock.now_ns(), arbitration_id=arbitration_id, data=payload)
+        links[asked.name].transmit((frame,))
 
     vehicle = _vehicle(config, send)
+    check_buses(config.buses, vehicle.profile.buses)
+    asked = _asked(config)
+    links = open_links(config.buses, node)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
     _offer_requests(config, node, vehicle)
-    _publish(config, node, vehicle, link)
+    _publish(config, node, vehicle, links)
+
+
+def _asked(config: CanConfig) -> BusConfig:
+    """The bus on which control units are asked."""
+    name = config.diagnostics_bus
+    asked = next((bus for bus in config.buses if not name or bus.name == name), None)
+    if asked is None:
+        names = ", ".join(bus.name for bus in config.buses)
+        raise ConfigError(f"diagnostics_bus: there is no bus {name!r}; there are {names}")
+    return asked
 
 
 def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
     path = data(config.profile)
     try:
         profile = load_profile(path)
-        dbc = Dbc(path.parent / profile.dbc)
-        return Vehicle(dbc, profile, DtcBook.load(data("vehicles/dtc.toml")), send, history_limit=config.history_frames)
+        folders = tuple(map(Path, config.description_folders))
+        descriptions = {bus: Dbc(*files) for bus, files in find_descriptions(profile, path, folders).items()}
+        return Vehicle(
+            descriptions, profile, DtcBook.load(data("vehicles/dtc.toml")), send, history_limit=config.history_frames
+        )
     except ProfileError as error:
         raise ConfigError(str(error)) from error
 
 
-def _link(config: CanConfig, node: Node) -> FrameLink:
-    if config.interface == "zenoh":
-        return NodeLink(node, config.bus_id)
-    import can
-
-    options: dict[str, Any] = dict(config.interface_options)
-    try:
-        bus = can.Bus(interface=config.interface, channel=config.channel, **options)
-    except (can.CanError, OSError, ValueError) as error:
-        raise ConfigError(f"cannot open {config.interface} {config.channel}: {error}") from error
-    return PythonCanLink(bus, node)
-
-
-def _publish(config: CanConfig, node: Node, vehicle: Vehicle, link: FrameLink) -> None:
-    poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if config.interface == "zenoh" else 0.0)
+def _publish(config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, FrameLink]) -> None:
+    poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if _asked(config).carried else 0.0)
 
     pace = _Pace(config.ego_hz)
 
     def ego(now_ns: int) -> None:
         node.publish(topics.EGO, vehicle.ego(now_ns), stamp_ns=_stamp(vehicle, now_ns))
 
-    def on_frames(frames: Sequence[CanFrame]) -> None:
+    def on_frames(bus: str, frames: Sequence[CanFrame]) -> None:
         now_ns = node.clock.now_ns()
-        vehicle.ingest(frames, now_ns)
+        vehicle.ingest(frames, now_ns, bus)
         if pace.due(now_ns, 0.8):
             ego(now_ns)  # as fresh as the bus allows
 
@@ -125,7 +131,8 @@ def _publish(config: CanConfig, node: Node, vehicle: Vehicle, link: FrameLink) -
 
     node.every(1.0 / config.ego_hz, watch)
     node.every(1.0 / config.degradation_hz, degradation)
-    link.listen(on_frames)
+    for name, link in links.items():
+        link.listen(partial(on_frames, name))
 
 
 class _Pace:
@@ -232,7 +239,7 @@ def _offer_requests(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
         configured.
         """
         return requests.activate_fault(
-            vehicle, preset, timeout_s, allowed=config.allow_fault_scenarios and config.interface == "zenoh"
+            vehicle, preset, timeout_s, allowed=config.allow_fault_scenarios and _asked(config).carried
         )
 
     @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="actuation", idempotent=False)

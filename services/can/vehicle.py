@@ -1,6 +1,6 @@
-"""One car on one bus: what was heard, what is believed of it, and what is asked of it. Knows no transport."""
+"""One car on its buses: what was heard, what is believed of it, and what is asked of it. Knows no transport."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
@@ -41,9 +41,17 @@ class CodeMemory:
 class Vehicle:
     """Frames in; ego, degradation and answers out. One thread ingests and polls; others read."""
 
-    def __init__(self, dbc: Dbc, profile: Profile, book: DtcBook, send: Send, *, history_limit: int = 20_000) -> None:
-        self.dbc, self.profile, self.book = dbc, profile, book
-        self.board = Board({"": dbc}, profile)
+    def __init__(
+        self,
+        descriptions: Mapping[str, Dbc],
+        profile: Profile,
+        book: DtcBook,
+        send: Send,
+        *,
+        history_limit: int = 20_000,
+    ) -> None:
+        self.descriptions, self.profile, self.book = descriptions, profile, book
+        self.board = Board(descriptions, profile)
         self.history = History(history_limit)
         self.diagnostics = Diagnostics(send, profile.ecu_names)
         self.stored, self.pending = CodeMemory(), CodeMemory()
@@ -56,10 +64,15 @@ class Vehicle:
         self._polling: tuple[Exchange, CodeMemory, int] | None = None
         self._next_poll_ns = 0
 
-    def ingest(self, frames: Sequence[CanFrame], now_ns: int) -> None:
-        """Frames from the bus, in order."""
+    @property
+    def dbc(self) -> Dbc:
+        """The description of the first bus."""
+        return next(iter(self.descriptions.values()))
+
+    def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
+        """Frames from a bus, in order; "" is the only one."""
         self.history.extend(frames)
-        self.board.ingest(frames, now_ns)
+        self.board.ingest(frames, now_ns, bus)
         for frame in frames:
             if frame.arbitration_id in gate.ANSWER_IDS:
                 self.diagnostics.on_frame(frame)

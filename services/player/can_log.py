@@ -173,7 +173,7 @@ def profile_of(speed: SpeedSignal) -> str:
     """A vehicle profile (TOML) for the CAN service that reads the ego speed and nothing else."""
     dbc, signal = json.dumps(str(speed.dbc.resolve())), json.dumps(speed.signal)
     return (
-        f'name = "recording"\ndbc = {dbc}\n'
+        f'name = "recording"\n[buses.can0]\ndescription = {dbc}\n'
         "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[ecus]\n[fields]\n"
         f"speed_mps = {{ signal = {signal}, factor = {speed.factor!r}, minimum = 0.0, maximum = 83.4, "
         "max_step_per_s = 30.0, max_age_s = 0.5 }\n"

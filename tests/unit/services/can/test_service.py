@@ -14,6 +14,7 @@ from drivemcp.paths import data
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
+from services.can.buses import BusConfig
 from services.can.service import SERVICE, CanConfig
 from services.simulator.can_frames import FrameEncoder
 from services.simulator.car_state import CarModel, Controls
@@ -225,7 +226,7 @@ def test_a_python_can_bus_crosses_nodes() -> None:
 def test_the_same_service_takes_another_python_can_interface() -> None:
     import can
 
-    config = CanConfig(interface="virtual", channel="edge")
+    config = CanConfig(buses=(BusConfig(interface="virtual", channel="edge"),))
     with bus() as b:
         b.start(SERVICE, config)
         encoder, state = FrameEncoder(data("vehicles/sim/sim.dbc")), CarModel().step(0.02, Controls(speed_mps=11.0))

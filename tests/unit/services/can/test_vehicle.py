@@ -89,7 +89,7 @@ def wire() -> Wire:
 
 @pytest.fixture
 def vehicle(dbc: Dbc, profile: Profile, book: DtcBook, wire: Wire) -> Vehicle:
-    return Vehicle(dbc, profile, book, wire.send)
+    return Vehicle({"can0": dbc}, profile, book, wire.send)
 
 
 def test_codes_are_asked_for_from_time_to_time_and_learned(vehicle: Vehicle, wire: Wire) -> None:
@@ -127,7 +127,7 @@ def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wir
 
 
 def test_the_history_is_bounded(dbc: Dbc, profile: Profile, book: DtcBook) -> None:
-    vehicle = Vehicle(dbc, profile, book, Wire().send, history_limit=100)
+    vehicle = Vehicle({"can0": dbc}, profile, book, Wire().send, history_limit=100)
     for second in range(50):
         vehicle.ingest([frame(0x555, b"\x01", second * NS)] * 10, second * NS)
     assert len(vehicle.history) == 100
