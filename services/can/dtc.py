@@ -1,9 +1,11 @@
 """Trouble codes: two bytes to a code, a code to words. What the table does not know is explained by the code's
-structure.
+structure; a maker's own code is named as such.
 """
 
 import re
 import tomllib
+from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Literal
 
@@ -24,8 +26,10 @@ _SYSTEMS: dict[str, tuple[str, str, str]] = {
     "B": ("body", "body and comfort", "Karosserie und Komfort"),
     "U": ("network", "network between control units", "Netzwerk der Steuergeräte"),
 }
+_FUEL_AIR = ("fuel, air and emissions", "Kraftstoff, Luft und Abgas")
+# P0: by its third character; P2 and P3 number other groups.
 _GROUPS: dict[str, tuple[str, str]] = {
-    "0": ("fuel, air and emissions", "Kraftstoff, Luft und Abgas"),
+    "0": _FUEL_AIR,
     "1": ("fuel and air metering", "Gemischbildung"),
     "2": ("injectors", "Einspritzung"),
     "3": ("ignition and misfire", "Zündung und Aussetzer"),
@@ -39,6 +43,16 @@ _GROUPS: dict[str, tuple[str, str]] = {
     "B": ("hybrid drive", "Hybridantrieb"),
     "C": ("hybrid drive", "Hybridantrieb"),
 }
+_GROUPS_P2: dict[str, tuple[str, str]] = _GROUPS | {
+    "1": _FUEL_AIR,
+    "2": _FUEL_AIR,
+    "7": ("transmission", "Getriebe"),
+    "A": _FUEL_AIR,
+    "B": _FUEL_AIR,
+    "C": _FUEL_AIR,
+}
+_GROUPS_P3: dict[str, tuple[str, str]] = {"4": ("cylinder deactivation", "Zylinderabschaltung")}
+_GROUPS_OF: dict[str, dict[str, tuple[str, str]]] = {"P0": _GROUPS, "P2": _GROUPS_P2, "P3": _GROUPS_P3}
 # Unknown chassis and network codes are taken more seriously than unknown comfort ones.
 _UNKNOWN_SEVERITY: dict[str, Severity] = {"P": "careful", "C": "careful", "B": "service", "U": "careful"}
 
@@ -56,8 +70,22 @@ class _Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     step: str = ""
 
 
+class _Family(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Consecutive codes: what may be wrong with one part, or in turn with each of `times` alike parts."""
+
+    system: str
+    severity: Severity
+    faults: str
+    en: str
+    de: str
+    step: str = ""
+    times: int = 1
+
+
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     steps: dict[str, _Words]
+    faults: dict[str, _Words]
+    families: dict[str, _Family]
     codes: dict[str, _Row]
 
 
@@ -75,19 +103,29 @@ class DtcBook:
     """The table of trouble codes in words."""
 
     def __init__(self, table: _Table) -> None:
-        self._steps, self._codes = table.steps, table.codes
+        """Raises ValueError where a row names a step or a fault that is not there, or a code that is none."""
+        self._steps, self._codes = table.steps, _expanded(table) | table.codes
+        missing = ({row.step for row in self._codes.values() if row.step} | set(SEVERITIES)) - table.steps.keys()
+        if missing:
+            raise ValueError(f"steps not defined: {sorted(missing)}")
+        if wrong := [code for code in self._codes if not (is_code(code) and is_generic(code))]:
+            raise ValueError(f"no generic trouble codes: {sorted(wrong)}")
 
     @classmethod
     def load(cls, path: Path) -> "DtcBook":
-        """Read the table; raises ValueError where a row names a step that is not there."""
-        table = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _Table)
-        missing = {row.step for row in table.codes.values() if row.step} | set(SEVERITIES)
-        if missing - table.steps.keys():
-            raise ValueError(f"{path.name}: steps not defined: {sorted(missing - table.steps.keys())}")
-        return cls(table)
+        """Read the table. Raises ValueError, naming the file and what is wrong in it."""
+        try:
+            return cls(msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _Table))
+        except (ValueError, msgspec.ValidationError) as error:
+            raise ValueError(f"{path.name}: {error}") from error
 
     def __len__(self) -> int:
         return len(self._codes)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """Every code of the table."""
+        return tuple(self._codes)
 
     def severity(self, code: str) -> Severity:
         """How grave a code is; an unknown one by its letter."""
@@ -117,19 +155,19 @@ class DtcBook:
             summary=row.de if language == "de" else row.en,
             next_step=self.step(row.step or row.severity, language),
             language=language,
-            generic=_generic(code),
+            generic=is_generic(code),
         )
 
     def _by_structure(self, code: str, language: str) -> DtcText:
         system, english, german = _SYSTEMS[code[0]]
-        group = _GROUPS.get(code[2]) if code[0] == "P" and _generic(code) else None
+        group = _GROUPS_OF.get(code[:2], {}).get(code[2]) if is_generic(code) else None
         if language == "de":
-            whose = "genormter" if _generic(code) else "herstellereigener"
+            whose = "genormter" if is_generic(code) else "herstellereigener"
             summary = f"{german}: {whose} Fehlercode, nicht in der Tabelle" + (
                 f" (Gruppe: {group[1]})" if group else ""
             )
         else:
-            whose = "standard" if _generic(code) else "manufacturer's own"
+            whose = "standard" if is_generic(code) else "manufacturer's own"
             summary = f"{english}: {whose} code, not in the table" + (f" (group: {group[0]})" if group else "")
         severity = _UNKNOWN_SEVERITY[code[0]]
         return DtcText(
@@ -139,14 +177,43 @@ class DtcBook:
             summary=summary,
             next_step=self.step(severity, language),
             language=language,
-            generic=_generic(code),
+            generic=is_generic(code),
         )
 
 
-def _generic(code: str) -> bool:
-    """0 is generic everywhere; 2 in P codes, 3 in U codes and P34xx upward too (SAE J2012)."""
+def is_generic(code: str) -> bool:
+    """Whether the standard numbers this code, not the maker: 0 is generic everywhere; 2 in P codes, 3 in U codes and P34xx upward too (SAE J2012)."""
     return (
         code[1] == "0"
         or (code[0] == "P" and (code[1] == "2" or (code[1] == "3" and code[2] >= "4")))
         or (code[0] == "U" and code[1] == "3")
     )
+
+
+def _expanded(table: _Table) -> dict[str, _Row]:
+    """The codes of all families. Raises ValueError where two families claim a code, or one names an unknown fault."""
+    rows: dict[str, _Row] = {}
+    for first, family in table.families.items():
+        for code, row in _members(first, family, table.faults):
+            if code in rows:
+                raise ValueError(f"family {first}: {code} is in another family too")
+            rows[code] = row
+    return rows
+
+
+def _members(first: str, family: _Family, faults: dict[str, _Words]) -> Iterator[tuple[str, _Row]]:
+    names = family.faults.split()
+    if unknown := set(names) - faults.keys():
+        raise ValueError(f"family {first}: faults not defined: {sorted(unknown)}")
+    for offset, (turn, name) in enumerate(product(range(family.times), names)):
+        part = {"n": turn + 1, "a": chr(ord("A") + turn)}
+        yield (
+            f"{first[0]}{int(first[1:]) + offset:04d}",
+            _Row(
+                system=family.system,
+                severity=family.severity,
+                step=family.step,
+                en=f"{family.en.format(**part)}: {faults[name].en}",
+                de=f"{family.de.format(**part)}: {faults[name].de}",
+            ),
+        )
