@@ -8,6 +8,7 @@ from typing import Literal
 
 import msgspec
 
+from services.can.curated import curated
 from services.can.errors import ProfileError
 from services.can.units import Linear, linear
 
@@ -50,7 +51,7 @@ class FieldRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """value = sign * factor * (the signal in the field's unit) + offset."""
     negative_if: str = ""
     """A signal of the same message: not 0 means that the value is negative."""
-    combine: Literal["mean", "min", "max"] = "mean"
+    combine: Literal["mean", "min", "max", "sum"] = "mean"
     values: dict[str, float] = {}
     """Named or raw value of the signal -> value of the field, e.g. { 0 = 0, "INT" = 1 }."""
     otherwise: float | None = None
@@ -95,6 +96,11 @@ class VehicleRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     tyre_nominal_bar: tuple[float, float, float, float]
     steering_ratio: float = 15.0
+    track_m: float | None = None
+    wheelbase_m: float | None = None
+    brake_bar_per_mps2: float | None = None
+    """Pressure that makes one m/s2 on dry road."""
+    brake_bar_full_pedal: float | None = None
 
 
 class FaultRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -155,10 +161,27 @@ def _complaints(profile: Profile) -> Iterator[str]:
         if not each.bus and len(profile.buses) > 1:
             yield f"{where}: which bus? one of {', '.join(profile.buses)}"
     for name, rule in profile.fields.items():
-        if rule.minimum > rule.maximum:
-            yield f"field {name}: minimum lies above maximum"
-        if not rule.signals:
-            yield f"field {name}: no signal"
+        yield from (f"field {name}: {complaint}" for complaint in _field_complaints(name, rule))
+
+
+def _field_complaints(name: str, rule: FieldRule) -> Iterator[str]:
+    try:
+        meant = curated(name)
+    except ProfileError as error:
+        yield str(error)
+        return
+    if rule.vss != meant.vss:
+        yield f"vss is {meant.vss}, not {rule.vss!r}"
+    if rule.unit != meant.unit:
+        yield f"unit is {meant.unit!r}, not {rule.unit!r}"
+    if rule.minimum > rule.maximum:
+        yield "minimum lies above maximum"
+    if not rule.signals:
+        yield "no signal"
+    if rule.values and (rule.sign, rule.factor, rule.offset, rule.dbc_unit) != (1, 1.0, 0.0, ""):
+        yield "values stand for themselves: no sign, factor, offset or dbc_unit"
+    if rule.otherwise is not None and not rule.values:
+        yield "otherwise says nothing without values"
 
 
 def find_description(name: str, profile: Path, folders: Sequence[Path] = ()) -> Path:

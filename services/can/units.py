@@ -36,6 +36,7 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
     "share": (),
     "degC": ("°c", "c", "celsius", "deg c", "degree c", "degreecelsius", "grad c", "unit_degrecelsi"),
     "degF": ("°f", "f", "fahrenheit", "deg f", "degree f", "unit_degrefahre"),
+    "lx": ("lux",),
     "V": ("volt", "volts", "unit_volt"),
     "km": ("kilometer", "kilometers", "unit_kilometer"),
     "mi": ("mile", "miles", "unit_mile"),
