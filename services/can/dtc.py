@@ -182,7 +182,10 @@ class DtcBook:
 
 
 def is_generic(code: str) -> bool:
-    """Whether the standard numbers this code, not the maker: 0 is generic everywhere; 2 in P codes, 3 in U codes and P34xx upward too (SAE J2012)."""
+    """Whether the standard defines this code, not the maker (SAE J2012).
+
+    0 is generic everywhere; 2 in P codes, 3 in U codes and P34xx upward too.
+    """
     return (
         code[1] == "0"
         or (code[0] == "P" and (code[1] == "2" or (code[1] == "3" and code[2] >= "4")))

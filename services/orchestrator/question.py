@@ -31,6 +31,11 @@ MOST_CITATIONS = 6
 
 CONTRADICTED = 0.5
 """At most as sure as this where the car and the driver contradict each other."""
+SOUND_BRAKES = 0.98
+"""Share of braking from which nothing is said of it."""
+MOST_CODES = 3
+GRAVITY = {"note": 0, "service": 1, "careful": 2, "stop_soon": 3, "stop_now": 4}
+"""Severities of trouble codes; one that is not known here counts as the gravest."""
 
 
 class ToolUse(msgspec.Struct, frozen=True, kw_only=True):
@@ -108,7 +113,7 @@ def calls_for(subject: Subject, question: str, state: State) -> tuple[Call, ...]
 LAW_QUERIES = {
     "units": "units of speed limits, kilometres or miles per hour",
     "change": "variable speed limit signs on gantries, and signs that end a limit",
-    "lamp": "vehicle must be roadworthy; defects, brakes, breakdown",
+    "lamp": "warning lamp or defect of the brakes: must the car stop, is driving on allowed",
 }
 """Asked in English: the encoder is multilingual, BM25 finds less."""
 
@@ -286,28 +291,66 @@ def _why_changed(state: State) -> str:
 
 
 def _lamp(state: State, outcomes: tuple[Outcome, ...]) -> Told:
+    """The lamp, the codes, what they mean for driving now, what to do next, and the rule that applies."""
     preferences, car = state.preferences, state.held.degradation
     health = _result(outcomes, "vehicle_health", VehicleHealth)
     law = _result(outcomes, "lookup_rule", RulesAnswer)
+    citations = law.citations if law is not None else ()
     lamps = health.warning_lamps if health is not None else car.warning_lamps if car is not None else ()
-    lines = [say(preferences, "ask", "lamp", lamps=", ".join(lamps)) if lamps else say(preferences, "ask", "lamp_none")]
+    lit = (
+        say(preferences, "ask", "lamp", lamps=_lamp_names(state, lamps))
+        if lamps
+        else say(preferences, "ask", "lamp_none")
+    )
     if health is None:
-        lines += [say(preferences, "ask", "no_health"), say(preferences, "ask", "safe_unknown")]
-        return Told(tuple(lines), 0.2, law.citations if law is not None else ())
-    lines += [
-        say(preferences, "ask", "code", code=dtc.code, summary=dtc.summary.rstrip("."), step=dtc.next_step)
-        for dtc in health.dtcs[:3]
-    ]
+        silent = (say(preferences, "ask", "no_health"), say(preferences, "ask", "safe_unknown"))
+        return Told((lit, *silent, *_rule(state, law)), 0.2, citations)
     # the driver sees a lamp and the car knows of none: they contradict each other, and the careful one counts
     contradicted = not lamps and not health.dtcs and health.safe_to_drive == "yes"
+    lines = (lit, *_meaning(state, health, contradicted=contradicted), *_next_steps(state, health), *_rule(state, law))
+    confidence = min(health.confidence, CONTRADICTED) if contradicted else health.confidence
+    return Told(lines, confidence, citations)
+
+
+def _lamp_names(state: State, lamps: tuple[str, ...]) -> str:
+    """Lamps by the words of the dashboard; one that has none by its own name."""
+    words = phrases(state.preferences.language)["lamp"]
+    return ", ".join(words.get(lamp, lamp) for lamp in lamps)
+
+
+def _meaning(state: State, health: VehicleHealth, *, contradicted: bool) -> tuple[str, ...]:
+    preferences = state.preferences
     safe = "safe_contradicted" if contradicted else f"safe_{health.safe_to_drive}"
     known = safe in phrases(preferences.language)["ask"]
-    lines.append(
-        say(preferences, "ask", safe if known else "safe_unknown", target=drive(preferences, target(state).mps))
-    )
-    lines += [plain(health.advice)] if health.advice and not health.dtcs and not contradicted else []
-    confidence = min(health.confidence, CONTRADICTED) if contradicted else health.confidence
-    return Told(tuple(lines), confidence, law.citations if law is not None else ())
+    line = say(preferences, "ask", safe if known else "safe_unknown", target=drive(preferences, target(state).mps))
+    brakes = health.brake_envelope
+    if brakes is None or brakes >= SOUND_BRAKES:
+        return (line,)
+    shown = {"share": f"{100 * brakes:.0f}", "gap": f"{health.headway_factor:.1f}"}
+    return (line, say(preferences, "ask", "brakes_weak", **shown))
+
+
+def _next_steps(state: State, health: VehicleHealth) -> list[str]:
+    """The gravest codes with what to do about each; without any, the car's own advice."""
+    preferences = state.preferences
+    gravest = sorted(health.dtcs, key=lambda dtc: -GRAVITY.get(dtc.severity, len(GRAVITY)))[:MOST_CODES]
+    told = [
+        say(preferences, "ask", "code", code=dtc.code, summary=dtc.summary.rstrip("."), step=dtc.next_step)
+        for dtc in gravest
+    ]
+    if more := len(health.dtcs) - len(gravest):
+        told.append(say(preferences, "ask", "codes_more", more=more))
+    return told or ([plain(health.advice)] if health.advice and health.safe_to_drive != "yes" else [])
+
+
+def _rule(state: State, law: RulesAnswer | None) -> tuple[str, ...]:
+    """What the law says of it, with its section; that nobody answered, where nobody did."""
+    if law is None:
+        return (say(state.preferences, "ask", "no_rules"),)
+    if not law.note or not law.citations:
+        return ()
+    section = law.citations[0].section
+    return (f"{say(state.preferences, 'ask', 'rule', section=section)} {plain(law.note, 400)}",)
 
 
 def _limit(state: State, outcomes: tuple[Outcome, ...]) -> Told:

@@ -115,11 +115,24 @@ def test_a_warning_light_came_on_is_it_safe() -> None:
                    next_step="Leave more room; have it checked.")  # fmt: skip
     told = asked(
         drive, "A warning light came on; is it safe?",
-        vehicle_health=health(0.4, warning_lamps=("abs",), dtcs=(code,), safe_to_drive="with_care"),
+        vehicle_health=health(0.4, warning_lamps=("abs",), dtcs=(code,), safe_to_drive="with_care",
+                              brake_envelope=0.75, headway_factor=1.8),
     )  # fmt: skip
-    assert told.text.startswith("Lit: abs. C0035: Wheel speed sensor fault. Leave more room")
-    assert "Drive with care, up to" in told.text
-    assert told.citations, "the law on roadworthiness is cited"
+    assert told.text.startswith("Lit: anti-lock brakes. Drive with care, up to")
+    assert "Count on 75 % of normal braking and keep 1.8 times the usual gap." in told.text
+    assert "C0035: Wheel speed sensor fault. Leave more room; have it checked." in told.text
+    assert f"The rule here ({told.citations[0].section}):" in told.text
+
+
+def test_the_gravest_codes_are_told_first_and_the_rest_counted() -> None:
+    codes = tuple(
+        DtcText(code=code, system="engine", severity=severity, summary="Fault", next_step="Step.")
+        for code, severity in (("P0442", "note"), ("P0301", "careful"), ("P0524", "stop_now"), ("P0128", "note"))
+    )
+    told = asked(Drive(), "Is the warning lamp bad?", vehicle_health=health(0.6, dtcs=codes, safe_to_drive="stop_now"))
+    assert told.text.index("Stop safely now.") < told.text.index("P0524") < told.text.index("P0301")
+    assert "Codes stored beside these: 1." in told.text
+    assert "P0128" not in told.text
 
 
 def test_silent_experts_make_a_careful_answer_not_an_error() -> None:

@@ -156,7 +156,7 @@ def test_a_hazard_is_decided_by_the_arbiter_and_its_act_withheld(drive: Road) ->
         ("What does this sign mean?", "This sign means"),
         ("Are we in mph now?", "No: we are in DEU, limits are in km/h."),
         ("Why did the limit drop?", "The limit is"),
-        ("A warning light came on; is it safe?", "Lit: abs. C0035"),
+        ("A warning light came on; is it safe?", "Lit: anti-lock brakes."),
     ],
 )
 def test_the_four_questions_are_answered_from_the_running_drive_with_citations(
