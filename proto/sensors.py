@@ -79,6 +79,16 @@ class CanFrame(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     data: bytes
     extended: bool = False
     fd: bool = False
+    remote: bool = False
+    """A request for data; it carries none."""
+    requested_bytes: int = 0
+    """Of a remote frame: how many it asks for."""
+    error: bool = False
+    """Not a message: the controller tells of an error on the bus."""
+    bitrate_switch: bool = False
+    """CAN FD: the data went at the data bit rate."""
+    error_state: bool = False
+    """CAN FD: the sender is error passive."""
 
 
 class CanFrames(msgspec.Struct, frozen=True, kw_only=True):

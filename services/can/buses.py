@@ -1,8 +1,10 @@
 """Which buses there are, by configuration: a carried one, an adapter, or a recording; and what opens each."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+import can
 import msgspec
 
 from drivemcp.errors import ConfigError
@@ -63,15 +65,13 @@ def open_links(buses: Sequence[BusConfig], node: "Node") -> dict[str, FrameLink]
 def _link(bus: BusConfig, place: str, node: "Node") -> FrameLink:
     if bus.carried:
         return NodeLink(node, str(bus.port))
-    return PythonCanLink(_open(bus, place), node)
+    return PythonCanLink(partial(_open, bus, place), node)
 
 
 def _open(bus: BusConfig, place: str) -> Any:
     """python-can's bus. What drivers raise where adapter, library or option is missing is told in one line."""
-    import can
-
-    if bus.interface not in can.interfaces.VALID_INTERFACES:
-        known = ", ".join(sorted(can.interfaces.VALID_INTERFACES))
+    if bus.interface not in can.interfaces.BACKENDS:
+        known = ", ".join(sorted(can.interfaces.BACKENDS))
         raise ConfigError(f"{place}.interface: python-can knows no {bus.interface!r}; there are {known}")
     try:
         return can.Bus(channel=bus.port, interface=bus.interface, ignore_config=True, **_arguments(bus))

@@ -15,3 +15,7 @@ class RequestRefused(CanError, PermissionError):
 
 class MalformedFrame(CanError, ValueError):
     """Bytes that are no frame of the protocol."""
+
+
+class LinkDown(CanError, TimeoutError):
+    """A bus that cannot be reached now; its link keeps trying."""

@@ -1,12 +1,18 @@
 """Ways to a bus: frames carried by topics between processes, or any python-can interface on a vehicle."""
 
+import contextlib
+import itertools
 import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+import can
+
+from drivemcp.errors import ConfigError
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
+from services.can.errors import LinkDown
 
 if TYPE_CHECKING:
     from drivemcp.node import Node
@@ -14,17 +20,26 @@ if TYPE_CHECKING:
 OnFrames = Callable[[Sequence[CanFrame]], None]
 EPOCH_S = 1_000_000_000.0
 """Below this a time stamp counts from the interface's own start, not from 1970."""
+DOWN = (can.CanError, OSError, NotImplementedError)
+"""What python-can's interfaces raise when adapter or bus is gone."""
+BACK_OFF_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Waits between attempts to open a lost bus; the last repeats."""
 
 
 class FrameLink(Protocol):
     """What a bus can do."""
+
+    @property
+    def state(self) -> str:
+        """How the bus is, in words, for the health of the service."""
+        ...
 
     def listen(self, on_frames: OnFrames) -> None:
         """Deliver received frames, in order, on the node's worker thread."""
         ...
 
     def transmit(self, frames: Sequence[CanFrame]) -> None:
-        """Send frames."""
+        """Send frames. Raises LinkDown where the bus takes none now."""
         ...
 
 
@@ -33,6 +48,8 @@ class NodeLink:
 
     def __init__(self, node: "Node", bus: str) -> None:
         self._node, self._bus = node, bus
+
+    state = "carried by topics"
 
     def listen(self, on_frames: OnFrames) -> None:
         """Subscribe to what the bus carries."""
@@ -44,10 +61,16 @@ class NodeLink:
 
 
 class PythonCanLink:
-    """A python-can bus: socketcan, virtual, udp_multicast, slcan, ... A thread reads; the node's worker handles."""
+    """A python-can bus: socketcan, virtual, udp_multicast, slcan, ... A thread reads; the node's worker handles.
 
-    def __init__(self, bus: Any, node: "Node") -> None:
-        self._bus, self._node = bus, node
+    An adapter that is unplugged, or falls off its bus, is opened again and again, at growing intervals.
+    """
+
+    def __init__(self, open_bus: Callable[[], Any], node: "Node") -> None:
+        self._open, self._node = open_bus, node
+        self._bus: Any = open_bus()
+        self.state = "up"
+        self._losses = 0
         self._stopped = threading.Event()
         self._reader: threading.Thread | None = None
         node.on_close(self.close)
@@ -58,57 +81,109 @@ class PythonCanLink:
         self._reader.start()
 
     def transmit(self, frames: Sequence[CanFrame]) -> None:
-        """Send on the bus."""
-        for frame in frames:
-            self._bus.send(to_message(frame))
+        """Send on the bus. Raises LinkDown."""
+        bus = self._bus
+        if bus is None:
+            raise LinkDown(f"the bus is {self.state}")
+        try:
+            for frame in frames:
+                bus.send(to_message(frame))
+        except DOWN as error:
+            raise LinkDown(f"the bus took no frame: {_words(error)}") from error
 
     def close(self) -> None:
         """Stop reading and let the interface go."""
         self._stopped.set()
         if self._reader is not None:
             self._reader.join(2.0)
-        self._bus.shutdown()
+        self._let_go()
 
     def _read(self, on_frames: OnFrames) -> None:
         while not self._stopped.is_set():
-            batch = self._batch()
+            try:
+                batch = self._batch(self._bus)
+            except DOWN as error:
+                self._reopen(_words(error))
+                continue
             if batch:
                 self._node.run_soon(lambda frames=batch: on_frames(frames))  # type: ignore[misc]
 
-    def _batch(self) -> list[CanFrame]:
+    def _batch(self, bus: Any) -> list[CanFrame]:
         """Wait for a frame, then take what follows within 10 ms: a busy bus costs a hundred hand-overs a second, not
         thousands.
         """
-        first = self._bus.recv(0.2)
+        first = bus.recv(0.2)
         batch = [] if first is None else [from_message(first)]
         ends = time.monotonic() + 0.01
         while batch and (left := ends - time.monotonic()) > 0:
-            message = self._bus.recv(left)
-            if message is not None and not message.is_error_frame:
+            message = bus.recv(left)
+            if message is not None:
                 batch.append(from_message(message))
+        if not batch or batch[-1].error:
+            _check_on_bus(bus)
         return batch
 
+    def _reopen(self, reason: str) -> None:
+        """Try until it works or the service ends."""
+        self._let_go()
+        self._losses += 1
+        for wait_s in itertools.chain(BACK_OFF_S, itertools.repeat(BACK_OFF_S[-1])):
+            self.state = f"down: {reason}; trying every {wait_s:g} s"
+            if self._stopped.wait(wait_s):
+                return
+            try:
+                self._bus = self._open()
+            except (ConfigError, *DOWN) as error:
+                reason = _words(error)
+                continue
+            self.state = f"up, after {self._losses} losses"
+            return
 
-def to_message(frame: CanFrame) -> Any:
+    def _let_go(self) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            with contextlib.suppress(*DOWN):
+                bus.shutdown()
+
+
+def _check_on_bus(bus: Any) -> None:
+    """Raise CanOperationError where the controller has taken itself off the bus."""
+    if bus.state is can.BusState.ERROR:
+        raise can.CanOperationError("off the bus: too many errors")
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def to_message(frame: CanFrame) -> can.Message:
     """A frame as python-can's message."""
-    import can
-
     return can.Message(
         timestamp=frame.stamp_ns / 1e9,
         arbitration_id=frame.arbitration_id,
-        data=frame.data,
+        data=None if frame.remote else frame.data,
+        dlc=frame.requested_bytes if frame.remote else len(frame.data),
         is_extended_id=frame.extended,
+        is_remote_frame=frame.remote,
+        is_error_frame=frame.error,
         is_fd=frame.fd,
+        bitrate_switch=frame.bitrate_switch,
+        error_state_indicator=frame.error_state,
     )
 
 
-def from_message(message: Any) -> CanFrame:
-    """python-can's message as a frame; one without a time of day is stamped now."""
+def from_message(message: can.Message, stamp_ns: int | None = None) -> CanFrame:
+    """python-can's message as a frame; one without a time of day is stamped now, unless a stamp is given."""
     stamp_s = message.timestamp if message.timestamp > EPOCH_S else time.time()
     return CanFrame(
-        stamp_ns=int(stamp_s * 1e9),
+        stamp_ns=int(stamp_s * 1e9) if stamp_ns is None else stamp_ns,
         arbitration_id=message.arbitration_id,
         data=bytes(message.data),
         extended=message.is_extended_id,
         fd=message.is_fd,
+        remote=message.is_remote_frame,
+        requested_bytes=message.dlc if message.is_remote_frame else 0,
+        error=message.is_error_frame,
+        bitrate_switch=message.bitrate_switch,
+        error_state=message.error_state_indicator,
     )

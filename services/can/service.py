@@ -124,6 +124,7 @@ def _publish(config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str
     def degradation() -> None:
         now_ns = node.clock.now_ns()
         node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
+        node.detail.update({f"bus {name}": link.state for name, link in links.items()})
         node.detail["frames"] = str(vehicle.history.seen)
         node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed)
         if poll_s > 0:

@@ -72,8 +72,9 @@ class Vehicle:
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
         self.history.extend(frames)
-        self.board.ingest(frames, now_ns, bus)
-        for frame in frames:
+        messages = [frame for frame in frames if not (frame.error or frame.remote)]
+        self.board.ingest(messages, now_ns, bus)
+        for frame in messages:
             if frame.arbitration_id in gate.ANSWER_IDS:
                 self.diagnostics.on_frame(frame)
 

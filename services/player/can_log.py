@@ -175,7 +175,8 @@ def profile_of(speed: SpeedSignal) -> str:
     return (
         f'name = "recording"\n[buses.can0]\ndescription = {dbc}\n'
         "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[ecus]\n[fields]\n"
-        f"speed_mps = {{ signal = {signal}, factor = {speed.factor!r}, minimum = 0.0, maximum = 83.4, "
+        f'speed_mps = {{ vss = "Vehicle.Speed", signal = {signal}, unit = "m/s", dbc_unit = "m/s", '
+        f"factor = {speed.factor!r}, minimum = 0.0, maximum = 83.4, "
         "max_step_per_s = 30.0, max_age_s = 0.5 }\n"
     )
 

@@ -98,8 +98,9 @@ def _profile_of_two_buses(folder: Any) -> str:
     path.write_text(
         'name = "two"\n[buses.drive]\ndescription = "sim.dbc"\n[buses.body]\ndescription = "sim.dbc"\n'
         "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[fields]\n"
-        'speed_mps = { bus = "drive", signal = "VehicleSpeed", unit = "m/s", maximum = 83.4, max_age_s = 60.0 }\n'
-        'wiper_stage = { bus = "body", signal = "WiperStage", maximum = 3, max_age_s = 60.0 }\n'
+        'speed_mps = { vss = "Vehicle.Speed", bus = "drive", signal = "VehicleSpeed", unit = "m/s", maximum = 83.4, max_age_s = 60.0 }\n'
+        'wiper_stage = { vss = "Vehicle.Body.Windshield.Front.Wiping.Mode", bus = "body", '
+        'signal = "WiperStage", maximum = 3, max_age_s = 60.0 }\n'
     )
     return str(path)
 
