@@ -63,9 +63,10 @@ class FieldRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     counter: str = ""
     checksum: ChecksumRule | None = None
     valid_if: str = ""
-    """A signal of the same message that must not be 0."""
-    invalid_if: str = ""
-    """A signal of the same message that must be 0."""
+    """A signal of the same message that must not be 0, or must have one of `valid_values` (names or raw numbers)."""
+    valid_values: tuple[str | int, ...] = ()
+    weights: tuple[float, ...] = ()
+    """What each of several signals is multiplied with before `combine`, e.g. lamps that count 1, 2 and 3."""
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -76,7 +77,7 @@ class FieldRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     def others(self) -> tuple[str, ...]:
         """The signals beside them that the same message must have."""
         checksum = self.checksum.signal if self.checksum else ""
-        return tuple(filter(None, (self.negative_if, self.counter, checksum, self.valid_if, self.invalid_if)))
+        return tuple(filter(None, (self.negative_if, self.counter, checksum, self.valid_if)))
 
 
 class BusRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -180,6 +181,10 @@ def _field_complaints(name: str, rule: FieldRule) -> Iterator[str]:
         yield "no signal"
     if rule.values and (rule.sign, rule.factor, rule.offset, rule.dbc_unit) != (1, 1.0, 0.0, ""):
         yield "values stand for themselves: no sign, factor, offset or dbc_unit"
+    if rule.weights and len(rule.weights) != len(rule.signals):
+        yield f"{len(rule.weights)} weights for {len(rule.signals)} signals"
+    if rule.valid_values and not rule.valid_if:
+        yield "valid_values says nothing without valid_if"
     if rule.otherwise is not None and not rule.values:
         yield "otherwise says nothing without values"
 

@@ -19,8 +19,20 @@ def source(rule: FieldRule, message: Any) -> Sample:
     for name in rule.others:
         _signal(message, name)
     reads = [_mapped(rule, each) if rule.values else _scaled(rule, each) for each in signals]
+    reads = [_weighted(*each) for each in zip(reads, rule.weights, strict=True)] if rule.weights else reads
     one = reads[0] if len(reads) == 1 else _combined(reads, _COMBINE[rule.combine])
     return _negated(one, rule.negative_if) if rule.negative_if else one
+
+
+def usable(rule: FieldRule, message: Any) -> Callable[[Mapping[str, float]], bool]:
+    """Whether the sender vouches for the field in these values, by the rule's `valid_if`. Raises ProfileError."""
+    if not rule.valid_if:
+        return lambda values: True
+    name, signal = rule.valid_if, _signal(message, rule.valid_if)
+    if not rule.valid_values:
+        return lambda values: bool(values[name])
+    good = {_physical(signal, str(each)) for each in rule.valid_values}
+    return lambda values: values[name] in good
 
 
 def _signal(message: Any, name: str) -> Any:
@@ -49,6 +61,14 @@ def _physical(signal: Any, key: str) -> float:
     except ValueError:
         raise ProfileError(f"{signal.name}: no value {key!r}; named are {', '.join(named) or 'none'}") from None
     return float(signal.conversion.raw_to_scaled(raw, decode_choices=False))
+
+
+def _weighted(read: Sample, weight: float) -> Sample:
+    def weighted(values: Mapping[str, float]) -> float | None:
+        value = read(values)
+        return None if value is None else value * weight
+
+    return weighted
 
 
 def _combined(reads: list[Sample], combine: Callable[[list[float]], float]) -> Sample:
