@@ -1,13 +1,11 @@
 """What the tools of the MCP-CAN catalogue answer: its names and shapes."""
 
 import contextlib
-from typing import Any
 
 import msgspec
 
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText
-from services.can import obd
 from services.can.dbc import Dbc
 from services.can.errors import MalformedFrame
 from services.can.vehicle import Vehicle
@@ -60,49 +58,6 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     frame_count: int
     uptime_s: float
     malformed: int = 0
-
-
-class ObdAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """`status`: ok, refused, timeout or error."""
-
-    status: str
-    arbitration_id: str | None = None
-    response_service: int | None = None
-    pid: int | None = None
-    decoded: dict[str, Any] | None = None
-    raw_data: list[int] | None = None
-    message: str | None = None
-
-
-class UnitResponse(msgspec.Struct, frozen=True, kw_only=True):
-    """One unit's answer; response_code 0 is positive, else the negative response code of ISO 14229. data_field: data
-    as a number.
-    """
-
-    ecu: str
-    service_id: int
-    parameter_id: int
-    response_code: int
-    data_field: int
-    data: list[int] = []
-
-
-class DiagnosticAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """`status`: ok, refused, timeout or error."""
-
-    status: str
-    responses: list[UnitResponse]
-    message: str | None = None
-
-
-class FaultAnswer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """`status`: ok, refused, timeout or error."""
-
-    status: str
-    active_preset: str | None = None
-    description: str | None = None
-    dtcs: list[str] = []
-    message: str | None = None
 
 
 class CodeReport(msgspec.Struct, frozen=True, kw_only=True):
@@ -205,28 +160,4 @@ def code_report(vehicle: Vehicle, language: str, now_ns: int) -> CodeReport:
         pending=tuple(vehicle.book.explain(code, language) for code in vehicle.pending.codes),
         age_s=None if stamp_ns is None else round(max(0.0, (now_ns - stamp_ns) / NS), 3),
         warning_lamps=vehicle.assessment.degradation.warning_lamps,
-    )
-
-
-def obd_answer(answer_id: int, answer: bytes, pid: int | None) -> ObdAnswer:
-    """An answered OBD request."""
-    common = {"arbitration_id": f"0x{answer_id:X}", "raw_data": list(answer)}
-    if answer[0] == 0x7F:
-        reason = obd.NEGATIVE.get(answer[2], f"code 0x{answer[2]:02X}")
-        return ObdAnswer(status="refused", pid=pid, message=f"the unit refused: {reason}", **common)  # type: ignore[arg-type]
-    return ObdAnswer(status="ok", response_service=answer[0], pid=pid, decoded=obd.decode(answer), **common)  # type: ignore[arg-type]
-
-
-def unit_response(vehicle: Vehicle, answer_id: int, answer: bytes, parameter_id: int) -> UnitResponse:
-    """One unit's answer to a diagnostic request."""
-    negative = answer[0] == 0x7F
-    service = answer[1] if negative else answer[0] - 0x40
-    data = b"" if negative else answer[{0x22: 3, 0x19: 2, 0x3E: 2}.get(service, 1) :]
-    return UnitResponse(
-        ecu=vehicle.profile.ecu_names.get(answer_id - 8, f"0x{answer_id:X}"),
-        service_id=service,
-        parameter_id=parameter_id,
-        response_code=answer[2] if negative else 0,
-        data_field=int.from_bytes(data[:6], "big"),
-        data=list(data),
     )

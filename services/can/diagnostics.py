@@ -4,123 +4,142 @@ to send.
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
 
 from proto.sensors import CanFrame
 from services.can import gate, isotp, obd
-from services.can.errors import MalformedFrame
-
-GRACE_S = 0.1
-"""After the last answer to a request to everybody, so long for another. ISO 15765-4 gives each unit 50 ms."""
+from services.can.addresses import ANSWER_IDS, answer_id, functional_ids, is_extended, request_id
+from services.can.errors import RequestRefused
+from services.can.exchange import PART_S, Exchange
+from services.can.responders import Ended, Responders
 
 Send = Callable[[int, bytes], None]
 
 
-class Exchange:
-    """One request, and the answers that came: id of the unit's answers -> payload."""
+class Reply(NamedTuple):
+    """Answers by the id they came on; how the waiting ended; who is known to answer this and did not."""
 
-    def __init__(self, request_id: int, payload: bytes, awaited: frozenset[int], *, first_only: bool) -> None:
-        self.request_id, self.payload = request_id, payload
-        self.awaited, self.first_only = awaited, first_only
-        self.answers: dict[int, bytes] = {}
-        self.done = threading.Event()
-
-    def offer(self, answer_id: int, answer: bytes) -> None:
-        """Take an answer that belongs to this request; others pass by."""
-        if answer_id not in self.awaited or not obd.answers_to(self.payload, answer):
-            return
-        if answer[0] == 0x7F and answer[2] == obd.PENDING:
-            return
-        self.answers.setdefault(answer_id, answer)
-        if self.first_only or self.answers.keys() >= self.awaited:
-            self.done.set()
-
-    def wait(self, timeout_s: float) -> bool:
-        """Wait until answered, at most `timeout_s`; after some of many answered, no longer than `GRACE_S` for the
-        next.
-        """
-        ends = time.monotonic() + timeout_s
-        while (left := ends - time.monotonic()) > 0:
-            before = len(self.answers)
-            if self.done.wait(min(left, GRACE_S) if before else min(left, 0.01)):
-                return True
-            if before and len(self.answers) == before:
-                return True
-        return bool(self.answers)
+    answers: Mapping[int, bytes]
+    ended: Ended
+    missing: tuple[int, ...] = ()
 
 
 class Diagnostics:
-    """One request at a time leaves; every frame that comes back is offered to it."""
+    """One request at a time leaves; every frame that comes back is offered to it. `ecus`: physical request ids."""
 
-    def __init__(self, send: Send, ecus: Iterable[int]) -> None:
-        self._send = send
-        self._ecus = frozenset(request_id + 8 for request_id in ecus)
+    def __init__(self, send: Send, ecus: Iterable[int], pace: gate.Pace | None = None) -> None:
+        self._send, self._pace = send, pace or gate.Pace()
+        units = frozenset(ecus)
+        self.everybody = functional_ids(units)
+        self.responders = Responders(frozenset(map(answer_id, units)))
+        formats = {is_extended(each) for each in self.everybody}
+        self._all = frozenset(each for each in ANSWER_IDS if is_extended(each) in formats)
         self._turn = threading.Lock()
         self._open: Exchange | None = None
-        self._parts: dict[int, isotp.Reassembly] = {}
+        self._last: Exchange | None = None
+        self._receivers: dict[int, isotp.Receiver] = {}
         self.malformed = 0
+        """Frames of awaited units that were no part of any message."""
 
     def on_frame(self, frame: CanFrame) -> None:
-        """A frame from the bus; anything but an awaited answer is ignored."""
+        """A frame from the bus; anything but a part of an awaited answer is ignored."""
+        unit, begins = frame.arbitration_id, isotp.beginning(frame.data)
+        if frame.extended != is_extended(unit):
+            return
         exchange = self._open
-        if exchange is None or frame.extended or frame.arbitration_id not in exchange.awaited:
-            return
-        parts = self._parts.setdefault(frame.arbitration_id, isotp.Reassembly())
-        try:
-            payload, flow = parts.feed(frame.data)
-        except MalformedFrame:
-            self.malformed += 1
-            return
-        if flow:
-            self._transmit(frame.arbitration_id - 8, isotp.FLOW_CONTINUE)
-        if payload:
-            exchange.offer(frame.arbitration_id, payload)
+        if exchange is None:
+            self._late(unit, begins)
+        elif unit in exchange.awaited and (not begins or obd.answers_to(exchange.payload, begins)):
+            self._take(exchange, unit, frame.data)
 
-    @contextmanager
-    def request(
-        self,
-        request_id: int,
-        payload: bytes,
-        *,
-        first_only: bool,
-        timeout_s: float,
-        clearing: bool = False,
-        faults: bool = False,
-    ) -> Iterator[Exchange]:
-        """Send and hold the line; the caller waits on the exchange. Raises RequestRefused, TimeoutError where the
-        line is taken.
+    def ask(
+        self, payload: bytes, to: int | None = None, *, timeout_s: float, allowed: frozenset[int] = gate.NOTHING
+    ) -> Reply:
+        """Ask one unit by its physical id, or everybody, and wait. An answer that broke off is asked for once more.
+
+        Raises RequestRefused; TimeoutError where the line stays taken.
         """
         if not self._turn.acquire(timeout=timeout_s):
             raise TimeoutError("another request is still waiting for its answer")
         try:
-            yield self._begin(request_id, payload, first_only=first_only, clearing=clearing, faults=faults)
+            exchange = self._begin(payload, to, allowed)
+            ended = exchange.wait(timeout_s)
+            found = dict(exchange.answers)
+            for unit in sorted(exchange.broken - found.keys()) if payload[0] in gate.READING else ():
+                again = self._begin(payload, request_id(unit), allowed)
+                again.wait(timeout_s)
+                found |= again.answers
         finally:
-            self._open = None
-            self._turn.release()
+            self._close()
+        return self._reply(exchange, found, ended)
 
-    def start(self, request_id: int, payload: bytes) -> Exchange | None:
-        """Send without waiting, for the worker thread; None where the line is taken. `finish` frees it."""
+    def start(self, payload: bytes) -> Exchange | None:
+        """Ask everybody without waiting, for the worker thread; None where the line is taken. `finish` frees it."""
         if not self._turn.acquire(blocking=False):
             return None
-        return self._begin(request_id, payload, first_only=False)
+        try:
+            return self._begin(payload, None, gate.NOTHING)
+        except BaseException:
+            self._close()
+            raise
 
     def finish(self, exchange: Exchange) -> Mapping[int, bytes]:
         """End what `start` began: what was answered so far."""
-        self._open = None
-        self._turn.release()
+        self._close()
         return exchange.answers
 
-    def _begin(
-        self, request_id: int, payload: bytes, *, first_only: bool, clearing: bool = False, faults: bool = False
-    ) -> Exchange:
-        awaited = self._ecus if request_id == gate.FUNCTIONAL_ID else frozenset({request_id + 8})
-        exchange = Exchange(request_id, payload, awaited, first_only=first_only)
-        self._parts.clear()
-        self._open = exchange
-        self._transmit(request_id, isotp.single_frame(payload), clearing=clearing, faults=faults)
+    def _begin(self, payload: bytes, to: int | None, allowed: frozenset[int]) -> Exchange:
+        if not payload:
+            raise RequestRefused("an empty request")
+        ids = self.everybody if to is None else (to,)
+        frame = isotp.single_frame(payload) if len(payload) <= 7 else payload
+        for each in ids:
+            gate.check(each, frame, allowed)
+        awaited = self._all if to is None else frozenset({answer_id(to)})
+        self._receivers.clear()
+        self._open = exchange = Exchange(payload, awaited, self.responders.expected(payload) if to is None else awaited)
+        for each in ids:
+            self._wait_for_pace()
+            self._send(each, frame)
         return exchange
 
-    def _transmit(self, arbitration_id: int, data: bytes, *, clearing: bool = False, faults: bool = False) -> None:
-        gate.check(arbitration_id, data, clearing=clearing, faults=faults)
-        self._send(arbitration_id, data)
+    def _wait_for_pace(self) -> None:
+        while (wait_s := self._pace.take(gate.RESERVE)) > 0.0:
+            time.sleep(wait_s)
+
+    def _reply(self, exchange: Exchange, found: Mapping[int, bytes], ended: Ended) -> Reply:
+        whole = exchange.expected
+        if exchange.awaited == self._all:
+            whole |= self.responders.all_for(exchange.payload)
+            self.responders.learn(exchange.payload, frozenset(found), ended)
+        return Reply(found, ended, tuple(sorted(whole - found.keys())))
+
+    def _take(self, exchange: Exchange, unit: int, data: bytes) -> None:
+        receiver = self._receivers.get(unit)
+        if receiver is None:
+            receiver = self._receivers[unit] = isotp.Receiver(unit, self._flow)
+        before, malformed = receiver.receiving, receiver.malformed
+        whole = receiver.feed(data)
+        self.malformed += receiver.malformed - malformed
+        for payload in whole:
+            exchange.offer(unit, payload)
+        if receiver.receiving:
+            exchange.patience(unit, PART_S)
+        elif before and not whole:
+            exchange.broke_off(unit)
+
+    def _late(self, unit: int, begins: bytes) -> None:
+        last = self._last
+        if last and begins and unit in last.awaited - last.answers.keys() and obd.answers_to(last.payload, begins):
+            self.responders.forget(last.payload)
+
+    def _flow(self, arbitration_id: int, data: bytes) -> None:
+        """Flow control is not waited for: without a frame to spare the answer breaks off and is asked for again."""
+        gate.check(arbitration_id, data)
+        if self._pace.take() == 0.0:
+            self._send(arbitration_id, data)
+
+    def _close(self) -> None:
+        self._last, self._open = self._open, None
+        self._turn.release()

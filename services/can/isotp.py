@@ -1,11 +1,31 @@
-"""ISO 15765-2, the tester's side: short requests out, answers of any length up to 4095 bytes in."""
+"""ISO 15765-2, the tester's side, by `can-isotp`: short requests out, answers of any length in.
 
-from services.can.errors import MalformedFrame
+The library's state machine without its threads: a frame is put in, its flow control and whole messages come out, at
+once and on the caller's thread. Why: docs/decisions/0007.
+"""
+
+import logging
+from collections import deque
+from collections.abc import Callable
+
+import isotp
+
+from services.can.addresses import is_extended, request_id
 
 PADDING = 0xAA
-SINGLE, FIRST, CONSECUTIVE, FLOW = 0x0, 0x1, 0x2, 0x3
-FLOW_CONTINUE = bytes([0x30, 0x00, 0x00]) + bytes([PADDING]) * 5
-"""Clear to send: all frames at once, no pause between them."""
+SINGLE, FIRST = 0x0, 0x1
+FLOW_FRAMES = frozenset(bytes([0x30 | status, 0, 0]) + bytes([PADDING]) * 5 for status in (0, 2))
+"""Clear to send, all frames at once and no pause between them; and: longer than is taken."""
+
+logging.getLogger(__name__).setLevel(logging.ERROR)  # the library warns of every broken frame; here they are counted
+_PARAMS = {
+    "stmin": 0,
+    "blocksize": 0,
+    "tx_padding": PADDING,
+    "rx_consecutive_frame_timeout": 60_000,
+    "logger_name": __name__,
+}
+"""The library's timer runs by the wall clock; the exchange's own deadlines come first and hold in simulated time too."""
 
 
 def single_frame(payload: bytes) -> bytes:
@@ -15,60 +35,45 @@ def single_frame(payload: bytes) -> bytes:
     return bytes([len(payload)]) + payload + bytes([PADDING]) * (7 - len(payload))
 
 
-class Reassembly:
-    """Puts the frames of one sender together again."""
+def beginning(data: bytes) -> bytes:
+    """The first bytes of the message that this frame begins; empty where it begins none."""
+    kind = data[0] >> 4 if data else None
+    if kind == SINGLE:
+        return data[1 : 1 + (data[0] & 0x0F)]
+    return data[2:8] if kind == FIRST else b""
 
-    def __init__(self) -> None:
-        self._data = bytearray()
-        self._length = 0
-        self._next = 0
 
-    def feed(self, data: bytes) -> tuple[bytes | None, bool]:
-        """(whole payload once it is complete, whether flow control must be sent). Raises MalformedFrame; then starts
-        afresh.
+class Receiver:
+    """Puts the frames of one unit together; `transmit` (id, data) takes flow control."""
+
+    def __init__(self, answer_id: int, transmit: Callable[[int, bytes], None]) -> None:
+        bits = isotp.AddressingMode.Normal_29bits if is_extended(answer_id) else isotp.AddressingMode.Normal_11bits
+        self._id, self._extended = answer_id, is_extended(answer_id)
+        self._frames: deque[isotp.CanMessage] = deque()
+        self._layer = isotp.TransportLayerLogic(
+            rxfn=lambda _: self._frames.popleft() if self._frames else None,
+            txfn=lambda message: transmit(message.arbitration_id, bytes(message.data)),
+            address=isotp.Address(bits, txid=request_id(answer_id), rxid=answer_id),
+            error_handler=self._count,
+            params=_PARAMS,
+        )
+        self.malformed = 0
+
+    @property
+    def receiving(self) -> bool:
+        """Whether a message has begun and not ended."""
+        return self._layer.is_rx_active()
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """The messages that are whole with this frame. What fits nothing is counted, and the message under way given
+        up.
         """
-        if not data:
-            raise MalformedFrame("an empty frame")
-        kind = data[0] >> 4
-        if kind == SINGLE:
-            return self._single(data), False
-        if kind == FIRST:
-            return None, self._first(data)
-        if kind == CONSECUTIVE:
-            return self._consecutive(data), False
-        if kind == FLOW:
-            return None, False
-        raise MalformedFrame(f"unknown frame type {kind}")
+        self._frames.append(isotp.CanMessage(arbitration_id=self._id, data=data, extended_id=self._extended))
+        self._layer.process(0.0)
+        whole = []
+        while (message := self._layer.recv()) is not None:
+            whole.append(bytes(message))
+        return whole
 
-    def _reset(self) -> None:
-        self._data, self._length, self._next = bytearray(), 0, 0
-
-    def _single(self, data: bytes) -> bytes:
-        self._reset()
-        length = data[0] & 0x0F
-        if not 1 <= length <= len(data) - 1:
-            raise MalformedFrame(f"a single frame that claims {length} bytes")
-        return data[1 : 1 + length]
-
-    def _first(self, data: bytes) -> bool:
-        self._reset()
-        length = ((data[0] & 0x0F) << 8 | data[1]) if len(data) == 8 else 0
-        if length <= 7:
-            raise MalformedFrame(f"a first frame that claims {length} bytes")
-        self._length, self._next = length, 1
-        self._data.extend(data[2:])
-        return True
-
-    def _consecutive(self, data: bytes) -> bytes | None:
-        if not self._length:
-            return None  # the rest of somebody else's message
-        if data[0] & 0x0F != self._next:
-            self._reset()
-            raise MalformedFrame("a consecutive frame out of sequence")
-        self._next = (self._next + 1) & 0x0F
-        self._data.extend(data[1:])
-        if len(self._data) < self._length:
-            return None
-        payload = bytes(self._data[: self._length])
-        self._reset()
-        return payload
+    def _count(self, error: Exception) -> None:
+        self.malformed += 1

@@ -1,91 +1,77 @@
-"""On-board diagnostics in words: SAE J1979 services and parameters, UDS identifiers, negative answers."""
+"""On-board diagnostics in words: the services of SAE J1979, which answer belongs to which request, and what it says."""
 
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+from services.can import pids
 from services.can.dtc import code_of
 
-Number = int | float
-
-
-class Pid(NamedTuple):
-    """One parameter of service 01: name, unit, number of bytes, and its formula in SAE J1979."""
-
-    name: str
-    unit: str
-    size: int
-    value: Callable[[bytes], Number]
-
-
-def _word(data: bytes) -> int:
-    return data[0] << 8 | data[1]
-
-
-PIDS: Mapping[int, Pid] = {
-    0x04: Pid("engine_load", "%", 1, lambda d: d[0] / 2.55),
-    0x05: Pid("coolant_temperature", "degC", 1, lambda d: d[0] - 40),
-    0x0A: Pid("fuel_pressure", "kPa", 1, lambda d: d[0] * 3),
-    0x0B: Pid("intake_manifold_pressure", "kPa", 1, lambda d: d[0]),
-    0x0C: Pid("engine_speed", "rpm", 2, lambda d: _word(d) / 4),
-    0x0D: Pid("vehicle_speed", "km/h", 1, lambda d: d[0]),
-    0x0E: Pid("timing_advance", "deg", 1, lambda d: d[0] / 2 - 64),
-    0x0F: Pid("intake_air_temperature", "degC", 1, lambda d: d[0] - 40),
-    0x10: Pid("air_flow", "g/s", 2, lambda d: _word(d) / 100),
-    0x11: Pid("throttle_position", "%", 1, lambda d: d[0] / 2.55),
-    0x1C: Pid("obd_standard", "", 1, lambda d: d[0]),
-    0x1F: Pid("run_time", "s", 2, _word),
-    0x21: Pid("distance_with_lamp", "km", 2, _word),
-    0x2F: Pid("fuel_level", "%", 1, lambda d: d[0] / 2.55),
-    0x31: Pid("distance_since_cleared", "km", 2, _word),
-    0x33: Pid("barometric_pressure", "kPa", 1, lambda d: d[0]),
-    0x42: Pid("control_unit_voltage", "V", 2, lambda d: _word(d) / 1000),
-    0x45: Pid("relative_throttle", "%", 1, lambda d: d[0] / 2.55),
-    0x46: Pid("outside_temperature", "degC", 1, lambda d: d[0] - 40),
-    0x49: Pid("accelerator_position", "%", 1, lambda d: d[0] / 2.55),
-    0x51: Pid("fuel_type", "", 1, lambda d: d[0]),
-    0x5C: Pid("oil_temperature", "degC", 1, lambda d: d[0] - 40),
-    0x5E: Pid("fuel_rate", "l/h", 2, lambda d: _word(d) / 20),
-}
-BITMAPS = frozenset({0x00, 0x20, 0x40, 0x60, 0x80, 0xA0, 0xC0, 0xE0})
 WITH_PID = frozenset({0x01, 0x02, 0x06, 0x09})
 CODE_LISTS: Mapping[int, str] = {0x03: "stored", 0x07: "pending", 0x0A: "permanent"}
+MAX_PIDS = 6
+"""In one request (SAE J1979)."""
+NEGATIVE, PENDING = 0x7F, 0x78
+ECHOED: Mapping[int, int] = {0x02: 2, 0x06: 1, 0x09: 1, 0x11: 1, 0x19: 1, 0x22: 2, 0x31: 3, 0x3E: 1}
+"""How many bytes of the request, after the service, a positive answer repeats."""
 
-# ISO 14229-1, the negative answers that a reader can meet.
-NEGATIVE: Mapping[int, str] = {
-    0x10: "general reject",
-    0x11: "service not supported",
-    0x12: "sub-function not supported",
-    0x13: "wrong length or format",
-    0x21: "busy, repeat the request",
-    0x22: "conditions not correct",
-    0x31: "identifier out of range",
-    0x33: "security access denied",
-    0x78: "answer follows later",
-    0x7F: "service not supported in this session",
-}
-PENDING = 0x78
+_CONTINUOUS = ("misfire", "fuel_system", "components")
+_SPARK = (
+    "catalyst",
+    "heated_catalyst",
+    "evaporative_system",
+    "secondary_air",
+    "particulate_filter_petrol",
+    "oxygen_sensor",
+    "oxygen_sensor_heater",
+    "exhaust_gas_recirculation",
+)
+_COMPRESSION = (
+    "hydrocarbon_catalyst",
+    "nox_aftertreatment",
+    "",
+    "boost_pressure",
+    "",
+    "exhaust_gas_sensor",
+    "particulate_filter",
+    "exhaust_gas_recirculation",
+)
+_TEXTS: Mapping[int, tuple[str, int]] = {0x02: ("vin", 17), 0x04: ("calibration_id", 16), 0x0A: ("ecu_name", 20)}
 
 
-def request(service: int, pid: int | None) -> bytes:
-    """The payload of an OBD request; freeze frames are asked for as frame 0. Raises ValueError where a parameter is
-    missing.
+def request(service: int, wanted: tuple[int, ...] = (), frame: int = 0) -> bytes:
+    """The payload of an OBD request; `frame`: which freeze frame. Raises ValueError where parameters are missing or too
+    many.
     """
-    if not 0 <= service <= 0xFF or (pid is not None and not 0 <= pid <= 0xFF):
-        raise ValueError("service and pid are single bytes")
-    if service in WITH_PID:
-        if pid is None:
-            raise ValueError(f"service 0x{service:02X} needs a pid")
-        return bytes([service, pid, 0]) if service == 0x02 else bytes([service, pid])
-    return bytes([service])
+    if not all(0 <= number <= 0xFF for number in (service, frame, *wanted)):
+        raise ValueError("service, pid and frame are single bytes")
+    if service not in WITH_PID:
+        return bytes([service])
+    if not wanted:
+        raise ValueError(f"service 0x{service:02X} needs a pid")
+    if len(wanted) > (MAX_PIDS if service == 0x01 else 1):
+        raise ValueError(f"service 0x{service:02X}: one pid at a time, of service 01 at most {MAX_PIDS}")
+    return bytes([service, *wanted]) + (bytes([frame]) if service == 0x02 else b"")
+
+
+def is_negative(answer: bytes) -> bool:
+    """Whether a unit says no."""
+    return answer[:1] == bytes([NEGATIVE])
+
+
+def is_pending(answer: bytes) -> bool:
+    """Whether a unit says that its answer follows later."""
+    return is_negative(answer) and answer[2:3] == bytes([PENDING])
 
 
 def answers_to(payload: bytes, answer: bytes) -> bool:
-    """Whether `answer` belongs to the request `payload`: by service, and by parameter where the service has one."""
-    if len(answer) >= 3 and answer[0] == 0x7F:
-        return answer[1] == payload[0]
+    """Whether `answer` (its first bytes do) belongs to `payload`: by service, and by what the service repeats."""
+    if is_negative(answer):
+        return len(answer) >= 3 and answer[1] == payload[0]
     if not answer or answer[0] != payload[0] + 0x40:
         return False
-    echoed = {0x22: 2, 0x19: 1, 0x3E: 1, 0x31: 3}.get(payload[0], 1 if payload[0] in WITH_PID else 0)
+    if payload[0] == 0x01:
+        return answer[1:2] != b"" and answer[1] in payload[1:]
+    echoed = ECHOED.get(payload[0], 0)
     return answer[1 : 1 + echoed] == payload[1 : 1 + echoed]
 
 
@@ -96,35 +82,80 @@ def codes(answer: bytes) -> tuple[str, ...]:
     return tuple(found)
 
 
-def decode(answer: bytes) -> dict[str, Number | str | list[str]]:
-    """An OBD answer in words and units; empty where the service or parameter is not in the tables."""
+def decode(answer: bytes) -> dict[str, Any]:
+    """A positive OBD answer in words and units; empty where service or parameter is not in the tables."""
     if len(answer) < 2:
         return {}
     service = answer[0] - 0x40
     if service in CODE_LISTS:
         return {f"{CODE_LISTS[service]}_codes": list(codes(answer))}
     if service == 0x09:
-        return _vehicle_information(answer)
-    if service in (0x01, 0x02):
-        return _parameter(answer[1], answer[2 if service == 0x01 else 3 :])
-    return {}
+        return _vehicle_information(answer[1], answer[2:])
+    if service == 0x02:
+        return parameter(answer[1], answer[3:])
+    return _parameters(answer[1:]) if service == 0x01 else {}
 
 
-def _parameter(pid: int, data: bytes) -> dict[str, Number | str | list[str]]:
-    if pid in BITMAPS and len(data) >= 4:
-        bits = int.from_bytes(data[:4], "big")
-        return {"supported": [f"0x{pid + i:02X}" for i in range(1, 33) if bits >> (32 - i) & 1]}
-    if pid == 0x01 and len(data) >= 4:
-        return {"malfunction_lamp": data[0] >> 7, "stored_count": data[0] & 0x7F}
-    row = PIDS.get(pid)
-    if row is None or len(data) < row.size:
+def values(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """The parameters in an answer to service 01, one after another; ends at one whose size is not known."""
+    while data and (size := pids.size_of(data[0])) is not None and len(data) > size:
+        yield data[0], data[1 : 1 + size]
+        data = data[1 + size :]
+
+
+def _parameters(data: bytes) -> dict[str, Any]:
+    """One parameter as it is; several side by side, with the units under `units`."""
+    found = [parameter(pid, value) for pid, value in values(data)]
+    if len(found) <= 1:
+        return found[0] if found else {}
+    units = {name: each["unit"] for each in found for name in each if name != "unit" and "unit" in each}
+    return {name: value for each in found for name, value in each.items() if name != "unit"} | {"units": units}
+
+
+def parameter(pid: int, data: bytes) -> dict[str, Any]:
+    """One parameter of service 01 or 02 in words; empty where it is unknown or too short."""
+    size = pids.size_of(pid)
+    if size is None or len(data) < size:
         return {}
-    return {row.name: round(row.value(data), 3), "unit": row.unit}
+    if pid in pids.BITMAPS:
+        return {"supported": [f"0x{each:02X}" for each in supported(pid, data)]}
+    if pid in pids.MONITORS:
+        return monitors(pid, data)
+    if pid == pids.FREEZE_CODE:
+        return {"freeze_frame_code": code_of(data[0], data[1]) if any(data[:2]) else ""}
+    if pid in pids.CODED:
+        return {name: words.get(code, code) for (name, words), code in zip(pids.CODED[pid], data, strict=False)}
+    parts = [part for part in pids.PIDS[pid].parts if part.present(data)]
+    return {part.name: part.value(data) for part in parts} | ({"unit": parts[0].unit} if parts else {})
 
 
-def _vehicle_information(answer: bytes) -> dict[str, Number | str | list[str]]:
-    names = {0x02: "vin", 0x04: "calibration_id", 0x0A: "ecu_name"}
-    name = names.get(answer[1])
-    if name is None:
+def supported(base: int, data: bytes) -> tuple[int, ...]:
+    """Which parameters a bitmap names."""
+    bits = int.from_bytes(data[:4], "big")
+    return tuple(base + i for i in range(1, 33) if bits >> (32 - i) & 1)
+
+
+def monitors(pid: int, data: bytes) -> dict[str, Any]:
+    """Lamp, number of codes, and each monitor that the unit has: whether it is ready."""
+    kinds = _COMPRESSION if data[1] & 0x08 else _SPARK
+    ready = {name: not data[1] >> (4 + i) & 1 for i, name in enumerate(_CONTINUOUS) if data[1] >> i & 1}
+    ready |= {name: not data[3] >> i & 1 for i, name in enumerate(kinds) if name and data[2] >> i & 1}
+    head = {"malfunction_lamp": data[0] >> 7, "stored_count": data[0] & 0x7F} if pid == 0x01 else {}
+    return head | {"ready": ready}
+
+
+def _vehicle_information(item: int, data: bytes) -> dict[str, Any]:
+    """Service 09: how many, then each as text (SAE J1979); calibration verification numbers as hex."""
+    if item == 0x00:
+        return {"supported": [f"0x{each:02X}" for each in supported(0, data[-4:])]}
+    if item == 0x06:
+        return {"calibration_verification": [data[i : i + 4].hex().upper() for i in range(1, len(data) - 3, 4)]}
+    if item not in _TEXTS:
         return {}
-    return {name: answer[3:].decode("ascii", "replace").strip("\x00 ")}
+    name, size = _TEXTS[item]
+    texts = [_text(data[i : i + size]) for i in range(1, len(data), size)]
+    return {name: texts[0] if len(texts) == 1 else texts}
+
+
+def _text(data: bytes) -> str:
+    return data.decode("ascii", "replace").strip("\x00 ")

@@ -1,59 +1,110 @@
-"""The tools that send: OBD and diagnostic requests, fault scenarios, clearing. Each waits for its answer, and no
+"""The tools that send: OBD and UDS requests, fault scenarios, clearing, resets. Each waits for its answers, and no
 longer.
 """
 
-from services.can import answers, gate, obd
-from services.can.answers import DiagnosticAnswer, FaultAnswer, ObdAnswer
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+from services.can import gate, obd, replies, uds
+from services.can.diagnostics import Reply
 from services.can.errors import RequestRefused
+from services.can.replies import DiagnosticAnswer, FaultAnswer, ObdAnswer, UnitReport
 from services.can.vehicle import Vehicle
 
 MIN_WAIT_S, MAX_WAIT_S = 0.05, 5.0
-TEST_UNIT_ID = 0x7E7
 ROUTINE_START = 0x01
+STANDING_MPS = 0.3
+"""Above the noise of a standing wheel's sensor, below walking."""
+Reset = Literal["hard", "key_off_on", "soft"]
+RESETS: dict[Reset, int] = {"hard": 0x01, "key_off_on": 0x02, "soft": 0x03}
+NOBODY = Reply({}, "timeout")
+ClearBy = Literal["obd", "uds"]
+CLEARS: dict[ClearBy, bytes] = {"obd": bytes([gate.CLEAR_OBD]), "uds": bytes([gate.CLEAR_UDS, 0xFF, 0xFF, 0xFF])}
 
 
-def _bounded(timeout_s: float) -> float:
-    return min(max(timeout_s, MIN_WAIT_S), MAX_WAIT_S)
+class Found(NamedTuple):
+    """What was asked and what came back; or why nothing did."""
+
+    payload: bytes
+    reply: Reply
+    status: str = "ok"
+    message: str | None = None
 
 
-def send_obd(vehicle: Vehicle, service: int, pid: int | None, timeout_s: float) -> ObdAnswer:
-    """One OBD request to everybody; a list of codes is gathered from all units, a parameter taken from the first that
-    has it.
-    """
+def _ask(
+    vehicle: Vehicle,
+    payload: Callable[[], bytes],
+    ecu: str | None,
+    timeout_s: float,
+    allowed: frozenset[int] = gate.NOTHING,
+) -> Found:
+    """Ask and wait; `payload` may raise ValueError."""
+    wait_s = min(max(timeout_s, MIN_WAIT_S), MAX_WAIT_S)
     try:
-        payload = obd.request(service, pid)
-        many = service in obd.CODE_LISTS
-        with vehicle.diagnostics.request(
-            gate.FUNCTIONAL_ID, payload, first_only=not many, timeout_s=_bounded(timeout_s)
-        ) as exchange:
-            exchange.wait(_bounded(timeout_s))
-            found = dict(exchange.answers)
-    except (RequestRefused, ValueError) as error:
-        return ObdAnswer(
-            status="refused" if isinstance(error, RequestRefused) else "error", pid=pid, message=str(error)
-        )
+        asked = payload()
+        reply = vehicle.diagnostics.ask(asked, _unit(vehicle, ecu), timeout_s=wait_s, allowed=allowed)
+    except RequestRefused as error:
+        return Found(b"", NOBODY, "refused", str(error))
+    except ValueError as error:
+        return Found(b"", NOBODY, "error", str(error))
     except TimeoutError as error:
-        return ObdAnswer(status="timeout", pid=pid, message=str(error))
-    if not found:
-        return ObdAnswer(status="timeout", pid=pid, message=f"no unit answered within {_bounded(timeout_s):g} s")
-    return _gathered(found, service) if many else answers.obd_answer(*next(iter(found.items())), pid)
+        return Found(b"", NOBODY, "timeout", str(error))
+    if not reply.answers:
+        return Found(asked, reply, "timeout", f"no unit answered within {wait_s:g} s")
+    return Found(asked, reply)
 
 
-def _gathered(found: dict[int, bytes], service: int) -> ObdAnswer:
-    """Every unit's codes as one answer; the raw data is the first unit's that has any."""
-    positive = {unit: answer for unit, answer in sorted(found.items()) if answer[0] != 0x7F}
-    if not positive:
-        return answers.obd_answer(*next(iter(found.items())), None)
-    lists = {unit: obd.codes(answer) for unit, answer in positive.items()}
-    unit = next((unit for unit, codes in lists.items() if codes), next(iter(positive)))
-    codes = sorted({code for each in lists.values() for code in each})
+def _unit(vehicle: Vehicle, ecu: str | None) -> int | None:
+    """The physical request id of the unit with this name. Raises ValueError."""
+    if ecu is None:
+        return None
+    ids = {name: request_id for request_id, name in vehicle.profile.ecu_names.items()}
+    if ecu not in ids:
+        raise ValueError(f"ecu: there is no unit {ecu[:40]!r}; there are {', '.join(ids)}")
+    return ids[ecu]
+
+
+def send_obd(
+    vehicle: Vehicle,
+    service: int,
+    pid: int | None,
+    timeout_s: float,
+    *,
+    pids: tuple[int, ...] = (),
+    frame: int = 0,
+    ecu: str | None = None,
+) -> ObdAnswer:
+    """One OBD request to everybody, or to one unit: the answers of all who have one."""
+    wanted = pids or (() if pid is None else (pid,))
+    found = _ask(vehicle, lambda: obd.request(service, wanted, frame), ecu, timeout_s)
+    if found.message is not None:
+        return ObdAnswer(status=found.status, pid=pid, message=found.message)
+    return _obd_answer(vehicle, found, pid)
+
+
+def _obd_answer(vehicle: Vehicle, found: Found, pid: int | None) -> ObdAnswer:
+    names, service = vehicle.profile.ecu_names, found.payload[0]
+    units = replies.unit_answers(names, found.payload, found.reply)
+    head = next((unit for unit in units if unit.refused is None), units[0])
     return ObdAnswer(
-        status="ok",
-        arbitration_id=f"0x{unit:X}",
-        response_service=positive[unit][0],
-        decoded={f"{obd.CODE_LISTS[service]}_codes": codes, "by_unit": {f"0x{k:X}": list(v) for k, v in lists.items()}},
-        raw_data=list(positive[unit]),
+        status="ok" if head.refused is None else "refused",
+        arbitration_id=head.arbitration_id,
+        response_service=None if head.refused else service + 0x40,
+        pid=pid,
+        decoded=_gathered(service, units) if service in obd.CODE_LISTS else head.decoded,
+        raw_data=head.raw_data,
+        message=f"the unit refused: {head.refused}" if head.refused else None,
+        units=units,
+        ended=found.reply.ended,
+        missing=replies.missing(names, found.reply),
     )
+
+
+def _gathered(service: int, units: list[replies.UnitAnswer]) -> dict[str, object] | None:
+    """Every unit's codes in one list."""
+    key = f"{obd.CODE_LISTS[service]}_codes"
+    lists = {unit.arbitration_id: unit.decoded[key] for unit in units if unit.decoded is not None}
+    return {key: sorted({code for each in lists.values() for code in each}), "by_unit": lists} if lists else None
 
 
 def diagnostic_payload(service_id: int, parameter_id: int, data_field: int) -> bytes:
@@ -63,40 +114,50 @@ def diagnostic_payload(service_id: int, parameter_id: int, data_field: int) -> b
     if not (0 <= service_id <= 0xFF and 0 <= parameter_id <= 0xFFFF and 0 <= data_field <= 0xFFFF):
         raise ValueError("service_id is one byte, parameter_id and data_field at most two")
     if service_id == 0x22:
-        return bytes([service_id]) + parameter_id.to_bytes(2, "big")
+        return uds.identifier_request(parameter_id)
     if service_id == 0x19:
         return bytes([service_id, parameter_id & 0xFF, data_field & 0xFF])
     if service_id == 0x3E:
         return bytes([service_id, 0x00])
     if service_id < 0x10:
-        return obd.request(service_id, parameter_id & 0xFF)
+        return obd.request(service_id, (parameter_id & 0xFF,), data_field & 0xFF)
     return bytes([service_id]) + parameter_id.to_bytes(2, "big") + data_field.to_bytes(2, "big")
 
 
 def send_diagnostic(
-    vehicle: Vehicle, service_id: int, parameter_id: int, data_field: int, timeout_s: float
+    vehicle: Vehicle, service_id: int, parameter_id: int, data_field: int, timeout_s: float, ecu: str | None = None
 ) -> DiagnosticAnswer:
-    """One request to every unit; returns when all have answered, or when the bus has fallen quiet after the last
-    answer.
-    """
-    try:
-        payload = diagnostic_payload(service_id, parameter_id, data_field)
-        with vehicle.diagnostics.request(
-            gate.FUNCTIONAL_ID, payload, first_only=False, timeout_s=_bounded(timeout_s)
-        ) as exchange:
-            exchange.wait(_bounded(timeout_s))
-            found = dict(exchange.answers)
-    except (RequestRefused, ValueError) as error:
-        status = "refused" if isinstance(error, RequestRefused) else "error"
-        return DiagnosticAnswer(status=status, responses=[], message=str(error))
-    except TimeoutError as error:
-        return DiagnosticAnswer(status="timeout", responses=[], message=str(error))
-    if not found:
-        return DiagnosticAnswer(
-            status="timeout", responses=[], message=f"no unit answered within {_bounded(timeout_s):g} s"
-        )
-    responses = [answers.unit_response(vehicle, unit, answer, parameter_id) for unit, answer in sorted(found.items())]
-    return DiagnosticAnswer(status="ok", responses=responses)
+    """One request to every unit or to one, answered in numbers."""
+    found = _ask(vehicle, lambda: diagnostic_payload(service_id, parameter_id, data_field), ecu, timeout_s)
+    return _numbers(vehicle, found, parameter_id)
+
+
+def _numbers(vehicle: Vehicle, found: Found, parameter_id: int = 0) -> DiagnosticAnswer:
+    names, reply = vehicle.profile.ecu_names, found.reply
+    return DiagnosticAnswer(
+        status=found.status,
+        responses=[
+            replies.unit_response(names, unit, answer, parameter_id) for unit, answer in sorted(reply.answers.items())
+        ],
+        message=found.message,
+        ended=reply.ended,
+        missing=replies.missing(names, reply),
+    )
+
+
+def read_units(vehicle: Vehicle, payload: Callable[[], bytes], ecu: str | None, timeout_s: float) -> UnitReport:
+    """One reading request to every unit or to one, answered in words."""
+    found = _ask(vehicle, payload, ecu, timeout_s)
+    names = vehicle.profile.ecu_names
+    units = replies.unit_answers(names, found.payload, found.reply)
+    refused = bool(units) and all(unit.refused is not None for unit in units)
+    return UnitReport(
+        status="refused" if refused else found.status,
+        units=units,
+        message=found.message,
+        ended=found.reply.ended,
+        missing=replies.missing(names, found.reply),
+    )
 
 
 def activate_fault(vehicle: Vehicle, preset: str | None, timeout_s: float, *, allowed: bool) -> FaultAnswer:
@@ -115,41 +176,40 @@ def activate_fault(vehicle: Vehicle, preset: str | None, timeout_s: float, *, al
     row = scenarios[name]
     payload = bytes([gate.ROUTINE, ROUTINE_START]) + row.routine.to_bytes(2, "big")
     try:
-        with vehicle.diagnostics.request(
-            TEST_UNIT_ID, payload, first_only=True, timeout_s=_bounded(timeout_s), faults=True
-        ) as exchange:
-            exchange.wait(_bounded(timeout_s))
-            found = dict(exchange.answers)
+        reply = vehicle.diagnostics.ask(
+            payload, gate.TEST_UNIT_ID, timeout_s=timeout_s, allowed=frozenset({gate.ROUTINE})
+        )
     except TimeoutError as error:
         return FaultAnswer(status="timeout", message=str(error))
-    if not found:
+    if not reply.answers:
         return FaultAnswer(status="timeout", message="the test unit did not answer: is this car simulated?")
-    if next(iter(found.values()))[0] == 0x7F:
+    if obd.is_negative(next(iter(reply.answers.values()))):
         return FaultAnswer(status="refused", message="the test unit refused")
-    codes = _codes_now(vehicle, timeout_s)
+    codes = list((send_obd(vehicle, 0x03, None, timeout_s).decoded or {}).get("stored_codes", []))
     return FaultAnswer(
         status="ok", active_preset=None if name == "none" else name, description=row.description, dtcs=codes
     )
 
 
-def _codes_now(vehicle: Vehicle, timeout_s: float) -> list[str]:
-    answer = send_obd(vehicle, 0x03, None, timeout_s)
-    return list((answer.decoded or {}).get("stored_codes", []))
+def _not_standing(vehicle: Vehicle, now_ns: int) -> str:
+    """Why nothing may be changed in this car now; empty where it stands."""
+    speed_mps = vehicle.ego(now_ns).speed_mps
+    if speed_mps is None:
+        return "the speed is not known; this is done on a standing car only"
+    return "" if abs(speed_mps) <= STANDING_MPS else f"the car moves at {speed_mps:.1f} m/s; this is done standing only"
 
 
-def clear_codes(vehicle: Vehicle, timeout_s: float) -> DiagnosticAnswer:
-    """Clear stored codes in every unit (service 04). The caller has checked grant and confirmation."""
-    try:
-        with vehicle.diagnostics.request(
-            gate.FUNCTIONAL_ID, b"\x04", first_only=False, timeout_s=_bounded(timeout_s), clearing=True
-        ) as exchange:
-            exchange.wait(_bounded(timeout_s))
-            found = dict(exchange.answers)
-    except TimeoutError as error:
-        return DiagnosticAnswer(status="timeout", responses=[], message=str(error))
-    if not found:
-        return DiagnosticAnswer(status="timeout", responses=[], message="no unit answered")
-    return DiagnosticAnswer(
-        status="ok",
-        responses=[answers.unit_response(vehicle, unit, answer, 0) for unit, answer in sorted(found.items())],
-    )
+def clear_codes(vehicle: Vehicle, by: ClearBy, ecu: str | None, timeout_s: float, *, now_ns: int) -> DiagnosticAnswer:
+    """Clear trouble codes: service 04, or 14 for all groups. The caller has checked grant and confirmation."""
+    if reason := _not_standing(vehicle, now_ns):
+        return DiagnosticAnswer(status="refused", responses=[], message=reason)
+    payload = CLEARS[by]
+    return _numbers(vehicle, _ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({payload[0]})))
+
+
+def reset_unit(vehicle: Vehicle, ecu: str, kind: Reset, timeout_s: float, *, now_ns: int) -> DiagnosticAnswer:
+    """Restart one unit (service 11). The caller has checked grant and confirmation."""
+    if reason := _not_standing(vehicle, now_ns):
+        return DiagnosticAnswer(status="refused", responses=[], message=reason)
+    payload = bytes([gate.RESET, RESETS[kind]])
+    return _numbers(vehicle, _ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({gate.RESET})))

@@ -15,14 +15,12 @@ from drivemcp.service import Service
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
-from services.can import answers, health, requests
+from services.can import answers, diagnostic_tools, health
+from services.can.addresses import is_extended
 from services.can.answers import (
     CodeReport,
     DecodedFrame,
-    DiagnosticAnswer,
-    FaultAnswer,
     FrameRow,
-    ObdAnswer,
     Sample,
     Snapshot,
 )
@@ -35,11 +33,9 @@ from services.can.profile import find_descriptions, load_profile
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
-REQUEST_DEADLINE_MS = 2600.0
 R = TypeVar("R")
 
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=600.0, description="length of the window that ends now, s")]
-Timeout = Annotated[float, msgspec.Meta(gt=0.0, le=5.0, description="longest wait for an answer, s")]
 Language = Annotated[str, msgspec.Meta(description="en or de")]
 
 
@@ -66,7 +62,12 @@ def build(config: CanConfig, node: Node) -> None:
     """Wire one car."""
 
     def send(arbitration_id: int, payload: bytes) -> None:
-        frame = CanFrame(stamp_ns=node.clock.now_ns(), arbitration_id=arbitration_id, data=payload)
+        frame = CanFrame(
+            stamp_ns=node.clock.now_ns(),
+            arbitration_id=arbitration_id,
+            data=payload,
+            extended=is_extended(arbitration_id),
+        )
         links[asked.name].transmit((frame,))
 
     vehicle = _vehicle(config, send)
@@ -75,7 +76,7 @@ def build(config: CanConfig, node: Node) -> None:
     links = open_links(config.buses, node)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
-    _offer_requests(config, node, vehicle)
+    diagnostic_tools.offer(node, vehicle, fault_scenarios=config.allow_fault_scenarios and asked.carried)
     _publish(config, node, vehicle, links)
 
 
@@ -96,7 +97,12 @@ def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
         folders = tuple(map(Path, config.description_folders))
         descriptions = {bus: Dbc(*files) for bus, files in find_descriptions(profile, path, folders).items()}
         return Vehicle(
-            descriptions, profile, DtcBook.load(data("vehicles/dtc.toml")), send, history_limit=config.history_frames
+            descriptions,
+            profile,
+            DtcBook.load(data("vehicles/dtc.toml")),
+            send,
+            history_limit=config.history_frames,
+            diagnostics_bus=config.diagnostics_bus or "".join(bus.name for bus in config.buses[:1]),
         )
     except ProfileError as error:
         raise ConfigError(str(error)) from error
@@ -217,38 +223,6 @@ def _offer_health(node: Node, vehicle: Vehicle) -> None:
     def vehicle_health(language: Language = "en") -> VehicleHealth:
         """Is the car fit to drive: degradation h, braking still to be had, faults, lamps, and advice."""
         return health.advise(vehicle.table, vehicle.assessment, vehicle.book, language)
-
-
-def _offer_requests(config: CanConfig, node: Node, vehicle: Vehicle) -> None:
-    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="diagnostic", read_only=True)
-    def send_obd_request(service: int, pid: int | None = None, timeout_s: Timeout = 2.0) -> ObdAnswer:
-        """Ask the control units by OBD-II (SAE J1979); reading services only, the answer matched by id, service and
-        pid.
-        """
-        return requests.send_obd(vehicle, service, pid, timeout_s)
-
-    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="diagnostic", read_only=True)
-    def send_diagnostic_request(
-        service_id: int, parameter_id: int = 0, data_field: int = 0, timeout_s: Timeout = 2.0
-    ) -> DiagnosticAnswer:
-        """Ask every control unit by ISO 14229: 0x22 reads an identifier, 0x19 trouble codes, 0x3E asks who is there."""
-        return requests.send_diagnostic(vehicle, service_id, parameter_id, data_field, timeout_s)
-
-    @node.tool(deadline_ms=2 * REQUEST_DEADLINE_MS, capability="diagnostic", read_only=False)
-    def activate_fault_scenario(preset: str | None = None, timeout_s: Timeout = 2.0) -> FaultAnswer:
-        """Give the simulated car a fault (overheat, abs_fault, low_fuel, low_tyre), or end all (none). Refused unless
-        configured.
-        """
-        return requests.activate_fault(
-            vehicle, preset, timeout_s, allowed=config.allow_fault_scenarios and _asked(config).carried
-        )
-
-    @node.tool(deadline_ms=REQUEST_DEADLINE_MS, capability="actuation", idempotent=False)
-    def clear_dtcs(timeout_s: Timeout = 2.0) -> DiagnosticAnswer:
-        """Clear the trouble codes in every control unit. Takes a grant and a confirmation of this very command; the
-        car must stand.
-        """
-        return requests.clear_codes(vehicle, timeout_s)
 
 
 SERVICE = Service("can", CanConfig, build)

@@ -1,18 +1,24 @@
 """One car on its buses: what was heard, what is believed of it, and what is asked of it. Knows no transport."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
-from services.can import gate, health, indicators, obd
+from services.can import health, indicators, obd
+from services.can.addresses import ANSWER_IDS
 from services.can.board import Board
+from services.can.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
 from services.can.dbc import Dbc
-from services.can.diagnostics import Diagnostics, Exchange, Send
+from services.can.diagnostics import Diagnostics, Send
 from services.can.dtc import DtcBook
 from services.can.ego import read_ego
+from services.can.exchange import Exchange
 from services.can.health import Assessment, Held
 from services.can.history import History
-from services.can.profile import Profile
+from services.can.profile import Profile, VehicleRow
+from services.can.trends import Trends
+from services.can.trusted import Trusted
+from services.can.witness import Shape
 
 NS = 1_000_000_000
 POLL_WAIT_NS = NS
@@ -49,15 +55,24 @@ class Vehicle:
         send: Send,
         *,
         history_limit: int = 20_000,
+        diagnostics_bus: str = "",
     ) -> None:
         self.descriptions, self.profile, self.book = descriptions, profile, book
         self.board = Board(descriptions, profile)
         self.history = History(history_limit)
-        self.diagnostics = Diagnostics(send, profile.ecu_names)
+        self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
         self.stored, self.pending = CodeMemory(), CodeMemory()
         self.table = indicators.table(profile.vehicle.tyre_nominal_bar)
         self._health_fields = frozenset(name for psi in self.table for name in psi.fields) | set(indicators.LAMPS)
-        self._health_fields |= {"engine_running"}
+        self._health_fields |= {"engine_running"} | {
+            name.replace("pressure", "temperature").replace("_bar", "_c") for name in indicators.TYRES
+        }
+        self._checked = tuple(
+            name for name in (*(each.field for each in SENSORS), *WITNESSES) if name in self.board.fields
+        )
+        self.checks = CrossChecks(_shape(profile.vehicle), profile.vehicle.tyre_nominal_bar, self._checked)
+        self.trends = Trends(profile.vehicle.tyre_nominal_bar)
+        self._next_check_ns = 0
         self.assessment = self._assess(Held(), 0)
         self._polls = ((b"\x03", self.stored), (b"\x07", self.pending))
         self._turn = 0
@@ -73,19 +88,31 @@ class Vehicle:
         """Frames from a bus, in order; "" is the only one."""
         self.history.extend(frames)
         messages = [frame for frame in frames if not (frame.error or frame.remote)]
-        self.board.ingest(messages, now_ns, bus)
+        for part in self._until_checks(messages):
+            self.board.ingest(part, now_ns, bus)
+            self._cross_check(part[-1].stamp_ns, now_ns)
+        if bus != self._diagnostics_bus:
+            return
         for frame in messages:
-            if frame.arbitration_id in gate.ANSWER_IDS:
+            if frame.arbitration_id in ANSWER_IDS:
                 self.diagnostics.on_frame(frame)
 
     def ego(self, now_ns: int) -> Ego:
         """The ego now."""
-        return read_ego(self.board, now_ns)
+        return read_ego(self.trusted, now_ns)
+
+    @property
+    def trusted(self) -> Trusted:
+        """The board without the sensors that the others contradict."""
+        return Trusted(self.board, self.checks.convicted)
 
     def degradation(self, now_ns: int) -> Degradation:
         """Assess the health now and remember what was believed."""
         before = self.assessment
-        self.assessment = self._assess(before.held, now_ns)
+        known = {fault.field for fault in before.degradation.sensor_faults}
+        held = health.forget(self.table, before.held, frozenset(self.checks.convicted.keys() - known))
+        self.trends.step(health.field_values(self.trusted, self._health_fields, now_ns), now_ns)
+        self.assessment = self._assess(held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
             self._next_poll_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
         return self.assessment.degradation
@@ -94,19 +121,53 @@ class Vehicle:
         """Ask for trouble codes from time to time without waiting: what was answered is taken at the next call."""
         if self._polling is not None:
             exchange, memory, since_ns = self._polling
-            if not exchange.done.is_set() and now_ns - since_ns < POLL_WAIT_NS:
+            if not exchange.complete and now_ns - since_ns < POLL_WAIT_NS:
                 return
             memory.learn(dict(self.diagnostics.finish(exchange)), now_ns)
             self._polling = None
         if now_ns < self._next_poll_ns:
             return
         payload, memory = self._polls[self._turn]
-        exchange_or_none = self.diagnostics.start(gate.FUNCTIONAL_ID, payload)
+        exchange_or_none = self.diagnostics.start(payload)
         if exchange_or_none is not None:
             self._polling = (exchange_or_none, memory, now_ns)
             self._turn = (self._turn + 1) % len(self._polls)
             self._next_poll_ns = now_ns + period_ns // len(self._polls)
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
-        values = health.field_values(self.board, frozenset(self._health_fields), now_ns)
-        return health.assess(self.table, values, self.stored.codes, self.book, held)
+        values = health.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()
+        return health.assess(
+            self.table, values, self.stored.codes, self.book, held, self.checks.faults, self.trends.found
+        )
+
+    def _until_checks(self, frames: Sequence[CanFrame]) -> Iterator[Sequence[CanFrame]]:
+        """The frames in parts that end where a cross-check is due, however they came: same frames, same verdicts."""
+        start = 0
+        for index, frame in enumerate(frames):
+            if frame.stamp_ns >= self._next_check_ns or frame.stamp_ns < self._next_check_ns - RESTART_NS:
+                yield frames[start : index + 1]
+                start = index + 1
+        if start < len(frames):
+            yield frames[start:]
+
+    def _cross_check(self, stamp_ns: int, now_ns: int) -> None:
+        if self._next_check_ns - RESTART_NS <= stamp_ns < self._next_check_ns or stamp_ns > now_ns + NS:
+            return
+        self._next_check_ns = stamp_ns + SAMPLE_NS
+        self.checks.step({name: self.board.read(name, stamp_ns) for name in self._checked}, stamp_ns)
+
+
+WITNESSES = ("steering_angle_rad", "brake_pedal", "abs_active", "esc_active")
+"""What the cross-checks read beside the sensors that they judge."""
+RESTART_NS = 2 * NS
+"""Stamps that fall back further than this are a source that started again."""
+
+
+def _shape(row: VehicleRow) -> Shape:
+    usual = Shape()
+    return Shape(
+        track_m=row.track_m or usual.track_m,
+        wheelbase_m=row.wheelbase_m or usual.wheelbase_m,
+        brake_bar_per_mps2=row.brake_bar_per_mps2,
+        brake_bar_full_pedal=row.brake_bar_full_pedal,
+    )

@@ -108,7 +108,7 @@ def test_an_injected_fault_reaches_degradation_codes_lamps_and_advice() -> None:
     assert degradation.h is not None
     assert degradation.h > 0.3
     assert degradation.brake_envelope == pytest.approx(0.75)
-    assert "vorn links" in report["stored"][0]["summary"]
+    assert "Raddrehzahlgeber vorn" in report["stored"][0]["summary"]
     assert health["safe_to_drive"] == "with_care"
     assert health["speed_factor"] < 0.9
 
@@ -144,8 +144,8 @@ def test_an_answer_is_matched_among_answers_to_other_questions() -> None:
 
 def test_a_long_answer_arrives_whole_by_flow_control() -> None:
     with driving() as (b, car):
-        answer = result(b, "send_obd_request", service=9, pid=2)
-    assert answer["decoded"]["vin"] == "WDM0SIM0000000001"
+        answer = result(b, "send_obd_request", service=9, pid=4, ecu="engine")
+    assert answer["decoded"]["calibration_id"] == "DRIVEMCP-SIM-001"
     assert any(frame.data[0] == 0x30 for frame in car.sent)
 
 
@@ -239,17 +239,34 @@ def test_the_same_service_takes_another_python_can_interface() -> None:
     assert ego.speed_mps == pytest.approx(11.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("speed_mps", "code", "left"), [(0.0, 0, []), (15.0, 0x22, ["P0420"])])
-def test_an_authorized_clearing_works_on_a_standing_car_only(speed_mps: float, code: int, left: list[str]) -> None:
+@pytest.mark.parametrize("by", ["obd", "uds"])
+@pytest.mark.parametrize(("speed_mps", "status", "left"), [(0.0, "ok", []), (15.0, "refused", ["P0420"])])
+def test_an_authorized_clearing_works_on_a_standing_car_only(
+    speed_mps: float, status: str, left: list[str], by: str
+) -> None:
     with bus() as b:
         can_node = SERVICE.start(b.session, CanConfig(), authorize=lambda tool, head, payload: "")
         car = Car(b.node("simulator"), Controls(speed_mps=speed_mps))
         car.model.state = replace(car.model.state, stored_codes=("P0420",))
         b.wait_for(topics.EGO, lambda ego: ego.speed_mps is not None)
         before = result(b, "send_obd_request", service=3)
-        answer = result(b, "clear_dtcs")
+        answer = result(b, "clear_dtcs", by=by)
         after = result(b, "send_obd_request", service=3)
         can_node.close()
     assert before["decoded"]["stored_codes"] == ["P0420"]
-    assert {response["response_code"] for response in answer["responses"]} == {code}
+    assert answer["status"] == status
+    assert {response["response_code"] for response in answer["responses"]} <= {0}
     assert after["decoded"]["stored_codes"] == left
+
+
+def test_the_vehicle_identification_number_stays_in_the_car() -> None:
+    with driving() as (b, _):
+        answers = [
+            result(b, "send_obd_request", service=9, pid=2),
+            result(b, "read_identifier", identifier=0xF190, ecu="engine"),
+            result(b, "send_diagnostic_request", service_id=0x22, parameter_id=0xF190),
+        ]
+    for answer in answers:
+        assert answer["status"] == "ok"
+        assert "WDM0SIM" not in str(answer)
+        assert str(list(b"WDM0SIM"))[1:-1] not in str(answer)

@@ -1,6 +1,5 @@
-"""Asking control units: matching, waiting, and what stays known when they fall silent."""
+"""A car from its frames: what is learned of its trouble codes, and what stays known when units fall silent."""
 
-import threading
 import time
 from pathlib import Path
 
@@ -8,9 +7,7 @@ import pytest
 
 from proto.sensors import CanFrame
 from services.can.dbc import Dbc
-from services.can.diagnostics import Diagnostics
 from services.can.dtc import DtcBook
-from services.can.errors import RequestRefused
 from services.can.isotp import single_frame
 from services.can.profile import Profile
 from services.can.vehicle import Vehicle
@@ -18,7 +15,6 @@ from services.simulator.can_frames import FrameEncoder
 from services.simulator.car_state import CarModel, Controls
 
 NS = 1_000_000_000
-ECUS = (0x7E0, 0x7E1)
 
 
 def frame(arbitration_id: int, payload: bytes, stamp_ns: int = 0) -> CanFrame:
@@ -33,53 +29,6 @@ class Wire:
 
     def send(self, arbitration_id: int, data: bytes) -> None:
         self.sent.append((arbitration_id, data))
-
-
-def test_an_answer_that_follows_later_is_waited_for() -> None:
-    diagnostics = Diagnostics(Wire().send, ECUS)
-    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0) as exchange:
-        diagnostics.on_frame(frame(0x7E8, b"\x7f\x01\x78"))
-        assert not exchange.done.is_set()
-        diagnostics.on_frame(frame(0x7E8, b"\x41\x0d\x30"))
-        assert exchange.wait(1.0)
-    assert exchange.answers == {0x7E8: b"\x41\x0d\x30"}
-
-
-def test_answers_of_others_and_to_other_questions_are_not_taken() -> None:
-    diagnostics = Diagnostics(Wire().send, ECUS)
-    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0) as exchange:
-        for other in (frame(0x7EF, b"\x41\x0d\x01"), frame(0x7E8, b"\x41\x0c\x01\x02"), frame(0x123, b"\x41\x0d\x01")):
-            diagnostics.on_frame(other)
-        assert not exchange.wait(0.05)
-    diagnostics.on_frame(frame(0x7E8, b"\x41\x0d\x30"))
-    assert exchange.answers == {}
-
-
-def test_the_line_is_held_by_one_request_at_a_time() -> None:
-    diagnostics = Diagnostics(Wire().send, ECUS)
-    refused = threading.Event()
-
-    def second() -> None:
-        with pytest.raises(TimeoutError), diagnostics.request(0x7DF, b"\x03", first_only=False, timeout_s=0.05):
-            pass
-        refused.set()
-
-    with diagnostics.request(0x7DF, b"\x01\x0d", first_only=True, timeout_s=1.0):
-        assert diagnostics.start(0x7DF, b"\x07") is None
-        thread = threading.Thread(target=second)
-        thread.start()
-        thread.join(5.0)
-    assert refused.is_set()
-
-
-def test_a_refused_request_frees_the_line() -> None:
-    wire = Wire()
-    diagnostics = Diagnostics(wire.send, ECUS)
-    with pytest.raises(RequestRefused), diagnostics.request(0x7DF, b"\x04", first_only=True, timeout_s=0.1):
-        pass
-    with diagnostics.request(0x7DF, b"\x03", first_only=True, timeout_s=0.1):
-        pass
-    assert [data[1] for _, data in wire.sent] == [0x03]
 
 
 @pytest.fixture
