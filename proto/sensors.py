@@ -69,6 +69,8 @@ class WeatherSensing(msgspec.Struct, frozen=True, kw_only=True):
     water_film_mm: float | None = None
     wind_mps: float | None = None
     source: str = "simulator"
+    dew_point_c: float | None = None
+    gust_mps: float | None = None
 
 
 class CanFrame(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

@@ -27,6 +27,15 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
     """The speed from which one stops within sight at `mu_low`: a ceiling whatever the limit; None: sight unknown."""
     reference_speed_mps: float | None = None
     """The speed that the two factors were worked out for."""
+    stopping_m: float | None = None
+    """Distance to a stop from that speed, reaction included, at the least grip there and with the car's brakes."""
+    usual_stopping_m: float | None = None
+    """The same on a dry road with sound brakes."""
+    bounded_by: Literal["none", "grip", "sight", "wind"] = "none"
+    """What the speed factor comes from."""
+    gust_mps: float | None = None
+    disagree: bool = False
+    """Whether sources contradict each other now."""
 
 
 class Within(msgspec.Struct, frozen=True, kw_only=True):

@@ -1,13 +1,18 @@
-"""The assessment: senses in, conditions out. Pure; the memory of what fell silent is passed in and out."""
+"""The assessment: observations in, conditions out. Pure; the memory of what fell silent is passed in and out."""
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import msgspec
 
 from proto.weather import Conditions
-from services.weather import advice
-from services.weather.grip import DRYING_S, Grip, fuse
-from services.weather.senses import NS, Memory, Senses, clean, hold
+from services.weather import advice, wind
+from services.weather.car import Car, sane
+from services.weather.claim import Claim
+from services.weather.film import NO_RAIN_MM_H, WET_FROM_MM, film_claims
+from services.weather.grip import Grip, fuse
+from services.weather.memory import Memory, hold, hold_car
+from services.weather.observation import Observation, clean, trust
 from services.weather.sight import sight_m
 
 Risk = Literal["low", "moderate", "high", "severe", "unknown"]
@@ -19,11 +24,14 @@ _LEVELS: tuple[tuple[Risk, float, float], ...] = (
     ("moderate", 0.38, 300.0),
     ("high", 0.18, 80.0),
 )
-DOUBT_S = 60.0
-"""Sources that disagreed keep the confidence low for so long: one of them falling silent settles nothing."""
 MAX_CONFIDENCE = 0.9
-"""No sensor here measures friction itself."""
-_KNOWN_FIELDS = ("rain_mm_h", "film_mm", "visibility_m", "wiper_stage")
+# What must be known for full confidence: each row by any one of its fields.
+_KNOWN: tuple[tuple[str, ...], ...] = (
+    ("rain_mm_h", "snow_mm_h", "road"),
+    ("film_mm", "road"),
+    ("visibility_m",),
+    ("road_c", "air_c"),
+)
 
 
 class Assessed(msgspec.Struct, frozen=True, kw_only=True):
@@ -33,44 +41,120 @@ class Assessed(msgspec.Struct, frozen=True, kw_only=True):
     memory: Memory
 
 
-def assess(raw: Senses, memory: Memory, now_ns: int, limit_mps: float | None = None) -> Assessed:
+class _Picture(NamedTuple):
+    """What all sources together leave, at the car's speed and at the speed that advice is worked out for."""
+
+    grip: Grip
+    planned_low: float
+    sight: float | None
+    gust: float | None
+    held: tuple[str, ...]
+
+
+def assess(
+    raw: Sequence[Observation], car: Car, memory: Memory, now_ns: int, limit_mps: float | None = None
+) -> Assessed:
     """The conditions at one instant."""
-    senses, kept, held = hold(clean(raw), memory, now_ns)
-    recently = kept.wet_ns is not None and 0 <= now_ns - kept.wet_ns <= DRYING_S * NS
-    grip = fuse(senses, wet_recently=recently)
-    if grip.contradiction:
+    pieces, held = hold([clean(each) for each in raw], memory, now_ns)
+    driven = hold_car(sane(car), memory, now_ns)
+    claims = film_claims(pieces, now_ns, drying=False)
+    kept = _remember(memory, pieces, claims, sane(car), driven, now_ns)
+    reference = advice.reference_speed_mps(driven.speed_mps, limit_mps)
+    picture = _picture(pieces, held, driven, reference, now_ns, drying=kept.drying(now_ns), claims=claims)
+    if picture.grip.contradiction:
         kept = msgspec.structs.replace(kept, contradiction_ns=now_ns)
-    doubted = kept.contradiction_ns is not None and 0 <= now_ns - kept.contradiction_ns <= DOUBT_S * NS
-    sight = sight_m(senses)
+    confidence = _confidence(pieces, now_ns) * (0.5 if kept.doubted(now_ns) else 1.0)
+    return Assessed(conditions=_conditions(pieces, picture, driven, reference, round(confidence, 3)), memory=kept)
+
+
+def _remember(
+    memory: Memory,
+    pieces: tuple[Observation, ...],
+    claims: list[Claim],
+    car: Car,
+    driven: Car,
+    now_ns: int,
+) -> Memory:
+    wet = any(each.warn >= WET_FROM_MM for each in claims)
+    return msgspec.structs.replace(
+        memory,
+        pieces=pieces,
+        wet_ns=now_ns if wet else memory.wet_ns,
+        since_ns=memory.since_ns if memory.since_ns is not None else now_ns,
+        car=driven,
+        speed_ns=now_ns if car.speed_mps is not None else memory.speed_ns,
+    )
+
+
+def _picture(
+    pieces: Sequence[Observation],
+    held: tuple[str, ...],
+    car: Car,
+    reference_mps: float,
+    now_ns: int,
+    *,
+    drying: bool,
+    claims: Sequence[Claim],
+) -> _Picture:
+    fastest = max(reference_mps, car.speed)
+    planned = msgspec.structs.replace(car, speed_mps=fastest)
+    wet_mm = max((each.warn for each in claims), default=0.0)
+    return _Picture(
+        grip=fuse(pieces, car, now_ns, drying=drying),
+        planned_low=fuse(pieces, planned, now_ns, drying=drying).mu.low,
+        sight=sight_m(pieces, fastest, wet_mm),
+        gust=wind.gust_mps(pieces),
+        held=held,
+    )
+
+
+def _conditions(
+    pieces: Sequence[Observation], picture: _Picture, car: Car, reference_mps: float, confidence: float
+) -> Conditions:
+    grip, sight = picture.grip, picture.sight
     mu_low = round(grip.mu.low, 4)
-    reference = advice.reference_speed_mps(senses.speed_mps, limit_mps)
+    planned = min(mu_low, round(picture.planned_low, 4))
+    road = advice.Road(planned, sight, wind.wind_speed_mps(planned, picture.gust), car.brakes)
+    told = advice.advise(reference_mps, road)
     nothing = not grip.sources and sight is None
-    conditions = Conditions(
-        precipitation=_precipitation(senses),
-        rain_mm_h=senses.rain_mm_h,
+    return Conditions(
+        precipitation=_precipitation(pieces),
+        rain_mm_h=_most(pieces, "rain_mm_h"),
         visibility_m=sight,
         mu_low=mu_low,
         mu_high=max(mu_low, round(grip.mu.high, 4)),
         risk_level="unknown" if nothing else _risk(mu_low, sight),
-        speed_factor=advice.speed_factor(reference, mu_low, sight),
-        following_factor=advice.following_factor(reference, mu_low, sight),
-        confidence=_confidence(senses, grip, held, doubted=doubted),
+        speed_factor=told.speed_factor,
+        following_factor=told.following_factor,
+        confidence=confidence,
         wet=grip.wet,
         visibility_risk=_sight_risk(sight),
-        reason=_reason(grip, sight, held, reference, mu_low),
+        reason=_reason(picture, told, reference_mps),
         sources=grip.sources,
-        safe_speed_mps=advice.safe_speed_mps(mu_low, sight),
-        reference_speed_mps=reference,
+        safe_speed_mps=told.safe_speed_mps,
+        reference_speed_mps=reference_mps,
+        stopping_m=told.stopping_m,
+        usual_stopping_m=told.usual_m,
+        bounded_by=told.bounded_by,
+        gust_mps=picture.gust,
+        disagree=grip.contradiction,
     )
-    return Assessed(conditions=conditions, memory=kept)
 
 
-def _precipitation(senses: Senses) -> Literal["none", "rain", "snow", "unknown"]:
-    if (senses.snow_mm_h or 0.0) > 0.0:
+def _most(pieces: Sequence[Observation], name: str) -> float | None:
+    """The middle of the worst interval that any source gives."""
+    found = [(each.low + each.high) / 2.0 for piece in pieces if (each := getattr(piece, name)) is not None]
+    return max(found, default=None)
+
+
+def _precipitation(pieces: Sequence[Observation]) -> Literal["none", "rain", "snow", "unknown"]:
+    snow, rain = _most(pieces, "snow_mm_h"), _most(pieces, "rain_mm_h")
+    if snow is not None and snow > 0.0:
         return "snow"
-    if (senses.rain_mm_h or 0.0) > 0.1 or (senses.rain_mm_h is None and (senses.wiper_stage or 0) >= 2):
-        return "rain"
-    return "unknown" if senses.rain_mm_h is None else "none"
+    if rain is None:
+        return "unknown"
+    surely = any(each.rain_mm_h is not None and each.rain_mm_h.low > NO_RAIN_MM_H for each in pieces)
+    return "rain" if surely else "none" if rain <= NO_RAIN_MM_H else "unknown"
 
 
 def _risk(mu_low: float, sight: float | None) -> Risk:
@@ -86,28 +170,31 @@ def _sight_risk(sight: float | None) -> SightRisk:
     return "low" if sight >= 1000.0 else "moderate" if sight >= 300.0 else "high"
 
 
-def _confidence(senses: Senses, grip: Grip, held: frozenset[str], *, doubted: bool) -> float:
-    """How much is known: the interval's width already says what is left open. Sources that disagree halve it, a held
-    value counts half.
+def _confidence(pieces: Sequence[Observation], now_ns: int) -> float:
+    """How much is known: the mean over the quantities of the surest source's trust. The interval's width already says
+    what is left open.
     """
-    temperature = any(value is not None for value in (senses.road_c, senses.air_c, senses.outside_c))
-    known = [getattr(senses, name) is not None for name in _KNOWN_FIELDS] + [temperature]
-    share = (sum(known) - 0.5 * len(held & set(_KNOWN_FIELDS))) / len(known)
-    return round(MAX_CONFIDENCE * share * (0.5 if doubted else 1.0), 3)
+    sure = [
+        max((trust(each, now_ns) for each in pieces if any(getattr(each, f) is not None for f in names)), default=0.0)
+        for names in _KNOWN
+    ]
+    return MAX_CONFIDENCE * sum(sure) / len(sure)
 
 
-def _reason(grip: Grip, sight: float | None, held: frozenset[str], reference_mps: float, mu_low: float) -> str:
+def _reason(picture: _Picture, told: advice.Advice, reference_mps: float) -> str:
+    grip, sight = picture.grip, picture.sight
     parts = [*grip.notes, f"grip {grip.mu.low:.2f} to {grip.mu.high:.2f}"]
     if sight is not None and sight < 2000.0:
         parts.append(f"sight {sight:.0f} m")
     if grip.contradiction:
         parts.append("sources disagree")
-    if held:
-        parts.append("no longer reported: " + ", ".join(sorted(held)))
-    needed = advice.stopping_distance_m(reference_mps, mu_low)
-    usual = advice.stopping_distance_m(reference_mps, advice.MU_REFERENCE)
-    if needed > usual * 1.05:
+    if picture.held:
+        parts.append("no longer reported: " + ", ".join(sorted(set(picture.held))))
+    if told.stopping_m > told.usual_m * 1.05 or told.bounded_by == "sight":
         parts.append(
-            f"stopping from {reference_mps * 3.6:.0f} km/h takes up to {needed:.0f} m instead of {usual:.0f} m"
+            f"stopping from {reference_mps * 3.6:.0f} km/h takes up to {told.stopping_m:.0f} m"
+            f" instead of {told.usual_m:.0f} m"
         )
+    if told.bounded_by == "wind":
+        parts.append(f"gusts of {picture.gust:.0f} m/s push the car")
     return "; ".join(parts)

@@ -1,25 +1,33 @@
-"""Evidence of grip from each source, and their fusion: what disagrees widens the interval, what is missing widens it
-too.
+"""The friction interval that all observations together leave.
+
+Its lower end is the least of what water, cold, snow, the look of the surface and measured friction allow; its upper
+end falls only by what a sure source vouches for and none denies.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from services.weather import friction
+from services.weather import friction, frost
+from services.weather.car import Car
+from services.weather.claim import assumed, share
+from services.weather.film import WET_FROM_MM, film_claims, says_dry, surely_at_least_mm
 from services.weather.interval import Interval
-from services.weather.senses import Senses
+from services.weather.observation import Observation, RoadState, trust
 
-UNKNOWN_SPEED_MPS = 30.0
-DRYING_S = 1200.0
-"""A road counts as possibly wet so long after it was last known to be wet, unless its film is measured."""
-ABS_SHARE = 0.8
-"""An anti-lock system uses 80 to 95 % of the peak (UN R13-H, annex 6, asks for 75 %)."""
+MEASURED_SHARE = 0.9
+"""Measured friction is counted on to this share: the next metres differ (ours)."""
+WARM_FOR_SNOW_C = 3.0
+"""On a road surely warmer than this, falling snow melts to a film."""
 
-WET_FROM_MM = 0.02
-"""A film that surely reaches this is wet, one that surely stays below is dry."""
-_UNKNOWN_FILM = Interval(0.0, friction.RUT_MM)
-
-# Wiper stage -> rain it speaks for (mm/h). Off says nothing: wipers may be forgotten, and a dry road needs none.
-_WIPER_RAIN = {1: Interval(0.0, 3.0), 2: Interval(0.5, 12.0), 3: Interval(3.0, 40.0)}
+# Friction on a surface that is seen to be frozen.
+_LOOKS: Mapping[RoadState, Interval] = {
+    "slush": Interval(0.15, 0.50),
+    "snow": Interval(0.12, friction.SNOW_HIGH),
+    "packed_snow": Interval(0.12, 0.40),
+    "frost": friction.FROST,
+    "ice": friction.ICE,
+}
+_BARE: tuple[RoadState, ...] = ("dry", "damp", "wet")
 
 
 class Grip(NamedTuple):
@@ -30,119 +38,142 @@ class Grip(NamedTuple):
     notes: tuple[str, ...]
     wet: bool | None
     contradiction: bool
+    film_mm: float
+    """The water counted on."""
 
 
-def fuse(senses: Senses, *, wet_recently: bool) -> Grip:
-    """Grip at the ego's speed. Nothing known: `friction.UNKNOWN`."""
-    speed = senses.speed_mps if senses.speed_mps is not None else UNKNOWN_SPEED_MPS
-    tyre_low = senses.tyre_low or 0.0
-    films = _films(senses, wet_recently=wet_recently)
-    sources, notes = [name for name, _ in films], []
-    if films:
-        intervals = [friction.wet(film, speed, tyre_low) for _, film in films]
-        contradiction = _contradict([film for _, film in films])
-        # The first source measures most directly: it alone says how good the road may be, unless another denies it.
-        mu = Interval(
-            min(each.low for each in intervals), _hull(intervals).high if contradiction else intervals[0].high
-        )
-        top = max(film.high for _, film in films)
-        notes.append(f"water film up to {top:.2f} mm" if top > 0.02 else "dry road")
-    else:
-        mu, contradiction = friction.UNKNOWN.hull(friction.wet(_UNKNOWN_FILM, speed, tyre_low)), False
-        notes.append("wetness unknown")
-    wet_possible = not films or any(film.high > 0.0 for _, film in films)
-    mu = _cold(senses, mu, wet_possible=wet_possible, sources=sources, notes=notes)
-    mu = _snow(senses, mu, sources, notes)
-    mu, contradiction = _abs(senses, mu, contradiction, sources, notes)
-    return Grip(mu, tuple(dict.fromkeys(sources)), tuple(notes), _is_wet(films), contradiction)
+class _Ground(NamedTuple):
+    """What is to be counted on under the wheels."""
+
+    film_mm: float
+    cold: frost.Cold
+    coldest_c: float | None
+    frost: bool
 
 
-def _contradict(films: list[Interval]) -> bool:
-    """Whether one source is sure of a dry road and another of a wet one. How deep the water is, sources may see
-    differently.
-    """
-    return any(film.high < WET_FROM_MM for film in films) and any(film.low >= WET_FROM_MM for film in films)
-
-
-def _hull(intervals: list[Interval]) -> Interval:
-    mu = intervals[0]
-    for other in intervals[1:]:
-        mu = mu.hull(other)
-    return mu
-
-
-def _films(senses: Senses, *, wet_recently: bool) -> list[tuple[str, Interval]]:
-    """Water film (mm) as each source has it."""
-    found: list[tuple[str, Interval]] = []
-    if senses.film_mm is not None:
-        found.append(("film sensor", Interval(0.8 * senses.film_mm, 1.2 * senses.film_mm)))
-    if senses.rain_mm_h is not None and (senses.rain_mm_h > 0.1 or senses.film_mm is None):
-        found.append(("rain", _rain(Interval(senses.rain_mm_h, senses.rain_mm_h))))
-    if senses.wiper_stage in _WIPER_RAIN:
-        found.append(("wipers", _rain(_WIPER_RAIN[senses.wiper_stage])))
-    if wet_recently and senses.film_mm is None and found and all(film.high < friction.RUT_MM for _, film in found):
-        found.append(("earlier rain", Interval(0.0, friction.RUT_MM)))
-    return found
-
-
-def _rain(rain_mm_h: Interval) -> Interval:
-    """The film that rain may make: none yet where it is light or has just begun, Gallaway's depth at most; at least
-    damp in real rain.
-    """
-    return Interval(
-        WET_FROM_MM if rain_mm_h.low > 0.3 else 0.0,
-        max(WET_FROM_MM if rain_mm_h.high > 0.1 else 0.0, friction.rain_film_mm(rain_mm_h.high)),
+def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: bool) -> Grip:
+    """Grip at the car's speed. Nothing known: careful, and wide."""
+    ground = _ground(observations, now_ns, drying=drying)
+    falling = _snow_falls(observations, ground)
+    low = min(
+        friction.wet_low(ground.film_mm, car.speed, car.tyre_low or 0.0, _tread(car)),
+        _cold_low(ground),
+        friction.snow_low(frost.warmest_c(observations, now_ns)) if falling else 1.0,
+        *(look.low for each in observations if (look := _look(each)) is not None),
+        *(MEASURED_SHARE * each.mu.low for each in observations if each.mu is not None),
+    )
+    high = max(low, _high(observations, now_ns))
+    contradiction = _contradict(observations, Interval(low, high))
+    return Grip(
+        Interval(low, high),
+        tuple(dict.fromkeys(each.source for each in observations if _speaks(each))),
+        tuple(_notes(observations, ground, falling=falling)),
+        _is_wet(observations, ground),
+        contradiction,
+        ground.film_mm,
     )
 
 
-def _cold(senses: Senses, mu: Interval, *, wet_possible: bool, sources: list[str], notes: list[str]) -> Interval:
-    road = road_temperature(senses)
-    if road is None:
-        notes.append("temperature unknown")
-        return Interval(min(mu.low, friction.UNKNOWN.low if wet_possible else 0.6), mu.high)
-    sources.append("temperature")
-    if road.low <= 1.0:
-        notes.append("road at or below freezing" if road.high <= 0.0 else "frost possible")
-    return friction.frozen(mu, road, wet_possible=wet_possible)
+def _ground(observations: Sequence[Observation], now_ns: int, *, drying: bool) -> _Ground:
+    film_mm = assumed(film_claims(observations, now_ns, drying=drying), friction.UNKNOWN_FILM_MM)
+    return _Ground(
+        film_mm=film_mm,
+        cold=frost.cold(observations, now_ns),
+        coldest_c=frost.coldest_c(observations, now_ns),
+        frost=frost.frost_possible(observations, now_ns),
+    )
 
 
-def road_temperature(senses: Senses) -> Interval | None:
-    """Where the road's temperature lies (degC). Unmeasured, a road is up to 4 K colder than the air (clear night,
-    bridge) or 15 K warmer (sun).
+def _look(seen: Observation) -> Interval | None:
+    """The friction of a surface that is seen to be frozen; None for others."""
+    return _LOOKS.get(seen.road) if seen.road is not None else None
+
+
+def _tread(car: Car) -> float:
+    return friction.LEGAL_TREAD_MM if car.tread_mm is None else car.tread_mm
+
+
+def _cold_low(ground: _Ground) -> float:
+    """What cold allows at best: ice where water may freeze, hoar frost on a dry road, less of each where unknown."""
+    watery = ground.film_mm >= WET_FROM_MM
+    if ground.cold == "warm":
+        return 1.0
+    if ground.cold == "unknown":
+        return friction.UNKNOWN_LOW if watery else friction.UNKNOWN_DRY_LOW
+    if watery:
+        return friction.ICE.low
+    return friction.FROST.low if ground.frost else 1.0
+
+
+def _snow_falls(observations: Sequence[Observation], ground: _Ground) -> bool:
+    """Whether snow may lie: some source sees it fall, and no road is known to melt it."""
+    falls = any(each.snow_mm_h is not None and each.snow_mm_h.high > 0.0 for each in observations)
+    melts = ground.cold == "warm" and ground.coldest_c is not None and ground.coldest_c > WARM_FOR_SNOW_C
+    return falls and not melts
+
+
+def _high(observations: Sequence[Observation], now_ns: int) -> float:
+    """The most that may be: each source lowers it as far as it is sure, unless another looks at the road and denies
+    it.
     """
-    airs = [air_c for air_c in (senses.air_c, senses.outside_c) if air_c is not None]
-    guesses = [Interval(air_c - 4.0, air_c + 15.0 if air_c > 0.0 else air_c + 4.0) for air_c in airs]
-    if senses.road_c is None:
-        return _hull(guesses) if guesses else None
-    measured = Interval(senses.road_c - 1.0, senses.road_c + 1.0)
-    return _hull([measured, *(guess for guess in guesses if not guess.overlaps(measured))])
+    bare = any(each.road in _BARE for each in observations)
+    caps = [friction.DRY.high]
+    for each in observations:
+        sure = share(trust(each, now_ns))
+        found = [] if bare else _frozen_caps(each)
+        found += [] if any(map(says_dry, observations)) else [friction.wet_high(surely_at_least_mm(each))]
+        caps += [friction.DRY.high - sure * (friction.DRY.high - cap) for cap in found]
+    if surely_wet(observations, now_ns) and frost.surely_frozen(observations, now_ns):
+        caps.append(friction.ICE.high)
+    return min(caps)
 
 
-def _snow(senses: Senses, mu: Interval, sources: list[str], notes: list[str]) -> Interval:
-    if senses.snow_mm_h is None or senses.snow_mm_h <= 0.0:
-        return mu
-    sources.append("snowfall")
-    notes.append("snow")
-    warm = (road := road_temperature(senses)) is not None and road.low > 3.0
-    return Interval(min(mu.low, friction.SNOW.low), max(friction.SNOW.high, mu.high if warm else 0.0))
+def _frozen_caps(seen: Observation) -> list[float]:
+    """The most friction that goes with snow or ice that one source sees."""
+    look = _look(seen)
+    falls = seen.snow_mm_h is not None and seen.snow_mm_h.low > 0.0
+    lies = falls and seen.road_c is not None and seen.road_c.high <= 0.0
+    return [*([look.high] if look is not None else []), *([friction.SNOW_HIGH] if lies else [])]
 
 
-def _abs(
-    senses: Senses, mu: Interval, contradiction: bool, sources: list[str], notes: list[str]
-) -> tuple[Interval, bool]:
-    """The anti-lock system at work measures grip, here and now: it lowers the lower bound, and never raises it."""
-    if senses.abs_mu is None:
-        return mu, contradiction
-    sources.append("anti-lock")
-    measured = Interval(0.9 * senses.abs_mu, senses.abs_mu / ABS_SHARE)
-    notes.append(f"anti-lock worked at {senses.abs_mu:.2f} g")
-    return Interval(min(mu.low, measured.low), mu.high), contradiction or not mu.overlaps(measured)
+def surely_wet(observations: Sequence[Observation], now_ns: int) -> bool:
+    """Whether a source that is fully sure vouches for water, and none that looks at the road denies it."""
+    vouched = any(
+        surely_at_least_mm(each) >= WET_FROM_MM and share(trust(each, now_ns)) >= 1.0 for each in observations
+    )
+    return vouched and not any(says_dry(each) for each in observations)
 
 
-def _is_wet(films: list[tuple[str, Interval]]) -> bool | None:
-    """Wet where a source is sure of water, or most of what is possible is wet; dry where none allows any."""
-    if not films:
-        return None
-    if any(film.low >= WET_FROM_MM for _, film in films):
+def _contradict(observations: Sequence[Observation], mu: Interval) -> bool:
+    """Whether one source is sure of a dry road and another of a wet one, or friction was measured outside of all."""
+    dry = any(says_dry(each) for each in observations)
+    wet = any(surely_at_least_mm(each) >= WET_FROM_MM for each in observations)
+    measured = any(each.mu is not None and not each.mu.overlaps(mu) for each in observations)
+    return (dry and wet) or measured
+
+
+def _speaks(seen: Observation) -> bool:
+    told = (seen.film_mm, seen.rain_mm_h, seen.snow_mm_h, seen.air_c, seen.road_c, seen.road, seen.mu)
+    return any(each is not None for each in told)
+
+
+def _notes(observations: Sequence[Observation], ground: _Ground, *, falling: bool) -> list[str]:
+    found = [f"water film up to {ground.film_mm:.2f} mm" if ground.film_mm >= WET_FROM_MM else "dry road"]
+    if ground.cold != "warm":
+        found.append("road may be freezing" if ground.cold == "possible" else "road temperature unknown")
+    if falling:
+        found.append("snow")
+    found += [f"{each.road} seen by {each.source}".replace("_", " ") for each in observations if _look(each)]
+    found += [
+        f"friction of {each.mu.low:.2f} to {each.mu.high:.2f} measured by {each.source}"
+        for each in observations
+        if each.mu is not None
+    ]
+    return found
+
+
+def _is_wet(observations: Sequence[Observation], ground: _Ground) -> bool | None:
+    """Wet where a source vouches for water; dry where a sure one finds none and none warns; else unknown."""
+    if any(surely_at_least_mm(each) >= WET_FROM_MM for each in observations):
         return True
-    return None if any(film.high >= WET_FROM_MM for _, film in films) else False
+    return False if ground.film_mm < WET_FROM_MM else None

@@ -1,121 +1,106 @@
-"""What is known of the weather at one instant, from weather sensing and from what the car feels; and what was known
-before.
-"""
+"""Observations from what weather sensing and the car report."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 
 import msgspec
 
-NS = 1_000_000_000
+from proto.sensors import WeatherSensing
+from proto.vehicle import Ego
+from services.weather.interval import Interval
+from services.weather.memory import Memory
+from services.weather.observation import FIELDS, Observation
+from services.weather.sight import FOG_LAMP_SIGHT_M
 
+SUPPOSED = "supposed"
+SENSOR_CONFIDENCE, SENSOR_HALVES_S = 0.97, 40.0
+CAR_CONFIDENCE, CAR_HALVES_S = 0.85, 20.0
+RELATIVE = 0.2
+"""Error of rain, film and sight sensors that is allowed for."""
+ROAD_K, AIR_K, OUTSIDE_K, DEW_K = 1.2, 0.6, 2.0, 0.6
+"""The car's thermometer reads warm behind an engine and over a sunny road."""
+ABS_SHARE = 0.8
+"""An anti-lock system uses 80 to 95 % of the peak (UN R13-H, annex 6, asks for 75 %)."""
 
-class Senses(msgspec.Struct, frozen=True, kw_only=True):
-    """Every field may be unknown."""
-
-    rain_mm_h: float | None = None
-    snow_mm_h: float | None = None
-    visibility_m: float | None = None
-    air_c: float | None = None
-    road_c: float | None = None
-    film_mm: float | None = None
-    wiper_stage: int | None = None
-    outside_c: float | None = None
-    speed_mps: float | None = None
-    fog_lamp_rear: bool | None = None
-    tyre_low: float | None = None
-    """In [0, 1], the indicator of the car's health."""
-    abs_mu: float | None = None
-    """Deceleration over g while the anti-lock system was at work: the grip there was."""
-
-
-# Outside these a sensor is broken, and its value is unknown.
-LIMITS: Mapping[str, tuple[float, float]] = {
-    "rain_mm_h": (0.0, 400.0),
-    "snow_mm_h": (0.0, 100.0),
-    "visibility_m": (1.0, 100_000.0),
-    "air_c": (-60.0, 60.0),
-    "road_c": (-60.0, 80.0),
-    "film_mm": (0.0, 50.0),
-    "wiper_stage": (0, 3),
-    "outside_c": (-60.0, 60.0),
-    "speed_mps": (0.0, 120.0),
-    "tyre_low": (0.0, 1.0),
-    "abs_mu": (0.02, 1.5),
-}
-
-# A bad value that falls silent is held this long; a good one is forgotten at once.
-HOLD_S: Mapping[str, float] = {
-    "rain_mm_h": 900.0,
-    "snow_mm_h": 1800.0,
-    "visibility_m": 300.0,
-    "air_c": 1800.0,
-    "road_c": 1800.0,
-    "film_mm": 900.0,
-    "wiper_stage": 300.0,
-    "outside_c": 1800.0,
-    "tyre_low": 1e9,
-    "fog_lamp_rear": 300.0,
-    "abs_mu": 60.0,
-    "speed_mps": 10.0,
-}
-_BAD: Mapping[str, Callable[[float], bool]] = {
-    "rain_mm_h": lambda value: value > 0.1,
-    "snow_mm_h": lambda value: value > 0.0,
-    "visibility_m": lambda value: value < 2000.0,
-    "air_c": lambda value: value < 5.0,
-    "road_c": lambda value: value < 3.0,
-    "film_mm": lambda value: value > 0.0,
-    "wiper_stage": lambda value: value >= 1,
-    "outside_c": lambda value: value < 5.0,
-    "tyre_low": lambda value: value > 0.0,
-    "fog_lamp_rear": lambda value: value > 0,
-    "abs_mu": lambda value: True,
-    "speed_mps": lambda value: value > 30.0,
+# Wiper stage -> rain it speaks for (mm/h). Off: they may be forgotten in drizzle, not in rain.
+_WIPER_RAIN: Mapping[int, Interval] = {
+    0: Interval(0.0, 1.0),
+    1: Interval(0.0, 3.0),
+    2: Interval(0.5, 12.0),
+    3: Interval(3.0, 40.0),
 }
 
 
-class Memory(msgspec.Struct, frozen=True, kw_only=True):
-    """The last bad value of each field, with its stamp; when the road was last wet, and when sources last disagreed."""
-
-    bad: dict[str, tuple[float, int]] = {}
-    wet_ns: int | None = None
-    contradiction_ns: int | None = None
-
-
-def clean(senses: Senses) -> Senses:
-    """Values that no sensor in order gives become unknown."""
-    changes: dict[str, None] = {}
-    for name, (low, high) in LIMITS.items():
-        value = getattr(senses, name)
-        if value is not None and not (math.isfinite(value) and low <= value <= high):
-            changes[name] = None
-    return msgspec.structs.replace(senses, **changes) if changes else senses
-
-
-def hold(senses: Senses, memory: Memory, now_ns: int) -> tuple[Senses, Memory, frozenset[str]]:
-    """Fill what fell silent with the bad value it last had: (senses, what to remember, names of the fields held)."""
-    bad = dict(memory.bad)
-    held: dict[str, float] = {}
-    for name, is_bad in _BAD.items():
-        value = getattr(senses, name)
-        if value is None and name in bad:
-            before, stamp_ns = bad[name]
-            if 0 <= now_ns - stamp_ns <= HOLD_S[name] * NS:
-                held[name] = before
-        elif value is not None and is_bad(value):
-            bad[name] = (value, now_ns)
-        elif value is not None:
-            bad.pop(name, None)
-    filled = msgspec.structs.replace(senses, **held) if held else senses
-    wet_ns = now_ns if _wet_now(filled) else memory.wet_ns
-    return filled, msgspec.structs.replace(memory, bad=bad, wet_ns=wet_ns), frozenset(held)
-
-
-def _wet_now(senses: Senses) -> bool:
-    return (
-        (senses.rain_mm_h or 0.0) > 0.1
-        or (senses.snow_mm_h or 0.0) > 0.0
-        or (senses.film_mm or 0.0) > 0.02
-        or (senses.wiper_stage or 0) >= 2
+def from_sensing(sensing: WeatherSensing, stamp_ns: int) -> Observation:
+    """What rain sensor, thermometers, road sensor and anemometer report."""
+    return Observation(
+        source="road weather",
+        stamp_ns=stamp_ns,
+        confidence=SENSOR_CONFIDENCE,
+        halves_s=SENSOR_HALVES_S,
+        rain_mm_h=_about(sensing.rain_mm_h),
+        snow_mm_h=_about(sensing.snow_mm_h),
+        film_mm=_about(sensing.water_film_mm),
+        visibility_m=_about(sensing.visibility_m),
+        air_c=_within(sensing.air_temperature_c, AIR_K),
+        road_c=_within(sensing.road_temperature_c, ROAD_K),
+        dew_point_c=_within(sensing.dew_point_c, DEW_K),
+        wind_mps=_about(sensing.wind_mps),
+        gust_mps=_about(sensing.gust_mps),
     )
+
+
+def from_car(ego: Ego, abs_mu: float | None, stamp_ns: int) -> Observation:
+    """What wipers, thermometer, fog lamp and anti-lock system speak for."""
+    return Observation(
+        source="car",
+        stamp_ns=stamp_ns,
+        confidence=CAR_CONFIDENCE,
+        halves_s=CAR_HALVES_S,
+        rain_mm_h=None if ego.wiper_stage is None else _WIPER_RAIN.get(ego.wiper_stage),
+        air_c=_within(ego.outside_temperature_c, OUTSIDE_K),
+        visibility_m=Interval(FOG_LAMP_SIGHT_M, 1000.0) if ego.fog_lamp_rear else None,
+        mu=None if abs_mu is None else _within_mu(abs_mu),
+    )
+
+
+def suppose(
+    observations: Sequence[Observation], asked: WeatherSensing, wiper_stage: int | None, now_ns: int
+) -> tuple[Observation, ...]:
+    """The observations as they would be if what is asked were so: it takes the place of what any source says of it."""
+    given = from_sensing(asked, now_ns)
+    if wiper_stage is not None and given.rain_mm_h is None:
+        given = msgspec.structs.replace(given, rain_mm_h=_WIPER_RAIN.get(wiper_stage))
+    known = _known(given)
+    if not known:
+        return tuple(observations)
+    return (*(_without(each, known) for each in observations), msgspec.structs.replace(given, source=SUPPOSED))
+
+
+def supposing(memory: Memory, observations: Sequence[Observation]) -> Memory:
+    """The memory without what the observations suppose to be otherwise."""
+    known = [name for each in observations if each.source == SUPPOSED for name in _known(each)]
+    pieces = tuple(_without(piece, known) for piece in memory.pieces)
+    return msgspec.structs.replace(memory, pieces=pieces)
+
+
+def _known(seen: Observation) -> list[str]:
+    return [name for name in FIELDS if getattr(seen, name) is not None]
+
+
+def _without(seen: Observation, names: Sequence[str]) -> Observation:
+    return msgspec.structs.replace(seen, **dict.fromkeys(names))
+
+
+def _about(value: float | None) -> Interval | None:
+    if value is None or not math.isfinite(value) or value < 0.0:
+        return None
+    return Interval((1.0 - RELATIVE) * value, (1.0 + RELATIVE) * value)
+
+
+def _within(value: float | None, error: float) -> Interval | None:
+    return None if value is None or not math.isfinite(value) else Interval(value - error, value + error)
+
+
+def _within_mu(abs_mu: float) -> Interval | None:
+    return Interval(abs_mu, abs_mu / ABS_SHARE) if math.isfinite(abs_mu) and abs_mu > 0.0 else None

@@ -8,12 +8,17 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
+from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
+from proto.sensors import WeatherSensing
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
 from services.weather.assess import assess
-from services.weather.senses import Memory, Senses
+from services.weather.car import Car
+from services.weather.memory import Memory
+from services.weather.observation import Observation
+from services.weather.senses import from_car, from_sensing, suppose, supposing
 
 NS = 1_000_000_000
 G_MPS2 = 9.81
@@ -54,29 +59,23 @@ class _Inputs:
         if ego.abs_active and deceleration > ABS_DECELERATION_MPS2:
             self._abs = (deceleration / G_MPS2, self._node.clock.now_ns())
 
-    def senses(self, now_ns: int) -> Senses:
-        """What is known now."""
-        sensing = self._fresh(topics.WEATHER_SENSING, self._config.sensing_max_age_s, now_ns)
-        ego = self._fresh(topics.EGO, self._config.ego_max_age_s, now_ns) or Ego()
-        health = self._fresh(topics.DEGRADATION, self._config.degradation_max_age_s, now_ns)
-        senses = Senses(
-            wiper_stage=ego.wiper_stage,
-            outside_c=ego.outside_temperature_c,
-            speed_mps=ego.speed_mps,
-            fog_lamp_rear=ego.fog_lamp_rear,
-            tyre_low=_tyre_low(health),
-            abs_mu=self._abs_mu(now_ns),
-        )
-        if sensing is None:
-            return senses
-        return msgspec.structs.replace(
-            senses,
-            rain_mm_h=sensing.rain_mm_h,
-            snow_mm_h=sensing.snow_mm_h,
-            visibility_m=sensing.visibility_m,
-            air_c=sensing.air_temperature_c,
-            road_c=sensing.road_temperature_c,
-            film_mm=sensing.water_film_mm,
+    def observations(self, now_ns: int) -> tuple[Observation, ...]:
+        """What each source says now."""
+        sensing = self._received(topics.WEATHER_SENSING, self._config.sensing_max_age_s, now_ns)
+        ego = self._received(topics.EGO, self._config.ego_max_age_s, now_ns)
+        found = [] if sensing is None else [from_sensing(sensing.message, sensing.stamp_ns)]
+        if ego is not None:
+            found.append(from_car(ego.message, self._abs_mu(now_ns), ego.stamp_ns))
+        return tuple(found)
+
+    def car(self, now_ns: int) -> Car:
+        """What the car brings now."""
+        ego = self._received(topics.EGO, self._config.ego_max_age_s, now_ns)
+        health = self._received(topics.DEGRADATION, self._config.degradation_max_age_s, now_ns)
+        return Car(
+            speed_mps=None if ego is None else ego.message.speed_mps,
+            tyre_low=None if health is None else _tyre_low(health.message),
+            brake_envelope=None if health is None else health.message.brake_envelope,
         )
 
     def _abs_mu(self, now_ns: int) -> float | None:
@@ -84,15 +83,15 @@ class _Inputs:
             return None
         return self._abs[0]
 
-    def _fresh(self, topic: topics.Topic[topics.M], max_age_s: float, now_ns: int) -> topics.M | None:
+    def _received(self, topic: topics.Topic[topics.M], max_age_s: float, now_ns: int) -> Received[topics.M] | None:
         received = self._node.latest(topic)
         if received is None or abs(now_ns - received.stamp_ns) > max_age_s * NS:
             return None
-        return received.message
+        return received
 
 
-def _tyre_low(health: Degradation | None) -> float | None:
-    if health is None or "tyre_pressure_low" in health.unknown:
+def _tyre_low(health: Degradation) -> float | None:
+    if "tyre_pressure_low" in health.unknown:
         return None
     return next((each.value for each in health.indicators if each.name == "tyre_pressure_low"), 0.0)
 
@@ -104,7 +103,7 @@ def build(config: WeatherConfig, node: Node) -> None:
 
     def publish() -> None:
         now_ns = node.clock.now_ns()
-        assessed = assess(inputs.senses(now_ns), state["memory"], now_ns)
+        assessed = assess(inputs.observations(now_ns), inputs.car(now_ns), state["memory"], now_ns)
         state["memory"] = assessed.memory
         node.publish(topics.CONDITIONS, assessed.conditions)
 
@@ -127,20 +126,21 @@ def build(config: WeatherConfig, node: Node) -> None:
         An argument takes the place of what is sensed, for a question of the kind "what if"; without arguments it is the
         weather as it is.
         """
-        given = {
-            "rain_mm_h": rain_mm_h,
-            "snow_mm_h": snow_mm_h,
-            "visibility_m": visibility_m,
-            "air_c": air_temperature_c,
-            "road_c": road_temperature_c,
-            "film_mm": water_film_mm,
-            "wiper_stage": wiper_stage,
-            "speed_mps": speed_mps,
-        }
         now_ns = node.clock.now_ns()
-        changes = {name: value for name, value in given.items() if value is not None}
-        senses = msgspec.structs.replace(inputs.senses(now_ns), **changes)
-        return assess(senses, state["memory"], now_ns, limit_mps).conditions
+        asked = WeatherSensing(
+            rain_mm_h=rain_mm_h,
+            snow_mm_h=snow_mm_h,
+            visibility_m=visibility_m,
+            air_temperature_c=air_temperature_c,
+            road_temperature_c=road_temperature_c,
+            water_film_mm=water_film_mm,
+        )
+        observations = suppose(inputs.observations(now_ns), asked, wiper_stage, now_ns)
+        car = inputs.car(now_ns)
+        if speed_mps is not None:
+            car = msgspec.structs.replace(car, speed_mps=speed_mps)
+        memory = supposing(state["memory"], observations)
+        return assess(observations, car, memory, now_ns, limit_mps).conditions
 
 
 SERVICE = Service("weather", WeatherConfig, build)

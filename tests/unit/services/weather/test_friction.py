@@ -5,8 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from services.weather.advice import speed_for_distance_mps, stopping_distance_m
-from services.weather.friction import contact, floating_speed_mps, rain_film_mm, wet
-from services.weather.interval import Interval
+from services.weather.friction import (
+    contact,
+    floating_speed_mps,
+    rain_film_mm,
+    snow_low,
+    speed_share,
+    wet_high,
+    wet_low,
+)
 from services.weather.sight import rain_sight_m
 
 
@@ -26,10 +33,33 @@ def test_a_crossfall_drains_ordinary_rain_but_not_a_cloudburst() -> None:
     assert 0.4 < rain_film_mm(60.0) < 1.2
 
 
-@given(st.floats(0, 3), st.floats(0, 3), st.floats(0, 60))
-def test_a_deeper_film_never_grips_better(film: float, more: float, speed_mps: float) -> None:
-    assert wet(Interval(0.0, film + more), speed_mps).low <= wet(Interval(0.0, film), speed_mps).low + 1e-12
+def test_deep_water_floats_a_tyre_no_later_than_by_gallaway() -> None:
+    # 10 % spin-down, 33 psi, tread of 1.6 mm, texture of 0.8 mm, 20 mm of water
+    assert floating_speed_mps(20.0) / 0.44704 == pytest.approx(47.0, abs=0.5)
+    assert floating_speed_mps(20.0) < floating_speed_mps(2.4)
+
+
+def test_most_of_the_fall_comes_below_a_quarter_of_a_millimetre() -> None:
+    # Kulakowski and Harwood: films of 0.025 to 0.23 mm
+    fall = [wet_low(film, 5.0) for film in (0.0, 0.23, 1.0)]
+    assert fall[0] - fall[1] > 2.0 * (fall[1] - fall[2])
+
+
+def test_speed_takes_of_wet_friction_what_the_international_friction_index_says() -> None:
+    assert speed_share(60 / 3.6) == 1.0
+    assert speed_share(120 / 3.6) == pytest.approx(2.71828 ** (-0.15 * 60 / (14.2 + 89.7 * 0.5)), rel=1e-4)
+
+
+def test_cold_packed_snow_grips_better_than_melting_snow() -> None:
+    assert snow_low(-15.0) > snow_low(-3.0) > snow_low(0.0) == snow_low(None)
+
+
+@given(st.floats(0, 4), st.floats(0, 4), st.floats(0, 60), st.floats(0, 1))
+def test_a_deeper_film_never_grips_better(film: float, more: float, speed_mps: float, soft: float) -> None:
+    assert wet_low(film + more, speed_mps, soft) <= wet_low(film, speed_mps, soft) + 1e-12
+    assert wet_high(film + more) <= wet_high(film) + 1e-12
     assert contact(film + more, speed_mps) <= contact(film, speed_mps) + 1e-12
+    assert wet_low(film, speed_mps, soft) <= wet_high(film)
 
 
 @given(st.floats(0.1, 60), st.floats(0.05, 1.0))

@@ -1,0 +1,77 @@
+"""What a weather service on the internet is: where to ask, and how its answer becomes an observation. Pure."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from services.weather.interval import Interval
+from services.weather.observation import SURE, Observation
+
+NS = 1_000_000_000
+HOUR_S = 3600.0
+CONFIDENCE = SURE
+"""A forecast speaks for some square kilometres: it may warn, and never reassure."""
+AIR_K = 2.0
+"""How far the air at the road may be from a forecast's: valleys and cold pools reach this often."""
+LOCAL_RAIN = 3.0
+"""A shower rains so many times as hard as its grid cell does on average (ours)."""
+SIGHT_SHARE = 0.5
+"""Sight at the road against a cell's or an airfield's: half of it in a fog bank (ours)."""
+
+
+class Place(NamedTuple):
+    """Where weather is asked for, degrees. Rounded before it leaves, see `rounded`."""
+
+    latitude_deg: float
+    longitude_deg: float
+
+
+class Provider(NamedTuple):
+    """One service: its name, the address that answers for a place, and what an answer's bytes say at a time.
+
+    `read(body, now_ns)` raises UnusableAnswer, with what is wrong.
+    """
+
+    name: str
+    address: Callable[[Place], str]
+    read: Callable[[bytes, int], Observation]
+
+
+class UnusableAnswer(ValueError):
+    """An answer that cannot be read, or that says nothing of the present."""
+
+
+def rounded(place: Place) -> Place:
+    """To a hundredth of a degree, about a kilometre: no more is needed, and no more is told of where the car is."""
+    return Place(round(place.latitude_deg, 2), round(place.longitude_deg, 2))
+
+
+def around(value: float | None, margin: float) -> Interval | None:
+    """`value` give or take `margin`."""
+    return None if value is None else Interval(value - margin, value + margin)
+
+
+def shower(mm_h: float | None) -> Interval | None:
+    """What may fall here where a cell's average is `mm_h`."""
+    return None if mm_h is None else Interval(0.0, max(0.0, mm_h) * LOCAL_RAIN)
+
+
+def sight(visibility_m: float | None) -> Interval | None:
+    """Sight at the road where a service tells `visibility_m`."""
+    return None if visibility_m is None else Interval(max(1.0, visibility_m * SIGHT_SHARE), max(1.0, visibility_m))
+
+
+def gusts(gust_mps: float | None) -> Interval | None:
+    """Gusts at the road: down to what shelter leaves, up to a third more in the open (ours)."""
+    return None if gust_mps is None else Interval(0.5 * gust_mps, 1.33 * gust_mps)
+
+
+def share(percent: float | None) -> Interval | None:
+    """A relative humidity in percent, give or take a tenth, in [0, 1]."""
+    return None if percent is None else Interval(max(0.0, percent / 100 - 0.1), min(1.0, percent / 100 + 0.1))
+
+
+def check_units(told: dict[str, str], expected: dict[str, str]) -> None:
+    """Raises UnusableAnswer where a quantity comes in another unit than the one it was asked for."""
+    for name, unit in expected.items():
+        if name in told and told[name] != unit:
+            raise UnusableAnswer(f"{name} comes in {told[name]!r}, not in {unit!r}")

@@ -1,0 +1,122 @@
+"""Answers in the formats of the services, and what they are taken to say."""
+
+import json
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from services.weather.interval import Interval
+from services.weather.observation import SURE, clean
+from services.weather.sources import met_norway, metar, open_meteo
+from services.weather.sources.provider import NS, Place, UnusableAnswer, rounded
+from tests.unit.services.weather.sources.answers import NOW_NS, met_norway_body, open_meteo_body
+
+
+def test_met_norway_tells_the_hour_that_runs() -> None:
+    told = met_norway.read(met_norway_body(symbol="lightsleet", rain_mm=1.2, fog=80.0), NOW_NS)
+    assert told.air_c == Interval(-0.5, 3.5)
+    assert told.rain_mm_h == told.snow_mm_h == pytest.approx((0.0, 3.6))
+    assert told.visibility_m == Interval(50.0, 1000.0)
+    assert told.gust_mps is not None
+    assert told.gust_mps.high > 13.0
+    assert told.confidence <= SURE, "a forecast only warns"
+    assert told.stamp_ns == NOW_NS - 3600 * NS, "as old as its model run"
+
+
+def test_met_norway_names_snow_and_rain_by_the_symbol() -> None:
+    snow = met_norway.read(met_norway_body(symbol="heavysnow", rain_mm=2.0), NOW_NS)
+    rain = met_norway.read(met_norway_body(symbol="rain", rain_mm=2.0), NOW_NS)
+    assert (snow.rain_mm_h, rain.snow_mm_h) == (Interval(0.0, 0.0), Interval(0.0, 0.0))
+    assert snow.snow_mm_h == rain.rain_mm_h == Interval(0.0, 6.0)
+
+
+def test_open_meteo_tells_the_hour_that_runs() -> None:
+    told = open_meteo.read(open_meteo_body(rain=[0.0, 0.8, 9.0], snowfall=[0.0, 0.7, 0.0]), NOW_NS)
+    assert told.rain_mm_h == pytest.approx((0.0, 3.6)), "rain and showers of the hour that ends next, times three"
+    assert told.snow_mm_h == pytest.approx((0.0, 3.0)), "7 cm are 10 mm of water"
+    assert told.visibility_m == Interval(4000.0, 8000.0)
+    assert told.humidity == pytest.approx((0.82, 1.0))
+    assert clean(told) == told, "within the limits of a sane source"
+
+
+@pytest.mark.parametrize(
+    ("report", "field", "expected"),
+    [
+        ("EDDB 211150Z 24012G25KT 0800 -FZRA FG OVC002 M01/M02 Q1008", "visibility_m", Interval(400.0, 800.0)),
+        ("EDDB 211150Z 24012KT 9999 +SHRA BKN020 08/06 Q1008", "rain_mm_h", Interval(10.0, 50.0)),
+        ("EDDB 211150Z 24012KT 3000 -RASN BKN020 01/00 Q1008", "snow_mm_h", Interval(0.1, 1.0)),
+        ("EDDB 211150Z 24012KT 9999 NSC 08/06 Q1008", "rain_mm_h", Interval(0.0, 0.0)),
+        ("EDDB 211150Z 24012KT 9999 NSC M08/M09 Q1008", "air_c", Interval(-10.0, -6.0)),
+    ],
+)
+def test_an_airfield_s_report_is_read(report: str, field: str, expected: Interval) -> None:
+    assert getattr(metar.read(report.encode(), NOW_NS), field) == expected
+
+
+def test_a_report_of_last_month_s_last_day_is_of_yesterday() -> None:
+    midnight_ns = int(datetime(2026, 12, 1, 0, 10, tzinfo=UTC).timestamp()) * NS
+    told = metar.read(b"EDDB 302350Z 24012KT 9999 NSC 08/06 Q1008", midnight_ns)
+    assert midnight_ns - told.stamp_ns == 20 * 60 * NS
+
+
+def _changed(body: bytes, *path: str, value: Any) -> bytes:
+    answer = json.loads(body)
+    inner = answer
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    return json.dumps(answer).encode()
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (b"<html>", "JSON is malformed"),
+        (b"{}", "missing required field `properties`"),
+        (_changed(met_norway_body(), "properties", "meta", "units", "air_temperature", value="kelvin"), "'kelvin', not in 'celsius'"),
+        (_changed(met_norway_body(), "properties", "timeseries", value=[]), "none of its 0 hours is the present one"),
+        (_changed(met_norway_body(), "properties", "timeseries", value="x"), r"`array`, got `str` - at `\$.properties.timeseries`"),
+    ],
+)  # fmt: skip
+def test_an_answer_that_cannot_be_used_says_why(body: bytes, says: str) -> None:
+    with pytest.raises(UnusableAnswer, match=says):
+        met_norway.read(body, NOW_NS)
+
+
+def test_open_meteo_s_refusal_is_told() -> None:
+    with pytest.raises(UnusableAnswer, match="Latitude must be in range"):
+        open_meteo.read(b'{"error": true, "reason": "Latitude must be in range of -90 to 90"}', NOW_NS)
+
+
+def test_old_answers_say_nothing_of_now() -> None:
+    later_ns = NOW_NS + 48 * 3600 * NS
+    for read, body in ((met_norway.read, met_norway_body()), (open_meteo.read, open_meteo_body())):
+        with pytest.raises(UnusableAnswer, match="is the present one"):
+            read(body, later_ns)
+    with pytest.raises(UnusableAnswer, match="h from now"):
+        metar.read(b"EDDB 211150Z 24012KT 9999 NSC 08/06 Q1008", later_ns)
+
+
+@given(st.binary(max_size=400), st.sampled_from([met_norway.read, open_meteo.read, metar.read]))
+def test_no_bytes_do_more_than_be_unusable(body: bytes, read: Any) -> None:
+    with pytest.raises(UnusableAnswer):
+        read(body, NOW_NS)
+
+
+@given(st.text(alphabet="EDBR0123456789ZKTQMSNA/-+ VCFGOUP", max_size=80))
+def test_no_report_does_more_than_be_unusable(tail: str) -> None:
+    try:
+        told = metar.read(b"EDDB 211150Z " + tail.encode(), NOW_NS)
+    except UnusableAnswer:
+        return
+    assert told.confidence <= SURE
+
+
+def test_no_more_than_a_kilometre_is_told_of_where_the_car_is() -> None:
+    place = rounded(Place(52.520817, 13.409419))
+    for provider in (met_norway.met_norway(), open_meteo.open_meteo()):
+        assert "52.52&" in provider.address(place)
+        assert "13.41" in provider.address(place)
