@@ -1,5 +1,6 @@
 """The description of a bus (DBC, ARXML, KCD, SYM; several are merged), indexed by id and by signal name."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -8,24 +9,49 @@ from cantools.database.errors import Error as CantoolsError
 
 from services.can.errors import MalformedFrame, ProfileError
 
+logger = logging.getLogger(__name__)
+
 Key = tuple[bool, int]
 """(extended, id): the same number with 11 and with 29 bits is two messages."""
 
 
 class Dbc:
-    """Messages by key, signals by name. Of two signals of one name the first counts where no message is named."""
+    """Messages by key, signals by name. Of two signals of one name the first counts where no message is named.
 
-    def __init__(self, *paths: Path) -> None:
+    Messages whose signals overlap or do not fit are named in `broken`; a field may be fed by one only where `strict` is
+    off.
+    """
+
+    def __init__(self, *paths: Path, strict: bool = True, protocol: str = "") -> None:
         databases = [_load(path) for path in paths]
         self.nodes: tuple[str, ...] = tuple(node.name for each in databases for node in each.nodes)
         self.messages: dict[Key, Any] = {}
+        self.broken: dict[Key, str] = {}
+        self.strict = strict
+        self._protocol = protocol
+        self._groups: dict[int, Any] = {}
         self._signals: dict[str, tuple[Any, Any]] = {}
         self._of_message: dict[tuple[str, str], tuple[Any, Any]] = {}
-        for message in (message for each in databases for message in each.messages):
-            self.messages.setdefault(key_of(message), message)
-            for signal in message.signals:
-                self._signals.setdefault(signal.name, (message, signal))
-                self._of_message.setdefault((message.name, signal.name), (message, signal))
+        for path, database in zip(paths, databases, strict=True):
+            self.broken |= _broken(path, database)
+            for message in database.messages:
+                self._add(message)
+
+    def _add(self, message: Any) -> None:
+        self.messages.setdefault(key_of(message), message)
+        if self.is_j1939(message):
+            self._groups.setdefault(pgn_of(message.frame_id), message)
+        for signal in message.signals:
+            self._signals.setdefault(signal.name, (message, signal))
+            self._of_message.setdefault((message.name, signal.name), (message, signal))
+
+    def is_j1939(self, message: Any) -> bool:
+        """Whether a message is a J1939 parameter group: said for the bus, or by the description."""
+        return bool(message.is_extended_frame) and "j1939" in (self._protocol, message.protocol)
+
+    def find(self, key: Key) -> Any | None:
+        """The message of a frame; of a J1939 frame by its parameter group, whatever priority and source address."""
+        return self.messages.get(key) or (self._groups.get(pgn_of(key[1])) if key[0] else None)
 
     def signal(self, name: str, message: str = "") -> tuple[Any, Any]:
         """(message, signal). Raises ProfileError."""
@@ -44,7 +70,7 @@ class Dbc:
         MalformedFrame where frame and description do not fit.
         """
         wanted = (False, True) if extended is None else (extended,)
-        message = next((found for each in wanted if (found := self.messages.get((each, arbitration_id)))), None)
+        message = next((found for each in wanted if (found := self.find((each, arbitration_id)))), None)
         if message is None:
             raise MalformedFrame(f"no message with id 0x{arbitration_id:X} in the bus description")
         if len(data) < message.length:
@@ -61,8 +87,28 @@ def key_of(message: Any) -> Key:
     return bool(message.is_extended_frame), int(message.frame_id)
 
 
+def pgn_of(arbitration_id: int) -> int:
+    """The parameter group number in a 29-bit J1939 id; that of a message to one address has no address in it."""
+    group = arbitration_id >> 8 & 0x3FFFF
+    return group if group & 0xFF00 >= 0xF000 else group & 0x3FF00
+
+
 def _load(path: Path) -> Any:
     try:
-        return load_file(path)
-    except (OSError, CantoolsError, ValueError) as error:
-        raise ProfileError(f"{path.name} cannot be read as a bus description: {error}") from error
+        return load_file(path, strict=False)
+    except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError) as error:
+        text = " ".join(str(error).split())
+        raise ProfileError(f"{path.name} cannot be read as a bus description: {text}") from error
+
+
+def _broken(path: Path, database: Any) -> dict[Key, str]:
+    """What a strict reading refuses: message -> why."""
+    found = {}
+    for message in database.messages:
+        try:
+            message.refresh(strict=True)
+        except CantoolsError as error:
+            found[key_of(message)] = f"{path.name}: {str(error).rstrip('.')}"
+    if found:
+        logger.warning("%s; %d messages of %s are described so", next(iter(found.values())), len(found), path.name)
+    return found

@@ -12,7 +12,7 @@ from services.can.board import Board
 from services.can.dbc import Dbc
 from services.can.ego import read_ego
 from services.can.errors import ProfileError
-from services.can.profile import FieldRule, Profile, conversion
+from services.can.profile import FieldRule, Profile, transform
 from services.simulator.can_frames import FrameEncoder
 from services.simulator.car_state import CarModel, CarState, Controls
 
@@ -145,4 +145,4 @@ def test_no_frame_breaks_the_board_and_what_is_published_is_plausible(
 
 def test_a_unit_that_the_table_does_not_convert_is_an_error_and_not_a_guess() -> None:
     with pytest.raises(ProfileError, match="furlong"):
-        conversion("furlong", FieldRule(signal="X", unit="m/s"))
+        transform("furlong", FieldRule(signal="X", unit="m/s"))

@@ -1,0 +1,94 @@
+"""One curated message: from its bytes to the samples of the fields that it feeds."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from services.can.extract import Extractor, extractor
+from services.can.field import Field
+from services.can.guard import Guard, guard_for
+from services.can.profile import MessageRule
+from services.can.source import source, usable
+
+
+class Feed:
+    """One field's place in one message."""
+
+    __slots__ = ("_sample", "_usable", "field", "names")
+
+    def __init__(self, field: Field, message: Any) -> None:
+        rule = field.rule
+        self.field, self._sample, self._usable = field, source(rule, message), usable(rule, message)
+        self.names = frozenset(each for each in (*rule.signals, rule.negative_if, rule.valid_if) if each)
+
+    def take(self, values: Mapping[str, float], stamp_ns: int) -> None:
+        """Judge the sample in the physical values of the message's signals."""
+        if not self._usable(values):
+            self.field.reject("marked invalid by the sender", stamp_ns)
+            return
+        value = self._sample(values)
+        if value is None:
+            self.field.reject("not a known value", stamp_ns)
+        else:
+            self.field.accept(value, stamp_ns)
+
+
+class Watch:
+    """A message's feeds, by what guards them. Only the signals that they need are read."""
+
+    def __init__(self, message: Any, fields: Iterable[Field], rule: MessageRule | None, *, j1939: bool) -> None:
+        self.last_ns = 0
+        self._length: int = message.length
+        groups: dict[Any, list[Feed]] = {}
+        for field in fields:
+            groups.setdefault(guard_for(message, field.rule, rule), []).append(Feed(field, message))
+        self._groups = [(Guard(message, *guard) if any(guard) else None, feeds) for guard, feeds in groups.items()]
+        names = frozenset().union(*(feed.names for feeds in groups.values() for feed in feeds))
+        self._reads = [extractor(message, each, j1939=j1939) for each in message.signals if each.name in names]
+        self._plain = [(each.name, each.read) for each in self._reads]
+        self._end = max(each.end for each in self._reads)
+        self._careful = any(each.here or each.void for each in self._reads)
+
+    def take(self, data: bytes, stamp_ns: int) -> bool:
+        """Feed the fields from one frame; False where it is too short for all of them. Bytes beyond the described
+        length (padding of CAN FD) are not looked at.
+        """
+        if len(data) > self._length:
+            data = data[: self._length]
+        if self._careful or len(data) < self._end:
+            return self._take_carefully(data, stamp_ns)
+        values = {name: read(data) for name, read in self._plain}
+        for guard, feeds in self._groups:
+            verdict = guard.judge(data) if guard is not None else ""
+            if verdict == "":
+                for feed in feeds:
+                    feed.take(values, stamp_ns)
+            elif verdict:
+                _reject(feeds, verdict, stamp_ns)
+        return True
+
+    def _take_carefully(self, data: bytes, stamp_ns: int) -> bool:
+        """Signals may be absent: not selected, beyond a short frame's end, or no measurement."""
+        faults = {each.name: why for each in self._reads if (why := _fault(each, data))}
+        values = {each.name: each.read(data) for each in self._reads if each.end <= len(data) and each.in_frame(data)}
+        for guard, feeds in self._groups:
+            verdict = guard.judge(data) if guard is not None else ""
+            for feed in feeds if verdict is not None else ():
+                why = verdict or next((faults[name] for name in feed.names if name in faults), "")
+                if why:
+                    feed.field.reject(why, stamp_ns)
+                elif feed.names <= values.keys():
+                    feed.take(values, stamp_ns)
+        return len(data) >= self._end
+
+
+def _fault(each: Extractor, data: bytes) -> str:
+    if each.end > len(data):
+        return "frame too short"
+    if each.void is not None and each.in_frame(data) and each.void(each.raw(data)):
+        return "marked not available by the sender"
+    return ""
+
+
+def _reject(feeds: Iterable[Feed], reason: str, stamp_ns: int) -> None:
+    for feed in feeds:
+        feed.field.reject(reason, stamp_ns)
