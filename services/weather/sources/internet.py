@@ -113,7 +113,7 @@ class Internet:
         response: Any = self._session.get(address, timeout=TIMEOUT_S, allow_redirects=False)
         if response.status_code != 200:
             raise OSError(f"it answers {response.status_code}")
-        stale = bool(getattr(response, "from_cache", False) and getattr(response, "is_expired", False))
+        stale = response.from_cache and response.is_expired and not response.revalidated
         return bytes(response.content), not stale
 
     def _run(self) -> None:
