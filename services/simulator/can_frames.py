@@ -8,11 +8,13 @@ from typing import Any
 from cantools.database import load_file
 
 from proto.sensors import CanFrame
-from services.simulator.car_state import CarState
+from services.simulator.car_state import PEDAL_MM, CarState
 
 KPH = 3.6
 DEG = 180.0 / math.pi
 NS_PER_MS = 1_000_000
+FULL_RAIN_MM_H = 30.0
+"""Rain at which the rain sensor says all."""
 MAX_CATCH_UP = 25
 """After a pause no more than this many frames of one message are made up for."""
 
@@ -31,7 +33,7 @@ def _motion(state: CarState) -> Signals:
         "VehicleSpeed": state.speed_mps * KPH,
         "LongitudinalAcceleration": state.acceleration_mps2,
         "YawRate": state.yaw_rate_radps * DEG,
-        "VehicleSpeedValid": 1,
+        "VehicleSpeedValid": state.speed_known and not math.isnan(state.speed_mps),
     }
 
 
@@ -43,20 +45,24 @@ def _stability(state: CarState) -> Signals:
         "TractionControlActive": state.esc_active and state.accelerator > 0.05,
         "AbsFault": state.abs_fault,
         "EscFault": state.esc_fault,
-        "EscSwitchedOff": 0,
+        "EscSwitchedOff": state.esc_off,
     }
 
 
 def _brakes(state: CarState) -> Signals:
     return {
         "BrakePressure": state.brake_pressure_bar,
-        "BrakePedalPosition": state.brake * 100.0,
+        "BrakePedalPosition": min(100.0, state.brake_pedal_travel_mm / PEDAL_MM * 100.0),
         "BrakePedalPressed": state.brake > 0.01,
         "BrakeFluidLow": state.brake_fluid_low,
         "BrakeLiningWorn": state.brake_lining_worn,
         "BrakeBoosterFault": state.brake_booster_fault,
         "ParkingBrake": state.parking_brake,
     }
+
+
+def _pedal(state: CarState) -> Signals:
+    return {"BrakePedalTravel": state.brake_pedal_travel_mm}
 
 
 def _steering(state: CarState) -> Signals:
@@ -149,6 +155,10 @@ def _body(state: CarState) -> Signals:
     }
 
 
+def _surroundings(state: CarState) -> Signals:
+    return {"RainSensor": min(100.0, state.rain_mm_h / FULL_RAIN_MM_H * 100.0), "LightSensor": state.light_lx}
+
+
 def _odometer(state: CarState) -> Signals:
     return {"TotalDistance": state.distance_km}
 
@@ -158,6 +168,7 @@ MESSAGES: Mapping[str, Callable[[CarState], Signals]] = {
     "Motion": _motion,
     "StabilityControl": _stability,
     "Brakes": _brakes,
+    "BrakePedal": _pedal,
     "Steering": _steering,
     "DriverPedals": _pedals,
     "Engine": _engine,
@@ -167,8 +178,32 @@ MESSAGES: Mapping[str, Callable[[CarState], Signals]] = {
     "BrakeTemperatures": _discs,
     "WarningLamps": _lamps,
     "Body": _body,
+    "Surroundings": _surroundings,
     "Odometer": _odometer,
 }
+
+
+class _Place:
+    """Where one signal lies in its message: its number as bits, little-endian. A value beyond the DBC's range is held
+    at its edge, as a control unit would; one that is not a number is "not available", the highest raw value.
+    """
+
+    def __init__(self, signal: Any) -> None:
+        if signal.byte_order != "little_endian":
+            raise ValueError(f"{signal.name}: only little-endian signals are written")
+        self.name: str = signal.name
+        self.start: int = signal.start
+        self._scale, self._offset = float(signal.scale), float(signal.offset)
+        self._low, self._high = float(signal.minimum), float(signal.maximum)
+        self._mask: int = (1 << signal.length) - 1
+        self._unavailable: int = self._mask >> 1 if signal.is_signed else self._mask
+
+    def bits(self, value: float) -> int:
+        """The value as it stands in the message's number."""
+        if value != value:
+            return self._unavailable << self.start
+        held = min(max(value, self._low), self._high)
+        return (round((held - self._offset) / self._scale) & self._mask) << self.start
 
 
 class _Cycle:
@@ -176,22 +211,23 @@ class _Cycle:
 
     def __init__(self, message: Any, signals: Callable[[CarState], Signals]) -> None:
         self.message, self.signals = message, signals
+        self.frame_id: int = message.frame_id
         self.period_ns: int = message.cycle_time * NS_PER_MS
         self.counter_name = next((each.name for each in message.signals if each.name.endswith("Counter")), None)
-        self.limits = {each.name: (each.minimum, each.maximum) for each in message.signals}
+        self._places = [_Place(signal) for signal in message.signals]
         self.counter = 0
         self.next_ns: int | None = None
 
     def encode(self, state: CarState) -> bytes:
-        """The message's bytes; values outside the DBC's range are held at its edge, as a control unit would."""
-        values = {
-            name: min(max(value, self.limits[name][0]), self.limits[name][1])
-            for name, value in self.signals(state).items()
-        }
+        """The message's bytes."""
+        values = self.signals(state)
         if self.counter_name is not None:
             values[self.counter_name] = self.counter
             self.counter = (self.counter + 1) % 16
-        return bytes(self.message.encode(values, strict=False))
+        number = 0
+        for place in self._places:
+            number |= place.bits(values[place.name])
+        return number.to_bytes(self.message.length, "little")
 
     def due(self, state: CarState, now_ns: int) -> list[CanFrame]:
         if (
@@ -202,9 +238,7 @@ class _Cycle:
             self.next_ns = now_ns
         frames = []
         while self.next_ns <= now_ns:
-            frames.append(
-                CanFrame(stamp_ns=self.next_ns, arbitration_id=self.message.frame_id, data=self.encode(state))
-            )
+            frames.append(CanFrame(stamp_ns=self.next_ns, arbitration_id=self.frame_id, data=self.encode(state)))
             self.next_ns += self.period_ns
         return frames
 

@@ -5,6 +5,9 @@ physics step.
 import math
 from dataclasses import dataclass, field, replace
 
+from services.simulator import tyres
+from services.simulator.car_condition import SOUND, Condition, Four
+
 TRACK_M = 1.56
 WHEELBASE_M = 2.7
 STEERING_RATIO = 15.0
@@ -13,13 +16,19 @@ MASS_KG = 1500.0
 FRONT_BRAKE_SHARE = 0.7
 DISC_HEAT_J_PER_K = 6000.0
 """One front disc: about 12 kg of iron at 500 J/(kg K)."""
-DISC_COOLING_W_PER_K = 12.0
-"""Standing; with speed v it grows by half of this for each m/s."""
+DISC_COOLING_W_PER_K = 4.0
+"""Standing; with speed v it grows by a fifth of this for each m/s."""
+DISC_GLOW_W_PER_K4 = 6e-9
+"""Radiation of one disc: 0.2 m2 of oxidised iron, emissivity 0.55."""
 BAR_PER_MPS2 = 10.0
 GEAR_RPM_PER_MPS = (0.0, 300.0, 180.0, 120.0, 88.0, 70.0, 58.0)
 TANK_L = 50.0
-
-Four = tuple[float, float, float, float]
+CHARGING_V, RESTING_V, FLAT_V = 14.2, 12.3, 10.2
+DISCHARGE_V_PER_S = 0.01
+"""Lights, fan and wipers from the battery alone; ours."""
+PEDAL_MM, SPONGE_MM = 60.0, 70.0
+"""Pedal travel at full braking, and what an empty circuit adds to it."""
+KELVIN = 273.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +39,20 @@ class Controls:
 
     speed_mps: float
     acceleration_mps2: float = 0.0
+    climb_mps2: float = 0.0
+    """Gravity along a climb, which an accelerometer feels as acceleration."""
     yaw_rate_radps: float = 0.0
     road_wheel_rad: float = 0.0
     accelerator: float = 0.0
     brake: float = 0.0
     abs_active: bool = False
     esc_active: bool = False
+    locked: bool = False
+    """Whether the braked wheels stand while the car slides."""
     mu: float = 0.9
     wiper_stage: int = 0
+    rain_mm_h: float = 0.0
+    light_lx: float = 20_000.0
     outside_temperature_c: float = 15.0
     headlamps: int = 0
     fog_front: bool = False
@@ -58,17 +73,24 @@ class CarState:
     accelerator: float = 0.0
     brake: float = 0.0
     brake_pressure_bar: float = 0.0
+    brake_pedal_travel_mm: float = 0.0
+    speed_known: bool = True
+    """False while the wheels say nothing about the speed over ground."""
     wheel_speeds_mps: Four = (0.0, 0.0, 0.0, 0.0)
     abs_active: bool = False
     esc_active: bool = False
     abs_fault: bool = False
     esc_fault: bool = False
+    esc_off: bool = False
     brake_fluid_low: bool = False
     brake_lining_worn: bool = False
     brake_booster_fault: bool = False
     steering_assist_fault: bool = False
     parking_brake: bool = False
-    tyre_pressure_bar: Four = (2.4, 2.4, 2.6, 2.6)
+    tyre_pressure_bar: Four = tyres.NOMINAL_BAR
+    tyre_lost_bar: Four = (0.0, 0.0, 0.0, 0.0)
+    tyre_filled_c: float = 20.0
+    """Temperature at which the tyres had their nominal pressure."""
     tyre_temperature_c: Four = (20.0, 20.0, 20.0, 20.0)
     brake_temperature_c: Four = (20.0, 20.0, 20.0, 20.0)
     engine_rpm: float = 800.0
@@ -80,8 +102,10 @@ class CarState:
     oil_pressure_bar: float = 2.0
     intake_temperature_c: float = 20.0
     fuel_share: float = 0.6
-    battery_voltage_v: float = 14.2
+    battery_voltage_v: float = CHARGING_V
     wiper_stage: int = 0
+    rain_mm_h: float = 0.0
+    light_lx: float = 20_000.0
     outside_temperature_c: float = 15.0
     headlamps: int = 0
     fog_front: bool = False
@@ -95,43 +119,60 @@ class CarState:
     """Of: engine, engine_flashing, abs, stability, brake, tyre, coolant, oil, battery, fuel, steering."""
 
 
+def parked(outside_c: float) -> CarState:
+    """A car that stood long at this temperature, its tyres filled there."""
+    same = (outside_c, outside_c, outside_c, outside_c)
+    return CarState(
+        outside_temperature_c=outside_c, tyre_filled_c=outside_c, tyre_temperature_c=same, brake_temperature_c=same
+    )
+
+
 class CarModel:
     """Carries the slow quantities (heat, fuel, distance, gear) from step to step."""
 
     def __init__(self, start: CarState | None = None) -> None:
         self.state = start if start is not None else CarState()
 
-    def step(self, dt_s: float, controls: Controls) -> CarState:
-        """The car `dt_s` later under `controls`."""
+    def step(self, dt_s: float, controls: Controls, condition: Condition = SOUND) -> CarState:
+        """The car `dt_s` later under `controls`, with what is broken in it."""
         before, speed = self.state, max(0.0, controls.speed_mps)
         gear = _gear(speed, before.gear)
         wheel_rad = controls.road_wheel_rad * STEERING_RATIO
         rpm = max(800.0, speed * GEAR_RPM_PER_MPS[gear])
+        lacking = tyres.lack(before.tyre_pressure_bar)
+        lost, warmth = _lost(before, condition, dt_s), _tyre_heat(before, speed, controls, lacking, dt_s)
         self.state = replace(
             before,
             speed_mps=speed,
-            acceleration_mps2=controls.acceleration_mps2,
+            acceleration_mps2=controls.acceleration_mps2 + controls.climb_mps2,
             yaw_rate_radps=controls.yaw_rate_radps,
             lateral_acceleration_mps2=speed * controls.yaw_rate_radps,
             steering_wheel_rad=wheel_rad,
             steering_wheel_rate_radps=(wheel_rad - before.steering_wheel_rad) / dt_s if dt_s > 0 else 0.0,
             accelerator=controls.accelerator,
             brake=controls.brake,
-            brake_pressure_bar=_pressure_bar(controls),
-            wheel_speeds_mps=_wheel_speeds(speed, controls),
+            brake_pressure_bar=_pressure_bar(controls, condition),
+            brake_pedal_travel_mm=_travel_mm(controls, condition),
+            speed_known=not controls.locked,
+            wheel_speeds_mps=_wheel_speeds(speed, controls, lacking),
             abs_active=controls.abs_active,
             esc_active=controls.esc_active,
-            brake_temperature_c=_disc_heat(before, speed, controls, dt_s),
-            tyre_temperature_c=_tyre_heat(before, speed, controls, dt_s),
+            brake_temperature_c=_disc_heat(before, speed, controls, condition, dt_s),
+            tyre_temperature_c=warmth,
+            tyre_lost_bar=lost,
+            tyre_pressure_bar=_pressures(before.tyre_filled_c, lost, warmth),
             engine_rpm=rpm,
             engine_torque_nm=_torque_nm(controls),
             gear=gear,
             oil_pressure_bar=min(5.0, 1.2 + rpm / 1000.0),
             intake_temperature_c=controls.outside_temperature_c + 8.0,
             fuel_share=max(0.0, before.fuel_share - _fuel_l_per_s(speed, controls) * dt_s / TANK_L),
-            wiper_stage=controls.wiper_stage,
+            battery_voltage_v=_voltage_v(before, condition, dt_s),
+            wiper_stage=controls.wiper_stage if condition.wipers else 0,
+            rain_mm_h=controls.rain_mm_h,
+            light_lx=controls.light_lx,
             outside_temperature_c=controls.outside_temperature_c,
-            headlamps=controls.headlamps,
+            headlamps=controls.headlamps if condition.headlamps else 0,
             fog_front=controls.fog_front,
             fog_rear=controls.fog_rear,
             indicator=controls.indicator,
@@ -150,50 +191,90 @@ def _gear(speed_mps: float, gear: int) -> int:
     return gear
 
 
-def _pressure_bar(controls: Controls) -> float:
+def _pressure_bar(controls: Controls, condition: Condition) -> float:
     """Master cylinder pressure: what the deceleration takes on a sound brake, or what the foot asks for where grip
-    holds it back.
+    or a fault holds it back; without the booster the foot gives less of it.
     """
     wanted = max(-controls.acceleration_mps2 if controls.brake > 0.01 else 0.0, controls.brake * 9.0)
-    return min(180.0, wanted * BAR_PER_MPS2)
+    assisted = 0.3 + 0.7 * condition.booster if controls.brake > 0.01 else 1.0
+    return min(180.0, wanted * BAR_PER_MPS2 * assisted)
 
 
-def _wheel_speeds(speed_mps: float, controls: Controls) -> Four:
-    """Each wheel on its own arc; under braking they run slower than the ground by the slip, at the limit of grip by
-    12 %.
+def _travel_mm(controls: Controls, condition: Condition) -> float:
+    """How far the foot goes: a circuit without fluid lets the pedal sink."""
+    return controls.brake * (PEDAL_MM + 2.0 * SPONGE_MM * (1.0 - condition.circuits))
+
+
+def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
+    """Each wheel on its own arc and radius; under braking they run slower than the ground by the slip, at the limit
+    of grip by 12 %; locked ones stand.
     """
-    if speed_mps <= 0.0:
+    if speed_mps <= 0.0 or controls.locked:
         return (0.0, 0.0, 0.0, 0.0)
     used = abs(controls.acceleration_mps2) / max(0.05, controls.mu * 9.81)
     slip = 0.12 if controls.abs_active else 0.03 * min(1.0, used)
     along = speed_mps * (1.0 - math.copysign(slip, -controls.acceleration_mps2)) if slip else speed_mps
     across = controls.yaw_rate_radps * TRACK_M / 2.0
     left, right = max(0.0, along - across), max(0.0, along + across)
-    return (left, right, left, right)
+    front_left, front_right, rear_left, rear_right = (
+        ground / tyres.radius_share(each) for ground, each in zip((left, right, left, right), lacking, strict=True)
+    )
+    return (front_left, front_right, rear_left, rear_right)
 
 
-def _disc_heat(before: CarState, speed_mps: float, controls: Controls, dt_s: float) -> Four:
-    """Each disc takes its share of the braking power and gives heat to the air, more so when driving."""
-    braking_w = MASS_KG * max(0.0, -controls.acceleration_mps2) * speed_mps if controls.brake > 0.01 else 0.0
-    cooling = DISC_COOLING_W_PER_K * (1.0 + 0.5 * speed_mps)
+def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition: Condition, dt_s: float) -> Four:
+    """Each disc takes its share of the braking power and gives heat to the air, more so when driving, and by glowing;
+    a locked wheel heats none.
+    """
+    braked = controls.brake > 0.01 and not controls.locked
+    braking_w = MASS_KG * max(0.0, -controls.acceleration_mps2) * speed_mps if braked else 0.0
+    cooling, air_k = DISC_COOLING_W_PER_K * (1.0 + 0.2 * speed_mps), controls.outside_temperature_c + KELVIN
 
     def disc(now_c: float, share: float) -> float:
+        now_k = now_c + KELVIN
+        conductance = cooling + DISC_GLOW_W_PER_K4 * (now_k**2 + air_k**2) * (now_k + air_k)
         gained = braking_w * share / 2.0 * dt_s / DISC_HEAT_J_PER_K
-        lost = 1.0 - math.exp(-cooling * dt_s / DISC_HEAT_J_PER_K)
-        return now_c + gained - (now_c - controls.outside_temperature_c) * lost
+        lost = 1.0 - math.exp(-conductance * dt_s / DISC_HEAT_J_PER_K)
+        return max(condition.discs_at_least_c, now_c + gained - (now_c - controls.outside_temperature_c) * lost)
 
     front, rear = FRONT_BRAKE_SHARE, 1.0 - FRONT_BRAKE_SHARE
     left_front, right_front, left_rear, right_rear = before.brake_temperature_c
     return (disc(left_front, front), disc(right_front, front), disc(left_rear, rear), disc(right_rear, rear))
 
 
-def _tyre_heat(before: CarState, speed_mps: float, controls: Controls, dt_s: float) -> Four:
-    """Tyres run about half a degree above the air for each m/s, reached over ten minutes."""
-    goal, share = controls.outside_temperature_c + 0.6 * speed_mps, min(1.0, dt_s / 600.0)
+def _tyre_heat(before: CarState, speed_mps: float, controls: Controls, lacking: Four, dt_s: float) -> Four:
+    """Tyres run about half a degree above the air for each m/s, reached over ten minutes; a soft one flexes more and
+    runs up to three times as far above it.
+    """
+    share = min(1.0, dt_s / 600.0)
     front_left, front_right, rear_left, rear_right = (
-        each + (goal - each) * share for each in before.tyre_temperature_c
+        now + (controls.outside_temperature_c + 0.6 * speed_mps * (1.0 + 2.0 * each) - now) * share
+        for now, each in zip(before.tyre_temperature_c, lacking, strict=True)
     )
     return (front_left, front_right, rear_left, rear_right)
+
+
+def _lost(before: CarState, condition: Condition, dt_s: float) -> Four:
+    """Air lost so far as cold pressure; a tyre that does not leak has been mended and filled."""
+    front_left, front_right, rear_left, rear_right = (
+        min(nominal - condition.leak_to_bar, lost + leak * dt_s / 60.0) if leak > 0.0 else 0.0
+        for nominal, lost, leak in zip(tyres.NOMINAL_BAR, before.tyre_lost_bar, condition.leak_bar_per_min, strict=True)
+    )
+    return (front_left, front_right, rear_left, rear_right)
+
+
+def _pressures(filled_c: float, lost_bar: Four, temperature_c: Four) -> Four:
+    front_left, front_right, rear_left, rear_right = (
+        tyres.warm_bar(nominal - lost, filled_c, now_c)
+        for nominal, lost, now_c in zip(tyres.NOMINAL_BAR, lost_bar, temperature_c, strict=True)
+    )
+    return (front_left, front_right, rear_left, rear_right)
+
+
+def _voltage_v(before: CarState, condition: Condition, dt_s: float) -> float:
+    if condition.charging:
+        return CHARGING_V
+    return max(FLAT_V, min(RESTING_V, before.battery_voltage_v) - DISCHARGE_V_PER_S * dt_s)
 
 
 def _torque_nm(controls: Controls) -> float:

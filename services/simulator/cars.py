@@ -126,10 +126,12 @@ class Ego(_Grounded, ControlledVehicle):  # type: ignore[misc]
         super().__init__(road, place, heading, speed, target_lane_index=index)
         self.settle(EGO_BODY)
         self.command_mps2 = 0.0
+        self.pull_rad = 0.0
+        """By how much soft tyres steer it, positive to the left."""
 
     def act(self, action: object = None) -> None:
         steering = self.steering_control(self.target_lane_index)
-        Vehicle.act(self, {"steering": steering, "acceleration": self.command_mps2})
+        Vehicle.act(self, {"steering": steering - self.pull_rad, "acceleration": self.command_mps2})
 
     def step(self, dt: float) -> None:
         self.hold_to_the_ground(dt)

@@ -110,7 +110,7 @@ class EcuBank:
 
     def __init__(self, vin: str = "WDM0SIM0000000001") -> None:
         self._vin = vin
-        self._wanted: dict[str, int | None] = {}
+        self.faults = car_faults.Faults()
         self._cleared: frozenset[str] = frozenset()
         self._transfers: dict[int, _Transfer] = {}
         self.malformed = 0
@@ -119,30 +119,16 @@ class EcuBank:
     @property
     def active(self) -> tuple[str, ...]:
         """The presets that are active."""
-        return tuple(self._wanted)
-
-    @property
-    def brake_share(self) -> float:
-        """Share of the sound car's braking deceleration that is left."""
-        return car_faults.brake_share(dict.fromkeys(self._wanted, 0.0))
+        return self.faults.active
 
     def activate(self, preset: str) -> None:
         """Add a fault scenario; `none` ends them all. Raises ValueError for an unknown one."""
-        if preset == "none":
-            self._wanted = {}
-        elif preset in car_faults.FAULTS:
-            self._wanted.setdefault(preset, None)
-        else:
-            raise ValueError(f"no fault scenario {preset!r}; there are {', '.join(sorted(car_faults.FAULTS))} and none")
+        self.faults.activate(preset)
 
     def affect(self, state: CarState, now_ns: int) -> CarState:
-        """`state` under the active faults; a fault begins when it first meets a state."""
-        self._wanted = {preset: now_ns if since is None else since for preset, since in self._wanted.items()}
-        seconds = {
-            preset: max(0.0, (now_ns - since) / 1e9) for preset, since in self._wanted.items() if since is not None
-        }
+        """What the units know of `state` under the active faults; a fault begins when it first meets a state."""
         kept = tuple(code for code in state.stored_codes if code not in self._cleared)
-        return car_faults.apply(replace(state, stored_codes=kept), seconds)
+        return self.faults.show(replace(state, stored_codes=kept), now_ns)
 
     # --- transport --------------------------------------------------------------------------------------------------
     def on_frame(self, frame: CanFrame, state: CarState, now_ns: int) -> list[CanFrame]:
@@ -297,7 +283,7 @@ class EcuBank:
         if fault is None and routine != car_faults.CLEAR_ROUTINE:
             return OUT_OF_RANGE
         self.activate(fault.preset if fault is not None else "none")
-        return payload[1:] + bytes([len(self._wanted)])
+        return payload[1:] + bytes([len(self.active)])
 
 
 def _supported(base: int, known: set[int]) -> bytes:

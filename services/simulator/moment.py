@@ -22,7 +22,10 @@ class EgoMotion:
     yaw_rate_radps: float
     road_wheel_rad: float
     mu: float
+    """Peak friction that its tyres find here."""
     abs_active: bool
+    locked: bool
+    """Whether it slides on locked wheels."""
     length_m: float
     width_m: float
 

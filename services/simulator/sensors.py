@@ -176,12 +176,29 @@ def car_controls(moment: Moment) -> Controls:
         accelerator=moment.wish.accelerator,
         brake=braked,
         abs_active=ego.abs_active,
+        locked=ego.locked,
         mu=ego.mu,
-        wiper_stage=sum(1 for threshold in WIPERS_FROM_MM_H if weather.rain_mm_h >= threshold),
+        wiper_stage=wiper_stage(weather.rain_mm_h),
+        rain_mm_h=weather.rain_mm_h,
+        light_lx=light_lx(atmosphere.sun_elevation_deg, weather.cloud),
         outside_temperature_c=weather.air_c,
-        headlamps=1 if dark or weather.rain_mm_h > 1.0 or weather.visibility_m < 1500.0 else 0,
+        headlamps=2 if dark or weather.rain_mm_h > 1.0 or weather.visibility_m < 1500.0 else 0,
         fog_rear=weather.visibility_m < 50.0,
     )
+
+
+def wiper_stage(rain_mm_h: float) -> int:
+    """The stage that an automatic wiper chooses."""
+    return sum(1 for threshold in WIPERS_FROM_MM_H if rain_mm_h >= threshold)
+
+
+def light_lx(sun_elevation_deg: float, cloud: float) -> float:
+    """What the light sensor behind the windscreen gets: 100,000 lx under a high clear sun, a tenth under a full cover,
+    some 400 lx at sunrise, under 1 lx at night.
+    """
+    clear = 100_000.0 * math.sin(math.radians(sun_elevation_deg)) if sun_elevation_deg > 0.0 else 0.0
+    dusk = 400.0 * math.exp(min(0.0, sun_elevation_deg) / 1.5)
+    return min(clear + dusk, 120_000.0) * (1.0 - 0.9 * cloud)
 
 
 def calibration(camera: CameraSpec) -> Calibration:

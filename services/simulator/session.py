@@ -14,7 +14,8 @@ from proto.topics import Topic
 from proto.truth import ScenarioState
 from services.simulator import sensors
 from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, CarState
+from services.simulator.car import Car
+from services.simulator.car_state import CarState
 from services.simulator.driver import Advice
 from services.simulator.ecus import EcuBank
 from services.simulator.moment import Moment
@@ -96,8 +97,10 @@ class Session:
         self.seconds, self.epoch_ns, self.bus, self._present = seconds, epoch_ns, bus, present
         self._lockstep = lockstep
         self._noise, self._boxes = sensors.SensorNoise(seed), sensors.StaticBoxes(self.world.static)
-        self._car, self._encoder, self.ecus = CarModel(), FrameEncoder(dbc), EcuBank()
+        self._encoder, self.ecus = FrameEncoder(dbc), EcuBank()
+        self._car = Car(seed, self.ecus.faults, self.world.course.at(0.0).air_c)
         self.state: CarState = self._car.state
+        """As its control units know it."""
         self._mail, self._frames = _Mail(), dict.fromkeys(CAMERAS, 0)
         self.late_frames, self.finished = 0, False
 
@@ -138,7 +141,7 @@ class Session:
         inputs = Inputs(
             advice=tuple(mail.advice),
             brakes=tuple(mail.brakes),
-            brake_share=self.ecus.brake_share,
+            car=self._car.ability(self.next_stamp_ns),
             heard_s_ago=ahead_s,
         )
         moment = self.world.step(inputs)
@@ -162,8 +165,9 @@ class Session:
         step, present = moment.step, self._present
         out = [Outgoing(topics.CLOCK, ClockTick(now_ns=stamp_ns, lockstep=self._lockstep, step=step))]
         if present.can:
-            self.state = self.ecus.affect(self._car.step(STEP_S, sensors.car_controls(moment)), stamp_ns)
-            frames = (*self._encoder.due(self.state, stamp_ns), *self.ecus.step(stamp_ns))
+            told = self._car.step(STEP_S, sensors.car_controls(moment), stamp_ns)
+            self.state = told.units
+            frames = (*self._encoder.due(told.frames, stamp_ns), *self.ecus.step(stamp_ns))
             out.append(Outgoing(topics.CAN_RX, CanFrames(frames=frames), self.bus))
         if present.map and step % MAP_STEPS == 0:
             out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))

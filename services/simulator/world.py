@@ -8,15 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from proto.decision import BrakeCommand
-from services.simulator import staging
+from services.simulator import staging, tyres
 from services.simulator.brake import Brake, Controls
+from services.simulator.braking import Ability, Braked, decelerate
 from services.simulator.cars import Car, Ego
 from services.simulator.driver import Advice, Driver, View, pedals
 from services.simulator.driver_profile import draw_driver
 from services.simulator.furniture import build_gantries, build_lights, build_signs
 from services.simulator.gantries import LOOKS_AHEAD_M, Shown, decide, programme
 from services.simulator.hazards import QUEUE_SEEN_M, HazardLog
-from services.simulator.kinematics import FREE, GRAVITY_MPS2, bend_speed_mps
+from services.simulator.kinematics import FREE, bend_speed_mps
 from services.simulator.law import Legal, build_law
 from services.simulator.lights import Cycle
 from services.simulator.lines import Lights, build_lines
@@ -37,6 +38,7 @@ from services.simulator.weather import Weather, WeatherCourse, atmosphere
 STEP_S = 0.05
 SEES_LEAD_M = 160.0
 LIGHTS_BELOW_M = 1500.0
+UNLIT_M, WIPERS_NEEDED_MM_H = 40.0, 0.2
 RECYCLE_EVERY, LAW_EVERY = 10, 5
 END_BEFORE_M = 60.0
 SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "motorway": 150 / 3.6}
@@ -44,11 +46,11 @@ SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "mot
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """What reached the car since the last step: spoken advice, braking commands; and what its brakes still give."""
+    """What reached the car since the last step: spoken advice, braking commands; and what it brings to a braking."""
 
     advice: tuple[Advice, ...] = ()
     brakes: tuple[BrakeCommand, ...] = ()
-    brake_share: float = 1.0
+    car: Ability = Ability()
     heard_s_ago: float = 0.0
     """A step computed ahead of its instant hears advice of an earlier one."""
 
@@ -77,6 +79,7 @@ class World:
         self._passed_panels: dict[int, str] = {}
         self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
+        self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0
         self._front_before = self._read_to_m = self.outlook.front_m
 
@@ -99,7 +102,7 @@ class World:
         self.road.step(STEP_S)
         if self._step % RECYCLE_EVERY == 0:
             self.traffic.recycle()
-        motion = self._motion(heading, speed, weather, inputs.brake_share)
+        motion = self._motion(heading, speed)
         return self._moment(motion, weather)
 
     def _advance_surroundings(self) -> None:
@@ -145,8 +148,9 @@ class World:
             self.driver.hear(advice, self.time_s - inputs.heard_s_ago)
         for command in inputs.brakes:
             self.brake = self.brake.receive(command, self._now_ns())
-        self.ego.mu = weather.mu
-        before, wish = self._wish, self.driver.drive(self._view(weather), STEP_S)
+        self.ego.mu = weather.mu * tyres.grip_share(inputs.car.lacking, weather.film_mm, float(self.ego.speed))
+        self.ego.pull_rad = tyres.pull_rad(inputs.car.lacking)
+        before, wish = self._wish, self.driver.drive(self._view(weather, inputs.car), STEP_S)
         controls = Controls(
             accelerator=wish.accelerator,
             accelerator_rate_per_s=(wish.accelerator - before.accelerator) / STEP_S,
@@ -155,17 +159,19 @@ class World:
         self.brake = self.brake.step(self._now_ns(), STEP_S, controls)
         self._wish = wish
         wanted = min(wish.acceleration_mps2, -self.brake.applied_mps2 if self.brake.applied_mps2 > 0 else FREE)
-        hardest = inputs.brake_share * weather.mu * GRAVITY_MPS2
-        self.ego.command_mps2 = max(wanted, -hardest)
+        speed, locked = float(self.ego.speed), self._braked.locked
+        self._braked = decelerate(max(0.0, -wanted), inputs.car, self.ego.mu, weather.film_mm, speed, locked)
+        self.ego.command_mps2 = wanted if wanted >= 0.0 else -self._braked.mps2
 
     def _now_ns(self) -> int:
         return round(self.time_s * 1e9)
 
-    def _view(self, weather: Weather) -> View:
+    def _view(self, weather: Weather, car: Ability) -> View:
         lead = self.outlook.lead()
         line = self.ego.lane.line
         speed = float(self.ego.speed)
-        seen = lead is not None and lead[0] < min(SEES_LEAD_M, weather.visibility_m)
+        sees_m = self._sees_m(weather, car)
+        seen = lead is not None and lead[0] < min(SEES_LEAD_M, sees_m)
         return View(
             time_s=self.time_s,
             speed_mps=speed,
@@ -175,10 +181,15 @@ class World:
             sense_mps=SENSE_MPS[self.route.stretch_at(self.ego.s_m).road_class],
             gap_m=lead[0] if lead is not None and seen else None,
             lead_mps=lead[1] if lead is not None else 0.0,
-            stop=self.outlook.stop_ahead(weather.visibility_m),
+            stop=self.outlook.stop_ahead(sees_m),
             person_m=self.outlook.person_m(),
             passed=self._posts_passed(weather),
         )
+
+    def _sees_m(self, weather: Weather, car: Ability) -> float:
+        """How far the driver sees: less through a wet windscreen, at night no further than something lights it."""
+        sees_m = weather.visibility_m * (car.sight if weather.rain_mm_h > WIPERS_NEEDED_MM_H else 1.0)
+        return min(sees_m, UNLIT_M) if self._night and not car.headlamps else sees_m
 
     def _posts_passed(self, weather: Weather) -> tuple[tuple[int, float | None, bool], ...]:
         passed = []
@@ -193,15 +204,14 @@ class World:
 
     # What came of it --------------------------------------------------------------------------------------------------------
 
-    def _motion(self, heading: float, speed: float, weather: Weather, brake_share: float) -> EgoMotion:
+    def _motion(self, heading: float, speed: float) -> EgoMotion:
         ego = self.ego
         turned = -(float(ego.heading) - heading)
         yaw_rate = math.remainder(turned, 2 * math.pi) / STEP_S
         if ego.speed > 1.0:
-            self._wheel_rad = math.atan(2.7 * yaw_rate / float(ego.speed))
+            self._wheel_rad = math.atan(2.7 * yaw_rate / float(ego.speed)) - ego.pull_rad
         pose = to_pose(ego.position, ego.heading)
         s, d = self.route.section.spine.project(pose.x_m, pose.y_m)
-        limit = brake_share * weather.mu * GRAVITY_MPS2
         return EgoMotion(
             pose=pose,
             s_m=s,
@@ -211,8 +221,9 @@ class World:
             acceleration_mps2=(float(ego.speed) - speed) / STEP_S,
             yaw_rate_radps=yaw_rate,
             road_wheel_rad=self._wheel_rad,
-            mu=weather.mu,
-            abs_active=ego.speed > 1.5 and ego.command_mps2 <= -0.98 * limit,
+            mu=ego.mu,
+            abs_active=ego.speed > 1.5 and self._braked.at_limit and not self._braked.locked,
+            locked=ego.speed > 0.0 and self._braked.locked,
             length_m=ego.LENGTH,
             width_m=ego.WIDTH,
         )

@@ -10,6 +10,7 @@ from drivemcp.paths import data
 from proto.sensors import CanFrame
 from services.can.profile import load_profile
 from services.simulator import car_faults
+from services.simulator.car_condition import SOUND
 from services.simulator.car_state import CarState
 from services.simulator.ecus import ENGINE, TEST_UNIT, EcuBank
 
@@ -39,18 +40,19 @@ def test_the_hot_preset_reaches_a_hot_value_and_sets_code_and_lamp() -> None:
     assert ask(bank, 0x7E0, b"\x01\x05", state)[0].data[3] == round(state.coolant_temperature_c + 40)
 
 
-def test_faults_add_up_in_state_and_in_braking_and_none_ends_them() -> None:
+def test_faults_add_up_and_none_ends_them() -> None:
     bank = EcuBank()
-    bank.activate("abs_fault")
+    bank.activate("abs_unit")
     bank.activate("low_tyre")
     bank.affect(STANDING, 0)
     state = bank.affect(STANDING, 30 * NS)
     assert state.abs_fault
-    assert state.tyre_pressure_bar[3] == pytest.approx(1.3)
-    assert bank.brake_share == pytest.approx(0.75 * 0.9)
+    assert state.stored_codes == ("C0550", "C0765")
+    assert state.lamps == {"abs", "stability", "tyre"}
+    assert not bank.faults.condition(30 * NS).anti_lock
     bank.activate("none")
     assert bank.affect(STANDING, 31 * NS) == STANDING
-    assert bank.brake_share == 1.0
+    assert bank.faults.condition(31 * NS) == SOUND
 
 
 def test_an_unknown_fault_is_refused_by_name() -> None:

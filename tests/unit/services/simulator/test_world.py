@@ -7,6 +7,7 @@ import pytest
 
 from drivemcp.paths import data
 from proto.decision import BrakeCommand
+from services.simulator.braking import ENGINE_DRAG_MPS2, Ability
 from services.simulator.driver import Advice
 from services.simulator.furniture import build_signs
 from services.simulator.moment import Moment
@@ -72,8 +73,30 @@ def test_no_braking_exceeds_what_the_road_gives(rain: float) -> None:
 
 def test_worn_brakes_brake_less() -> None:
     command = BrakeCommand(deceleration_mps2=6.0, jerk_mps3=10.0, grant_id="g")
-    moments = drive(World(scenario(), 1), 2.0, Inputs(brakes=(command,), brake_share=0.3))
-    assert min(moment.ego.acceleration_mps2 for moment in moments) >= -0.3 * 0.85 * 9.81 - 1e-6
+    sound, worn = (
+        min(m.ego.acceleration_mps2 for m in drive(World(scenario(), 1), 2.0, Inputs(brakes=(command,), car=car)))
+        for car in (Ability(), Ability(effect=0.3))
+    )
+    assert sound == pytest.approx(-6.0, abs=0.1)
+    assert worn == pytest.approx(-(ENGINE_DRAG_MPS2 + 0.3 * (6.0 - ENGINE_DRAG_MPS2)), abs=0.1)
+
+
+def test_the_driver_s_own_stop_is_longer_with_a_fault_of_the_brakes() -> None:
+    rest = "[[stops]]\nat_m = 200"
+    sound, lost = (
+        drive(World(scenario(rest=rest, speed=70, road_class="urban"), 2), 14.0, Inputs(car=car))
+        for car in (Ability(), Ability(effect=0.15))
+    )
+    assert min(moment.ego.speed_mps for moment in lost) > min(moment.ego.speed_mps for moment in sound) + 3.0
+
+
+def test_a_soft_tyre_lowers_the_grip_in_rain_and_pulls_a_little_to_its_side() -> None:
+    soft = Inputs(car=Ability(lacking=(0.5, 0.0, 0.5, 0.0)))
+    plan = scenario(rain=15, speed=90)
+    sound, pulled = (drive(World(plan, 3), 4.0, inputs)[-1].ego for inputs in (Inputs(), soft))
+    assert pulled.mu < 0.9 * sound.mu
+    assert 0.01 < pulled.d_m - sound.d_m < 0.5
+    assert pulled.road_wheel_rad < sound.road_wheel_rad
 
 
 def test_advice_slows_the_car_down_and_only_after_the_reaction_time() -> None:

@@ -1,0 +1,45 @@
+"""The whole car beside its motion: mechanics, faults, sensors and the units that watch them, step by step."""
+
+from dataclasses import dataclass, replace
+
+from services.simulator import braking
+from services.simulator.braking import Ability
+from services.simulator.car_faults import Faults
+from services.simulator.car_monitor import CarMonitor
+from services.simulator.car_sensors import CarSensors, without_gaps
+from services.simulator.car_state import CarModel, CarState, Controls, parked
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the car says after a step."""
+
+    frames: CarState
+    """For its cyclic frames; what is missing is not a number."""
+    units: CarState
+    """For answers of its control units."""
+
+
+class Car:
+    """One car with its faults; `seed` draws the errors of its sensors."""
+
+    def __init__(self, seed: int, faults: Faults, outside_c: float) -> None:
+        self._model, self._faults = CarModel(parked(outside_c)), faults
+        self._sensors, self._monitor = CarSensors(seed), CarMonitor()
+
+    @property
+    def state(self) -> CarState:
+        """How it really is."""
+        return self._model.state
+
+    def ability(self, now_ns: int) -> Ability:
+        """What it brings to a braking now; the anti-lock brakes work only while they trust their sensors."""
+        able = braking.ability(self._faults.condition(now_ns), self.state)
+        return replace(able, anti_lock=able.anti_lock and self._monitor.anti_lock)
+
+    def step(self, dt_s: float, controls: Controls, now_ns: int) -> Told:
+        """The car `dt_s` later."""
+        condition = self._faults.condition(now_ns)
+        shown = self._faults.show(self._model.step(dt_s, controls, condition), now_ns)
+        told = self._monitor.watch(self._sensors.measure(shown, condition.sensors), dt_s)
+        return Told(frames=told, units=without_gaps(told, shown))

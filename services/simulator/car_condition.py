@@ -1,0 +1,48 @@
+"""What is broken in the car, as numbers that its physics reads. Tuples are FL, FR, RL, RR."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+Four = tuple[float, float, float, float]
+NONE: Four = (0.0, 0.0, 0.0, 0.0)
+SensorKind = Literal["stuck", "noisy", "offset", "missing"]
+SENSOR_KINDS: tuple[SensorKind, ...] = ("stuck", "noisy", "offset", "missing")
+
+
+@dataclass(frozen=True, slots=True)
+class SensorFault:
+    """One sensor that tells something else than what is."""
+
+    sensor: str
+    kind: SensorKind
+    severity: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """The mechanical and electrical state of the car; as it stands here, everything works."""
+
+    booster: float = 1.0
+    """Share of the brake booster's assistance."""
+    circuits: float = 1.0
+    """Share of the wheels whose brakes still get pressure; 0.5: one diagonal circuit is empty."""
+    lining: float = 1.0
+    """Friction of the linings relative to sound ones."""
+    discs_at_least_c: float = -273.0
+    """Brakes that drag keep their discs at this."""
+    anti_lock: bool = True
+    leak_bar_per_min: Four = NONE
+    leak_to_bar: float = 0.8
+    headlamps: bool = True
+    wipers: bool = True
+    charging: bool = True
+    sensors: tuple[SensorFault, ...] = ()
+
+    def leaking(self, wheels: tuple[int, ...], bar_per_min: float, to_bar: float) -> "Condition":
+        """This, and those tyres lose air down to `to_bar`."""
+        lost = [bar_per_min if wheel in wheels else now for wheel, now in enumerate(self.leak_bar_per_min)]
+        front_left, front_right, rear_left, rear_right = lost
+        return replace(self, leak_bar_per_min=(front_left, front_right, rear_left, rear_right), leak_to_bar=to_bar)
+
+
+SOUND = Condition()
