@@ -85,6 +85,8 @@ class BusRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     description: str | tuple[str, ...]
     protocol: Literal["", "j1939"] = ""
+    strict: bool = True
+    """False: a field may be fed by a message whose signals overlap or do not fit its length."""
 
     @property
     def descriptions(self) -> tuple[str, ...]:
@@ -127,11 +129,6 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     def ecu_names(self) -> dict[int, str]:
         """Physical request id -> name of the control unit."""
         return {int(request_id, 16): name for request_id, name in self.ecus.items()}
-
-    @property
-    def dbc(self) -> str:
-        """The first description of the first bus."""
-        return next(iter(self.buses.values())).descriptions[0]
 
     def bus_of(self, rule: FieldRule | MessageRule) -> str:
         """The bus that a rule means."""
@@ -216,11 +213,6 @@ def _opendbc() -> tuple[Path, ...]:
     """Where the public descriptions lie: those for tests, and those to try a car out."""
     spec = find_spec("opendbc")
     return (Path(spec.origin).parent / "dbc",) if spec is not None and spec.origin else ()
-
-
-def conversion(dbc_unit: str, rule: FieldRule) -> float:
-    """The scale alone."""
-    return transform(dbc_unit, rule).scale
 
 
 def transform(dbc_unit: str, rule: FieldRule) -> Linear:
