@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import can
@@ -9,6 +10,8 @@ import msgspec
 
 from drivemcp.errors import ConfigError
 from services.can.link import FrameLink, NodeLink, PythonCanLink
+from services.can.recorded import RecordedLog, check_log
+from services.can.replay import Replay, ReplayLink, Step
 
 if TYPE_CHECKING:
     from drivemcp.node import Node
@@ -31,11 +34,23 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     data_bitrate: BitRate | None = None
     options: dict[str, str | int | float | bool] = msgspec.field(default_factory=dict)
     """What else the interface takes, by python-can's names."""
+    recording: str = ""
+    """Instead of an interface a log file: .asc, .blf, .csv, .log (candump), .mf4, .trc. `channel` then picks one of
+    several in the log, as python-can counts them; empty: that of the first frame.
+    """
+    speed: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)] = 1.0
+    """Of the replay; 2 is twice as fast. The clock of the service sets the pace."""
+    loop: bool = False
+    step_frames: Annotated[int, msgspec.Meta(ge=0)] = 0
+    step_ms: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
+    """Not paced but stepped: so many frames, or so much recorded time, at each lockstep step or call of
+    step_recording.
+    """
 
     @property
     def carried(self) -> bool:
         """Whether topics carry the frames, as those of a simulated car."""
-        return self.interface == CARRIED
+        return self.interface == CARRIED and not self.recording
 
     @property
     def port(self) -> str | int:
@@ -63,9 +78,27 @@ def open_links(buses: Sequence[BusConfig], node: "Node") -> dict[str, FrameLink]
 
 
 def _link(bus: BusConfig, place: str, node: "Node") -> FrameLink:
+    if bus.recording:
+        return _replay(bus, place, node)
     if bus.carried:
         return NodeLink(node, str(bus.port))
     return PythonCanLink(partial(_open, bus, place), node)
+
+
+def _replay(bus: BusConfig, place: str, node: "Node") -> ReplayLink:
+    if bus.interface != CARRIED:
+        raise ConfigError(f"{place}: name an interface or a recording, not both")
+    if bus.step_frames and bus.step_ms:
+        raise ConfigError(f"{place}: name step_frames or step_ms, not both")
+    path = Path(bus.recording)
+    check_log(path, f"{place}.recording")
+    step = Step(frames=bus.step_frames, ms=bus.step_ms) if bus.step_frames or bus.step_ms else None
+    replay = Replay(RecordedLog(path, str(bus.channel)), speed=bus.speed, loop=bus.loop)
+    if replay.ended:
+        raise ConfigError(
+            f"{place}.recording: {path.name} holds no frame to replay; {replay.log.summary or 'it is empty'}"
+        )
+    return ReplayLink(replay, step, node)
 
 
 def _open(bus: BusConfig, place: str) -> Any:

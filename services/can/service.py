@@ -15,7 +15,7 @@ from drivemcp.service import Service
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
-from services.can import answers, diagnostic_tools, health
+from services.can import answers, diagnostic_tools, health, replay
 from services.can.addresses import is_extended
 from services.can.answers import (
     CodeReport,
@@ -74,6 +74,7 @@ def build(config: CanConfig, node: Node) -> None:
     check_buses(config.buses, vehicle.profile.buses)
     asked = _asked(config)
     links = open_links(config.buses, node)
+    replay.offer(node, links)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
     diagnostic_tools.offer(node, vehicle, fault_scenarios=config.allow_fault_scenarios and asked.carried)
