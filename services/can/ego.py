@@ -3,7 +3,7 @@
 import statistics
 
 from proto.vehicle import Ego
-from services.can.board import Board
+from services.can.trusted import Readings
 
 _NUMBERS = (
     "speed_mps",
@@ -26,7 +26,7 @@ WHEEL_TOLERANCE_SHARE = 0.15
 class _View:
     """Reads fields at one instant and remembers the ones that were seen and cannot be used."""
 
-    def __init__(self, board: Board, now_ns: int) -> None:
+    def __init__(self, board: Readings, now_ns: int) -> None:
         self._board, self._now_ns = board, now_ns
         self.invalid: list[str] = []
 
@@ -46,7 +46,7 @@ class _View:
         return None if value is None else round(value)
 
 
-def read_ego(board: Board, now_ns: int) -> Ego:
+def read_ego(board: Readings, now_ns: int) -> Ego:
     """The ego as the bus shows it at `now_ns`."""
     view = _View(board, now_ns)
     numbers = {name: view.number(name) for name in _NUMBERS}

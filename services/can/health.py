@@ -11,10 +11,20 @@ from collections.abc import Mapping
 
 import msgspec
 
-from proto.vehicle import Degradation, Indicator, VehicleHealth
-from services.can.board import Board
+from proto.vehicle import Degradation, Indicator, SensorFault, Trend, VehicleHealth
 from services.can.dtc import DtcBook
-from services.can.indicators import BUS_SILENT_WEIGHT, CODE_PSI, CODES_WEIGHT, LAMPS, Psi, Seen, Values
+from services.can.indicators import (
+    BUS_SILENT_WEIGHT,
+    CODE_PSI,
+    CODES_WEIGHT,
+    LAMPS,
+    SENSORS_WEIGHT,
+    Psi,
+    Seen,
+    Values,
+)
+from services.can.trends import in_words
+from services.can.trusted import Readings
 
 _UNKNOWN_BRAKES_SPEED_FACTOR = 0.8
 _DRIVE = ("yes", "with_care", "stop_soon", "stop_now")
@@ -43,12 +53,26 @@ class Assessment(msgspec.Struct, frozen=True, kw_only=True):
     confidence: float
 
 
-def field_values(board: Board, names: frozenset[str], now_ns: int) -> dict[str, float | None]:
+def field_values(board: Readings, names: frozenset[str], now_ns: int) -> dict[str, float | None]:
     """The fields that health reads, of those that this car has; None where one cannot be used now."""
     return {name: board.read(name, now_ns).value for name in names if name in board.fields}
 
 
-def assess(table: tuple[Psi, ...], values: Values, codes: tuple[str, ...], book: DtcBook, held: Held) -> Assessment:
+def forget(table: tuple[Psi, ...], held: Held, convicted: frozenset[str]) -> Held:
+    """Without what these sensors made us believe: their word is void, not silent."""
+    void = {psi.name for psi in table if convicted & set(psi.fields)}
+    return msgspec.structs.replace(held, psi={name: psi for name, psi in held.psi.items() if name not in void})
+
+
+def assess(
+    table: tuple[Psi, ...],
+    values: Values,
+    codes: tuple[str, ...],
+    book: DtcBook,
+    held: Held,
+    sensor_faults: tuple[SensorFault, ...] = (),
+    trends: tuple[Trend, ...] = (),
+) -> Assessment:
     """The health at one instant.
 
     `values` has a key for every field this car has; an indicator whose fields it has none of does not exist here, one
@@ -63,7 +87,8 @@ def assess(table: tuple[Psi, ...], values: Values, codes: tuple[str, ...], book:
     believed = {name: _believe(shown, held.psi.get(name, 0.0)) for name, shown in now.items()}
     lamps = _lamps(values, held.lamps)
     silent = seen and 0 < len(unknown) == len(rows)
-    indicators = _indicators(rows, believed, unknown, codes, book, silent=silent)
+    indicators = [_indicator(psi, believed[psi.name], now[psi.name]) for psi in rows]
+    indicators += _beyond_fields(codes, book, sensor_faults, silent=silent)
     read = {name for name, shown in now.items() if shown.complete or shown.value > 0.0} | held.psi.keys()
     degradation = Degradation(
         h=squash(indicators) if seen else None,
@@ -72,6 +97,8 @@ def assess(table: tuple[Psi, ...], values: Values, codes: tuple[str, ...], book:
         dtcs=codes,
         warning_lamps=tuple(sorted(LAMPS[name] for name in lamps)),
         unknown=unknown,
+        sensor_faults=sensor_faults,
+        trends=trends,
     )
     kept = Held(psi={name: believed.get(name, held.psi.get(name, 0.0)) for name in read}, lamps=lamps, ever_seen=seen)
     return Assessment(degradation=degradation, held=kept, confidence=1.0 - len(unknown) / len(rows) if rows else 0.0)
@@ -95,31 +122,23 @@ def _lamps(values: Values, before: frozenset[str]) -> frozenset[str]:
     return frozenset(name for name in LAMPS if on(name))
 
 
-def _indicators(
-    rows: list[Psi],
-    believed: Mapping[str, float],
-    unknown: tuple[str, ...],
-    codes: tuple[str, ...],
-    book: DtcBook,
-    *,
-    silent: bool,
+def _indicator(psi: Psi, value: float, shown: Seen) -> Indicator:
+    detail = shown.detail if shown.complete else "not all of it reported now; held from before"
+    return Indicator(name=psi.name, value=value, weight=psi.weight, source="can", detail=detail)
+
+
+def _beyond_fields(
+    codes: tuple[str, ...], book: DtcBook, faults: tuple[SensorFault, ...], *, silent: bool
 ) -> list[Indicator]:
-    found = [
-        Indicator(
-            name=psi.name,
-            value=believed[psi.name],
-            weight=psi.weight,
-            source="can",
-            detail="not all of it reported now; held from before" if psi.name in unknown else "",
-        )
-        for psi in rows
-    ]
+    """What no single field tells: stored codes, contradicted sensors, a dead bus."""
     healthy = math.prod(1.0 - CODE_PSI[book.severity(code)] for code in codes)
-    found.append(
-        Indicator(name="trouble_codes", value=1.0 - healthy, weight=CODES_WEIGHT, source="obd", detail=" ".join(codes))
-    )
-    found.append(Indicator(name="bus_silent", value=float(silent), weight=BUS_SILENT_WEIGHT, source="can"))
-    return found
+    doubted = 1.0 - 0.5 ** len(faults)
+    named = " ".join(f"{fault.kind} {fault.field}" for fault in faults)
+    return [
+        Indicator(name="trouble_codes", value=1.0 - healthy, weight=CODES_WEIGHT, source="obd", detail=" ".join(codes)),
+        Indicator(name="sensors_faulty", value=doubted, weight=SENSORS_WEIGHT, source="crosscheck", detail=named),
+        Indicator(name="bus_silent", value=float(silent), weight=BUS_SILENT_WEIGHT, source="can"),
+    ]
 
 
 def _envelope(rows: list[Psi], believed: Mapping[str, float], unknown: tuple[str, ...], read: set[str]) -> float | None:
@@ -152,6 +171,8 @@ def advise(table: tuple[Psi, ...], assessment: Assessment, book: DtcBook, langua
         speed_factor=speed,
         headway_factor=headway,
         confidence=assessment.confidence,
+        sensor_faults=degradation.sensor_faults,
+        trends=degradation.trends,
     )
 
 
@@ -176,12 +197,16 @@ def safe_to_drive(table: tuple[Psi, ...], degradation: Degradation, book: DtcBoo
         value = raised.get(psi.name, 0.0)
         if value > 0.0:
             words.append(psi.gravity if value >= 0.99 else "with_care")
-    if raised.get("bus_silent"):
+    if raised.get("bus_silent") or degradation.sensor_faults or degradation.trends:
         words.append("with_care")
     return max(words, key=_DRIVE.index, default="yes" if not degradation.unknown else "with_care")
 
 
 _FINE = {"en": "No fault is reported.", "de": "Kein Fehler gemeldet."}
+_SENSORS = {
+    "en": "Not believed, because other sensors contradict: {}. Have it checked.",
+    "de": "Nicht vertrauenswürdig, weil andere Sensoren widersprechen: {}. Prüfen lassen.",
+}
 _PARTLY = {
     "en": "Part of the vehicle's health cannot be read: {}.",
     "de": "Ein Teil des Fahrzeugzustands ist nicht lesbar: {}.",
@@ -190,7 +215,12 @@ _PARTLY = {
 
 def _advice(steps: list[str], from_codes: list[str], degradation: Degradation, book: DtcBook, language: str) -> str:
     language = "de" if language == "de" else "en"
-    texts = list(dict.fromkeys([book.step(step, language) for step in steps] + from_codes))
+    said = [book.step(step, language) for step in steps] + from_codes
+    said += [in_words(trend, language) for trend in degradation.trends]
+    texts = list(dict.fromkeys(said))
+    if degradation.sensor_faults:
+        named = dict.fromkeys(fault.field for fault in degradation.sensor_faults)
+        texts.append(_SENSORS[language].format(", ".join(named)))
     if degradation.unknown:
         texts.append(_PARTLY[language].format(", ".join(degradation.unknown)))
     return " ".join(texts) if texts else _FINE[language]

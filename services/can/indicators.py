@@ -10,12 +10,20 @@ Losses are shares of the braking deceleration of a sound car:
   as 60 % of its cold effect.
 * booster: 0.6. UN R13-H asks for 2.44 m/s2 of 6.43 m/s2 with a failed booster.
 * fluid low, one circuit at risk: 0.6, the same regulation's residual braking with one circuit lost.
-* soft tyre: up to 0.15, longer stopping and uneven contact.
+* soft tyre: up to 0.1 for each wheel, longer stopping and uneven contact. psi by pressure (UN R141 warns at 20 % lost)
+  or, faster or where the sensor fails, by how much faster the wheel turns (ratios.py).
 * worn lining: 0.1.
+* weak brakes: just what is missing, measured: deceleration per brake pressure against the profile's.
+* spongy pedal: 0.5. Travel without pressure is air or a lost circuit, which UN R13-H lets keep 2.44 of 6.43 m/s2.
+
+Lamps: UN R48 (6.2.7) lights the dipped beam below 1000 lx. Wipers: ours, a rain sensor at 0.1 asks for the first stage.
+Battery: below 12.0 V a 12 V lead battery is half empty (SAE J537 rests at 12.6 V) and the generator does not charge.
 """
 
 from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
+
+from services.can.ratios import SOFT_FROM, SOFT_TO
 
 Values = Mapping[str, float | None]
 Gravity = Literal["with_care", "stop_soon", "stop_now"]
@@ -31,6 +39,8 @@ class Seen(NamedTuple):
 
     value: float
     complete: bool
+    detail: str = ""
+    """Which of several parts it is."""
 
 
 class Psi(NamedTuple):
@@ -54,9 +64,11 @@ def worst(fields: tuple[str, ...], none: float, full: float) -> Callable[[Values
     """The worst of those fields that the car has, on one ramp."""
 
     def read(values: Values) -> Seen:
-        present = [values[name] for name in fields if name in values]
-        known = [ramp(value, none, full) for value in present if value is not None]
-        return Seen(max(known, default=0.0), 0 < len(known) == len(present))
+        present = {name: values[name] for name in fields if name in values}
+        known = {name: ramp(value, none, full) for name, value in present.items() if value is not None}
+        name = max(known, key=lambda each: known[each], default="")
+        detail = name if name and len(fields) > 1 and known[name] > 0.0 else ""
+        return Seen(known.get(name, 0.0), 0 < len(known) == len(present), detail)
 
     return read
 
@@ -67,20 +79,48 @@ def flag(*fields: str) -> Callable[[Values], Seen]:
 
 
 BRAKES = tuple(f"brake_temperature_{wheel}_c" for wheel in ("fl", "fr", "rl", "rr"))
-TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in ("fl", "fr", "rl", "rr"))
+WHEELS = ("fl", "fr", "rl", "rr")
+TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in WHEELS)
+SOFTNESS = tuple(f"softness_{wheel}" for wheel in WHEELS)
 
 
-def _tyre_low(nominal_bar: tuple[float, ...]) -> Callable[[Values], Seen]:
-    """0 to 10 % under the nominal pressure, 1 from 50 %; UN R141 warns at 20 %."""
-    read_shares = worst(TYRES, 0.9, 0.5)
+def _tyre_low(pressure: str, softness: str, nominal_bar: float) -> Callable[[Values], Seen]:
+    """0 to 10 % under the nominal pressure, 1 from 50 %; and by the wheel's speed, where that was measured."""
 
     def read(values: Values) -> Seen:
-        rows = [
-            (name, values[name], nominal) for name, nominal in zip(TYRES, nominal_bar, strict=True) if name in values
-        ]
-        return read_shares({name: None if value is None else value / nominal for name, value, nominal in rows})
+        bar, ahead = values.get(pressure), values.get(softness)
+        by_sensor = 0.0 if bar is None else ramp(bar / nominal_bar, 0.9, 0.5)
+        by_wheel = 0.0 if ahead is None or ahead > SOFT_TO else ramp(ahead, SOFT_FROM, SOFT_TO)
+        return Seen(max(by_sensor, by_wheel), bar is not None if pressure in values else ahead is not None)
 
     return read
+
+
+def _brakes_weak(values: Values) -> Seen:
+    """What is missing, where more than a fifth is: grade and load explain less."""
+    share = values.get("brake_effect")
+    missing = 0.0 if share is None else 1.0 - max(0.0, share)
+    return Seen(missing if missing > 0.2 else 0.0, share is not None)
+
+
+def _lamps_off(values: Values) -> Seen:
+    """Dark, and no dipped beam. On a car that does not tell how bright it is, nothing is known of it."""
+    light, lamps = values.get("outside_light_lux"), values.get("headlamps")
+    if not {"outside_light_lux", "headlamps"} <= values.keys() or (lamps is not None and lamps >= 2.0):
+        return Seen(0.0, True)
+    if light is None or lamps is None:
+        return Seen(0.0, light is not None and light > 1000.0)
+    return Seen(ramp(light, 1000.0, 100.0), True)
+
+
+def _wipers_off(values: Values) -> Seen:
+    """Rain on the sensor, and the wipers stand."""
+    rain, stage = values.get("rain_sensor"), values.get("wiper_stage")
+    if not {"rain_sensor", "wiper_stage"} <= values.keys() or (stage is not None and stage >= 1.0):
+        return Seen(0.0, True)
+    if rain is None or stage is None:
+        return Seen(0.0, rain is not None and rain <= 0.1)
+    return Seen(ramp(rain, 0.1, 0.4), True)
 
 
 def _oil_low(values: Values) -> Seen:
@@ -110,7 +150,20 @@ def table(tyre_nominal_bar: tuple[float, ...]) -> tuple[Psi, ...]:
         ),
         Psi("brake_lining_worn", ("brake_lining_worn",), flag("brake_lining_worn"), 0.3, 0.1, 0.02),
         Psi("brakes_hot", BRAKES, worst(BRAKES, 350.0, 650.0), 0.8, 0.4, 0.05),
-        Psi("tyre_pressure_low", TYRES, _tyre_low(tyre_nominal_bar), 0.6, 0.15, 0.05, step="tyre"),
+        Psi("brakes_weak", ("brake_effect",), _brakes_weak, 1.2, 1.0, gravity="stop_soon", step="stop_soon"),
+        Psi(
+            "pedal_spongy",
+            ("pedal_pressure",),
+            worst(("pedal_pressure",), 0.75, 0.35),
+            1.0,
+            0.5,
+            gravity="stop_soon",
+            step="stop_soon",
+        ),
+        *(
+            Psi(f"tyre_pressure_low_{wheel}", (tyre, soft), _tyre_low(tyre, soft, nominal), 0.6, 0.1, 0.02, step="tyre")
+            for wheel, tyre, soft, nominal in zip(WHEELS, TYRES, SOFTNESS, tyre_nominal_bar, strict=True)
+        ),
         Psi(
             "steering_assist_fault",
             ("steering_assist_fault",),
@@ -139,6 +192,8 @@ def table(tyre_nominal_bar: tuple[float, ...]) -> tuple[Psi, ...]:
         Psi("fuel_low", ("fuel_share",), worst(("fuel_share",), 0.12, 0.03), 0.1, step="refuel"),
         Psi("engine_lamp", ("lamp_engine",), flag("lamp_engine"), 0.15, step="service"),
         Psi("engine_lamp_flashing", ("lamp_engine_flashing",), flag("lamp_engine_flashing"), 0.4, step="misfire"),
+        Psi("lamps_off_in_the_dark", ("outside_light_lux", "headlamps"), _lamps_off, 0.4, step="lamps_on"),
+        Psi("wipers_off_in_rain", ("rain_sensor", "wiper_stage"), _wipers_off, 0.25, step="wipers"),
         Psi("brake_lamp", ("lamp_brake",), flag("lamp_brake"), 0.6, 0.2, 0.02, "stop_soon", "stop_soon"),
     )
 
@@ -147,6 +202,8 @@ def table(tyre_nominal_bar: tuple[float, ...]) -> tuple[Psi, ...]:
 CODE_PSI: Mapping[str, float] = {"note": 0.02, "service": 0.08, "careful": 0.3, "stop_soon": 0.7, "stop_now": 1.0}
 CODES_WEIGHT = 0.5
 BUS_SILENT_WEIGHT = 0.4
+SENSORS_WEIGHT = 0.3
+"""Of the sensors that the others contradict: each takes half of the trust that is left."""
 LAMPS: Mapping[str, str] = {
     "lamp_engine": "engine",
     "lamp_engine_flashing": "engine_flashing",
