@@ -125,7 +125,7 @@ def samples(vehicle: Vehicle, signal_name: str, since_ns: int) -> list[Sample]:
 def snapshot(vehicle: Vehicle, now_ns: int, started_ns: int) -> Snapshot:
     """The newest value of every signal of every message heard."""
     signals: dict[str, SignalNow] = {}
-    for frame in vehicle.history.latest().values():
+    for frame in vehicle.history.latest():
         try:
             values = vehicle.dbc.decode(frame.arbitration_id, frame.data)
         except MalformedFrame:

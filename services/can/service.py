@@ -50,7 +50,8 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
     """Where the control units are asked. Empty: on the first bus."""
     ego_hz: float = 20.0
     degradation_hz: float = 2.0
-    history_frames: int = 20_000
+    history_mb: Annotated[float, msgspec.Meta(gt=0.0, le=1024.0)] = 16.0
+    """Set aside for the last frames of each bus: 78 bytes a frame, so 51 s of a full bus of 4000 frames a second."""
     poll_dtcs_s: float | None = None
     """How often trouble codes are asked for. Unset: every 4 s in simulation, never on a real bus, where nothing is
     sent unasked.
@@ -96,13 +97,16 @@ def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
     try:
         profile = load_profile(path)
         folders = tuple(map(Path, config.description_folders))
-        descriptions = {bus: Dbc(*files) for bus, files in find_descriptions(profile, path, folders).items()}
+        files = find_descriptions(profile, path, folders)
+        descriptions = {
+            bus: Dbc(*files[bus], strict=rule.strict, protocol=rule.protocol) for bus, rule in profile.buses.items()
+        }
         return Vehicle(
             descriptions,
             profile,
             DtcBook.load(data("vehicles/dtc.toml")),
             send,
-            history_limit=config.history_frames,
+            history_mb=config.history_mb,
             diagnostics_bus=config.diagnostics_bus or "".join(bus.name for bus in config.buses[:1]),
         )
     except ProfileError as error:

@@ -54,12 +54,12 @@ class Vehicle:
         book: DtcBook,
         send: Send,
         *,
-        history_limit: int = 20_000,
+        history_mb: float = 16.0,
         diagnostics_bus: str = "",
     ) -> None:
         self.descriptions, self.profile, self.book = descriptions, profile, book
         self.board = Board(descriptions, profile)
-        self.history = History(history_limit)
+        self.history = History(descriptions, history_mb)
         self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
         self.stored, self.pending = CodeMemory(), CodeMemory()
         self.table = indicators.table(profile.vehicle.tyre_nominal_bar)
@@ -86,7 +86,7 @@ class Vehicle:
 
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
-        self.history.extend(frames)
+        self.history.extend(frames, bus)
         messages = [frame for frame in frames if not (frame.error or frame.remote)]
         for part in self._until_checks(messages):
             self.board.ingest(part, now_ns, bus)

@@ -76,10 +76,10 @@ def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wir
 
 
 def test_the_history_is_bounded(dbc: Dbc, profile: Profile, book: DtcBook) -> None:
-    vehicle = Vehicle({"can0": dbc}, profile, book, Wire().send, history_limit=100)
+    vehicle = Vehicle({"can0": dbc}, profile, book, Wire().send, history_mb=0.0078)
     for second in range(50):
         vehicle.ingest([frame(0x555, b"\x01", second * NS)] * 10, second * NS)
-    assert len(vehicle.history) == 100
+    assert len(vehicle.history.since(0)) == 100
     assert vehicle.history.seen == 500
     assert len(vehicle.history.since(48 * NS)) == 20
 
