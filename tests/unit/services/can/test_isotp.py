@@ -10,7 +10,8 @@ from proto.sensors import CanFrame
 from services.can.addresses import answer_id
 from services.can.isotp import FLOW_FRAMES, Receiver, single_frame
 from services.simulator.car_state import CarState
-from services.simulator.ecus import EcuBank, _Transfer
+from services.simulator.ecu_transport import Transfer
+from services.simulator.ecus import EcuBank
 
 CLEAR_TO_SEND = bytes.fromhex("300000aaaaaaaaaa")
 
@@ -29,7 +30,7 @@ class Asker:
 @pytest.mark.parametrize("request_id", [0x7E0, 0x18DA10F1])
 @given(payload=st.binary(min_size=8, max_size=4095))
 def test_what_is_cut_into_frames_is_put_together_again(request_id: int, payload: bytes) -> None:
-    transfer, tester = _Transfer(0x7E8, payload, 0), Asker(request_id)
+    transfer, tester = Transfer(0x7E8, payload, 0), Asker(request_id)
     assert tester.feed(transfer.head) == []
     assert tester.flow == [(request_id, CLEAR_TO_SEND)]
     assert transfer.flow(tester.flow[0][1], 5)
@@ -40,7 +41,7 @@ def test_what_is_cut_into_frames_is_put_together_again(request_id: int, payload:
 
 @given(st.binary(min_size=30, max_size=200), st.integers(1, 5), st.integers(1, 20))
 def test_the_sender_keeps_block_size_and_pause(payload: bytes, block: int, pause_ms: int) -> None:
-    transfer, tester, now_ns, whole = _Transfer(0x7E8, payload, 0), Asker(), 0, []
+    transfer, tester, now_ns, whole = Transfer(0x7E8, payload, 0), Asker(), 0, []
     tester.feed(transfer.head)
     while transfer.rest:
         assert transfer.flow(bytes([0x30, block, pause_ms]), now_ns)
@@ -66,7 +67,7 @@ def test_no_bytes_break_the_receiver(chunks: list[bytes]) -> None:
 
 
 def test_a_frame_out_of_sequence_is_counted_and_the_next_message_still_arrives() -> None:
-    transfer, tester = _Transfer(0x7E8, bytes(range(30)), 0), Asker()
+    transfer, tester = Transfer(0x7E8, bytes(range(30)), 0), Asker()
     transfer.flow(CLEAR_TO_SEND, 0)
     tester.feed(transfer.head)
     third = transfer.due(0)[2]
