@@ -40,6 +40,9 @@ class Truth(msgspec.Struct, frozen=True, kw_only=True):
     infraction: str = ""
     collision: bool = False
     driver: dict[str, str | float] = {}
+    film_mm: float | None = None
+    """Water on the road."""
+    visibility_m: float | None = None
 
 
 class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):

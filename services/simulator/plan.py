@@ -73,6 +73,17 @@ class WeatherPlan(_Plan, frozen=True, kw_only=True):
     air_c: float = 12.0
     cloud: Share = 0.5
     wind_mps: NonNegative = 2.0
+    snow_mm_h: NonNegative = 0.0
+    """As water."""
+    gust_mps: NonNegative | None = None
+    dew_point_c: float | None = None
+    """Without it, somewhat below the air."""
+    road_c: float | None = None
+    """Without it, somewhat above the air."""
+    lying_snow_mm: NonNegative = 0.0
+    """What lies on the road at the start, as water; of the first time alone."""
+    lying_ice_mm: NonNegative = 0.0
+    lying_frost_mm: NonNegative = 0.0
 
 
 class DaylightPlan(_Plan, frozen=True, kw_only=True):

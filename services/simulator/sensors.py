@@ -106,12 +106,14 @@ def weather_sensing(moment: Moment, noise: SensorNoise) -> WeatherSensing:
     wobble = 1.0 + 0.08 * chance.standard_normal(4)
     return WeatherSensing(
         rain_mm_h=max(0.0, weather.rain_mm_h * float(wobble[0])),
-        snow_mm_h=0.0,
+        snow_mm_h=max(0.0, weather.snow_mm_h * float(wobble[0])),
         visibility_m=max(10.0, weather.visibility_m * float(wobble[1])),
         air_temperature_c=weather.air_c + 0.2 * float(chance.standard_normal()),
         road_temperature_c=weather.road_c + 0.4 * float(chance.standard_normal()),
         water_film_mm=max(0.0, weather.film_mm * float(wobble[2])),
         wind_mps=max(0.0, weather.wind_mps * float(wobble[3])),
+        gust_mps=max(0.0, weather.gust_mps * float(wobble[3])),
+        dew_point_c=weather.dew_point_c + 0.2 * float(chance.standard_normal()),
     )
 
 
@@ -178,8 +180,8 @@ def car_controls(moment: Moment) -> Controls:
         abs_active=ego.abs_active,
         locked=ego.locked,
         mu=ego.mu,
-        wiper_stage=wiper_stage(weather.rain_mm_h),
-        rain_mm_h=weather.rain_mm_h,
+        wiper_stage=wiper_stage(max(weather.rain_mm_h, weather.snow_mm_h)),
+        rain_mm_h=max(weather.rain_mm_h, weather.snow_mm_h),
         light_lx=light_lx(atmosphere.sun_elevation_deg, weather.cloud),
         outside_temperature_c=weather.air_c,
         headlamps=2 if dark or weather.rain_mm_h > 1.0 or weather.visibility_m < 1500.0 else 0,

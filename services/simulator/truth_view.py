@@ -41,6 +41,8 @@ def truth_of(moment: Moment, static: StaticWorld, lines: tuple[Line, ...], light
             "infractions": float(fact.infractions),
             "speeding_s": fact.speeding_s,
         },
+        film_mm=moment.weather.film_mm,
+        visibility_m=moment.weather.visibility_m,
     )
 
 

@@ -1,25 +1,26 @@
-"""The weather's course, the water on the road, and the friction that comes of it."""
+"""The weather's course along the scenario's times."""
 
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
-import numpy as np
-
+from services.simulator import road_state
 from services.simulator.plan import DaylightPlan, WeatherPlan
+from services.simulator.road_state import Cover, Road, Sky, draw_road
 from services.simulator.scene import Atmosphere
-from services.simulator.spine import Array
 
 WET_FROM_MM = 0.03
 """A film from which the road counts as wet: water stands on it and spray is thrown up."""
-MU_DRY = 0.85
-_WETTING_S, _DRYING_S = 30.0, 240.0
+MU_DRY = Road().dry
+ROAD_OVER_AIR_K, WET_ROAD_OVER_AIR_K = 3.0, 0.5
+DEW_UNDER_AIR_K = 3.0
+GUSTS = 1.5
 _HORIZON_S = 3600
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weather:
-    """The weather at one instant."""
+    """The weather at one instant, and the road under it."""
 
     rain_mm_h: float
     visibility_m: float
@@ -27,8 +28,25 @@ class Weather:
     road_c: float
     cloud: float
     wind_mps: float
-    film_mm: float
-    mu: float
+    snow_mm_h: float = 0.0
+    gust_mps: float = 0.0
+    dew_point_c: float = 0.0
+    cover: Cover = Cover()
+    road: Road = Road()
+
+    @property
+    def film_mm(self) -> float:
+        """Water on the road that flows."""
+        return self.cover.film_mm
+
+    @property
+    def mu(self) -> float:
+        """Friction at walking pace."""
+        return self.mu_at(0.0)
+
+    def mu_at(self, speed_mps: float) -> float:
+        """Friction under sound tyres at a speed."""
+        return road_state.friction(self.cover, self.road, self.road_c, speed_mps)
 
     @property
     def wet(self) -> bool:
@@ -37,39 +55,85 @@ class Weather:
 
 
 def friction(film_mm: float) -> float:
-    """mu of a worn road under a water film: 0.85 dry, 0.53 wet, 0.42 with a millimetre standing (ours, provisional)."""
-    return MU_DRY - 0.30 * (1.0 - math.exp(-film_mm / 0.08)) - 0.13 * min(film_mm, 1.0)
+    """mu of the average road under a water film, at walking pace: 0.85 dry, 0.48 with half a millimetre standing."""
+    return road_state.friction(Cover(film_mm=film_mm), Road(), 12.0, 0.0)
 
 
 class WeatherCourse:
-    """Evenly between the scenario's times; the film follows the rain with a delay."""
+    """Evenly between the scenario's times; what lies on the road follows with a delay. Without a seed, the road is the
+    average one.
+    """
 
-    def __init__(self, keys: tuple[WeatherPlan, ...]) -> None:
+    def __init__(self, keys: tuple[WeatherPlan, ...], seed: int | None = None) -> None:
         self._keys, self._times = keys, [key.at_s for key in keys]
-        self._film = _films(np.array([self._value(float(at), "rain_mm_h") for at in range(_HORIZON_S)]))
+        self.road = Road() if seed is None else draw_road(seed)
+        self._covers = self._lie()
 
     def at(self, time_s: float) -> Weather:
         """The weather at a time; after the last key it stays."""
-        film = float(np.interp(time_s, np.arange(_HORIZON_S), self._film))
-        air = self._value(time_s, "air_c")
+        cover = self._covers[min(len(self._covers) - 1, max(0, round(time_s)))]
+        wind = self._value(time_s, "wind_mps")
+        gust = self._value(time_s, "gust_mps")
         return Weather(
-            rain_mm_h=self._value(time_s, "rain_mm_h"),
-            visibility_m=self._value(time_s, "visibility_m"),
-            air_c=air,
-            road_c=air + (0.5 if film > WET_FROM_MM else 3.0),
-            cloud=self._value(time_s, "cloud"),
-            wind_mps=self._value(time_s, "wind_mps"),
-            film_mm=film,
-            mu=friction(film),
+            rain_mm_h=self._value(time_s, "rain_mm_h") or 0.0,
+            snow_mm_h=self._value(time_s, "snow_mm_h") or 0.0,
+            visibility_m=self._value(time_s, "visibility_m") or 0.0,
+            air_c=self._value(time_s, "air_c") or 0.0,
+            road_c=self._road_c(time_s, cover.film_mm),
+            dew_point_c=self._dew_c(time_s),
+            cloud=self._value(time_s, "cloud") or 0.0,
+            wind_mps=wind or 0.0,
+            gust_mps=GUSTS * (wind or 0.0) if gust is None else gust,
+            cover=cover,
+            road=self.road,
         )
 
-    def _value(self, time_s: float, field: str) -> float:
+    def _lie(self) -> list[Cover]:
+        """The cover second by second: it starts as the first key says, and as wet as its rain has long kept it."""
+        first = self._keys[0]
+        sky = self._sky(0.0, 0.0)
+        cover = Cover(
+            film_mm=road_state.wet_film_mm(sky),
+            snow_mm=first.lying_snow_mm,
+            ice_mm=first.lying_ice_mm,
+            frost_mm=first.lying_frost_mm,
+        )
+        covers = []
+        for second in range(_HORIZON_S):
+            cover = cover.after(self._sky(float(second), cover.film_mm), self.road, 1.0)
+            covers.append(cover)
+        return covers
+
+    def _sky(self, time_s: float, film_mm: float) -> Sky:
+        return Sky(
+            rain_mm_h=self._value(time_s, "rain_mm_h") or 0.0,
+            snow_mm_h=self._value(time_s, "snow_mm_h") or 0.0,
+            visibility_m=self._value(time_s, "visibility_m") or 0.0,
+            road_c=self._road_c(time_s, film_mm),
+            dew_point_c=self._dew_c(time_s),
+        )
+
+    def _road_c(self, time_s: float, film_mm: float) -> float:
+        given = self._value(time_s, "road_c")
+        if given is not None:
+            return given
+        over = WET_ROAD_OVER_AIR_K if film_mm > WET_FROM_MM else ROAD_OVER_AIR_K
+        return (self._value(time_s, "air_c") or 0.0) + over
+
+    def _dew_c(self, time_s: float) -> float:
+        given = self._value(time_s, "dew_point_c")
+        return (self._value(time_s, "air_c") or 0.0) - DEW_UNDER_AIR_K if given is None else given
+
+    def _value(self, time_s: float, field: str) -> float | None:
+        """Evenly between two keys; a key that leaves it open leaves it open until the next."""
         after = bisect_right(self._times, time_s)
         if after == len(self._keys):
-            return float(getattr(self._keys[-1], field))
+            value: float | None = getattr(self._keys[-1], field)
+            return value
         low, high = self._keys[after - 1], self._keys[after]
         share = (time_s - low.at_s) / (high.at_s - low.at_s)
-        return float(getattr(low, field) + share * (getattr(high, field) - getattr(low, field)))
+        start, end = getattr(low, field), getattr(high, field)
+        return None if start is None or end is None else float(start + share * (end - start))
 
 
 def atmosphere(weather: Weather, daylight: DaylightPlan) -> Atmosphere:
@@ -83,14 +147,3 @@ def atmosphere(weather: Weather, daylight: DaylightPlan) -> Atmosphere:
         wetness=1.0 - math.exp(-weather.film_mm / 0.1),
         cloud=weather.cloud,
     )
-
-
-def _films(rain_mm_h: Array) -> Array:
-    """Film in mm second by second: it starts where steady rain would have brought it."""
-    steady = 0.09 * rain_mm_h**0.65
-    films = np.empty_like(steady)
-    film = float(steady[0])
-    for second, target in enumerate(steady):
-        film += (float(target) - film) / (_WETTING_S if target > film else _DRYING_S)
-        films[second] = film
-    return films

@@ -67,7 +67,7 @@ class World:
         self.road.vehicles.append(self.ego)
         self.traffic = Traffic(self.route, self.road, self.ego, seed)
         self.traffic.fill(scenario)
-        self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather), Books()
+        self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather, seed), Books()
         self.lines = build_lines(self.route)
         self.lights = Lights([Cycle(plan) for plan in scenario.lights])
         self.outlook = Outlook(self.ego, self.traffic, self.lines, self.lights)
@@ -132,7 +132,7 @@ class World:
     def _steer_traffic(self, weather: Weather) -> None:
         now_showing = {ordinal: shown.code for ordinal, shown in self.gantries.items()}
         for index, car in enumerate(self.traffic.cars):
-            car.mu = weather.mu
+            car.mu = weather.mu_at(float(car.speed))
             if (self._step + index) % LAW_EVERY == 0 or self._step == 1:
                 law = self.law.at(car.s_m, now_showing).limit_mps(weather.wet)
                 self.traffic.wish_speed(car, law, self.time_s)
@@ -148,7 +148,8 @@ class World:
             self.driver.hear(advice, self.time_s - inputs.heard_s_ago)
         for command in inputs.brakes:
             self.brake = self.brake.receive(command, self._now_ns())
-        self.ego.mu = weather.mu * tyres.grip_share(inputs.car.lacking, weather.film_mm, float(self.ego.speed))
+        speed = float(self.ego.speed)
+        self.ego.mu = weather.mu_at(speed) * tyres.grip_share(inputs.car.lacking, weather.film_mm, speed)
         self.ego.pull_rad = tyres.pull_rad(inputs.car.lacking)
         before, wish = self._wish, self.driver.drive(self._view(weather, inputs.car), STEP_S)
         controls = Controls(
@@ -159,7 +160,7 @@ class World:
         self.brake = self.brake.step(self._now_ns(), STEP_S, controls)
         self._wish = wish
         wanted = min(wish.acceleration_mps2, -self.brake.applied_mps2 if self.brake.applied_mps2 > 0 else FREE)
-        speed, locked = float(self.ego.speed), self._braked.locked
+        locked = self._braked.locked
         self._braked = decelerate(max(0.0, -wanted), inputs.car, self.ego.mu, weather.film_mm, speed, locked)
         self.ego.command_mps2 = wanted if wanted >= 0.0 else -self._braked.mps2
 
@@ -175,7 +176,7 @@ class World:
         return View(
             time_s=self.time_s,
             speed_mps=speed,
-            mu=weather.mu,
+            mu=weather.mu_at(speed),
             wet=weather.wet,
             bend_mps=bend_speed_mps(line.curvature_ahead(self.ego.s_m, 10.0 + 2.2 * speed)),
             sense_mps=SENSE_MPS[self.route.stretch_at(self.ego.s_m).road_class],
