@@ -1,4 +1,4 @@
-"""`python -m benchmarks [call|parallel|drive|footprint ...] [--out FILE]`: all of them unless named."""
+"""`python -m benchmarks [call|parallel|drive|can|footprint ...] [--out FILE]`: all of them unless named."""
 
 import argparse
 import os
@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.calls import parallel, tool_call
+from benchmarks.can import can
 from benchmarks.drive import stages
 from benchmarks.footprint import footprint
 from benchmarks.subject import make_peers
@@ -16,6 +17,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "call": tool_call,
     "parallel": parallel,
     "drive": stages,
+    "can": can,
     "footprint": footprint,
 }
 NEED_PEERS = {"call", "parallel"}

@@ -1,14 +1,28 @@
-"""Reads one signal out of a frame's bytes: made once from the description, then only a slice, a shift and a mask."""
+"""Reads signals out of a frame's bytes: compiled once from the description, then only slices, shifts and masks.
 
+A signal becomes an expression of numbers alone, as `(number(data[2:4], 'little') >> 0 & 65535) * 0.01 + 0`, so that all
+signals of a message are read by one call.
+"""
+
+import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Literal, NamedTuple
+
+from services.can.errors import ProfileError
 
 Raw = Callable[[bytes], int]
 Read = Callable[[bytes], float]
 Void = Callable[[int], bool]
 
-FLOATS = {16: ">e", 32: ">f", 64: ">d"}
+NAMES: dict[str, Any] = {
+    "__builtins__": {},
+    "number": int.from_bytes,
+    "float16": struct.Struct(">e").unpack,
+    "float32": struct.Struct(">f").unpack,
+    "float64": struct.Struct(">d").unpack,
+}
+"""All that an expression may call."""
 VOID_NAMES = frozenset(
     {
         "sna",
@@ -47,6 +61,8 @@ class Extractor(NamedTuple):
     raw: Raw
     read: Read
     """The physical value, named values as numbers."""
+    expression: str
+    """Of the physical value, in `data`."""
     here: tuple[tuple[Raw, frozenset[int]], ...] = ()
     """Selectors, and for which of their values a multiplexed signal is in the frame."""
     void: Void | None = None
@@ -58,10 +74,17 @@ class Extractor(NamedTuple):
 
 
 def extractor(message: Any, signal: Any, *, j1939: bool = False) -> Extractor:
-    """For a signal of a message, both as cantools describes them."""
-    place, here = place_of(signal), _selectors(message, signal)
-    raw = _raw(place, signal)
-    return Extractor(signal.name, _end(message, signal), raw, _read(raw, signal), here, _void(signal, j1939))
+    """For a signal of a message, both as cantools describes them. Raises ProfileError for a scale that is no number."""
+    raw, text = _raw(signal), _physical(message, signal)
+    selectors, void = _selectors(message, signal), _void(signal, j1939)
+    return Extractor(signal.name, _end(message, signal), _compiled(raw), _compiled(text), text, selectors, void)
+
+
+def read_all(extractors: Iterable[Extractor]) -> Callable[[bytes], dict[str, float]]:
+    """Signal name -> physical value, of a frame that is long enough for all."""
+    pairs = ", ".join(f"{each.name!r}: {each.expression}" for each in extractors)
+    found: Callable[[bytes], dict[str, float]] = _compiled(f"{{{pairs}}}")
+    return found
 
 
 def place_of(signal: Any) -> Place:
@@ -75,27 +98,27 @@ def place_of(signal: Any) -> Place:
     return Place(first // 8, last // 8 + 1, 7 - last % 8, mask, "big")
 
 
-def _raw(place: Place, signal: Any) -> Raw:
-    first, end, shift, mask, order = place
-    if end - first == 1:
-        unsigned: Raw = lambda data: data[first] >> shift & mask  # noqa: E731
-    else:
-        from_bytes = int.from_bytes
-        unsigned = lambda data: from_bytes(data[first:end], order) >> shift & mask  # noqa: E731
-    if not signal.is_signed or signal.is_float:
-        return unsigned
+def _raw(signal: Any) -> str:
+    """The signal's bits as a whole number."""
+    first, end, shift, mask, order = place_of(signal)
+    word = f"data[{first}]" if end - first == 1 else f"number(data[{first}:{end}], {order!r})"
+    bits = f"({word} >> {shift} & {mask})" if shift else f"({word} & {mask})"
     sign = 1 << (signal.length - 1)
-    return lambda data: (unsigned(data) ^ sign) - sign
+    return f"(({bits} ^ {sign}) - {sign})" if signal.is_signed and not signal.is_float else bits
 
 
-def _read(raw: Raw, signal: Any) -> Read:
+def _physical(message: Any, signal: Any) -> str:
     scale, offset = signal.conversion.scale, signal.conversion.offset
-    if signal.is_float:
-        form, size = struct.Struct(FLOATS[signal.length]), signal.length // 8
-        return lambda data: form.unpack(raw(data).to_bytes(size, "big"))[0] * scale + offset
-    if scale == 1 and offset == 0:
-        return raw
-    return lambda data: raw(data) * scale + offset
+    if not (math.isfinite(scale) and math.isfinite(offset)):
+        raise ProfileError(f"{message.name}.{signal.name}: scale and offset must be numbers")
+    bits = _raw(signal)
+    raw = f"float{signal.length}({bits}.to_bytes({signal.length // 8}, 'big'))[0]" if signal.is_float else bits
+    return raw if (scale, offset) == (1, 0) else f"{raw} * {scale!r} + {offset!r}"
+
+
+def _compiled(expression: str) -> Any:
+    """Made of numbers that were parsed as such and of names that are quoted: a description cannot bring in code."""
+    return eval(f"lambda data: {expression}", NAMES)
 
 
 def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], ...]:
@@ -103,7 +126,7 @@ def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], .
     found = []
     while signal.multiplexer_signal:
         selector = message.get_signal_by_name(signal.multiplexer_signal)
-        found.append((_raw(place_of(selector), selector), frozenset(signal.multiplexer_ids)))
+        found.append((_compiled(_raw(selector)), frozenset(signal.multiplexer_ids)))
         signal = selector
     return tuple(found)
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from services.can.extract import Extractor, extractor
+from services.can.extract import Extractor, extractor, read_all
 from services.can.field import Field
 from services.can.guard import Guard, guard_for
 from services.can.profile import MessageRule
@@ -17,12 +17,13 @@ class Feed:
 
     def __init__(self, field: Field, message: Any) -> None:
         rule = field.rule
-        self.field, self._sample, self._usable = field, source(rule, message), usable(rule, message)
+        self.field, self._sample = field, source(rule, message)
+        self._usable = usable(rule, message) if rule.valid_if else None
         self.names = frozenset(each for each in (*rule.signals, rule.negative_if, rule.valid_if) if each)
 
     def take(self, values: Mapping[str, float], stamp_ns: int) -> None:
         """Judge the sample in the physical values of the message's signals."""
-        if not self._usable(values):
+        if self._usable is not None and not self._usable(values):
             self.field.reject("marked invalid by the sender", stamp_ns)
             return
         value = self._sample(values)
@@ -44,7 +45,7 @@ class Watch:
         self._groups = [(Guard(message, *guard) if any(guard) else None, feeds) for guard, feeds in groups.items()]
         names = frozenset().union(*(feed.names for feeds in groups.values() for feed in feeds))
         self._reads = [extractor(message, each, j1939=j1939) for each in message.signals if each.name in names]
-        self._plain = [(each.name, each.read) for each in self._reads]
+        self._read_all = read_all(self._reads)
         self._end = max(each.end for each in self._reads)
         self._careful = any(each.here or each.void for each in self._reads)
 
@@ -56,7 +57,7 @@ class Watch:
             data = data[: self._length]
         if self._careful or len(data) < self._end:
             return self._take_carefully(data, stamp_ns)
-        values = {name: read(data) for name, read in self._plain}
+        values = self._read_all(data)
         for guard, feeds in self._groups:
             verdict = guard.judge(data) if guard is not None else ""
             if verdict == "":

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from services.can.dbc import Dbc
 from services.can.errors import ProfileError
-from services.can.extract import extractor
+from services.can.extract import extractor, place_of, read_all
 from services.can.profile import find_description
 
 opendbc = pytest.importorskip("opendbc")
@@ -33,7 +33,8 @@ def check(message: Any, data: bytes) -> int:
         return 0
     each = {signal.name: extractor(message, signal) for signal in message.signals if selectable(message, signal)}
     assert {name for name, one in each.items() if one.in_frame(data)} == set(theirs)
-    assert all(same(each[name].read(data), value) for name, value in theirs.items())
+    ours = read_all(each[name] for name in theirs)(data)
+    assert all(same(ours[name], value) for name, value in theirs.items())
     return len(theirs)
 
 
@@ -45,7 +46,7 @@ def selectable(message: Any, signal: Any) -> bool:
 
 def inside(message: Any) -> bool:
     """Whether all signals fit in the described length; cantools has no answer for others."""
-    return not message.is_container and all(extractor(message, each).end <= message.length for each in message.signals)
+    return not message.is_container and all(place_of(each).end <= message.length for each in message.signals)
 
 
 def test_every_signal_of_every_public_description_is_read_as_cantools_reads_it() -> None:
@@ -99,6 +100,17 @@ def test_a_signal_that_its_selector_does_not_select_is_not_in_the_frame(data: by
     message = wide()
     deep = extractor(message, message.get_signal_by_name("Deep"))
     assert deep.in_frame(data) == (data[0] in (1, 2, 3) and data[1] & 0xF in (2, 5, 6))
+
+
+def test_a_description_cannot_bring_in_code() -> None:
+    message = wide()
+    tail = message.get_signal_by_name("Tail")
+    tail.name = """x': __import__('os').abort(), \\"""
+    one = extractor(message, tail)
+    assert list(read_all([one])(bytes(64))) == [tail.name]
+    tail.conversion.scale = float("inf")
+    with pytest.raises(ProfileError, match="scale and offset must be numbers"):
+        extractor(message, tail)
 
 
 def test_the_public_descriptions_are_found_for_tests() -> None:
