@@ -13,7 +13,7 @@ _WHEELS = ("fl", "fr", "rl", "rr")
 SAYS: Mapping[str, frozenset[str]] = {
     "overheat": frozenset({"coolant_hot", "coolant_rising"}),
     "low_fuel": frozenset({"fuel_low"}),
-    "low_tyre": frozenset({"tyre_pressure_low", "tyre_pressure_low_rr", "slow_leak_rr"}),
+    "low_tyre": frozenset({"tyre_pressure_low_rr", "slow_leak_rr", "fast_leak_rr"}),
     "booster_lost": frozenset({"brake_booster_fault"}),
     "circuit_lost": frozenset({"brake_fluid_low"}),
     "brakes_hot": frozenset({"brakes_hot", *(f"brakes_heating_{wheel}" for wheel in _WHEELS)}),
@@ -26,7 +26,7 @@ SAYS: Mapping[str, frozenset[str]] = {
     "oil_pressure": frozenset({"oil_pressure_low"}),
     "steering_assist": frozenset({"steering_assist_fault"}),
     **{
-        f"slow_leak_{wheel}": frozenset({"tyre_pressure_low", f"tyre_pressure_low_{wheel}", f"slow_leak_{wheel}"})
+        f"slow_leak_{wheel}": frozenset({f"tyre_pressure_low_{wheel}", f"slow_leak_{wheel}", f"fast_leak_{wheel}"})
         for wheel in _WHEELS
     },
 }

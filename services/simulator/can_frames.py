@@ -206,15 +206,35 @@ class _Place:
         return (round((held - self._offset) / self._scale) & self._mask) << self.start
 
 
+def _crc8_table() -> bytes:
+    table = list(range(256))
+    for _ in range(8):
+        table = [(each << 1 ^ 0x1D if each & 0x80 else each << 1) & 0xFF for each in table]
+    return bytes(table)
+
+
+_CRC8 = _crc8_table()
+
+
+def crc8(data: bytes) -> int:
+    """The checksum of the fast messages: CRC-8 SAE J1850 (polynomial 0x1D, start and final value 0xFF)."""
+    check = 0xFF
+    for each in data:
+        check = _CRC8[check ^ each]
+    return check ^ 0xFF
+
+
 class _Cycle:
-    """One message: when it is due next, and its counter."""
+    """One message: when it is due next, its counter, and its checksum in the last byte."""
 
     def __init__(self, message: Any, signals: Callable[[CarState], Signals]) -> None:
         self.message, self.signals = message, signals
         self.frame_id: int = message.frame_id
         self.period_ns: int = message.cycle_time * NS_PER_MS
         self.counter_name = next((each.name for each in message.signals if each.name.endswith("Counter")), None)
-        self._places = [_Place(signal) for signal in message.signals]
+        self._checked = any(each.name.endswith("Checksum") for each in message.signals)
+        self._places = [_Place(signal) for signal in message.signals if not signal.name.endswith("Checksum")]
+        self._length: int = message.length
         self.counter = 0
         self.next_ns: int | None = None
 
@@ -227,7 +247,8 @@ class _Cycle:
         number = 0
         for place in self._places:
             number |= place.bits(values[place.name])
-        return number.to_bytes(self.message.length, "little")
+        body = number.to_bytes(self._length - self._checked, "little")
+        return body + bytes([crc8(body)]) if self._checked else body
 
     def due(self, state: CarState, now_ns: int) -> list[CanFrame]:
         if (

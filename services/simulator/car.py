@@ -25,7 +25,7 @@ class Car:
 
     def __init__(self, seed: int, faults: Faults, outside_c: float) -> None:
         self._model, self._faults = CarModel(parked(outside_c)), faults
-        self._sensors, self._monitor = CarSensors(seed), CarMonitor()
+        self._sensors, self._monitor, self._ailing = CarSensors(seed), CarMonitor(), False
 
     @property
     def state(self) -> CarState:
@@ -39,6 +39,9 @@ class Car:
 
     def step(self, dt_s: float, controls: Controls, now_ns: int) -> Told:
         """The car `dt_s` later."""
+        if self._ailing and not self._faults.active:
+            self._monitor = CarMonitor()  # mended, and started again
+        self._ailing = bool(self._faults.active)
         condition = self._faults.condition(now_ns)
         shown = self._faults.show(self._model.step(dt_s, controls, condition), now_ns)
         told = self._monitor.watch(self._sensors.measure(shown, condition.sensors), dt_s)

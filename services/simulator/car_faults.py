@@ -172,7 +172,9 @@ _VEHICLE = (
         "The oil pressure is gone",
         ("P0524",),
         _lamps("oil"),
-        shows=lambda state, active: replace(state, oil_pressure_bar=state.oil_pressure_bar * (1.0 - active.severity)),
+        shows=lambda state, active: replace(
+            state, oil_pressure_bar=state.oil_pressure_bar * 0.25 * (1.0 - active.severity)
+        ),
     ),
     Fault(
         "steering_assist",

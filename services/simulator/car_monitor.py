@@ -1,5 +1,5 @@
 """How the car's own control units watch their sensors: what contradicts itself for long enough sets a code, lights a
-lamp and switches off what depends on it. What agrees again for a while is trusted again.
+lamp and switches off what depends on it, until the car is started again.
 
 They see what the sensors tell, never the state itself; small offsets and noise within the bounds escape them, as they
 escape real ones. Times and bounds are ours.
@@ -14,7 +14,7 @@ from services.simulator.car_sensors import SENSORS, read
 from services.simulator.car_state import CarState
 from services.simulator.tyres import NOMINAL_BAR
 
-MISSING_S, WRONG_S, HEALED_S = 0.3, 2.0, 5.0
+MISSING_S, WRONG_S = 0.3, 2.0
 WHEEL_MPS, WHEEL_SHARE = 1.0, 0.06
 """A wheel this far from the middle of the four is wrong: no bend and no slip short of locking does that."""
 SPEED_MPS, SPEED_SHARE = 1.5, 0.08
@@ -58,7 +58,6 @@ class CarMonitor:
     """The watch over all sensors."""
 
     _wrong_s: dict[str, float] = field(default_factory=dict)
-    _right_s: dict[str, float] = field(default_factory=dict)
     _found: dict[str, None] = field(default_factory=dict)
     _speed: float | None = None
     _change: float = 0.0
@@ -107,11 +106,8 @@ class CarMonitor:
 
     def _count(self, name: str, wrong: bool, missing: bool, dt_s: float) -> None:
         self._wrong_s[name] = self._wrong_s.get(name, 0.0) + dt_s if wrong else 0.0
-        self._right_s[name] = 0.0 if wrong else self._right_s.get(name, 0.0) + dt_s
         if self._wrong_s[name] > (MISSING_S if missing else WRONG_S):
             self._found[name] = None
-        elif self._right_s[name] > HEALED_S:
-            self._found.pop(name, None)
 
     def _respond(self, told: CarState) -> CarState:
         found = [RESPONSES[name] for name in self._found]

@@ -13,7 +13,7 @@ from services.can.dbc import Dbc
 from services.can.ego import read_ego
 from services.can.errors import ProfileError
 from services.can.profile import FieldRule, Profile, transform
-from services.simulator.can_frames import FrameEncoder
+from services.simulator.can_frames import FrameEncoder, crc8
 from services.simulator.car_state import CarModel, CarState, Controls
 
 MS = 1_000_000
@@ -64,8 +64,10 @@ def test_a_value_out_of_range_is_invalid_and_not_zero(board: Board, feed: Feed, 
         "YawRate": 0,
         "MotionCounter": 15,
         "VehicleSpeedValid": 1,
+        "MotionChecksum": 0,
     }
-    raw = bytes(message.encode(values, strict=False))
+    raw = bytes(message.encode(values, strict=False))[:-1]
+    raw += bytes([crc8(raw)])
     board.ingest([CanFrame(stamp_ns=feed.now_ns, arbitration_id=0x101, data=raw)], feed.now_ns)
     ego = read_ego(board, feed.now_ns)
     assert ego.speed_mps is None

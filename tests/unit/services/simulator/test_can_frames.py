@@ -1,6 +1,8 @@
 """The encoder: every message at its cycle time, every value within its range, and read back as it was."""
 
+import math
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import cantools.database
@@ -9,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
-from services.simulator.can_frames import FrameEncoder
+from services.simulator.can_frames import MESSAGES, FrameEncoder, crc8
+from services.simulator.car import Car
+from services.simulator.car_faults import FAULTS, Faults
 from services.simulator.car_state import CarModel, CarState, Controls
 
 DBC = data("vehicles/sim/sim.dbc")
@@ -78,6 +82,43 @@ def test_what_is_encoded_is_read_back(
     assert motion["LongitudinalAcceleration"] == pytest.approx(acceleration, abs=0.001)
     assert read(state, "Body")["OutsideTemperature"] == pytest.approx(outside, abs=0.26)
     assert read(state, "Brakes")["BrakePedalPosition"] == pytest.approx(brake * 100, abs=0.26)
+
+
+def test_the_fast_messages_carry_their_checksum() -> None:
+    assert crc8(b"123456789") == 0x4B  # the check value that SAE J1850's CRC is known by
+    for message in DATABASE.messages:
+        if any(signal.name.endswith("Checksum") for signal in message.signals):
+            frame = ENCODER.encode(message.name, CarState(speed_mps=12.3))
+            assert frame.data[-1] == crc8(frame.data[:-1])
+
+
+def test_a_value_that_is_missing_is_told_as_not_available() -> None:
+    gaps = replace(CarState(), speed_mps=math.nan, brake_pressure_bar=math.nan, yaw_rate_radps=math.nan)
+    motion = read(gaps, "Motion")
+    assert motion["VehicleSpeed"] > 320
+    assert motion["YawRate"] > 180
+    assert not motion["VehicleSpeedValid"]
+    assert read(gaps, "Brakes")["BrakePressure"] > 250
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(sorted(FAULTS)), st.floats(0.05, 1.0), st.floats(0.0, 45.0), st.integers(0, 1000))
+def test_the_bus_carries_every_value_that_a_fault_can_reach(
+    preset: str, severity: float, speed: float, seed: int
+) -> None:
+    faults = Faults()
+    faults.activate(preset, severity)
+    whole = Car(seed, faults, 30.0)
+    for step in range(60):  # from that speed to standstill again and again, for two minutes
+        now_mps = max(0.0, speed - 8.0 * 2.0 * (step % 6))
+        braking = -8.0 if now_mps > 0.0 else 0.0
+        controls = Controls(speed_mps=now_mps, acceleration_mps2=braking, brake=1.0, outside_temperature_c=30.0)
+        told = whole.step(2.0, controls, step * 2000 * MS).frames
+    for name, signals in MESSAGES.items():
+        read_back = read(told, name)
+        for signal, value in signals(told).items():
+            scale = next(each.scale for each in DATABASE.get_message_by_name(name).signals if each.name == signal)
+            assert math.isnan(value) or read_back[signal] == pytest.approx(float(value), abs=0.51 * scale)
 
 
 def test_values_beyond_a_signal_s_range_are_held_at_its_edge() -> None:
