@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from cantools.database import load_string
-from crccheck.crc import Crc8Autosar, Crc8SaeJ1850  # type: ignore[import-untyped]
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -90,10 +89,9 @@ def put(data: bytes, signal: Any, value: int) -> bytes:
     return (number | value << shift).to_bytes(len(data), "little" if little else "big")
 
 
-@given(st.binary(min_size=7, max_size=7))
-def test_plain_crcs_are_those_of_the_catalogue(body: bytes) -> None:
-    assert right("crc8-j1850", bytes([Crc8SaeJ1850.calc(body)]) + body, "0|8@1")
-    assert right("crc8-h2f", bytes([Crc8Autosar.calc(body)]) + body, "0|8@1")
+def test_plain_crcs_give_the_check_values_of_their_standards() -> None:
+    assert right("crc8-j1850", b"\x4b123456789", "0|8@1")
+    assert right("crc8-h2f", b"\xdf123456789", "0|8@1")
 
 
 IDS = {kind: (0x1234,) for kind in KINDS if kind.startswith(("e2e-p1", "e2e-p5"))}
