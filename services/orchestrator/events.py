@@ -157,7 +157,8 @@ def _vehicle_fault(state: State, before: State, query: str) -> Signal:
     car = state.held.degradation
     if car is None:
         return NOTHING
-    named = sorted({*car.dtcs, *car.warning_lamps})
+    named = sorted({*car.dtcs, *car.warning_lamps, *(each.name for each in car.trends)})
+    named += sorted({f"sensor:{each.field}" for each in car.sensor_faults})
     return Signal(max(car.h or 0.0, 0.2 if named else 0.0), " ".join(named))
 
 
@@ -222,7 +223,9 @@ TABLE: tuple[EventRow, ...] = (
     EventRow("uncertain_sign", _uncertain_sign, 0.1, ("interpret_sign",)),  # 1 - confidence of the best reading
     EventRow("stop_required", _stop_required, 0.4, ("right_of_way",)),  # deceleration needed, m/s^2
     EventRow("low_friction", _low_friction, 0.3, ("assess_weather",)),  # 1 - mu / 0.8: wet asphalt 0.25, flooded 0.5
-    EventRow("vehicle_fault", _vehicle_fault, 0.15, ("vehicle_health", "read_dtcs")),  # h, or 0.2 for a code or a lamp
+    EventRow(
+        "vehicle_fault", _vehicle_fault, 0.15, ("vehicle_health", "read_dtcs")
+    ),  # h, or 0.2 for a code, lamp, trend
     EventRow("closing_lead", _closing_lead, 0.25, ()),  # 1 / time to collision: 4 s. No tool is worth the wait
     EventRow("vulnerable_road_user", _vulnerable, 0.4, ("right_of_way",)),  # confidence of the track
     EventRow("overspeed", _overspeed, 0.05, ("applicable_limit",)),  # share above the limit

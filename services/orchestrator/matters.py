@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from proto.decision import Event
+from proto.vehicle import Degradation
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
@@ -29,9 +30,8 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         return
     health = state.held.health
     drive_on = health.safe_to_drive if health is not None else "with_care"
-    phrase = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}.get(
-        drive_on, "vehicle_with_care"
-    )
+    phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
+    phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
     fault = health.advice if health is not None and health.advice else event.detail or f"h {event.g:.2f}"
     yield Matter(
         topic="vehicle",
@@ -42,9 +42,20 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         why=("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,
-        repeat_s=300.0,
+        repeat_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else REPEAT_S,
         confidence=health.confidence if health is not None else 0.7,
     )
+
+
+_VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
+REPEAT_S, REPEAT_MILD_S = 300.0, 1800.0
+
+
+def _ahead_of_the_lamp(car: Degradation | None) -> str:
+    """The phrase where nothing but a trend or a doubted sensor is to be told."""
+    if car is None or car.dtcs or car.warning_lamps or any(each.name != "sensors_faulty" for each in car.indicators):
+        return ""
+    return "vehicle_trend" if car.trends else "vehicle_sensor" if car.sensor_faults else ""
 
 
 # -- the law -----------------------------------------------------------------------------------------------------------

@@ -67,8 +67,16 @@ def _held(held: Held, seen: Observations) -> Held:
         settled = settle(held.conditions, conditions.message)
         held = msgspec.structs.replace(held, conditions=settled, conditions_ns=conditions.stamp_ns)
     if degradation is not None and degradation.stamp_ns != held.degradation_ns and sane_health(degradation.message):
-        held = msgspec.structs.replace(held, degradation=degradation.message, degradation_ns=degradation.stamp_ns)
+        told = _with_envelope(degradation.message, held.degradation)
+        held = msgspec.structs.replace(held, degradation=told, degradation_ns=degradation.stamp_ns)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
+
+
+def _with_envelope(told: Degradation, before: Degradation | None) -> Degradation:
+    """An envelope that is no longer told is the one last told: silence heals no brakes."""
+    if told.brake_envelope is not None or before is None:
+        return told
+    return msgspec.structs.replace(told, brake_envelope=before.brake_envelope)
 
 
 def _stands(limiter: Limiter, seen: Observations) -> bool:

@@ -34,6 +34,9 @@ APPROACH_MPS2 = 1.2
 """Coasting down to a lower limit ahead."""
 H_SLOPE = 0.4
 """How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
+UNKNOWN_BRAKES = 0.8
+"""As the arbiter's profile reckons with an envelope that was never observed."""
+LEAST_BRAKES, MOST_HEADWAY = 0.1, 3.0
 LEAST_FACTOR = 0.2
 HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
@@ -233,9 +236,14 @@ def vehicle_factor(state: State) -> float:
     if car is None or car.h is None:
         return UNKNOWN_SPEED_FACTOR
     own = 1.0 - H_SLOPE * car.h
-    brakes = math.sqrt(car.brake_envelope) if car.brake_envelope is not None else 1.0
+    brakes = math.sqrt(braking_left(car.brake_envelope))  # the way to a stop goes with v^2 / a
     asked = state.held.health.speed_factor if state.held.health is not None and car.h > 0.1 else 1.0
-    return max(LEAST_FACTOR, min(1.0, own, max(0.5, brakes), asked))
+    return max(LEAST_FACTOR, min(1.0, own, brakes, asked))
+
+
+def braking_left(envelope: float | None) -> float:
+    """The share of braking to reckon with; of brakes that no signal tells anything of, not all."""
+    return UNKNOWN_BRAKES if envelope is None else max(LEAST_BRAKES, envelope)
 
 
 def headway_factor(state: State) -> float:
@@ -244,6 +252,8 @@ def headway_factor(state: State) -> float:
     weather = UNKNOWN_FOLLOWING_FACTOR if conditions is None else max(1.0, conditions.following_factor)
     h = car.h if car is not None else None
     vehicle = UNKNOWN_FOLLOWING_FACTOR if h is None else 1.0 + h
+    if car is not None and h is not None:
+        vehicle = max(vehicle, min(MOST_HEADWAY, 1.0 / braking_left(car.brake_envelope)))
     if state.held.health is not None and h is not None and h > 0.1:
         vehicle = max(vehicle, state.held.health.headway_factor)
     return max(weather, vehicle, *(each.headway_factor for each in state.held.limiters), 1.0)

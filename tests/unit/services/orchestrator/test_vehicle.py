@@ -1,0 +1,90 @@
+"""What the car's health does to target, headway and words: worse never eases, unknown is careful, a trend is told once."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.vehicle import Degradation, SensorFault, Trend
+from tests.unit.services.orchestrator.support import EXPERTS, FEW, Drive, Played, health, limit_sign
+
+LEAK = Trend(
+    name="slow_leak_fl", value=0.86, threshold=0.8, unit="share of nominal", rate_per_min=-0.005, minutes_left=12.0,
+    minutes_low=8.0, minutes_high=20.0,
+)  # fmt: skip
+ADVICE = "The front left tyre is losing air; its warning comes in about 12 min."
+
+
+def driven(car: Degradation, **said: Any) -> Drive:
+    """A drive with this car, under a limit of 100."""
+    drive = Drive(Played(EXPERTS | {"vehicle_health": lambda a: health(car.h or 0.0, **said)}), 20.0, "rural")
+    drive.tick(limit_sign("limit:100"))
+    drive.ticks(3)
+    drive.car = car
+    drive.ticks(3)
+    return drive
+
+
+def target(drive: Drive) -> float:
+    drive.ticks(1)
+    return drive.target_mps
+
+
+def headway(drive: Drive) -> float:
+    return drive.ticks(1).fused.headway_factor
+
+
+@FEW
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_less_braking_or_a_worse_car_never_raises_the_target_nor_shrinks_the_distance(
+    h: float, worse: float, envelope: float, less: float
+) -> None:
+    before = driven(Degradation(h=h, brake_envelope=envelope))
+    after = driven(Degradation(h=max(h, worse), brake_envelope=min(envelope, less)))
+    assert target(after) <= target(before) + 1e-9
+    assert headway(after) >= headway(before) - 1e-9
+
+
+@pytest.mark.parametrize(("envelope", "factor", "distance"), [(0.64, 0.8, 1.56), (0.25, 0.5, 3.0), (0.04, 0.316, 3.0)])
+def test_speed_falls_with_the_root_of_braking_and_distance_grows_with_its_inverse(
+    envelope: float, factor: float, distance: float
+) -> None:
+    sound, weak = driven(Degradation(h=0.0, brake_envelope=1.0)), driven(Degradation(h=0.0, brake_envelope=envelope))
+    assert target(weak) == pytest.approx(factor * target(sound), rel=0.01)
+    assert headway(weak) == pytest.approx(distance, rel=0.02)
+
+
+def test_brakes_of_which_nothing_is_known_are_not_taken_for_sound_ones() -> None:
+    sound, unknown = driven(Degradation(h=0.0, brake_envelope=1.0)), driven(Degradation(h=0.0, brake_envelope=None))
+    assert target(unknown) <= target(sound)
+
+
+def test_an_envelope_that_falls_silent_keeps_what_was_last_told() -> None:
+    drive = driven(Degradation(h=0.2, brake_envelope=0.3))
+    before = target(drive), headway(drive)
+    drive.car = Degradation(h=0.2, brake_envelope=None)
+    drive.ticks(5)
+    assert target(drive) <= before[0] + 1e-9
+    assert headway(drive) >= before[1] - 1e-9
+
+
+def test_a_trend_is_told_once_and_in_its_own_words() -> None:
+    drive = driven(Degradation(h=0.0, brake_envelope=1.0))
+    said = health(0.0, safe_to_drive="with_care", advice=ADVICE, trends=(LEAK,))
+    drive.ask.table["vehicle_health"] = lambda a: said
+    drive.car = Degradation(h=0.0, brake_envelope=1.0, trends=(LEAK,))
+    drive.ticks(150)
+    advisories = [each.advisory for _, _, each in drive.history if each.advisory.kind != "SILENT"]
+    told = [each for each in advisories if "warning" in each.directive]
+    assert [each.directive for each in told] == ["Soon a warning: have the car checked"]
+    assert "front left tyre" in told[0].justification
+
+
+def test_a_doubted_sensor_is_told_as_such_and_not_as_a_fault_of_the_car() -> None:
+    fault = SensorFault(field="wheel_fl_mps", kind="stuck")
+    drive = driven(Degradation(h=0.0, brake_envelope=1.0))
+    drive.ask.table["vehicle_health"] = lambda a: health(0.1, safe_to_drive="with_care", sensor_faults=(fault,))
+    drive.car = Degradation(h=0.1, brake_envelope=1.0, sensor_faults=(fault,))
+    drive.ticks(60)
+    assert drive.spoken().count("A sensor of the car is faulty") == 1
