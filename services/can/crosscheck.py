@@ -14,7 +14,7 @@ from typing import NamedTuple
 from proto.vehicle import SensorFault, SensorFaultKind
 from services.can.field import Reading
 from services.can.ratios import TYRES, BrakeEffect, TyreRatios
-from services.can.witness import MOVING_MPS, WHEELS, Expected, Motion, Shape, expected, motion
+from services.can.witness import WHEELS, Expected, Motion, Shape, expected, motion
 
 NS = 1_000_000_000
 SAMPLE_NS = 50_000_000
@@ -32,7 +32,7 @@ class Rule(NamedTuple):
     noise: float
     """Standard deviation that a sound sensor stays below, by the median of second differences."""
     moves: float = 0.0
-    """Where the others moved by this much while it stood still, it is stuck. 0: told by its flicker alone."""
+    """Where the others moved by this much while it stood still, it is stuck. 0: nobody can tell."""
     rate: float = 0.0
     """For those nobody vouches for: a sound one changes no faster, per second. 0: not checked."""
     jump: float = 0.0
@@ -66,9 +66,6 @@ NEVER_S = 6.0
 """A sensor of this car that was never heard by then is missing."""
 NOISE_SAMPLES, NOISE_LEAST = 24, 10
 MEAN_SAMPLES = 20
-FLICKER_LEARNT, FLICKER_CHANCE = 10, 1e-6
-"""A value that flickered in so many samples, and then stands for so long that its flicker would have to sleep with this
-chance, is stuck."""
 
 
 class _Watch:
@@ -82,7 +79,7 @@ class _Watch:
         self._recent: deque[float] = deque(maxlen=NOISE_SAMPLES)
         self._residuals: deque[float] = deque(maxlen=MEAN_SAMPLES)
         self._stamp_ns = 0
-        self._same, self._changes, self._samples = 0, 0, 0
+        self._last: float | None = None
         self._same_s = 0.0
         self._witnessed: tuple[float, float] | None = None
         self._anchor: float | None = None
@@ -93,7 +90,6 @@ class _Watch:
         sound: Expected | None,
         dt_s: float,
         *,
-        moving: bool,
         age_s: float,
         mean: float | None = None,
     ) -> None:
@@ -105,7 +101,7 @@ class _Watch:
             fresh = reading.stamp_ns != self._stamp_ns
             self._stamp_ns = reading.stamp_ns
             residual = self._take(reading.value, sound, dt_s, fresh=fresh, mean=mean)
-            shown = self._shown(residual, sound, moving=moving)
+            shown = self._shown(residual, sound)
             able = sound is not None or self.rule.rate > 0.0 or self.verdict in ("noisy", "missing")
         self._weigh(shown, dt_s, able=able)
 
@@ -127,12 +123,10 @@ class _Watch:
     ) -> float | None:
         """Remember the value; its residual, where somebody vouches for it."""
         if fresh:
-            self._count(value)
             self._recent.append(value)
-        if self._same == 0:
-            self._same_s, self._witnessed = 0.0, None
-        else:
-            self._same_s += dt_s
+        if value != self._last:
+            self._last, self._same_s, self._witnessed = value, 0.0, None
+        self._same_s += dt_s
         if sound is not None:
             low, high = self._witnessed or (sound.low, sound.high)
             # An interval counts as moved only where none of its ends would have allowed the value to stand.
@@ -145,14 +139,6 @@ class _Watch:
         self._residuals.append(residual)
         return residual
 
-    def _count(self, value: float) -> None:
-        if self._recent and value == self._recent[-1]:
-            self._same += 1
-        else:
-            self._samples += self._same + 1
-            self._changes += 1
-            self._same = 0
-
     def _ahead(self, value: float, dt_s: float) -> float:
         """How far the value runs ahead of a follower that keeps to the rate of nature; while convicted it waits."""
         if self._anchor is None:
@@ -163,11 +149,9 @@ class _Watch:
         self._anchor += min(max(ahead, -reach), reach) if ahead > 0.0 or self.rule.falls else ahead
         return ahead - math.copysign(self.rule.jump, ahead) if out else 0.0
 
-    def _shown(self, residual: float | None, sound: Expected | None, *, moving: bool) -> frozenset[SensorFaultKind]:
+    def _shown(self, residual: float | None, sound: Expected | None) -> frozenset[SensorFaultKind]:
         if self._noise() > self.rule.noise:
             return frozenset({"noisy"})
-        if self._flicker_lost(moving=moving):
-            return frozenset({"stuck"})
         if residual is None or len(self._residuals) < MEAN_SAMPLES // 2:
             return frozenset()
         tolerance = sound.tolerance if sound is not None else 0.0
@@ -181,12 +165,6 @@ class _Watch:
         if self.rule.moves == 0.0 or self._witnessed is None or self._same_s < 0.5:
             return False
         return self._witnessed[1] - self._witnessed[0] > self.rule.moves
-
-    def _flicker_lost(self, *, moving: bool) -> bool:
-        if self.rule.moves > 0.0 or not moving or self._samples < FLICKER_LEARNT:
-            return False
-        still = 1.0 - 0.8 * self._changes / self._samples
-        return self._changes >= 5 and still**self._same < FLICKER_CHANCE
 
     def _noise(self) -> float:
         """Standard deviation of white noise by the median of second differences: ramps and single steps do not count."""
@@ -294,9 +272,8 @@ class CrossChecks:
         name = watch.rule.field
         if watch.verdict is not None:  # its own value is not among the trusted: ask what the others say of it
             sound = expected({**trusted, name: readings[name].value}, self.moved, self.shape)
-        moving = (self.moved.speed_mps or 0.0) > MOVING_MPS
         mean, by_wheel = rolling.get(name, (None, None))
-        watch.step(readings[name], sound.get(name, by_wheel), dt_s, moving=moving, age_s=self._age_s, mean=mean)
+        watch.step(readings[name], sound.get(name, by_wheel), dt_s, age_s=self._age_s, mean=mean)
 
 
 _PLACE_OF = dict(zip(TYRES, ("fl", "fr", "rl", "rr"), strict=True))

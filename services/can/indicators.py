@@ -97,10 +97,10 @@ def _tyre_low(pressure: str, softness: str, nominal_bar: float) -> Callable[[Val
 
 
 def _brakes_weak(values: Values) -> Seen:
-    """What is missing, where more than a fifth is: grade and load explain less."""
+    """What is missing, where more than a quarter is: grade and load explain less."""
     share = values.get("brake_effect")
     missing = 0.0 if share is None else 1.0 - max(0.0, share)
-    return Seen(missing if missing > 0.2 else 0.0, share is not None)
+    return Seen(missing if missing > 0.25 else 0.0, share is not None)
 
 
 def _lamps_off(values: Values) -> Seen:

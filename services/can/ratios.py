@@ -102,6 +102,10 @@ def _later(soft: Soft, ahead: float, share: float | None, dt_s: float) -> Soft:
     return soft._replace(ahead=now, share=heard, seen_s=soft.seen_s + dt_s, base=base, base_s=base_s)
 
 
+SETTLED_S = 1.2
+"""The deceleration is known from the speed only so long after the pedal moved."""
+
+
 class Sum(NamedTuple):
     """Fading sums of what was done and what was asked for."""
 
@@ -125,17 +129,20 @@ class BrakeEffect:
 
     def __init__(self) -> None:
         self._effect, self._pedal = Sum(), Sum()
+        self._pressed_s = 0.0
 
     def step(self, values: Values, moved: Motion, shape: Shape, dt_s: float) -> None:
         """One sample later. Braking at the limit of grip (anti-lock) proves nothing of the brakes."""
         pedal, pressure = values.get("brake_pedal"), values.get("brake_pressure_bar")
         per, full, speed = shape.brake_bar_per_mps2, shape.brake_bar_full_pedal, moved.speed_mps
         if pedal is None or pressure is None or full is None or per is None or pedal < 4.0 * PRESSED:
+            self._pressed_s = 0.0
             return
+        self._pressed_s += dt_s
         self._pedal = self._pedal.later(pressure, pedal * full, dt_s)
         if speed is None or speed < 4.0 or moved.acceleration_mps2 is None or values.get("abs_active"):
             return
-        if pressure / per >= 1.5:
+        if pressure / per >= 1.5 and self._pressed_s > SETTLED_S:
             self._effect = self._effect.later(-moved.acceleration_mps2, pressure / per, dt_s)
 
     def shares(self) -> Mapping[str, float]:

@@ -14,8 +14,12 @@ _OUTWARD = dict(zip(WHEELS, (-1.0, 1.0, -1.0, 1.0), strict=True))
 """A wheel on the right runs the longer arc in a bend to the left (positive yaw rate)."""
 SLIP_SHARE = 0.05
 """Driven and braked wheels differ from the ground by so much at ordinary demand (Wong, Theory of Ground Vehicles)."""
-UNDERSTEER_S2_PM2 = 0.0025
-"""Stability factor of an ordinary car in v delta / (L (1 + K v^2)) (single-track model, Rajamani 2012, ch. 3)."""
+UNDERSTEER_S2_PM2 = 0.0012
+"""Stability factor in v delta / (L (1 + K v^2)) (single-track model, Rajamani 2012, ch. 3): 0 is neutral, ordinary cars
+have up to 0.0025."""
+RADIUS_SPREAD = 0.005
+"""Tyres of one axle differ by so much in rolling radius."""
+STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
 PRESSED = 0.02
 
@@ -72,9 +76,20 @@ def yaw_witnesses(values: Values, speed_mps: float | None, shape: Shape) -> tupl
     return values.get("yaw_rate_radps"), axle(*WHEELS[2:]), axle(*WHEELS[:2]), steered
 
 
-def yaw_tolerance(speed_mps: float) -> float:
-    """Steering and wheels tell the yaw rate the worse the faster the car is: 2 degrees of play in a slide count too."""
-    return 0.022 + 0.0008 * speed_mps
+def yaw_interval(values: Values, speed_mps: float, shape: Shape) -> Expected | None:
+    """Where wheels and steering agree: the steering tells it well on a straight, the wheels at low speed. Where they do
+    not agree one of them is wrong, and anything from one to the other may be.
+    """
+    _, rear, front, steered = yaw_witnesses(values, speed_mps, shape)
+    by_wheels = 0.015 + RADIUS_SPREAD * speed_mps / shape.track_m
+    known = [(value, by_wheels) for value in (rear, front) if value is not None]
+    if steered is not None:
+        known.append((steered, 0.01 + 0.35 * abs(steered) + STEERING_PLAY_RAD * speed_mps / shape.wheelbase_m))
+    if len(known) < 2:
+        return None
+    lows, highs = [value - wide for value, wide in known], [value + wide for value, wide in known]
+    agreed = max(lows) <= min(highs)
+    return Expected(max(lows), min(highs), 0.012) if agreed else Expected(min(lows), max(highs), 0.012)
 
 
 def centre_speeds(values: Values, yaw_rate_radps: float | None, shape: Shape) -> dict[str, float | None]:
@@ -133,19 +148,15 @@ def _motions(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]
     if moved.acceleration_mps2 is not None:
         found["acceleration_mps2"] = Expected(moved.acceleration_mps2, moved.acceleration_mps2, ACCELERATION_TOLERANCE)
     if moved.speed_mps is not None:
-        _, rear, front, steered = yaw_witnesses(values, moved.speed_mps, shape)
-        tolerance = yaw_tolerance(moved.speed_mps)
-        rest = middle((rear, front, steered), tolerance)
-        if rest is not None:
-            found["yaw_rate_radps"] = Expected(rest, rest, tolerance)
+        turning = yaw_interval(values, moved.speed_mps, shape)
+        if turning is not None:
+            found["yaw_rate_radps"] = turning
     return found
 
 
-ACCELERATION_TOLERANCE = 0.5
-"""m/s2. An accelerometer feels the slope of the road: 5 % of grade are 0.49 m/s2. On a steeper road it is doubted, which
+ACCELERATION_TOLERANCE = 0.65
+"""m/s2. An accelerometer feels the slope of the road: 6.5 % of grade are 0.64 m/s2. On a steeper road it is doubted, which
 costs only its field."""
-DRAG_MPS2 = 0.8
-"""What engine, air and grade add to or take from the deceleration of the brakes."""
 
 
 def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
@@ -160,6 +171,5 @@ def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected
     if full is None or per is None or moved.acceleration_mps2 is None or (moved.speed_mps or 0.0) < MOVING_MPS:
         return {}
     asked, done = pedal * full, max(0.0, -moved.acceleration_mps2) * per
-    agree = abs(asked - done) <= DRAG_MPS2 * per
-    low, high = (asked, asked) if agree else (min(asked, done), max(asked, done))
+    low, high = min(asked, done), max(asked, done)
     return {"brake_pressure_bar": Expected(low, high, 4.0 + 0.1 * high)}

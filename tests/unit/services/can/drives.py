@@ -157,7 +157,8 @@ def make(index: int, base: int = 0) -> tuple[Drive, str]:
     if which == 3:
         return Drive(base + index, Fault("weak_brakes", "", rng.uniform(0.4, 0.7), onset)), "car"
     sensor = rng.choice(SENSORS).field
-    kind = rng.choice(("stuck", "noisy", "offset", "missing"))
+    slow = sensor.startswith(("tyre", "outside"))
+    kind = rng.choice(("noisy", "offset", "missing") if slow else ("stuck", "noisy", "offset", "missing"))
     low, high = OFFSET[sensor]
     size = rng.uniform(low, high) * rng.choice((-1, 1)) if kind == "offset" else LOUD[sensor]
     return Drive(base + index, Fault(kind, sensor, size, onset)), f"{kind} {sensor}"
