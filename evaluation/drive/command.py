@@ -20,7 +20,7 @@ from drivemcp.paths import has_data
 from evaluation.corruption.hosted import hosts
 from evaluation.corruption.record import CorruptionLog
 from evaluation.corruption.spec import CLEAN, read_spec
-from evaluation.drive.precheck import check_port, check_scenario, check_services, vehicle_of
+from evaluation.drive.precheck import check_faults, check_port, check_scenario, check_services, vehicle_of
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
@@ -40,6 +40,9 @@ def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> Non
     )
     parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--fault", action="append", default=[], metavar="PRESET[:SEVERITY]@SECONDS", help="a fault of the car: low_tyre@10"
+    )
     parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
     parser.add_argument(
         "--detector", default="", metavar="NAME|FILE", help="another detector than ours (drivemcp models list)"
@@ -80,11 +83,14 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"no such scenario file: {flags.scenario}")
     if flags.scenario.endswith(".toml"):
         check_scenario(Path(flags.scenario))
+    check_faults(flags.fault)
     if flags.detector:
         flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
     name = Path(flags.scenario).stem
     scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
+    if flags.fault:
+        source["faults"] = flags.fault
     return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)[0]
 
 

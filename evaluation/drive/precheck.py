@@ -63,6 +63,17 @@ def check_scenario(path: Path) -> None:
         raise UserError(str(error)) from None
 
 
+def check_faults(texts: Iterable[str]) -> None:
+    """Faults of the car that the simulator knows."""
+    from services.simulator.scenario import read_fault
+
+    try:
+        for text in texts:
+            read_fault(text)
+    except ValueError as error:
+        raise UserError(f"--fault: {error}") from None
+
+
 def check_folder_of(paths: Iterable[str]) -> None:
     """Files that are to be written have a folder."""
     for path in paths:

@@ -200,6 +200,14 @@ class TrafficPlan(_Plan, frozen=True, kw_only=True):
     lorries: Share = 0.12
 
 
+class FaultPlan(_Plan, frozen=True, kw_only=True):
+    """A fault of the car that begins during the drive; the presets stand in `car_faults.py`."""
+
+    preset: str
+    at_s: NonNegative = 0.0
+    severity: Annotated[float, msgspec.Meta(gt=0, le=1)] = 1.0
+
+
 class Scenario(_Plan, frozen=True, kw_only=True):
     """One scenario family; the seed varies drivers, looks, traffic and noise."""
 
@@ -223,6 +231,7 @@ class Scenario(_Plan, frozen=True, kw_only=True):
     crossers: tuple[CrosserPlan, ...] = ()
     vehicles: tuple[VehiclePlan, ...] = ()
     queues: tuple[QueuePlan, ...] = ()
+    faults: tuple[FaultPlan, ...] = ()
 
     @property
     def length_m(self) -> float:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import msgspec
 
-from services.simulator.plan import Scenario
+from services.simulator.car_faults import check
+from services.simulator.plan import FaultPlan, Scenario
 from services.simulator.signart.catalogue import CODES
 
 _PLACED = ("signs", "lights", "stops", "zebras", "gantries", "crossers", "vehicles")
@@ -38,6 +39,19 @@ def parse_scenario(text: bytes | str, name: str) -> Scenario:
     for field, reason in _complaints(scenario):
         raise ScenarioError(f"{name}: {field}: {reason}")
     return scenario
+
+
+def read_fault(text: str) -> FaultPlan:
+    """`PRESET@SECONDS` or `PRESET:SEVERITY@SECONDS`; SECONDS may be left out: from the start. Raises ValueError."""
+    what, _, at_s = text.partition("@")
+    preset, _, severity = what.partition(":")
+    check(preset)
+    try:
+        return msgspec.convert(
+            {"preset": preset, "at_s": float(at_s or 0.0), "severity": float(severity or 1.0)}, FaultPlan
+        )
+    except ValueError as error:
+        raise ValueError(f"{text!r} is no fault: PRESET:SEVERITY@SECONDS, 0 < severity <= 1 ({error})") from error
 
 
 def country_at(scenario: Scenario, s_m: float) -> str:
@@ -74,6 +88,7 @@ def _complaints(scenario: Scenario) -> Iterator[Complaint]:
     yield from _unknown_codes(scenario)
     yield from _order(scenario)
     yield from _lanes(scenario)
+    yield from _faults(scenario)
 
 
 def _outside(scenario: Scenario) -> Iterator[Complaint]:
@@ -113,6 +128,14 @@ def _order(scenario: Scenario) -> Iterator[Complaint]:
         for index, (before, after) in enumerate(itertools.pairwise(values), start=1):
             if after <= before:
                 yield f"{group}[{index}].{field}", f"{after:g} does not come after {before:g}"
+
+
+def _faults(scenario: Scenario) -> Iterator[Complaint]:
+    for index, fault in enumerate(scenario.faults):
+        try:
+            check(fault.preset)
+        except ValueError as error:
+            yield f"faults[{index}].preset", str(error)
 
 
 def _lanes(scenario: Scenario) -> Iterator[Complaint]:

@@ -17,7 +17,7 @@ from proto.truth import ScenarioState
 from services.simulator.conductor import EPOCH_NS, Conductor
 from services.simulator.plan import Scenario
 from services.simulator.realtime import RealTime
-from services.simulator.scenario import ScenarioError, load_scenario
+from services.simulator.scenario import ScenarioError, load_scenario, read_fault
 from services.simulator.session import CAMERAS, Outgoing, SensorSet, Session
 from services.simulator.studio import Studio, StudioError
 
@@ -42,6 +42,8 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     can: bool = True
     can_bus: str = "can0"
     dbc: str = "vehicles/sim/sim.dbc"
+    faults: tuple[str, ...] = ()
+    """Faults of the car beside the scenario's own: PRESET@SECONDS or PRESET:SEVERITY@SECONDS."""
     camera_niceness: int = 0
     """How far the process that draws stands back for the others."""
 
@@ -60,6 +62,10 @@ class Simulator:
         self._stop = threading.Event()
         self._wanted = 0
         self.problem = ""
+        try:
+            self._faults = tuple(map(read_fault, config.faults))
+        except ValueError as error:
+            raise ConfigError(f"faults: {error}") from error
 
     # Starting and stopping ----------------------------------------------------------------------------------------------
 
@@ -99,7 +105,7 @@ class Simulator:
         config = self._config
         present = SensorSet(config.cameras, config.lidar, config.gnss, config.map, config.weather, config.can)
         return Session(
-            scenario,
+            msgspec.structs.replace(scenario, faults=(*scenario.faults, *self._faults)),
             seed,
             seconds=seconds,
             epoch_ns=EPOCH_NS,

@@ -98,6 +98,7 @@ class Session:
         self._lockstep = lockstep
         self._noise, self._boxes = sensors.SensorNoise(seed), sensors.StaticBoxes(self.world.static)
         self._encoder, self.ecus = FrameEncoder(dbc), EcuBank()
+        self._faults = sorted(scenario.faults, key=lambda fault: fault.at_s)
         self._car = Car(seed, self.ecus.faults, self.world.course.at(0.0).air_c)
         self.state: CarState = self._car.state
         """As its control units know it."""
@@ -138,6 +139,7 @@ class Session:
     def advance(self, ahead_s: float = 0.0) -> Batch:
         """Drive one step; `ahead_s`: how much earlier than its stamp the step is computed."""
         mail, self._mail = self._mail, _Mail()
+        self._begin_faults()
         inputs = Inputs(
             advice=tuple(mail.advice),
             brakes=tuple(mail.brakes),
@@ -148,6 +150,11 @@ class Session:
         self.finished = moment.ended or moment.time_s >= self.seconds - 1e-6
         stamp_ns = self.epoch_ns + round(moment.time_s * 1e9)
         return Batch(moment, stamp_ns, tuple(self._messages(moment, stamp_ns)), tuple(self._shots(moment)))
+
+    def _begin_faults(self) -> None:
+        while self._faults and self._faults[0].at_s <= self.world.time_s:
+            fault = self._faults.pop(0)
+            self.ecus.faults.activate(fault.preset, fault.severity)
 
     def scenario_state(self, time_s: float, running: bool = True) -> ScenarioState:
         """Where the drive stands."""
@@ -164,9 +171,9 @@ class Session:
     def _messages(self, moment: Moment, stamp_ns: int) -> list[Outgoing]:
         step, present = moment.step, self._present
         out = [Outgoing(topics.CLOCK, ClockTick(now_ns=stamp_ns, lockstep=self._lockstep, step=step))]
+        told = self._car.step(STEP_S, sensors.car_controls(moment), stamp_ns)
+        self.state = told.units
         if present.can:
-            told = self._car.step(STEP_S, sensors.car_controls(moment), stamp_ns)
-            self.state = told.units
             frames = (*self._encoder.due(told.frames, stamp_ns), *self.ecus.step(stamp_ns, told.units))
             out.append(Outgoing(topics.CAN_RX, CanFrames(frames=frames), self.bus))
         if present.map and step % MAP_STEPS == 0:

@@ -6,8 +6,9 @@ import pytest
 
 from drivemcp.paths import data
 from services.simulator.furniture import build_gantries, build_signs
+from services.simulator.plan import FaultPlan
 from services.simulator.route import Route
-from services.simulator.scenario import ScenarioError, load_scenario, parse_scenario
+from services.simulator.scenario import ScenarioError, load_scenario, parse_scenario, read_fault
 from tests.unit.services.simulator._scenes import scenario, scenario_text
 
 SHIPPED = ("urb-rain", "cross-border", "dynamic-vsl")
@@ -43,11 +44,21 @@ def test_every_sign_of_a_shipped_scenario_can_be_drawn(name: str) -> None:
         ("[[weather]]\nat_s = 0\nrain_mm_h = 3", "weather[1].at_s"),
         ('[[gantries]]\nat_m = 100\nsteps = [{ at_s = 0, code = "led:55" }]', "gantries[0].steps[0].code"),
         ("[[vehicles]]\nat_m = 100\nspeed_kmh = 50\nlane = 2", "vehicles[0].lane"),
+        ("[[faults]]\nat_s = 3\npreset = 'explode'", "faults[0].preset"),
+        ("[[faults]]\nat_s = 3\npreset = 'low_tyre'\nseverity = 1.5", "faults[0].severity"),
     ],
 )
 def test_a_mistake_is_told_with_file_and_field(rest: str, field: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(f"mine.toml: {field}")):
         parse_scenario(scenario_text(rest=rest), "mine.toml")
+
+
+def test_a_fault_is_read_with_its_severity_and_second() -> None:
+    assert read_fault("low_tyre:0.5@12") == FaultPlan(preset="low_tyre", severity=0.5, at_s=12.0)
+    assert read_fault("overheat") == FaultPlan(preset="overheat")
+    for wrong in ("explode@3", "low_tyre@soon", "low_tyre:0@3", "low_tyre:2@3", "low_tyre@-1", "low_tyre:nan@3"):
+        with pytest.raises(ValueError, match="fault"):
+            read_fault(wrong)
 
 
 def test_a_changeover_needs_a_road_with_one_lane_each_way() -> None:

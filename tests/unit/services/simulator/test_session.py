@@ -7,7 +7,7 @@ import pytest
 
 from drivemcp.paths import data
 from proto import topics
-from proto.decision import Advisory
+from proto.decision import Advisory, BrakeCommand
 from proto.rules import LegalLimit
 from proto.sensors import CanFrame, CanFrames
 from services.simulator.plan import Scenario
@@ -118,3 +118,35 @@ def test_the_units_answer_a_request_for_the_speed() -> None:
     answers = drive.request([request], 10**12 + 4 * STEP_NS)
     assert answers[0].arbitration_id == 0x7E8
     assert answers[0].data[3] == pytest.approx(drive.world.ego.speed * 3.6, abs=1.0)
+
+
+def test_a_fault_of_the_scenario_begins_at_its_second_and_changes_the_drive() -> None:
+    stop = "[[stops]]\nat_m = 180\n"
+    fault = '[[faults]]\npreset = "booster_lost"\nat_s = 1.0\nseverity = 0.9\n'
+    sound, lost = (session(scenario(rest=rest, speed=70, road_class="urban")) for rest in (stop, stop + fault))
+    before = zip(run(sound, 20), run(lost, 20), strict=True)
+    assert all(one.moment.ego == other.moment.ego for one, other in before)
+    assert not lost.state.stored_codes
+    ends = [run(drive, 220)[-1].moment.ego for drive in (sound, lost)]
+    assert lost.state.stored_codes == ("C0021",)
+    assert lost.state.brake_booster_fault
+    assert ends[1].s_m > ends[0].s_m + 2.0
+
+
+def test_the_same_seed_stops_later_for_a_braking_command_with_a_lost_circuit() -> None:
+    fault = '[[faults]]\npreset = "circuit_lost"\n'
+    ways = []
+    for rest in ("", fault):
+        drive = session(scenario(rest=rest, speed=70))
+        for _ in range(50):
+            drive.brake(BrakeCommand(deceleration_mps2=6.0, jerk_mps3=10.0, grant_id="g"))
+            end = drive.advance().moment.ego
+        ways.append(end.s_m)
+    assert ways[1] > ways[0] + 5.0
+
+
+def test_a_stuck_wheel_speed_sensor_takes_the_anti_lock_away_from_the_real_car() -> None:
+    drive = session(scenario(rest='[[faults]]\npreset = "wheel_fl_stuck"\nat_s = 3.0\n', speed=20))
+    run(drive, 280)
+    assert drive.state.abs_fault
+    assert drive.state.stored_codes == ("C0035",)
