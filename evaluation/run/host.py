@@ -1,0 +1,111 @@
+"""All services of a run on one in-process Zenoh session, stepped by the simulator. The services are those of production."""
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from drivemcp.bus import Bus, open_bus
+from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.errors import DriveMcpError
+from drivemcp.node import Node
+from drivemcp.registry import load_service
+from drivemcp.service import Service
+from evaluation.corruption.hosted import hosted, hosts
+from evaluation.corruption.spec import read_spec
+from evaluation.run.spec import RunSpec
+from proto import topics
+from proto.services import SERVICES
+from proto.truth import ScenarioState
+
+SOURCE = "simulator"
+NOT_NEEDED = ("gateway", "player")
+STALL_S = 120.0
+"""Wall time without a step after which a run counts as stuck."""
+_CAMERAS: Mapping[str, tuple[str, ...]] = {"rendered": ("front", "tele"), "model": ()}
+
+
+class RunError(DriveMcpError):
+    """A run that did not come to its end."""
+
+
+def drive(spec: RunSpec, folder: Path, observe: Callable[[Node], None] = lambda node: None) -> ScenarioState:
+    """Drive one run to its end; its log comes to `folder`. `observe` subscribes to what it wants to see.
+
+    Raises RunError naming what went wrong, and UserError where the spec is the user's mistake.
+    """
+    with open_bus(BusConfig(mode="peer")) as bus:
+        nodes: list[Node] = []
+        try:
+            for service in _services(spec):
+                nodes.append(service.start(bus, _config(service, spec, folder)))
+            end = _watch(bus, observe, nodes)
+            nodes.append(_start_source(bus, spec, folder))
+            return end()
+        finally:
+            for node in reversed(nodes):
+                node.close()
+
+
+def _services(spec: RunSpec) -> list[Service[Any]]:
+    """The services of a run but its source, in the order in which they start."""
+    left_out = {SOURCE, *NOT_NEEDED, *spec.without}
+    rows = sorted((row for row in SERVICES if row.name not in left_out), key=lambda row: row.start_order)
+    return [_corrupted(load_service(row.name), spec) for row in rows]
+
+
+def _corrupted(service: Service[Any], spec: RunSpec) -> Service[Any]:
+    corruption = read_spec(spec.corruption)
+    return hosted(service, corruption) if service.name in hosts(corruption) else service
+
+
+def _start_source(bus: Bus, spec: RunSpec, folder: Path) -> Node:
+    service = _corrupted(load_service(SOURCE), spec)
+    return service.start(bus, _config(service, spec, folder))
+
+
+def _config(service: Service[Any], spec: RunSpec, folder: Path) -> ServiceConfig:
+    settings: dict[str, Any] = {"lockstep": True, "out_dir": str(folder), **_defaults(service.name, spec)}
+    config: ServiceConfig = msgspec.convert({**settings, **spec.settings.get(service.name, {})}, service.config)
+    return config
+
+
+def _defaults(name: str, spec: RunSpec) -> dict[str, Any]:
+    if name == "logger":
+        return {"view": {"mode": "off"}}
+    if name == SOURCE:
+        cameras = _CAMERAS[spec.sensors]
+        return {"scenario": spec.scenario, "seed": spec.seed, "seconds": spec.seconds, "cameras": cameras}
+    return {}
+
+
+def _watch(bus: Bus, observe: Callable[[Node], None], nodes: list[Node]) -> Callable[[], ScenarioState]:
+    """A node that looks on; returns the wait for the end."""
+    changed, states, stepped_s = threading.Event(), list[ScenarioState](), [time.monotonic()]
+
+    def on_state(state: ScenarioState, _: object) -> None:
+        stepped_s[0] = time.monotonic()
+        states.append(state)
+        if state.finished or state.problem:
+            changed.set()
+
+    node = Node(bus, "evaluation", ServiceConfig())
+    nodes.append(node)
+    node.subscribe(topics.SCENARIO, on_state)
+    observe(node)
+    node.open(announce=False)
+
+    def end() -> ScenarioState:
+        while not changed.wait(1.0):
+            if time.monotonic() - stepped_s[0] > STALL_S:
+                raise RunError(
+                    f"no step within {STALL_S:.0f} s; the last was at {states[-1].time_s if states else 0.0:.2f} s"
+                )
+        if states[-1].problem:
+            raise RunError(states[-1].problem)
+        return states[-1]
+
+    return end

@@ -1,0 +1,38 @@
+"""What one run is: everything that decides how it comes out, and a key made of it."""
+
+import hashlib
+from typing import Any, Literal
+
+import msgspec
+
+from drivemcp.codehash import code_hash
+from evaluation.corruption.spec import CLEAN
+
+Sensors = Literal["rendered", "model"]
+PACKAGES = ("proto", "drivemcp", "services", "evaluation.corruption", "evaluation.run")
+
+
+class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One run. Equal specs come out alike; `key` says so for equal code and models too."""
+
+    scenario: str
+    """A shipped scenario's name, or the path of a TOML file."""
+    seed: int = 1
+    """Varies driver, traffic, looks and noise: the same for every method that is compared."""
+    seconds: float = 0.0
+    """0: to the end of the route."""
+    sensors: Sensors = "rendered"
+    corruption: str = CLEAN
+    settings: dict[str, dict[str, Any]] = {}
+    """Service -> its settings: a method or an ablation is nothing else."""
+    without: tuple[str, ...] = ()
+    """Services that are not started."""
+    method: str = "DriveMCP"
+    """A label; what it means is in `settings` and `without`."""
+
+
+def run_key(spec: RunSpec, models: str = "") -> str:
+    """16 hex digits of the spec, the code and the digests of the models."""
+    told = msgspec.json.encode(spec, order="deterministic")
+    digest = hashlib.sha256(told + b"\0" + code_hash(*PACKAGES).encode() + b"\0" + models.encode())
+    return digest.hexdigest()[:16]
