@@ -35,7 +35,9 @@ VOID_NAMES = frozenset(
         "invaliddata",
         "invalidvalue",
         "nichtverfuegbar",
+        "nichtverfügbar",
         "ungueltig",
+        "ungültig",
         "fehlerwert",
         "initwert",
     }

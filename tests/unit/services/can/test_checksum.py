@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -115,3 +116,8 @@ def test_an_unknown_kind_and_a_missing_data_id_are_named() -> None:
         right("crc9", bytes(8), "0|8@1")
     with pytest.raises(ProfileError, match=r"M\.C: checksum kind 'e2e-p5' needs data_ids"):
         right("e2e-p5", bytes(8), "0|16@1")
+
+
+def test_the_docs_name_every_kind() -> None:
+    text = (Path(__file__).parents[4] / "docs" / "can.md").read_text(encoding="utf-8")
+    assert [kind for kind in KINDS if f"`{kind}`" not in text] == []
