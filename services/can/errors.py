@@ -13,6 +13,10 @@ class RequestRefused(CanError, PermissionError):
     """A request that may not leave on the bus."""
 
 
+class HeldBack(CanError, PermissionError):
+    """What may not leave the service."""
+
+
 class MalformedFrame(CanError, ValueError):
     """Bytes that are no frame of the protocol."""
 

@@ -3,16 +3,24 @@
 import hashlib
 import hmac
 import os
+import re
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from services.can.dbc import Dbc, Key, key_of
 from services.can.errors import ProfileError
 from services.can.profile import Profile
 
 SALT_BYTES = 32
+Curated = Mapping[str, Mapping[Key, frozenset[str]]]
+"""Bus -> message -> its curated signals."""
+
 HELD_BACK = "raw bytes and signals that are not curated: raw_access is off"
+VIN_HELD_BACK = "bytes that may spell the vehicle's identification number: allow_vin is off"
 
 
 class Privacy(msgspec.Struct, frozen=True, kw_only=True):
@@ -55,6 +63,18 @@ def installation_salt(path: Path | None) -> bytes:
     return salt
 
 
-def curated_signals(profile: Profile) -> frozenset[str]:
-    """The signals, by name, that feed a curated field; guards and qualifiers are not among them."""
-    return frozenset(name for rule in profile.fields.values() for name in (*rule.signals, rule.negative_if) if name)
+def curated_signals(profile: Profile, descriptions: Mapping[str, Dbc]) -> Curated:
+    """The signals that feed a curated field; guards and qualifiers are not among them. Raises ProfileError."""
+    found: dict[str, dict[Key, frozenset[str]]] = {bus: {} for bus in descriptions}
+    for rule in profile.fields.values():
+        bus = profile.bus_of(rule) if len(descriptions) > 1 else next(iter(descriptions))
+        message, _ = descriptions[bus].signal(rule.signals[0], rule.message)
+        names = found[bus].get(key_of(message), frozenset())
+        found[bus][key_of(message)] = names | {*rule.signals, *filter(None, (rule.negative_if,))}
+    return found
+
+
+def spells_vin(message: Any) -> bool:
+    """Whether a message says by its name or a signal's that it holds the identification number."""
+    names = (message.name, *(signal.name for signal in message.signals))
+    return any("vin" in re.findall(r"[a-z]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower()) for name in names)

@@ -15,7 +15,7 @@ from drivemcp.service import Service
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
-from services.can import answers, diagnostic_tools, health, replay
+from services.can import answers, diagnostic_tools, health, heard, replay
 from services.can.addresses import is_extended
 from services.can.answers import (
     CodeReport,
@@ -27,9 +27,10 @@ from services.can.answers import (
 from services.can.buses import BusConfig, check_buses, open_links
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
-from services.can.errors import ProfileError
+from services.can.errors import HeldBack, ProfileError
 from services.can.link import FrameLink
-from services.can.profile import find_descriptions, load_profile
+from services.can.privacy import Privacy, installation_salt
+from services.can.profile import Profile, find_descriptions, load_profile
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
@@ -57,6 +58,12 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
     sent unasked.
     """
     allow_fault_scenarios: bool = False
+    raw_access: bool | None = None
+    """Whether tools tell raw bytes and signals that are not curated. Unset: of our simulated car alone."""
+    allow_vin: bool = False
+    """Whether the vehicle's identification number is told; else its hash."""
+    vin_salt_file: str = ""
+    """Where the salt of that hash is kept, made at the first start. Empty: a new salt, so another hash, at every start."""
 
 
 def build(config: CanConfig, node: Node) -> None:
@@ -108,9 +115,19 @@ def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
             send,
             history_mb=config.history_mb,
             diagnostics_bus=config.diagnostics_bus or "".join(bus.name for bus in config.buses[:1]),
+            privacy=_privacy(config, profile),
         )
     except ProfileError as error:
         raise ConfigError(str(error)) from error
+
+
+def _privacy(config: CanConfig, profile: Profile) -> Privacy:
+    simulated = bool(profile.fault_scenarios) and all(bus.carried for bus in config.buses)
+    return Privacy(
+        salt=installation_salt(Path(config.vin_salt_file) if config.vin_salt_file else None),
+        raw_access=simulated if config.raw_access is None else config.raw_access,
+        allow_vin=config.allow_vin,
+    )
 
 
 def _publish(config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, FrameLink]) -> None:
@@ -171,10 +188,10 @@ def _stamp(vehicle: Vehicle, now_ns: int) -> int:
 
 
 def _or_failed(function: Callable[[], R]) -> R:
-    """An unknown name or a bad number is the caller's to mend."""
+    """An unknown name, a bad number or something held back is the caller's to mend."""
     try:
         return function()
-    except (ProfileError, ValueError) as error:
+    except (ProfileError, HeldBack, ValueError) as error:
         raise ToolFailed(str(error)) from error
 
 
@@ -183,34 +200,35 @@ def _offer_reading(node: Node, vehicle: Vehicle) -> None:
 
     @node.tool(deadline_ms=200)
     def read_can_frames(duration_s: Seconds = 1.0) -> list[FrameRow]:
-        """Frames heard on the bus in the last seconds, from the history, at once; at most the newest 2000."""
+        """Frames heard in the last seconds, from the history, at once; at most the newest 2000. Without raw access only
+        those with a curated signal, that signal's value, and no bytes.
+        """
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return answers.frame_rows(vehicle.dbc, vehicle.history.since(since_ns, limit=answers.MAX_ROWS))
+        return heard.frame_rows(vehicle, since_ns)
 
     @node.tool(deadline_ms=40)
     def decode_can_frame(arbitration_id: int | str, data: list[int]) -> DecodedFrame:
         """Decode one frame by the car's bus description: id as a number or as hex text, data as bytes."""
-        return answers.decoded(vehicle.dbc, arbitration_id, data)
+        return answers.decoded(vehicle.descriptions.values(), arbitration_id, data)
 
     @node.tool(deadline_ms=200)
     def filter_frames(
         arbitration_id: int | str | None = None, signal_name: str | None = None, duration_s: Seconds = 1.0
     ) -> list[FrameRow]:
         """Frames heard in the last seconds with this id, or carrying this signal, with the signal's value."""
-        ids = _or_failed(lambda: answers.ids_of(vehicle, arbitration_id, signal_name))
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return answers.frame_rows(vehicle.dbc, vehicle.history.since(since_ns, ids, answers.MAX_ROWS), signal_name)
+        return _or_failed(lambda: heard.frame_rows(vehicle, since_ns, arbitration_id, signal_name))
 
     @node.tool(deadline_ms=200)
     def monitor_signal(signal_name: str, duration_s: Seconds = 2.0) -> list[Sample]:
         """The values of one signal over the last seconds, from the history, at once."""
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return _or_failed(lambda: answers.samples(vehicle, signal_name, since_ns))
+        return _or_failed(lambda: heard.samples(vehicle, signal_name, since_ns))
 
     @node.tool(deadline_ms=100)
     def get_vehicle_snapshot() -> Snapshot:
-        """The newest value, unit, message and age of every signal heard on the bus."""
-        return answers.snapshot(vehicle, node.clock.now_ns(), started_ns)
+        """The newest value, unit, message and age of every signal heard; without raw access of the curated ones."""
+        return heard.snapshot(vehicle, node.clock.now_ns(), started_ns)
 
 
 def _offer_health(node: Node, vehicle: Vehicle) -> None:

@@ -15,6 +15,7 @@ from services.can.ego import read_ego
 from services.can.exchange import Exchange
 from services.can.health import Assessment, Held
 from services.can.history import History
+from services.can.privacy import Privacy, curated_signals, installation_salt
 from services.can.profile import Profile, VehicleRow
 from services.can.trends import Trends
 from services.can.trusted import Trusted
@@ -56,8 +57,11 @@ class Vehicle:
         *,
         history_mb: float = 16.0,
         diagnostics_bus: str = "",
+        privacy: Privacy | None = None,
     ) -> None:
         self.descriptions, self.profile, self.book = descriptions, profile, book
+        self.privacy = privacy if privacy is not None else Privacy(salt=installation_salt(None))
+        self.curated = curated_signals(profile, descriptions)
         self.board = Board(descriptions, profile)
         self.history = History(descriptions, history_mb)
         self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
@@ -78,11 +82,6 @@ class Vehicle:
         self._turn = 0
         self._polling: tuple[Exchange, CodeMemory, int] | None = None
         self._next_poll_ns = 0
-
-    @property
-    def dbc(self) -> Dbc:
-        """The description of the first bus."""
-        return next(iter(self.descriptions.values()))
 
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
