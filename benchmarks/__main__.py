@@ -1,4 +1,4 @@
-"""`python -m benchmarks [call|parallel|drive|can|footprint ...] [--out FILE]`: all of them unless named."""
+"""`python -m benchmarks [call|parallel|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
 
 import argparse
 import os
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks.calls import parallel, tool_call
 from benchmarks.can import can
+from benchmarks.diagnostics import diagnostics
 from benchmarks.drive import stages
 from benchmarks.footprint import footprint
 from benchmarks.subject import make_peers
@@ -18,6 +19,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "parallel": parallel,
     "drive": stages,
     "can": can,
+    "diagnostics": diagnostics,
     "footprint": footprint,
 }
 NEED_PEERS = {"call", "parallel"}

@@ -97,7 +97,7 @@ class Diagnostics:
         for each in ids:
             gate.check(each, frame, allowed)
         awaited = self._all if to is None else frozenset({answer_id(to)})
-        self._receivers.clear()
+        self._receivers = {}  # a new one: the worker may still be feeding the last exchange's
         self._open = exchange = Exchange(payload, awaited, self.responders.expected(payload) if to is None else awaited)
         for each in ids:
             self._wait_for_pace()
@@ -109,11 +109,11 @@ class Diagnostics:
             time.sleep(wait_s)
 
     def _reply(self, exchange: Exchange, found: Mapping[int, bytes], ended: Ended) -> Reply:
-        whole = exchange.expected
-        if exchange.awaited == self._all:
-            whole |= self.responders.all_for(exchange.payload)
+        owing = exchange.awaited
+        if owing == self._all:
+            owing = self.responders.owing(exchange.payload)
             self.responders.learn(exchange.payload, frozenset(found), ended)
-        return Reply(found, ended, tuple(sorted(whole - found.keys())))
+        return Reply(found, ended, tuple(sorted(owing - found.keys())))
 
     def _take(self, exchange: Exchange, unit: int, data: bytes) -> None:
         receiver = self._receivers.get(unit)

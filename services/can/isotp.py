@@ -24,6 +24,7 @@ _PARAMS = {
     "tx_padding": PADDING,
     "rx_consecutive_frame_timeout": 60_000,
     "logger_name": __name__,
+    "wait_func": lambda seconds: None,  # only tried, for a millisecond, whenever a state machine is made
 }
 """The library's timer runs by the wall clock; the exchange's own deadlines come first and hold in simulated time too."""
 

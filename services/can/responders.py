@@ -23,9 +23,11 @@ class Responders:
         """Ids on which answers to this question end the waiting; empty: unknown, only quiet ends it."""
         return self._learned.get(payload, self.listed)
 
-    def all_for(self, payload: bytes) -> frozenset[int]:
-        """Ids that an answer is missing from if they are silent: also those that have been silent before."""
-        return self.listed if payload[0] in CODE_LISTS else self.expected(payload)
+    def owing(self, payload: bytes) -> frozenset[int]:
+        """Ids whose silence means that something is missing: of lists of codes all that the profile lists, else those
+        that were learned to answer this.
+        """
+        return self.listed if payload[0] in CODE_LISTS else self._learned.get(payload, frozenset())
 
     def learn(self, payload: bytes, answered: frozenset[int], ended: Ended) -> None:
         """How a question ended."""

@@ -1,6 +1,7 @@
 """The reading services of ISO 14229 by `udsoncan`: requests as bytes, answers and refusals in words."""
 
 import re
+import struct
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -95,7 +96,9 @@ def number_of(code: str) -> int:
 
 def refusal(code: int) -> str:
     """A negative response code in words."""
-    name = ResponseCode.get_name(code) or f"code 0x{code:02X}"
+    name = ResponseCode.get_name(code)
+    if name is None or name == str(code):
+        return f"code 0x{code:02X}"
     return re.sub(r"(?<=[a-z])(?=[A-Z])|_", " ", name).lower()
 
 
@@ -105,7 +108,7 @@ def words(payload: bytes, answer: bytes) -> dict[str, Any]:
         if payload[0] == 0x22:
             return _identifier(int.from_bytes(payload[1:3], "big"), answer)
         return _codes(payload[1], answer) if payload[0] == 0x19 else {}
-    except (InvalidResponseException, ConfigError, IndexError, ValueError) as error:
+    except (InvalidResponseException, ConfigError, LookupError, ValueError, struct.error) as error:
         raise MalformedFrame(f"answer to service 0x{payload[0]:02X}: {error}") from error
 
 

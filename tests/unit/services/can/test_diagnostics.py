@@ -61,6 +61,14 @@ def test_where_only_one_answers_that_is_learned_and_then_it_is_not_waited_for_th
     assert [units.ask(SPEED).ended for _ in range(4)] == ["quiet", "quiet", "answered", "answered"]
 
 
+def test_a_unit_that_does_not_have_what_was_asked_is_not_missed_until_it_had_it() -> None:
+    both, one = [frame(0x7E9, b"\x41\x0d\x31"), frame(0x7E8, b"\x41\x0d\x30")], [frame(0x7E8, b"\x41\x0d\x30")]
+    units = Units(one, ecus=(0x7E0, 0x7E1))
+    assert units.ask(SPEED).missing == ()
+    units = Units(both, both, one, ecus=(0x7E0, 0x7E1, 0x7E2))
+    assert [units.ask(SPEED).missing for _ in range(3)] == [(), (), (0x7E9,)]
+
+
 def test_a_unit_that_falls_silent_is_missed_in_a_list_of_codes_also_when_that_was_learned() -> None:
     codes = [frame(0x7E8, b"\x43\x00")]
     units = Units(codes, codes, codes)
@@ -148,7 +156,7 @@ def test_a_unit_that_hangs_in_the_middle_does_not_hold_the_others_up_for_long() 
 
 
 def test_silence_ends_at_the_timeout_and_says_so() -> None:
-    assert Units([]).ask(SPEED, timeout_s=0.05) == Reply({}, "timeout", (0x7E8, 0x7E9))
+    assert Units([]).ask(CODES, timeout_s=0.05) == Reply({}, "timeout", (0x7E8, 0x7E9))
 
 
 def test_the_line_is_held_by_one_request_at_a_time() -> None:

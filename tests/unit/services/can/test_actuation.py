@@ -1,0 +1,179 @@
+"""The gate as a caller meets it: on a real bus, whatever is called, nothing leaves that may not."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivemcp import grants
+from drivemcp.paths import data
+from drivemcp.testing import TestBus, bus
+from proto import topics
+from proto.decision import Grant
+from proto.sensors import CanFrame, CanFrames
+from proto.tools import Outcome
+from services.can import gate
+from services.can.addresses import REQUEST_IDS
+from services.can.isotp import FLOW_FRAMES, single_frame
+from services.can.service import SERVICE, CanConfig
+from services.simulator.can_frames import FrameEncoder
+from services.simulator.car_state import CarState
+from services.simulator.ecus import EcuBank
+
+KEY = grants.make_key()
+COMMANDS = {"clear_dtcs": {"by": "obd"}, "reset_ecu": {"ecu": "body", "kind": "soft"}}
+
+
+def grant(tool: str, hours: float = 1.0) -> str:
+    now = datetime.now(UTC)
+    given = Grant(
+        grant_id="g-test",
+        vehicle="ego",
+        capability=f"tool:{tool}",
+        max_deceleration_mps2=1.0,
+        max_duration_s=1.0,
+        issued_at=(now - timedelta(hours=2)).isoformat(),
+        expires_at=(now + timedelta(hours=hours)).isoformat(),
+    )
+    return msgspec.json.encode(grants.sign_grant(given, KEY.private)).decode()
+
+
+def confirmation(tool: str, arguments: dict[str, Any]) -> str:
+    return grants.confirmation_of(tool, msgspec.json.encode(arguments))
+
+
+class Car:
+    """Units that answer, and what was sent to them."""
+
+    def __init__(self, b: TestBus, speed_mps: float) -> None:
+        wheels = (speed_mps, speed_mps, speed_mps, speed_mps)
+        self.state, self.sent = CarState(speed_mps=speed_mps, wheel_speeds_mps=wheels), list[CanFrame]()
+        self._bus, self._ecus = b, EcuBank()
+        self._encoder, self._node = FrameEncoder(data("vehicles/sim/sim.dbc")), b.node("car")
+        self._node.subscribe(topics.CAN_TX, lambda message, _: self._asked(message.frames), id="can0")
+        self._node.every(0.02, lambda: self._say(self._encoder.due(self.state, self._node.clock.now_ns())))
+
+    def _asked(self, frames: tuple[CanFrame, ...]) -> None:
+        self.sent.extend(frames)
+        now_ns = self._node.clock.now_ns()
+        self._say([answer for frame in frames for answer in self._ecus.on_frame(frame, self.state, now_ns)])
+
+    def _say(self, frames: list[CanFrame]) -> None:
+        self._node.publish(topics.CAN_RX, CanFrames(frames=tuple(frames)), id="can0")
+
+    def call(self, tool: str, arguments: dict[str, Any], grant: str = "", confirmation: str = "") -> Outcome:
+        probe = self._bus.probe
+        if tool not in probe.catalogue():
+            probe.client.discover()
+        return probe.client.call_all([(tool, arguments, 20_000.0)], grant=grant, confirmation=confirmation)[0]
+
+    @property
+    def changing(self) -> list[bytes]:
+        """Frames that were no reading request and no flow control."""
+        return [
+            frame.data for frame in self.sent if frame.data not in FLOW_FRAMES and frame.data[1] not in gate.READING
+        ]
+
+
+@contextmanager
+def car(speed_mps: float = 0.0) -> Iterator[Car]:
+    with bus() as b:
+        b.start(SERVICE, CanConfig(poll_dtcs_s=0.0, trusted_keys=(KEY.public,)))
+        found = Car(b, speed_mps)
+        b.wait_for(topics.EGO, lambda ego: ego.speed_mps is not None)
+        yield found
+
+
+@pytest.mark.parametrize(("tool", "payload"), [("clear_dtcs", b"\x04"), ("reset_ecu", b"\x11\x03")])
+def test_a_granted_and_confirmed_command_on_a_standing_car_leaves(tool: str, payload: bytes) -> None:
+    with car() as standing:
+        arguments = COMMANDS[tool]
+        outcome = standing.call(tool, arguments, grant(tool), confirmation(tool, arguments))
+    assert outcome.ok, outcome
+    assert outcome.result is not None
+    assert outcome.result["status"] == "ok"
+    assert standing.changing == [single_frame(payload)]
+
+
+@pytest.mark.parametrize("tool", COMMANDS)
+def test_a_granted_and_confirmed_command_on_a_moving_car_does_not_leave(tool: str) -> None:
+    with car(speed_mps=5.0) as moving:
+        outcome = moving.call(tool, COMMANDS[tool], grant(tool), confirmation(tool, COMMANDS[tool]))
+    assert outcome.result is not None
+    assert outcome.result["status"] == "refused"
+    assert "moves" in outcome.result["message"]
+    assert moving.changing == []
+
+
+@pytest.fixture(scope="module")
+def standing() -> Iterator[Car]:
+    with car() as found:
+        yield found
+
+
+SERVICES = st.sampled_from(sorted(gate.READING | gate.ACTUATING))
+READS = st.one_of(
+    st.tuples(
+        st.just("send_obd_request"),
+        st.fixed_dictionaries(
+            {"service": SERVICES | st.integers(-1, 300), "timeout_s": st.just(0.05)},
+            optional={"pid": st.integers(-1, 300), "pids": st.lists(st.integers(0, 255), max_size=6)},
+        ),
+    ),
+    st.tuples(
+        st.just("send_diagnostic_request"),
+        st.fixed_dictionaries(
+            {"service_id": SERVICES | st.integers(0, 255), "timeout_s": st.just(0.05)},
+            optional={
+                "parameter_id": st.integers(0, 0xFFFF),
+                "data_field": st.integers(0, 0xFFFF),
+                "ecu": st.sampled_from(["engine", "body", "0x7E0"]),
+            },
+        ),
+    ),
+    st.tuples(st.just("activate_fault_scenario"), st.just({"preset": "overheat"})),
+)
+REFUSED = st.tuples(
+    st.sampled_from(list(COMMANDS)),
+    st.sampled_from(["none", "other tool", "expired", "good"]),
+    st.sampled_from(["none", "other tool", "other arguments", "good", "text"]),
+).filter(lambda choice: choice[1:] != ("good", "good"))
+
+
+def test_no_refused_command_leaves_the_car(standing: Car) -> None:
+    @settings(max_examples=40, deadline=None)
+    @given(REFUSED)
+    def check(choice: tuple[str, str, str]) -> None:
+        tool, which_grant, which_confirmation = choice
+        other = next(name for name in COMMANDS if name != tool)
+        shown = {"none": "", "other tool": grant(other), "expired": grant(tool, -1.0), "good": grant(tool)}
+        repeated = {
+            "none": "",
+            "other tool": confirmation(other, COMMANDS[tool]),
+            "other arguments": confirmation(tool, COMMANDS[tool] | {"timeout_s": 1.0}),
+            "good": confirmation(tool, COMMANDS[tool]),
+            "text": "yes",
+        }
+        outcome = standing.call(tool, COMMANDS[tool], shown[which_grant], repeated[which_confirmation])
+        assert outcome.status == "protocol_error"
+
+    check()
+    assert standing.changing == []
+
+
+def test_no_reading_tool_makes_a_changing_frame_leave(standing: Car) -> None:
+    @settings(max_examples=60, deadline=None)
+    @given(st.lists(READS, min_size=1, max_size=3))
+    def check(calls: list[tuple[str, dict[str, Any]]]) -> None:
+        for tool, arguments in calls:
+            standing.call(tool, arguments, grant(tool), confirmation(tool, arguments))
+
+    check()
+    assert standing.changing == []
+    assert {frame.arbitration_id for frame in standing.sent} <= REQUEST_IDS
+    assert len(standing.sent) > 5
