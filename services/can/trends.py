@@ -63,12 +63,12 @@ def _tyre_rules(wheel: str, tyre: str) -> tuple[Rule, ...]:
 
 def _brake_rule(wheel: str) -> Rule:
     field = f"brake_temperature_{wheel}_c"
-    return Rule(f"brakes_heating_{wheel}", field, "degC", 350.0, 5.0, 36, 5.0, 60.0, 200.0, falling=False)
+    return Rule(f"brakes_heating_{wheel}", field, "degC", 350.0, 5.0, 36, 5.0, 60.0, 220.0, falling=False)
 
 
 RULES: tuple[Rule, ...] = (
     *(rule for wheel, tyre in zip(("fl", "fr", "rl", "rr"), TYRES, strict=True) for rule in _tyre_rules(wheel, tyre)),
-    # Linings fade from about 350 degC; a disc that climbs from 200 over three minutes drags, or the hill is long.
+    # Linings fade from about 350 degC; a disc that climbs past 220 over three minutes drags, or the hill is long.
     *(_brake_rule(wheel) for wheel in ("fl", "fr", "rl", "rr")),
     # A charging generator holds 13.5 V and more; 12.0 V is half a battery.
     Rule("battery_sinking", "battery_voltage_v", "V", 12.0, 10.0, 60, 60.0, 0.3, 13.2),
@@ -141,13 +141,15 @@ class _Track:
 
 def judged(rule: Rule, points: Sequence[tuple[float, float]]) -> Trend | None:
     """The trend in these points, if it is one and near its threshold."""
+    sign = -1.0 if rule.falling else 1.0
+    if len(points) < LEAST_POINTS or sign * (_end(points[-3:]) - _end(points[:3])) < 0.5 * rule.least_change:
+        return None  # nothing to work out slopes for
     slope = theil_sen(points)
     if slope is None:
         return None
-    sign = -1.0 if rule.falling else 1.0
     slow, fast = sorted((sign * slope.low, sign * slope.high))
     change = slow * (points[-1][0] - points[0][0])
-    now = statistics.median(value for _, value in points[-3:])
+    now = _end(points[-3:])
     left = sign * (rule.threshold - now)
     near = math.isinf(rule.from_value) or sign * (now - rule.from_value) >= 0.0
     if slow <= 0.0 or change < rule.least_change or not near:
@@ -159,6 +161,10 @@ def judged(rule: Rule, points: Sequence[tuple[float, float]]) -> Trend | None:
         name=rule.name, value=now, threshold=rule.threshold, unit=rule.unit, rate_per_min=slope.middle * 60.0,
         minutes_left=minutes[1], minutes_low=minutes[0], minutes_high=minutes[2],
     )  # fmt: skip
+
+
+def _end(points: Sequence[tuple[float, float]]) -> float:
+    return statistics.median(value for _, value in points)
 
 
 class Trends:
