@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -24,7 +25,7 @@ TEXT: dict[str, Any] = {
     ".asc": can.ASCReader, ".csv": can.CSVReader, ".log": can.CanutilsLogReader, ".trc": can.TRCReader,
 }  # fmt: skip
 BINARY: dict[str, Any] = {".blf": can.BLFReader, ".mf4": can.MF4Reader}
-BROKEN = (
+BROKEN: tuple[type[Exception], ...] = (
     ValueError, TypeError, KeyError, IndexError, OSError, EOFError, NotImplementedError, RuntimeError,
     struct.error, zlib.error, can.CanError, can.io.blf.BLFParseError,
 )  # fmt: skip
@@ -125,7 +126,7 @@ class RecordedLog:
                 reader = kind(stack.enter_context(self.path.open("rb")))
                 stack.callback(reader.stop)
                 yield from reader
-            except BROKEN as error:
+            except _broken(self.path) as error:
                 self.note(f"{_words(error)}; nothing after it can be read", f"after record {self.read}")
             else:
                 if complaint := _cut(reader, self.path):
@@ -216,6 +217,13 @@ def _complaint(message: can.Message) -> str:
     if length != message.dlc and not (message.is_fd and length == dlc2len(min(message.dlc, 15))):
         return f"{length} bytes where it says {message.dlc}"
     return ""
+
+
+def _broken(path: Path) -> tuple[type[Exception], ...]:
+    """What reading this file raises; asammdf, which is loaded only where it reads, has an error of its own."""
+    if path.suffix.lower() != ".mf4":
+        return BROKEN
+    return (*BROKEN, import_module("asammdf.blocks.utils").MdfException)
 
 
 def _cut(reader: Any, path: Path) -> str:
