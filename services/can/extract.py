@@ -23,6 +23,8 @@ NAMES: dict[str, Any] = {
     "float64": struct.Struct(">d").unpack,
 }
 """All that an expression may call."""
+FLOAT_EXPONENT = {16: 0x7C00, 32: 0x7F80_0000, 64: 0x7FF0_0000_0000_0000}
+"""All bits of the exponent set: infinite or no number (IEEE 754)."""
 VOID_NAMES = frozenset(
     {
         "sna",
@@ -143,6 +145,9 @@ def _end(message: Any, signal: Any) -> int:
 
 
 def _void(signal: Any, j1939: bool) -> Void | None:
+    if signal.is_float:
+        infinite = FLOAT_EXPONENT[signal.length]
+        return lambda raw: raw & infinite == infinite
     named = frozenset(raw for raw, text in (signal.choices or {}).items() if _plain(str(text)) in VOID_NAMES)
     floor = _j1939_floor(signal) if j1939 else None
     if floor is not None:
@@ -152,7 +157,7 @@ def _void(signal: Any, j1939: bool) -> Void | None:
 
 def _j1939_floor(signal: Any) -> int | None:
     """From this raw value on there is no measurement: error, not available, reserved (SAE J1939-71, table 1)."""
-    if signal.is_signed or signal.is_float:
+    if signal.is_signed:
         return None
     if signal.length >= 8:
         return 0xFB << (int(signal.length) - 8)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from services.can.extract import Extractor, extractor, read_all
+from services.can.extract import extractor, read_all
 from services.can.field import Field
 from services.can.guard import Guard, guard_for
 from services.can.profile import MessageRule
@@ -13,13 +13,16 @@ from services.can.source import source, usable
 class Feed:
     """One field's place in one message."""
 
-    __slots__ = ("_sample", "_usable", "field", "names")
+    __slots__ = ("_sample", "_usable", "field", "measured", "names")
 
     def __init__(self, field: Field, message: Any) -> None:
         rule = field.rule
         self.field, self._sample = field, source(rule, message)
         self._usable = usable(rule, message) if rule.valid_if else None
         self.names = frozenset(each for each in (*rule.signals, rule.negative_if, rule.valid_if) if each)
+        """Signals that must be in the frame."""
+        self.measured = self.names - frozenset(rule.signals if rule.values and rule.otherwise is None else ())
+        """Those of them that must be a measurement; where the profile tells the meaning of each value, it counts."""
 
     def take(self, values: Mapping[str, float], stamp_ns: int) -> None:
         """Judge the sample in the physical values of the message's signals."""
@@ -69,25 +72,24 @@ class Watch:
 
     def _take_carefully(self, data: bytes, stamp_ns: int) -> bool:
         """Signals may be absent: not selected, beyond a short frame's end, or no measurement."""
-        faults = {each.name: why for each in self._reads if (why := _fault(each, data))}
-        values = {each.name: each.read(data) for each in self._reads if each.end <= len(data) and each.in_frame(data)}
+        there = [each for each in self._reads if each.end <= len(data) and each.in_frame(data)]
+        values = {each.name: each.read(data) for each in there}
+        short = frozenset(each.name for each in self._reads if each.end > len(data))
+        void = frozenset(each.name for each in there if each.void is not None and each.void(each.raw(data)))
         for guard, feeds in self._groups:
             verdict = guard.judge(data) if guard is not None else ""
             for feed in feeds if verdict is not None else ():
-                why = verdict or next((faults[name] for name in feed.names if name in faults), "")
-                if why:
+                if why := verdict or _fault(feed, short, void):
                     feed.field.reject(why, stamp_ns)
                 elif feed.names <= values.keys():
                     feed.take(values, stamp_ns)
-        return len(data) >= self._end
+        return not short
 
 
-def _fault(each: Extractor, data: bytes) -> str:
-    if each.end > len(data):
+def _fault(feed: Feed, short: frozenset[str], void: frozenset[str]) -> str:
+    if feed.names & short:
         return "frame too short"
-    if each.void is not None and each.in_frame(data) and each.void(each.raw(data)):
-        return "marked not available by the sender"
-    return ""
+    return "marked not available by the sender" if feed.measured & void else ""
 
 
 def _reject(feeds: Iterable[Feed], reason: str, stamp_ns: int) -> None:

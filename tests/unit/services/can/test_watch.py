@@ -218,11 +218,29 @@ def test_a_value_that_the_table_calls_not_available_is_unknown(tmp_path: Path) -
     assert board.read("wiper_stage", now).reason == "marked not available by the sender"
 
 
+def test_where_the_profile_tells_the_meaning_of_each_value_that_counts(tmp_path: Path) -> None:
+    told = {"signal": "Stage", "maximum": 15.0, "values": {"off": 0.0, "Signal not available": 3.0}}
+    board = Board({"can0": described(tmp_path, PLAIN)}, profile({"wiper_stage": told}))
+    now = feed(board, [b"\x02\x0f" + bytes(6)], 3)
+    assert board.read("wiper_stage", now).value == 3.0
+    now = feed(board, [b"\x02\x01" + bytes(6)], 3)
+    assert board.read("wiper_stage", now).reason == "not a known value"
+
+
+@pytest.mark.parametrize("combine", ["min", "max", "mean", "sum"])
+def test_of_two_signals_one_that_is_no_number_makes_the_field_unknown(tmp_path: Path, combine: str) -> None:
+    both = {"signal": ["Real", "Raw"], "maximum": 100.0, "combine": combine}
+    text = PLAIN.replace("BO_ 2147483651", ' SG_ Raw : 24|8@1+ (1,0) [0|0] "m/s2" A\n\nBO_ 2147483651')
+    board = Board({"can0": described(tmp_path, text.replace('m/s2" A\n\n SG', 'm/s2" A\n SG'))}, profile({"x": both}))
+    now = feed(board, [bytes(3) + b"\x05" + (0x7FC00000).to_bytes(4, "little")], 3)
+    assert board.read("x", now).reason == "marked not available by the sender"
+
+
 @pytest.mark.parametrize("word", [0x7F800000, 0x7FC00000, 0xFF800000])
 def test_an_infinite_float_and_no_number_are_unknown(tmp_path: Path, word: int) -> None:
     board = Board({"can0": described(tmp_path, PLAIN)}, profile(FIELDS))
     now = feed(board, [bytes(4) + word.to_bytes(4, "little")], 3)
-    assert board.read("acceleration_mps2", now).reason == "out of range"
+    assert board.read("acceleration_mps2", now).reason == "marked not available by the sender"
 
 
 def test_the_same_number_with_11_and_29_bits_is_two_messages(tmp_path: Path) -> None:
