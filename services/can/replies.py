@@ -8,9 +8,8 @@ from services.can import obd, uds
 from services.can.addresses import request_id
 from services.can.diagnostics import Reply
 from services.can.errors import MalformedFrame
+from services.can.privacy import Privacy
 
-WITHHELD = "withheld"
-"""Instead of the vehicle's identification number, and of every byte that would spell it."""
 _DATA_AFTER = {0x22: 3, 0x19: 2, 0x3E: 2}
 
 Names = dict[int, str]
@@ -97,23 +96,24 @@ def spells_vin(answer: bytes) -> bool:
     return answer.startswith((b"\x49\x02", b"\x62\xf1\x90"))
 
 
-def unit_answer(names: Names, answer_id: int, payload: bytes, answer: bytes) -> UnitAnswer:
-    """One unit's answer in words."""
+def unit_answer(names: Names, privacy: Privacy, answer_id: int, payload: bytes, answer: bytes) -> UnitAnswer:
+    """One unit's answer in words. The identification number is told as `privacy` allows, its bytes only in the clear."""
     name, on = unit_name(names, answer_id), f"0x{answer_id:X}"
     if obd.is_negative(answer):
         return UnitAnswer(ecu=name, arbitration_id=on, refused=uds.refusal(answer[2]), raw_data=list(answer))
-    if spells_vin(answer):
-        return UnitAnswer(ecu=name, arbitration_id=on, decoded={"vin": WITHHELD})
     try:
         decoded = obd.decode(answer) if payload[0] < 0x10 else uds.words(payload, answer)
     except MalformedFrame as error:
         return UnitAnswer(ecu=name, arbitration_id=on, refused=str(error), raw_data=list(answer))
-    return UnitAnswer(ecu=name, arbitration_id=on, decoded=decoded, raw_data=list(answer))
+    if spells_vin(answer):
+        decoded |= {"vin": privacy.vin(str(decoded.get("vin", "")))}
+    raw = None if spells_vin(answer) and not privacy.allow_vin else list(answer)
+    return UnitAnswer(ecu=name, arbitration_id=on, decoded=decoded, raw_data=raw)
 
 
-def unit_answers(names: Names, payload: bytes, reply: Reply) -> list[UnitAnswer]:
+def unit_answers(names: Names, privacy: Privacy, payload: bytes, reply: Reply) -> list[UnitAnswer]:
     """Every unit's answer, in the order of their ids."""
-    return [unit_answer(names, unit, payload, answer) for unit, answer in sorted(reply.answers.items())]
+    return [unit_answer(names, privacy, unit, payload, answer) for unit, answer in sorted(reply.answers.items())]
 
 
 def missing(names: Names, reply: Reply) -> list[str]:
@@ -121,11 +121,12 @@ def missing(names: Names, reply: Reply) -> list[str]:
     return [unit_name(names, unit) for unit in reply.missing]
 
 
-def unit_response(names: Names, answer_id: int, answer: bytes, parameter_id: int) -> UnitResponse:
-    """One unit's answer as numbers."""
+def unit_response(names: Names, privacy: Privacy, answer_id: int, answer: bytes, parameter_id: int) -> UnitResponse:
+    """One unit's answer as numbers; none of the identification number unless `privacy` allows it."""
     negative = obd.is_negative(answer)
     service = answer[1] if negative else answer[0] - 0x40
-    data = b"" if negative or spells_vin(answer) else answer[_DATA_AFTER.get(service, 1) :]
+    hidden = negative or (spells_vin(answer) and not privacy.allow_vin)
+    data = b"" if hidden else answer[_DATA_AFTER.get(service, 1) :]
     return UnitResponse(
         ecu=unit_name(names, answer_id),
         service_id=service,

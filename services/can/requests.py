@@ -84,7 +84,7 @@ def send_obd(
 
 def _obd_answer(vehicle: Vehicle, found: Found, pid: int | None) -> ObdAnswer:
     names, service = vehicle.profile.ecu_names, found.payload[0]
-    units = replies.unit_answers(names, found.payload, found.reply)
+    units = replies.unit_answers(names, vehicle.privacy, found.payload, found.reply)
     head = next((unit for unit in units if unit.refused is None), units[0])
     return ObdAnswer(
         status="ok" if head.refused is None else "refused",
@@ -137,7 +137,8 @@ def _numbers(vehicle: Vehicle, found: Found, parameter_id: int = 0) -> Diagnosti
     return DiagnosticAnswer(
         status=found.status,
         responses=[
-            replies.unit_response(names, unit, answer, parameter_id) for unit, answer in sorted(reply.answers.items())
+            replies.unit_response(names, vehicle.privacy, unit, answer, parameter_id)
+            for unit, answer in sorted(reply.answers.items())
         ],
         message=found.message,
         ended=reply.ended,
@@ -149,7 +150,7 @@ def read_units(vehicle: Vehicle, payload: Callable[[], bytes], ecu: str | None, 
     """One reading request to every unit or to one, answered in words."""
     found = _ask(vehicle, payload, ecu, timeout_s)
     names = vehicle.profile.ecu_names
-    units = replies.unit_answers(names, found.payload, found.reply)
+    units = replies.unit_answers(names, vehicle.privacy, found.payload, found.reply)
     refused = bool(units) and all(unit.refused is not None for unit in units)
     return UnitReport(
         status="refused" if refused else found.status,

@@ -270,3 +270,10 @@ def test_the_vehicle_identification_number_stays_in_the_car() -> None:
         assert answer["status"] == "ok"
         assert "WDM0SIM" not in str(answer)
         assert str(list(b"WDM0SIM"))[1:-1] not in str(answer)
+    assert answers[0]["decoded"]["vin"].startswith("sha256-salted:")
+    assert answers[1]["units"][0]["decoded"] == answers[0]["decoded"]
+
+
+def test_the_vehicle_identification_number_is_told_where_that_is_allowed() -> None:
+    with driving(CanConfig(allow_vin=True)) as (b, _):
+        assert result(b, "send_obd_request", service=9, pid=2)["decoded"]["vin"] == "WDM0SIM0000000001"
