@@ -1,15 +1,21 @@
 """The page on the simulation: its example drives, and its numbers are the code's."""
 
 import re
+from itertools import product
 from pathlib import Path
 
 import pytest
 
+from services.simulator import braking
+from services.simulator.car_condition import SOUND
+from services.simulator.car_faults import FAULTS, Active
+from services.simulator.car_state import CarModel, Controls
 from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
 from services.simulator.realtime import AHEAD_NS
 from services.simulator.scenario import parse_scenario
 from services.simulator.weather import friction
 from services.simulator.world import World
+from tests.unit.services.simulator._braking import stopping_m
 
 PAGE = (Path(__file__).parents[4] / "docs" / "simulation.md").read_text(encoding="utf-8")
 
@@ -30,3 +36,25 @@ def test_the_numbers_of_the_page_are_the_code_s() -> None:
     assert f"after {WARNING_HOLDS_S:.0f} s" in PAGE
     assert friction(0.0) == pytest.approx(0.85)
     assert friction(0.5) == pytest.approx(0.48, abs=0.01)
+
+
+def _after_a_minute(preset: str) -> braking.Ability:
+    condition, model = SOUND if preset == "sound" else FAULTS[preset].breaks(SOUND, Active(1.0, 60.0)), CarModel()
+    for _ in range(60):
+        state = model.step(1.0, Controls(speed_mps=20.0), condition)
+    return braking.ability(condition, state)
+
+
+def test_the_ways_to_stop_on_the_page_are_the_car_s() -> None:
+    rows = re.findall(r"^\| `?(\w+)`? \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$", PAGE, re.M)
+    assert len(rows) == 7
+    for preset, *told in rows:
+        car = _after_a_minute(preset)
+        ways = [stopping_m(car, film_mm=film, asked_mps2=asked) for film, asked in product((0.0, 0.5), (8.3, 4.0))]
+        assert [float(way) for way in told] == pytest.approx(ways, abs=0.6)
+
+
+def test_every_preset_without_a_sensor_stands_on_the_page() -> None:
+    for preset, fault in FAULTS.items():
+        if fault.routine < 0xF010:
+            assert f"`{preset}`" in PAGE
