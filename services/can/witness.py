@@ -14,10 +14,10 @@ _OUTWARD = dict(zip(WHEELS, (-1.0, 1.0, -1.0, 1.0), strict=True))
 """A wheel on the right runs the longer arc in a bend to the left (positive yaw rate)."""
 SLIP_SHARE = 0.05
 """Driven and braked wheels differ from the ground by so much at ordinary demand (Wong, Theory of Ground Vehicles)."""
-UNDERSTEER_S2_PM2 = 0.0012
-"""Stability factor in v delta / (L (1 + K v^2)) (single-track model, Rajamani 2012, ch. 3): 0 is neutral, ordinary cars
-have up to 0.0025."""
-RADIUS_SPREAD = 0.005
+MOST_UNDERSTEER_S2_PM2 = 0.0025
+"""Stability factor K in v delta / (L (1 + K v^2)) (single-track model, Rajamani 2012, ch. 3): 0 is neutral, ordinary
+cars have up to this."""
+RADIUS_SPREAD = 0.006
 """Tyres of one axle differ by so much in rolling radius."""
 STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
@@ -63,7 +63,7 @@ def middle(values: Iterable[float | None], tolerance: float) -> float | None:
 
 
 def yaw_witnesses(values: Values, speed_mps: float | None, shape: Shape) -> tuple[float | None, ...]:
-    """rad/s by: gyro, rear axle, front axle, steering."""
+    """rad/s by: gyro, rear axle, front axle, steering of a neutral car."""
 
     def axle(left: str, right: str) -> float | None:
         slow, fast = values.get(left), values.get(right)
@@ -72,7 +72,7 @@ def yaw_witnesses(values: Values, speed_mps: float | None, shape: Shape) -> tupl
     angle = values.get("steering_angle_rad")
     steered = None
     if angle is not None and speed_mps is not None:
-        steered = speed_mps * math.tan(angle) / (shape.wheelbase_m * (1.0 + UNDERSTEER_S2_PM2 * speed_mps**2))
+        steered = speed_mps * math.tan(angle) / shape.wheelbase_m
     return values.get("yaw_rate_radps"), axle(*WHEELS[2:]), axle(*WHEELS[:2]), steered
 
 
@@ -84,7 +84,9 @@ def yaw_interval(values: Values, speed_mps: float, shape: Shape) -> Expected | N
     by_wheels = 0.015 + RADIUS_SPREAD * speed_mps / shape.track_m
     known = [(value, by_wheels) for value in (rear, front) if value is not None]
     if steered is not None:
-        known.append((steered, 0.01 + 0.35 * abs(steered) + STEERING_PLAY_RAD * speed_mps / shape.wheelbase_m))
+        sluggish = steered / (1.0 + MOST_UNDERSTEER_S2_PM2 * speed_mps**2)
+        play = 0.01 + STEERING_PLAY_RAD * speed_mps / shape.wheelbase_m
+        known.append(((steered + sluggish) / 2.0, abs(steered - sluggish) / 2.0 + play))
     if len(known) < 2:
         return None
     lows, highs = [value - wide for value, wide in known], [value + wide for value, wide in known]
