@@ -32,7 +32,7 @@ from services.can.profile import load_profile
 SECONDS, WARM_UP_S, ROUNDS = 60.0, 4.0, 5
 TICKS = os.sysconf("SC_CLK_TCK")
 GOAL = "at most 25 %, none, at most 10 ms"
-HEAD = ["frames/s", "subject", "core %", "frames lost", "frame to ego p50 ms", "p99 ms", "egos"]
+HEAD = ["frames/s", "subject", "core %", "frames lost", "frame to ego p50 ms", "p99 ms", "egos", "with a doubt"]
 
 
 class Measured(NamedTuple):
@@ -42,7 +42,14 @@ class Measured(NamedTuple):
     cantools_share: float
     lost: int
     cantools_lost: int
-    ages_ms: list[float]
+    egos: list["Heard"]
+
+
+class Heard(NamedTuple):
+    """One published ego: how old, and which fields are not believed."""
+
+    age_ms: float
+    invalid: tuple[str, ...]
 
 
 def can() -> str:
@@ -68,10 +75,11 @@ def decoding() -> str:
         descriptions = {"can0": Dbc(folder / "sim.dbc", folder / "others.dbc")}
     traffic, now_ns = Traffic(0, 1), time.time_ns()
     batches = [traffic.batch(now_ns + n * 5_000_000).frames for n in range(1600)]
-    ours, theirs = [], []
-    for _ in range(ROUNDS):
-        ours.append(_spent(partial(_judge, Board(descriptions, profile), batches)))
+    ours, theirs, boards = [], [], [Board(descriptions, profile) for _ in range(ROUNDS)]
+    for board in boards:
+        ours.append(_spent(partial(_judge, board, batches)))
         theirs.append(_spent(partial(_decode_all, descriptions["can0"], batches)))
+        _expect_belief(board, batches[-1][-1].stamp_ns)
     count = sum(map(len, batches)) / 1e6
     rows = [
         [name, f"{median(each) / count:.2f}"] for name, each in (("board", ours), ("cantools, all signals", theirs))
@@ -83,6 +91,12 @@ def decoding() -> str:
 def _judge(board: Board, batches: list[tuple[CanFrame, ...]]) -> None:
     for frames in batches:
         board.ingest(frames, frames[-1].stamp_ns)
+
+
+def _expect_belief(board: Board, now_ns: int) -> None:
+    """What is refused would be measured too cheap."""
+    if doubted := {name: why for name in board.fields if (why := board.read(name, now_ns).reason)}:
+        raise RuntimeError(f"fields are not believed: {doubted}")
 
 
 def _decode_all(dbc: Dbc, batches: list[tuple[CanFrame, ...]]) -> None:
@@ -98,10 +112,21 @@ def _spent(work: Callable[[], None]) -> float:
 
 
 def _rows(rate: int, found: Measured) -> list[list[str]]:
-    ages = [f"{percentile(found.ages_ms, 0.5):.1f}", f"{percentile(found.ages_ms, 0.99):.1f}"]
+    ages = [each.age_ms for each in found.egos]
+    told = [f"{percentile(ages, 0.5):.1f}", f"{percentile(ages, 0.99):.1f}", str(len(ages))]
+    told.append(str(sum(bool(each.invalid) for each in found.egos)))
     return [
-        [str(rate), "CAN service", f"{100 * found.service_share:.1f}", str(found.lost), *ages, str(len(found.ages_ms))],
-        [str(rate), "cantools, all signals", f"{100 * found.cantools_share:.1f}", str(found.cantools_lost), "", "", ""],
+        [str(rate), "CAN service", f"{100 * found.service_share:.1f}", str(found.lost), *told],
+        [
+            str(rate),
+            "cantools, all signals",
+            f"{100 * found.cantools_share:.1f}",
+            str(found.cantools_lost),
+            "",
+            "",
+            "",
+            "",
+        ],
     ]
 
 
@@ -115,38 +140,38 @@ def measure(buses: int, seconds: float) -> Measured:
             _process("services.can", "--connect", where, *settings) as service,
             _process("benchmarks.can_traffic", where, "cantools", str(buses), "0") as plain,
         ):
-            ages: list[float] = []
+            egos: list[Heard] = []
             node = Node(bus, "bench", ServiceConfig())
             node.watch_services()
-            node.subscribe(topics.EGO, lambda _, info: ages.append(_age_ms(info)))
+            node.subscribe(topics.EGO, lambda ego, info: egos.append(_heard_ego(ego, info)))
             node.open(announce=False)
             if not wait_settled(lambda: "get_vehicle_snapshot" in node.catalogue(), 40.0):
                 raise RuntimeError("the CAN service did not come up")
-            shares, sent = _while_fed(where, buses, seconds, ages, (service.pid, plain.pid))
+            shares, sent = _while_fed(where, buses, seconds, egos, (service.pid, plain.pid))
             heard = _heard(node, sent)
             plain_heard = _end(plain)
             node.close()
-    return Measured(shares[0], shares[1], sent - heard, sent - plain_heard, ages)
+    return Measured(shares[0], shares[1], sent - heard, sent - plain_heard, egos)
 
 
 def _while_fed(
-    where: str, buses: int, seconds: float, ages: list[float], pids: tuple[int, ...]
+    where: str, buses: int, seconds: float, egos: list[Heard], pids: tuple[int, ...]
 ) -> tuple[list[float], int]:
     """(share of a core of each process, frames sent): feeds, and looks from the end of the warm-up on."""
     arguments = [where, "feed", str(buses), str(WARM_UP_S + seconds + 1)]
     command = [sys.executable, "-m", "benchmarks.can_traffic", *arguments]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as feeder:
-        if not wait_settled(lambda: bool(ages), 20.0):
+        if not wait_settled(lambda: bool(egos), 20.0):
             raise RuntimeError("no ego was published")
         threading.Event().wait(WARM_UP_S)
-        ages.clear()
+        egos.clear()
         before, started = [_cpu_s(pid) for pid in pids], time.monotonic()
         threading.Event().wait(seconds)
         took = time.monotonic() - started
         shares = [(_cpu_s(pid) - was) / took for pid, was in zip(pids, before, strict=True)]
-        kept = list(ages)
+        kept = list(egos)
         out, _ = feeder.communicate(timeout=60)
-    ages[:] = kept
+    egos[:] = kept
     return shares, int(json.loads(out)["frames"])
 
 
@@ -162,9 +187,9 @@ def _heard(node: Node, sent: int) -> int:
     return count
 
 
-def _age_ms(info: Received[Ego]) -> float:
-    """From the first frame of the batch (its speed) at the source to the publication of the ego with it."""
-    return (info.sent_ns - info.stamp_ns) / 1e6
+def _heard_ego(ego: Ego, info: Received[Ego]) -> Heard:
+    """Its age: from the first frame of the batch (its speed) at the source to the publication."""
+    return Heard((info.sent_ns - info.stamp_ns) / 1e6, ego.invalid)
 
 
 def _cpu_s(pid: int) -> float:
