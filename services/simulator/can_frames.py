@@ -231,22 +231,26 @@ class _Cycle:
         self.message, self.signals = message, signals
         self.frame_id: int = message.frame_id
         self.period_ns: int = message.cycle_time * NS_PER_MS
-        self.counter_name = next((each.name for each in message.signals if each.name.endswith("Counter")), None)
-        self._checked = any(each.name.endswith("Checksum") for each in message.signals)
-        self._places = [_Place(signal) for signal in message.signals if not signal.name.endswith("Checksum")]
+        places = [_Place(signal) for signal in message.signals]
+        self._counter = next((each for each in places if each.name.endswith("Counter")), None)
+        self._checked = any(each.name.endswith("Checksum") for each in places)
+        self._places = [each for each in places if not each.name.endswith(("Counter", "Checksum"))]
         self._length: int = message.length
+        self._state: CarState | None = None
+        self._number = 0
+        """The signals of `_state` as they stand in the message: frames of one step differ by their counter alone."""
         self.counter = 0
         self.next_ns: int | None = None
 
     def encode(self, state: CarState) -> bytes:
         """The message's bytes."""
-        values = self.signals(state)
-        if self.counter_name is not None:
-            values[self.counter_name] = self.counter
+        if state is not self._state:
+            values = self.signals(state)
+            self._state, self._number = state, sum(place.bits(values[place.name]) for place in self._places)
+        number = self._number
+        if self._counter is not None:
+            number |= self._counter.bits(self.counter)
             self.counter = (self.counter + 1) % 16
-        number = 0
-        for place in self._places:
-            number |= place.bits(values[place.name])
         body = number.to_bytes(self._length - self._checked, "little")
         return body + bytes([crc8(body)]) if self._checked else body
 
