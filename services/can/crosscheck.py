@@ -246,7 +246,8 @@ class CrossChecks:
 
     def measured(self) -> dict[str, float | None]:
         """What driving has shown of brakes and tyres, by the names that the health table reads."""
-        soft = {f"softness_{wheel}": self.tyres.softness().get(tyre) for tyre, wheel in _PLACE_OF.items()}
+        ahead = {tyre: soft for tyre, soft in self.tyres.softness().items() if _WHEEL_OF[tyre] not in self.convicted}
+        soft = {f"softness_{wheel}": ahead.get(tyre) for tyre, wheel in _PLACE_OF.items()}
         return {name: value for name, value in {**self.brakes.shares(), **soft}.items() if value is not None}
 
     def _move(self, trusted: Mapping[str, float | None], stamp_ns: int) -> Motion:

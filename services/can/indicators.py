@@ -90,8 +90,10 @@ def _tyre_low(pressure: str, softness: str, nominal_bar: float) -> Callable[[Val
     def read(values: Values) -> Seen:
         bar, ahead = values.get(pressure), values.get(softness)
         by_sensor = 0.0 if bar is None else ramp(bar / nominal_bar, 0.9, 0.5)
-        by_wheel = 0.0 if ahead is None or ahead > SOFT_TO else ramp(ahead, SOFT_FROM, SOFT_TO)
-        return Seen(max(by_sensor, by_wheel), bar is not None if pressure in values else ahead is not None)
+        by_wheel = 0.0 if ahead is None else ramp(ahead, SOFT_FROM, SOFT_TO)
+        return Seen(
+            max(by_sensor, by_wheel), all(values[each] is not None for each in (pressure, softness) if each in values)
+        )
 
     return read
 

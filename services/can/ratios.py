@@ -18,7 +18,7 @@ FILTER_S = 8.0
 LEARN_S, ENOUGH_S = 8.0, 6.0
 SOUND_SHARE = 0.9
 SOFT_FROM, SOFT_TO = 0.006, 0.02
-"""A wheel that runs faster than it used to by so much is soft; beyond, the wheel's sensor is at fault."""
+"""A wheel that runs faster than it used to by so much is soft."""
 
 
 class Soft(NamedTuple):

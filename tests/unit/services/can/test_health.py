@@ -6,10 +6,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from proto.vehicle import SensorFault
 from services.can import health
 from services.can.dtc import DtcBook
 from services.can.health import Assessment, Held, assess
-from services.can.indicators import BRAKES, LAMPS, TYRES, table
+from services.can.indicators import BRAKES, LAMPS, SOFTNESS, TYRES, table
 
 TABLE = table((2.4, 2.4, 2.6, 2.6))
 SOUND: Mapping[str, float] = (
@@ -34,11 +35,18 @@ SOUND: Mapping[str, float] = (
         "oil_pressure_bar": 2.5,
         "fuel_share": 0.5,
         "battery_voltage_v": 14.0,
+        "brake_effect": 1.0,
+        "pedal_pressure": 1.0,
+        "outside_light_lux": 20_000.0,
+        "rain_sensor": 0.0,
+        "wiper_stage": 0.0,
+        "headlamps": 0.0,
     }
+    | dict.fromkeys(SOFTNESS, 0.0)
 )
 # How each field gets worse.
 WORSE: dict[str, tuple[float, float]] = (
-    {name: (0.0, 1.0) for name, value in SOUND.items() if value == 0.0}
+    {name: (0.0, 1.0) for name, value in SOUND.items() if value == 0.0 and name not in ("wiper_stage", "headlamps")}
     | dict.fromkeys(BRAKES, (80.0, 800.0))
     | {name: (SOUND[name], 0.5) for name in TYRES}
     | {
@@ -46,7 +54,11 @@ WORSE: dict[str, tuple[float, float]] = (
         "oil_pressure_bar": (2.5, 0.0),
         "fuel_share": (0.5, 0.0),
         "battery_voltage_v": (14.0, 9.0),
+        "brake_effect": (1.0, 0.1),
+        "pedal_pressure": (1.0, 0.1),
+        "outside_light_lux": (20_000.0, 0.0),
     }
+    | dict.fromkeys(SOFTNESS, (0.0, 0.05))
 )
 CODES = ("P0217", "C0035", "P0420", "U0121", "P0462", "C0267", "P1234")
 SHARES = st.dictionaries(st.sampled_from(sorted(WORSE)), st.floats(0, 1), max_size=8)
@@ -152,3 +164,80 @@ def test_an_overheated_engine_is_a_reason_to_stop_now(book: DtcBook) -> None:
 
 def test_a_failed_booster_leaves_the_regulations_residual_braking(book: DtcBook) -> None:
     assert envelope(assessed(book, {"brake_booster_fault": 1.0})) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("share", [0.7, 0.5, 0.2])
+def test_weak_brakes_leave_just_the_braking_that_was_measured(book: DtcBook, share: float) -> None:
+    answer = assess(TABLE, {**SOUND, "brake_effect": share}, (), book, Held())
+    assert envelope(answer) == pytest.approx(share)
+    assert health.factors(answer.degradation)[0] <= share**0.5 + 1e-9
+
+
+def test_each_soft_tyre_is_named_and_counts(book: DtcBook) -> None:
+    one = assess(TABLE, {**SOUND, TYRES[0]: 1.4}, (), book, Held())
+    two = assess(TABLE, {**SOUND, TYRES[0]: 1.4, TYRES[3]: 1.6}, (), book, Held())
+    assert [each.name for each in one.degradation.indicators] == ["tyre_pressure_low_fl"]
+    assert [each.name for each in two.degradation.indicators] == ["tyre_pressure_low_fl", "tyre_pressure_low_rr"]
+    assert (h(two) > h(one), envelope(two) < envelope(one)) == (True, True)
+
+
+def test_a_tyre_without_a_pressure_sensor_is_judged_by_its_wheel(book: DtcBook) -> None:
+    bare = {name: value for name, value in SOUND.items() if name not in TYRES}
+    answer = assess(TABLE, {**bare, SOFTNESS[2]: 0.02}, (), book, Held())
+    assert [each.name for each in answer.degradation.indicators] == ["tyre_pressure_low_rl"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "name"),
+    [
+        ({"outside_light_lux": 50.0}, "lamps_off_in_the_dark"),
+        ({"rain_sensor": 0.5}, "wipers_off_in_rain"),
+        ({"pedal_pressure": 0.4}, "pedal_spongy"),
+        ({BRAKES[1]: 600.0}, "brakes_hot"),
+    ],
+)
+def test_what_is_wrong_is_named(book: DtcBook, changed: dict[str, float], name: str) -> None:
+    answer = assess(TABLE, {**SOUND, **changed}, (), book, Held())
+    assert [each.name for each in answer.degradation.indicators] == [name]
+    lit = assess(TABLE, {**SOUND, **changed, "headlamps": 2.0, "wiper_stage": 1.0}, (), book, Held())
+    assert (lit.degradation.indicators == ()) == (name in ("lamps_off_in_the_dark", "wipers_off_in_rain"))
+
+
+def test_darkness_that_is_not_known_is_neither_light_nor_a_fault(book: DtcBook) -> None:
+    answer = assess(TABLE, {**SOUND, "outside_light_lux": None}, (), book, Held())
+    assert answer.degradation.unknown == ("lamps_off_in_the_dark",)
+    assert health.safe_to_drive(TABLE, answer.degradation, book) == "with_care"
+
+
+FAULTS = tuple(SensorFault(field=name, kind="stuck") for name in ("speed_mps", "wheel_fl_mps", TYRES[0]))
+
+
+@PROPERTY
+@given(SHARES, st.integers(0, 2), st.integers(0, 2))
+def test_more_doubted_sensors_never_lower_h(book: DtcBook, shares: dict[str, float], few: int, more: int) -> None:
+    def with_faults(count: int) -> Assessment:
+        return assess(TABLE, values(shares), (), book, Held(), FAULTS[:count])
+
+    before, after = with_faults(few), with_faults(few + more)
+    assert h(after) >= h(before) - 1e-12
+    assert health.factors(after.degradation)[0] <= health.factors(before.degradation)[0] + 1e-12
+
+
+def test_what_a_convicted_sensor_made_us_believe_is_forgotten_and_nothing_else(book: DtcBook) -> None:
+    faulty = assessed(book, {TYRES[0]: 1.0, TYRES[1]: 1.0})
+    held = health.forget(TABLE, faulty.held, frozenset({TYRES[0]}))
+    seen = {**SOUND, TYRES[0]: None, TYRES[1]: None}
+    after = assess(TABLE, seen, (), book, held, (SensorFault(field=TYRES[0], kind="offset"),))
+    names = {each.name for each in after.degradation.indicators}
+    assert names == {"tyre_pressure_low_fr", "sensors_faulty"}
+    assert "tyre_pressure_low_fl" in after.degradation.unknown
+    assert envelope(after) < 1.0
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_doubted_sensors_are_told_in_words(book: DtcBook, language: str) -> None:
+    answer = assess(TABLE, SOUND, (), book, Held(), FAULTS[:1])
+    advice = health.advise(TABLE, answer, book, language)
+    assert "speed_mps" in advice.advice
+    assert advice.safe_to_drive == "with_care"
+    assert advice.sensor_faults == FAULTS[:1]
