@@ -60,6 +60,26 @@ def _names() -> str:
     return ", ".join(f"0x{service:02X}" for service in sorted(READING))
 
 
+J1939_REQUEST = 0xEA00
+CLEARING_GROUPS = frozenset({65228, 65235})
+"""DM3 and DM11: to ask for them clears stored and active trouble codes (J1939-73)."""
+
+
+def check_j1939_request(arbitration_id: int, data: bytes) -> None:
+    """Raise RequestRefused unless this is a request for a group that only tells: no clearing, and none of the makers'
+    own groups, of which nobody else knows what asking does.
+    """
+    if arbitration_id >> 29 or arbitration_id >> 8 & 0x3FF00 != J1939_REQUEST or len(data) != 3:
+        raise RequestRefused("of J1939 only the request for a group (59904) may be sent")
+    pgn = int.from_bytes(data, "little")
+    if pgn >= 1 << 18 or (pgn & 0xFF00 < 0xF000 and pgn & 0xFF):
+        raise RequestRefused(f"{pgn} is no parameter group number")
+    if pgn in CLEARING_GROUPS:
+        raise RequestRefused(f"asking for group {pgn} clears trouble codes; only reading groups may be asked for")
+    if pgn & 0xFF00 in (0xEF00, 0xFF00):
+        raise RequestRefused(f"group {pgn} is the maker's own; what asking for it does is not known")
+
+
 class Pace:
     """A bucket of frames that fills at a rate: never more than `burst` + rate * time leave in any time."""
 

@@ -15,7 +15,7 @@ from drivemcp.service import Service
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
-from services.can import answers, diagnostic_tools, health, heard, replay
+from services.can import answers, diagnostic_tools, health, heard, j1939_tools, replay
 from services.can.addresses import is_extended
 from services.can.answers import (
     CodeReport,
@@ -28,6 +28,7 @@ from services.can.buses import BusConfig, check_buses, open_links
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.errors import HeldBack, ProfileError
+from services.can.j1939_bus import J1939Bus
 from services.can.link import FrameLink
 from services.can.privacy import Privacy, installation_salt
 from services.can.profile import Profile, find_descriptions, load_profile
@@ -69,24 +70,32 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
 def build(config: CanConfig, node: Node) -> None:
     """Wire one car."""
 
-    def send(arbitration_id: int, payload: bytes) -> None:
+    def send(bus: str, arbitration_id: int, payload: bytes) -> None:
         frame = CanFrame(
             stamp_ns=node.clock.now_ns(),
             arbitration_id=arbitration_id,
             data=payload,
             extended=is_extended(arbitration_id),
         )
-        links[asked.name].transmit((frame,))
+        links[bus].transmit((frame,))
 
-    vehicle = _vehicle(config, send)
+    vehicle = _vehicle(config, lambda arbitration_id, payload: send(asked.name, arbitration_id, payload))
     check_buses(config.buses, vehicle.profile.buses)
     asked = _asked(config)
     links = open_links(config.buses, node)
+    groups = {bus: J1939Bus(partial(send, bus)) for bus in links if _speaks_j1939(vehicle, bus)}
+    j1939_tools.offer(node, vehicle, groups)
     replay.offer(node, links)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
     diagnostic_tools.offer(node, vehicle, fault_scenarios=config.allow_fault_scenarios and asked.carried)
-    _publish(config, node, vehicle, links)
+    _publish(config, node, vehicle, links, groups)
+
+
+def _speaks_j1939(vehicle: Vehicle, bus: str) -> bool:
+    """Whether the profile says so, or the description of one of its messages."""
+    dbc = vehicle.descriptions[bus]
+    return vehicle.profile.buses[bus].protocol == "j1939" or any(map(dbc.is_j1939, dbc.messages.values()))
 
 
 def _asked(config: CanConfig) -> BusConfig:
@@ -130,7 +139,13 @@ def _privacy(config: CanConfig, profile: Profile) -> Privacy:
     )
 
 
-def _publish(config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, FrameLink]) -> None:
+def _publish(
+    config: CanConfig,
+    node: Node,
+    vehicle: Vehicle,
+    links: Mapping[str, FrameLink],
+    groups: Mapping[str, J1939Bus],
+) -> None:
     poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if _asked(config).carried else 0.0)
 
     pace = _Pace(config.ego_hz)
@@ -141,6 +156,8 @@ def _publish(config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str
     def on_frames(bus: str, frames: Sequence[CanFrame]) -> None:
         now_ns = node.clock.now_ns()
         vehicle.ingest(frames, now_ns, bus)
+        if bus in groups:
+            vehicle.board.ingest(groups[bus].feed(frames), now_ns, bus)
         if pace.due(now_ns, 0.8):
             ego(now_ns)  # as fresh as the bus allows
 
