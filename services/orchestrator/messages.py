@@ -7,7 +7,7 @@ from typing import Any
 
 from proto.decision import Preferences
 from services.orchestrator.text import plain
-from services.orchestrator.units import shown, told_target
+from services.orchestrator.units import shown, told_distance, told_target
 
 FOLDER = Path(__file__).parent / "phrases"
 LANGUAGES = ("en", "de")
@@ -36,6 +36,11 @@ def word(preferences: Preferences, name: str) -> str:
 def speed(preferences: Preferences, mps: float) -> str:
     """A measured speed in the driver's unit."""
     return f"{shown(mps, preferences.unit)} {preferences.unit}"
+
+
+def distance(preferences: Preferences, metres: float) -> str:
+    """A distance in the driver's unit."""
+    return told_distance(metres, preferences.unit)
 
 
 def drive(preferences: Preferences, mps: float) -> str:

@@ -16,7 +16,7 @@ from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.evidence import in_words
 from services.orchestrator.limits import in_force
-from services.orchestrator.messages import drive, phrases, say, speed, word
+from services.orchestrator.messages import distance, drive, phrases, say, speed, word
 from services.orchestrator.routing import Call
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.targets import target
@@ -194,16 +194,37 @@ def _weather_line(state: State, outcomes: tuple[Outcome, ...]) -> str:
         return say(preferences, "ask", "weather_unknown")
     grip = word(preferences, "little" if conditions.mu_low < 0.35 else "reduced" if conditions.mu_low < 0.7 else "full")
     sight = conditions.visibility_m
-    return say(
+    told = say(
         preferences,
         "ask",
         "weather",
         mu=grip,
         low=f"{conditions.mu_low:.2f}",
         high=f"{conditions.mu_high:.2f}",
-        sight=f"{sight:.0f} m" if sight is not None else phrases(preferences.language)["ask"]["sight_unknown"],
+        sight=_sight(preferences, sight),
         target=drive(preferences, target(state).mps),
     )
+    return " ".join([told, *_stopping(preferences, conditions)])
+
+
+def _sight(preferences: Preferences, metres: float | None) -> str:
+    return say(preferences, "ask", "sight_unknown") if metres is None else distance(preferences, metres)
+
+
+def _stopping(preferences: Preferences, conditions: Conditions) -> list[str]:
+    """What the speed follows from: the way to a stop, beside what can be seen or beside a dry road's."""
+    reference, stop, usual = conditions.reference_speed_mps, conditions.stopping_m, conditions.usual_stopping_m
+    if reference is None or stop is None or usual is None or conditions.bounded_by == "none":
+        return []
+    values = {
+        "speed": speed(preferences, reference),
+        "stop": distance(preferences, stop),
+        "usual": distance(preferences, usual),
+        "sight": _sight(preferences, conditions.visibility_m),
+        "gust": speed(preferences, conditions.gust_mps or 0.0),
+    }
+    found = [say(preferences, "ask", f"stop_{conditions.bounded_by}", **values)]
+    return [*found, say(preferences, "ask", "sources_disagree")] if conditions.disagree else found
 
 
 def _sign(state: State, outcomes: tuple[Outcome, ...]) -> Told:

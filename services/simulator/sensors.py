@@ -12,6 +12,7 @@ from services.simulator.lines import Line
 from services.simulator.moment import Moment
 from services.simulator.route import Route
 from services.simulator.scene import CameraSpec, Pose, Scenery, StaticWorld
+from services.simulator.weather import Weather
 
 LIDAR_REACH_M, STATIC_REACH_M = 90.0, 55.0
 MAP_BEHIND_M, MAP_AHEAD_M, MAP_EVERY_M = 10.0, 120.0, 6.0
@@ -102,7 +103,11 @@ def gnss_fix(moment: Moment, noise: SensorNoise) -> GnssFix:
 
 def weather_sensing(moment: Moment, noise: SensorNoise) -> WeatherSensing:
     """What the rain sensor, thermometers and the road sensor report; never friction."""
-    chance, weather = noise.at(3, moment.step), moment.weather
+    return sensed(moment.weather, noise.at(3, moment.step))
+
+
+def sensed(weather: Weather, chance: np.random.Generator) -> WeatherSensing:
+    """A weather as its sensors have it."""
     wobble = 1.0 + 0.08 * chance.standard_normal(4)
     return WeatherSensing(
         rain_mm_h=max(0.0, weather.rain_mm_h * float(wobble[0])),

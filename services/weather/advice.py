@@ -5,11 +5,11 @@ from typing import Literal, NamedTuple
 
 G_MPS2 = 9.81
 MU_REFERENCE = 0.70
-"""The grip that limits take for granted: the lower end of a dry road. Dry gives factors of exactly 1."""
+"""The grip that limits take for granted: just below the lower end of a dry road, so that dry gives factors of 1."""
 REACTION_S = 1.5
 """Driver's reaction and brake build-up; design guides use 1 to 2.5 s."""
 SIGHT_MARGIN_M = 5.0
-MIN_REFERENCE_MPS, UNKNOWN_REFERENCE_MPS = 22.2, 27.8
+MIN_REFERENCE_MPS, UNKNOWN_REFERENCE_MPS = 80.0 / 3.6, 100.0 / 3.6
 MIN_FACTOR, MAX_FOLLOWING = 0.1, 4.0
 MAX_SIGHT_WIDENING = 1.25
 """Where one cannot stop within sight, the gap is widened by how much stopping exceeds sight, up to this (ours)."""

@@ -9,7 +9,7 @@ from proto.weather import Conditions
 from services.weather import advice, wind
 from services.weather.car import Car, sane
 from services.weather.claim import Claim
-from services.weather.film import NO_RAIN_MM_H, WET_FROM_MM, film_claims
+from services.weather.film import NO_RAIN_MM_H, WET_FROM_MM, film_claims, surely_at_least_mm
 from services.weather.grip import Grip, fuse
 from services.weather.memory import Memory, hold, hold_car
 from services.weather.observation import Observation, clean, trust
@@ -60,7 +60,7 @@ def assess(
     claims = film_claims(pieces, now_ns, drying=False)
     kept = _remember(memory, pieces, claims, sane(car), driven, now_ns)
     reference = advice.reference_speed_mps(driven.speed_mps, limit_mps)
-    picture = _picture(pieces, held, driven, reference, now_ns, drying=kept.drying(now_ns), claims=claims)
+    picture = _picture(pieces, held, driven, reference, now_ns, kept)
     if picture.grip.contradiction:
         kept = msgspec.structs.replace(kept, contradiction_ns=now_ns)
     confidence = _confidence(pieces, now_ns) * (0.5 if kept.doubted(now_ns) else 1.0)
@@ -75,11 +75,15 @@ def _remember(
     driven: Car,
     now_ns: int,
 ) -> Memory:
-    wet = any(each.warn >= WET_FROM_MM for each in claims)
+    wet_mm = max((each.warn for each in claims), default=0.0)
+    left_mm = memory.left_mm(now_ns)
+    lies = any(surely_at_least_mm(each) >= WET_FROM_MM for each in pieces) and wet_mm >= left_mm
     return msgspec.structs.replace(
         memory,
         pieces=pieces,
-        wet_ns=now_ns if wet else memory.wet_ns,
+        wet_ns=now_ns if wet_mm >= WET_FROM_MM else memory.wet_ns,
+        lay_mm=wet_mm if lies else memory.lay_mm,
+        lay_ns=now_ns if lies else memory.lay_ns,
         since_ns=memory.since_ns if memory.since_ns is not None else now_ns,
         car=driven,
         speed_ns=now_ns if car.speed_mps is not None else memory.speed_ns,
@@ -87,21 +91,15 @@ def _remember(
 
 
 def _picture(
-    pieces: Sequence[Observation],
-    held: tuple[str, ...],
-    car: Car,
-    reference_mps: float,
-    now_ns: int,
-    *,
-    drying: bool,
-    claims: Sequence[Claim],
+    pieces: Sequence[Observation], held: tuple[str, ...], car: Car, reference_mps: float, now_ns: int, memory: Memory
 ) -> _Picture:
     fastest = max(reference_mps, car.speed)
     planned = msgspec.structs.replace(car, speed_mps=fastest)
-    wet_mm = max((each.warn for each in claims), default=0.0)
+    drying, left_mm = memory.drying(now_ns), memory.left_mm(now_ns)
+    wet_mm = max((each.warn for each in film_claims(pieces, now_ns, drying=False)), default=0.0)
     return _Picture(
-        grip=fuse(pieces, car, now_ns, drying=drying),
-        planned_low=fuse(pieces, planned, now_ns, drying=drying).mu.low,
+        grip=fuse(pieces, car, now_ns, drying=drying, left_mm=left_mm),
+        planned_low=fuse(pieces, planned, now_ns, drying=drying, left_mm=left_mm).mu.low,
         sight=sight_m(pieces, fastest, wet_mm),
         gust=wind.gust_mps(pieces),
         held=held,

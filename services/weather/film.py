@@ -10,9 +10,9 @@ from services.weather.observation import Observation, RoadState, trust
 WET_FROM_MM = 0.02
 """A film that surely reaches this is wet, one that surely stays below is dry."""
 NO_RAIN_MM_H = 0.1
-RAIN_WARNS = 0.6
+RAIN_WARNS = 0.5
 """Share of the film of steady rain at its upper bound that rain warns of: it may have just begun (ours)."""
-DAMP_MM = 0.04
+DAMP_MM = 0.03
 """What fog and dew leave on a road (ours)."""
 FOG_M = 500.0
 
@@ -26,9 +26,14 @@ _LOOKS: Mapping[RoadState, Interval] = {
 }
 
 
-def film_claims(observations: Sequence[Observation], now_ns: int, *, drying: bool) -> list[Claim]:
-    """What is claimed of the film (mm). `drying`: it rained lately, or nobody knows that it did not."""
-    return [claim for each in observations for claim in _claims(each, trust(each, now_ns), drying=drying)]
+def film_claims(observations: Sequence[Observation], now_ns: int, *, drying: bool, left_mm: float = 0.0) -> list[Claim]:
+    """What is claimed of the film (mm). `drying`: it rained lately, or nobody knows that it did not; `left_mm`: what
+    physics leaves of the water that lay lately, whatever a road sensor says.
+    """
+    found = [claim for each in observations for claim in _claims(each, trust(each, now_ns), drying=drying)]
+    if left_mm >= WET_FROM_MM:
+        found.append(Claim("earlier rain", friction.UNKNOWN_FILM_MM, left_mm, 0.0))
+    return found
 
 
 def _claims(seen: Observation, sure: float, *, drying: bool) -> Iterator[Claim]:
@@ -36,7 +41,7 @@ def _claims(seen: Observation, sure: float, *, drying: bool) -> Iterator[Claim]:
         yield Claim(seen.source, seen.film_mm.high, seen.film_mm.high, sure)
     if seen.rain_mm_h is not None:
         rained = _rain_mm(seen.rain_mm_h.high)
-        yield Claim(seen.source, max(rained, friction.RUT_MM if drying else 0.0), RAIN_WARNS * rained, sure)
+        yield Claim(seen.source, max(rained, friction.RUT_MM if drying else 0.0), _warns(rained), sure)
     look = _look(seen)
     if look is not None:
         yield Claim(seen.source, look.high, 0.5 * (look.low + look.high) if look.low > 0.0 else 0.0, sure)
@@ -47,6 +52,11 @@ def _claims(seen: Observation, sure: float, *, drying: bool) -> Iterator[Claim]:
 def _rain_mm(rain_mm_h: float) -> float:
     """The most that rain makes of film; real rain makes a road damp at least."""
     return 0.0 if rain_mm_h <= NO_RAIN_MM_H else max(WET_FROM_MM, friction.rain_film_mm(rain_mm_h))
+
+
+def _warns(rained_mm: float) -> float:
+    """What of it is counted on against a drier road sensor: nothing where rain can hardly wet the road."""
+    return RAIN_WARNS * rained_mm if RAIN_WARNS * rained_mm >= WET_FROM_MM else 0.0
 
 
 def _damp(seen: Observation) -> bool:

@@ -22,25 +22,25 @@ import math
 
 from services.weather.interval import Interval, between
 
-DRY = Interval(0.70, 0.98)
+DRY = Interval(0.72, 0.98)
 ICE = Interval(0.05, 0.30)
 """From wet to cold black ice: which of them it is, no temperature sensor tells."""
-FROST = Interval(0.15, 0.65)
-"""Hoar frost, from a closed cover to a thin one (ours)."""
+FROST = Interval(0.08, 0.65)
+"""Hoar frost or a thin glaze on a road without standing water, from a closed cover to a thin one (ours)."""
 UNKNOWN_LOW = 0.30
 """Temperature unknown on a road that may be wet: ice is assumed where cold is known, not where nothing is."""
 UNKNOWN_DRY_LOW = 0.60
-UNKNOWN_FILM_MM = 0.3
+UNKNOWN_FILM_MM = 0.4
 """Water assumed where nobody knows: steady moderate rain."""
 SNOW_LOW = ((-15.0, 0.20), (-5.0, 0.17), (0.0, 0.12))
 SNOW_HIGH = 0.45
 """Packed snow is the more slippery the nearer it is to melting; its temperature in degC."""
 
-WET_LOW, WET_HIGH = 0.44, 0.74
+WET_LOW, WET_HIGH = 0.43, 0.74
 """mu at 60 km/h when the film lubricates fully: a worn and a good road."""
 FALL_PER_MM, FALL_HIGH_PER_MM = 8.0, 6.0
 MPD_MM, SLIP_SHARE = 0.5, 0.15
-DRAINED_MM = 1.0
+DRAINED_MM = 2.0
 """Film that a tread at the legal 1.6 mm on a smooth road no longer drains (ours)."""
 LEGAL_TREAD_MM = 1.6
 MIN_CONTACT = 0.15
@@ -48,7 +48,7 @@ MIN_CONTACT = 0.15
 
 TEXTURE_MM, PATH_M, SLOPE_PERCENT = 0.8, 3.65, 2.5
 """Macrotexture of a used road; one lane drained at a usual crossfall."""
-RUT_MM = 0.2
+RUT_MM = 0.35
 """Allowance for ruts, in which water stands deeper than the formula says."""
 HUEBNER_MM = 2.4
 _NOMINAL_PSI = 33.0

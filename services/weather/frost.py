@@ -3,7 +3,9 @@
 Ice needs a road at or below freezing and water: rain, melt, or vapour that settles where the road is no warmer than
 the dew point (Jang, Forecasting nighttime frost-induced black ice formation on bridges using atmospheric data, Open
 Transportation Journal 18, 2024). How far a road is from the air's temperature: up to 4 K below on clear nights and
-bridges, in winter sun above it (ours; road weather stations show the same spread, Climate 12(5):63, 2024).
+bridges, in winter sun above it (ours; road weather stations show the same spread, Climate 12(5):63, 2024). A road
+that is measured warmer than freezing air may be that sun or a wrong thermometer; ours is not told which, so freezing
+air warns.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,10 +16,11 @@ from services.weather.observation import Observation, trust
 
 FREEZING_C = 1.0
 """At or below this a road may freeze in places."""
-COLDER_K, SUNNY_K = 4.0, 4.0
+COLDER_K, SUNNY_K = 4.0, 1.0
 DOUBT_K = 10.0
 """A thermometer hardly trusted may be off by this."""
-DEW_MARGIN_K = 1.0
+DEW_MARGIN_K, DRY_AIR_K = 1.0, 4.0
+"""A road this much above the dew point takes on no frost; this much above it, what froze earlier has gone (ours)."""
 
 Cold = Literal["warm", "unknown", "possible"]
 
@@ -56,22 +59,16 @@ def coldest_c(observations: Sequence[Observation], now_ns: int) -> float | None:
     return -assumed(claims, max(each.bound for each in claims)) if claims else None
 
 
-def frost_possible(observations: Sequence[Observation], now_ns: int) -> bool:
-    """Whether hoar frost may lie on a dry road that is cold: not where sure sources know it warmer than the dew point,
-    and none has it nearer.
+def frost_possible(observations: Sequence[Observation], now_ns: int, *, drying: bool) -> bool:
+    """Whether frost may lie on a dry road that is cold: not where sure sources know it warmer than the dew point, and
+    none has it nearer. `drying`: it may have been wet lately, which takes drier air.
     """
     roads = [(each.road_c.low, trust(each, now_ns)) for each in observations if each.road_c is not None]
+    airs = [each.air_c.low + SUNNY_K for each in observations if each.air_c is not None]
     dews = [(each.dew_point_c.high, trust(each, now_ns)) for each in observations if each.dew_point_c is not None]
     if not all(any(share(sure) >= 1.0 for _, sure in found) for found in (roads, dews)):
         return True
-    return min(roads)[0] <= max(dews)[0] + DEW_MARGIN_K
-
-
-def surely_frozen(observations: Sequence[Observation], now_ns: int) -> bool:
-    """Whether a sure source measures the road below freezing, and nobody measures it warmer."""
-    roads = [(each.road_c, trust(each, now_ns)) for each in observations if each.road_c is not None]
-    below = all(road.high <= 0.0 for road, _ in roads)
-    return below and any(share(sure) >= 1.0 for _, sure in roads)
+    return min(min(roads)[0], *airs, 100.0) <= max(dews)[0] + (DRY_AIR_K if drying else DEW_MARGIN_K)
 
 
 def warmest_c(observations: Sequence[Observation], now_ns: int) -> float | None:

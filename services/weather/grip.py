@@ -51,9 +51,9 @@ class _Ground(NamedTuple):
     frost: bool
 
 
-def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: bool) -> Grip:
+def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: bool, left_mm: float = 0.0) -> Grip:
     """Grip at the car's speed. Nothing known: careful, and wide."""
-    ground = _ground(observations, now_ns, drying=drying)
+    ground = _ground(observations, now_ns, drying=drying, left_mm=left_mm)
     falling = _snow_falls(observations, ground)
     low = min(
         friction.wet_low(ground.film_mm, car.speed, car.tyre_low or 0.0, _tread(car)),
@@ -74,13 +74,13 @@ def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: 
     )
 
 
-def _ground(observations: Sequence[Observation], now_ns: int, *, drying: bool) -> _Ground:
-    film_mm = assumed(film_claims(observations, now_ns, drying=drying), friction.UNKNOWN_FILM_MM)
+def _ground(observations: Sequence[Observation], now_ns: int, *, drying: bool, left_mm: float) -> _Ground:
+    film_mm = assumed(film_claims(observations, now_ns, drying=drying, left_mm=left_mm), friction.UNKNOWN_FILM_MM)
     return _Ground(
         film_mm=film_mm,
         cold=frost.cold(observations, now_ns),
         coldest_c=frost.coldest_c(observations, now_ns),
-        frost=frost.frost_possible(observations, now_ns),
+        frost=frost.frost_possible(observations, now_ns, drying=drying),
     )
 
 
@@ -94,7 +94,7 @@ def _tread(car: Car) -> float:
 
 
 def _cold_low(ground: _Ground) -> float:
-    """What cold allows at best: ice where water may freeze, hoar frost on a dry road, less of each where unknown."""
+    """What cold allows at best: ice where water may freeze; frost on a dry road unless the air is too dry for it."""
     watery = ground.film_mm >= WET_FROM_MM
     if ground.cold == "warm":
         return 1.0
@@ -114,34 +114,17 @@ def _snow_falls(observations: Sequence[Observation], ground: _Ground) -> bool:
 
 def _high(observations: Sequence[Observation], now_ns: int) -> float:
     """The most that may be: each source lowers it as far as it is sure, unless another looks at the road and denies
-    it.
+    it. Cold alone does not: salted roads stay wet.
     """
     bare = any(each.road in _BARE for each in observations)
+    dry = any(says_dry(each) for each in observations)
     caps = [friction.DRY.high]
     for each in observations:
-        sure = share(trust(each, now_ns))
-        found = [] if bare else _frozen_caps(each)
-        found += [] if any(map(says_dry, observations)) else [friction.wet_high(surely_at_least_mm(each))]
+        look, sure = _look(each), share(trust(each, now_ns))
+        found = [] if bare or look is None else [look.high]
+        found += [] if dry else [friction.wet_high(surely_at_least_mm(each))]
         caps += [friction.DRY.high - sure * (friction.DRY.high - cap) for cap in found]
-    if surely_wet(observations, now_ns) and frost.surely_frozen(observations, now_ns):
-        caps.append(friction.ICE.high)
     return min(caps)
-
-
-def _frozen_caps(seen: Observation) -> list[float]:
-    """The most friction that goes with snow or ice that one source sees."""
-    look = _look(seen)
-    falls = seen.snow_mm_h is not None and seen.snow_mm_h.low > 0.0
-    lies = falls and seen.road_c is not None and seen.road_c.high <= 0.0
-    return [*([look.high] if look is not None else []), *([friction.SNOW_HIGH] if lies else [])]
-
-
-def surely_wet(observations: Sequence[Observation], now_ns: int) -> bool:
-    """Whether a source that is fully sure vouches for water, and none that looks at the road denies it."""
-    vouched = any(
-        surely_at_least_mm(each) >= WET_FROM_MM and share(trust(each, now_ns)) >= 1.0 for each in observations
-    )
-    return vouched and not any(says_dry(each) for each in observations)
 
 
 def _contradict(observations: Sequence[Observation], mu: Interval) -> bool:

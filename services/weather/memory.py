@@ -1,5 +1,6 @@
 """What was known before: a source that falls silent is held for a while, and grows old; water that lay dries slowly."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import msgspec
@@ -9,6 +10,8 @@ from services.weather.observation import FIELDS, NS, Observation
 
 DRYING_S = 1200.0
 """A road counts as possibly wet so long after it was last known to be wet, unless its film is measured."""
+DRIES_S = 240.0
+"""A film falls to 1/e in this time at best: sun and wind (ours)."""
 DOUBT_S = 60.0
 """Sources that disagreed keep the confidence low for so long: one of them falling silent settles nothing."""
 HELD_SPEED_S = 10.0
@@ -37,6 +40,9 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
 
     pieces: tuple[Observation, ...] = ()
     wet_ns: int | None = None
+    lay_mm: float = 0.0
+    """The film that was vouched for at `lay_ns`."""
+    lay_ns: int = 0
     since_ns: int | None = None
     contradiction_ns: int | None = None
     car: Car = Car()
@@ -46,6 +52,10 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
         """Whether it rained lately, or nobody watched long enough to know that it did not."""
         began = [stamp for stamp in (self.wet_ns, self.since_ns) if stamp is not None]
         return self.since_ns is None or any(0 <= now_ns - stamp <= DRYING_S * NS for stamp in began)
+
+    def left_mm(self, now_ns: int) -> float:
+        """What is left at least of the film that lay."""
+        return self.lay_mm * math.exp(-max(0, now_ns - self.lay_ns) / NS / DRIES_S)
 
     def doubted(self, now_ns: int) -> bool:
         """Whether sources disagreed lately."""

@@ -15,19 +15,19 @@ from services.weather.sight import FOG_LAMP_SIGHT_M
 SUPPOSED = "supposed"
 SENSOR_CONFIDENCE, SENSOR_HALVES_S = 0.97, 40.0
 CAR_CONFIDENCE, CAR_HALVES_S = 0.85, 20.0
-RELATIVE = 0.2
+RELATIVE, WIND_RELATIVE = 0.2, 0.1
 """Error of rain, film and sight sensors that is allowed for."""
-ROAD_K, AIR_K, OUTSIDE_K, DEW_K = 1.2, 0.6, 2.0, 0.6
+ROAD_K, AIR_K, OUTSIDE_K, DEW_K = 1.2, 0.6, 1.5, 0.6
 """The car's thermometer reads warm behind an engine and over a sunny road."""
 ABS_SHARE = 0.8
 """An anti-lock system uses 80 to 95 % of the peak (UN R13-H, annex 6, asks for 75 %)."""
 
 # Wiper stage -> rain it speaks for (mm/h). Off: they may be forgotten in drizzle, not in rain.
 _WIPER_RAIN: Mapping[int, Interval] = {
-    0: Interval(0.0, 1.0),
+    0: Interval(0.0, 0.25),
     1: Interval(0.0, 3.0),
     2: Interval(0.5, 12.0),
-    3: Interval(3.0, 40.0),
+    3: Interval(3.0, 100.0),
 }
 
 
@@ -45,8 +45,8 @@ def from_sensing(sensing: WeatherSensing, stamp_ns: int) -> Observation:
         air_c=_within(sensing.air_temperature_c, AIR_K),
         road_c=_within(sensing.road_temperature_c, ROAD_K),
         dew_point_c=_within(sensing.dew_point_c, DEW_K),
-        wind_mps=_about(sensing.wind_mps),
-        gust_mps=_about(sensing.gust_mps),
+        wind_mps=_about(sensing.wind_mps, WIND_RELATIVE),
+        gust_mps=_about(sensing.gust_mps, WIND_RELATIVE),
     )
 
 
@@ -92,10 +92,10 @@ def _without(seen: Observation, names: Sequence[str]) -> Observation:
     return msgspec.structs.replace(seen, **dict.fromkeys(names))
 
 
-def _about(value: float | None) -> Interval | None:
+def _about(value: float | None, error: float = RELATIVE) -> Interval | None:
     if value is None or not math.isfinite(value) or value < 0.0:
         return None
-    return Interval((1.0 - RELATIVE) * value, (1.0 + RELATIVE) * value)
+    return Interval((1.0 - error) * value, (1.0 + error) * value)
 
 
 def _within(value: float | None, error: float) -> Interval | None:

@@ -91,9 +91,10 @@ class _Inputs:
 
 
 def _tyre_low(health: Degradation) -> float | None:
-    if "tyre_pressure_low" in health.unknown:
+    """The worst of the wheels; unknown where one is."""
+    if any(name.startswith("tyre_pressure_low") for name in health.unknown):
         return None
-    return next((each.value for each in health.indicators if each.name == "tyre_pressure_low"), 0.0)
+    return max((each.value for each in health.indicators if each.name.startswith("tyre_pressure_low")), default=0.0)
 
 
 def build(config: WeatherConfig, node: Node) -> None:

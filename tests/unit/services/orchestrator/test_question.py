@@ -6,6 +6,7 @@ import pytest
 
 from proto.tools import Outcome
 from proto.vehicle import Degradation, DtcText
+from proto.weather import Conditions
 from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
 from tests.unit.services.orchestrator.support import (
     Drive,
@@ -16,6 +17,7 @@ from tests.unit.services.orchestrator.support import (
     limit_answer,
     limit_sign,
     meaning,
+    preferences,
 )
 
 
@@ -76,6 +78,41 @@ def test_what_does_this_sign_mean() -> None:
     assert told.text.startswith("This sign means: Stop and give way. You have to stop.")
     assert "Grip is little (0.30 to 0.40), visibility 3000 m" in told.text
     assert told.citations[0].section == "§ 3 StVO"
+
+
+def foggy(**fields: Any) -> Conditions:
+    return conditions(
+        0.55,
+        0.6,
+        **{
+            "visibility_m": 70.0, "reference_speed_mps": 80 / 3.6, "stopping_m": 92.0, "usual_stopping_m": 69.0,
+            "bounded_by": "sight", **fields,
+        },
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("language", "unit", "said"),
+    [
+        ("en", "km/h", "At 80 km/h you need up to 92 m to stop; you can see 70 m."),
+        ("de", "km/h", "Bei 80 km/h brauchen Sie bis zu 92 m zum Anhalten; Sie sehen 70 m weit."),
+        ("en", "mph", "At 49 mph you need up to 302 ft to stop; you can see 230 ft."),
+    ],
+)
+def test_weather_is_explained_by_the_way_to_a_stop_in_the_drivers_units(language: str, unit: str, said: str) -> None:
+    drive = Drive(preferences=preferences(language=language, unit=unit))
+    drive.weather = foggy()
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=20.0))
+    told = asked(drive, "What does this sign mean?", interpret_sign=meaning("stop"), assess_weather=drive.weather)
+    assert said in told.text
+
+
+def test_sources_that_disagree_are_said_to() -> None:
+    drive = Drive()
+    drive.weather = foggy(bounded_by="grip", disagree=True)
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=20.0))
+    told = asked(drive, "What does this sign mean?", interpret_sign=meaning("stop"), assess_weather=drive.weather)
+    assert "At 80 km/h you need up to 92 m to stop, on a dry road 69 m. My sources contradict each other." in told.text
 
 
 def test_a_country_by_setting_is_said_to_be_one_until_a_sign_has_spoken() -> None:

