@@ -36,8 +36,12 @@ SENSOR_FAULTS = tuple(
     if not (sensor in SLOW and kind == "stuck")
 )
 _SENSOR_PRESETS = frozenset(f"{sensor}_{kind}" for sensor, kind in itertools.product(SENSORS, SENSOR_KINDS))
-VEHICLE_FAULTS = tuple(preset for preset in FAULTS if preset not in _SENSOR_PRESETS and preset != "abs_fault")
-"""`abs_fault` is a dead wheel speed sensor: among the sensors."""
+VEHICLE_FAULTS = tuple(
+    preset
+    for preset in FAULTS
+    if preset not in _SENSOR_PRESETS and preset != "abs_fault" and not preset.endswith("_silent")
+)
+"""`abs_fault` is a dead wheel speed sensor: among the sensors. A silent unit is all of its sensors at once."""
 
 
 @dataclass(frozen=True, slots=True)

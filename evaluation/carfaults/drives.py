@@ -100,7 +100,7 @@ def drive(course: Course, seed: int, onset: Onset | None, dbc: Path) -> Iterator
             faults.activate(onset.preset, onset.severity)
         controls = motion.step(course, course.stretch(time_s), time_s, car.ability(now_ns))
         told = car.step(STEP_S, controls, now_ns)
-        yield Step(time_s, now_ns, tuple(encoder.due(told.frames, now_ns)), car.state)
+        yield Step(time_s, now_ns, tuple(encoder.due(told.frames, now_ns, told.silent)), car.state)
 
 
 def _wish(speed_mps: float, stretch: Stretch) -> float:

@@ -280,8 +280,9 @@ class FrameEncoder:
         cycle = next(each for each in self._cycles if each.message.name == message)
         return CanFrame(stamp_ns=0, arbitration_id=cycle.message.frame_id, data=cycle.encode(state))
 
-    def due(self, state: CarState, now_ns: int) -> list[CanFrame]:
-        """The frames due up to `now_ns`, each stamped when it was due, in that order."""
-        frames = [frame for cycle in self._cycles for frame in cycle.due(state, now_ns)]
+    def due(self, state: CarState, now_ns: int, silent: frozenset[str] = frozenset()) -> list[CanFrame]:
+        """The frames due up to `now_ns`, each stamped when it was due, in that order, but for the `silent` messages."""
+        cycles = [cycle for cycle in self._cycles if cycle.message.name not in silent] if silent else self._cycles
+        frames = [frame for cycle in cycles for frame in cycle.due(state, now_ns)]
         frames.sort(key=lambda frame: (frame.stamp_ns, frame.arbitration_id))
         return frames

@@ -16,6 +16,8 @@ class Told:
 
     frames: CarState
     """For its cyclic frames; what is missing is not a number."""
+    silent: frozenset[str]
+    """Messages that nobody sends."""
     units: CarState
     """For answers of its control units."""
 
@@ -45,4 +47,4 @@ class Car:
         condition = self._faults.condition(now_ns)
         shown = self._faults.show(self._model.step(dt_s, controls, condition), now_ns)
         told = self._monitor.watch(self._sensors.measure(shown, condition.sensors), dt_s)
-        return Told(frames=told, units=without_gaps(told, shown))
+        return Told(frames=told, silent=condition.silent, units=without_gaps(told, shown))

@@ -37,6 +37,8 @@ class Condition:
     wipers: bool = True
     charging: bool = True
     sensors: tuple[SensorFault, ...] = ()
+    silent: frozenset[str] = frozenset()
+    """Messages that are no longer sent."""
 
     def leaking(self, wheels: tuple[int, ...], bar_per_min: float, to_bar: float) -> "Condition":
         """This, and those tyres lose air down to `to_bar`."""

@@ -71,6 +71,13 @@ def _leak(wheel: int, bar_per_min: float, to_bar: float) -> Callable[[Condition,
     return breaks
 
 
+def _silence(*messages: str, anti_lock: bool = True) -> Callable[[Condition, Active], Condition]:
+    def breaks(condition: Condition, active: Active) -> Condition:
+        return replace(condition, silent=condition.silent.union(messages), anti_lock=condition.anti_lock and anti_lock)
+
+    return breaks
+
+
 def _by_severity(name: str, left: float) -> Callable[[Condition, Active], Condition]:
     """That share of the condition falls to `left` at severity 1."""
 
@@ -192,6 +199,37 @@ _VEHICLE = (
             breaks=_leak(number, SLOW_LEAK_BAR_PER_MIN, FLAT_BAR),
         )
         for number, wheel in enumerate(WHEELS)
+    ),
+    Fault(
+        "brake_unit_silent",
+        0xF014,
+        "The brake control unit falls silent: no wheel speeds, no motion, no anti-lock",
+        ("U0121",),
+        _lamps("abs", "stability", "brake"),
+        _silence(
+            "WheelSpeeds",
+            "Motion",
+            "StabilityControl",
+            "Brakes",
+            "BrakePedal",
+            "BrakeTemperatures",
+            anti_lock=False,
+        ),
+    ),
+    Fault(
+        "tyre_unit_silent",
+        0xF015,
+        "The tyre pressure monitor falls silent",
+        ("U0127",),
+        _lamps("tyre"),
+        _silence("TyrePressures"),
+    ),
+    Fault(
+        "body_unit_silent",
+        0xF016,
+        "The body control unit falls silent: no lamps, wipers, outside temperature",
+        ("U0140",),
+        breaks=_silence("Body", "Surroundings", "WarningLamps"),
     ),
 )
 

@@ -174,7 +174,7 @@ class Session:
         told = self._car.step(STEP_S, sensors.car_controls(moment), stamp_ns)
         self.state = told.units
         if present.can:
-            frames = (*self._encoder.due(told.frames, stamp_ns), *self.ecus.step(stamp_ns, told.units))
+            frames = (*self._encoder.due(told.frames, stamp_ns, told.silent), *self.ecus.step(stamp_ns, told.units))
             out.append(Outgoing(topics.CAN_RX, CanFrames(frames=frames), self.bus))
         if present.map and step % MAP_STEPS == 0:
             out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))

@@ -7,9 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivemcp.paths import data
+from services.can.dtc import DtcBook
+from services.simulator.can_frames import FrameEncoder
 from services.simulator.car import Car, Told
 from services.simulator.car_condition import SensorFault
-from services.simulator.car_faults import Faults
+from services.simulator.car_faults import FAULTS, Faults
+from services.simulator.car_monitor import RESPONSES
 from services.simulator.car_sensors import SENSORS, CarSensors, read
 from services.simulator.car_state import CarModel, CarState, Controls
 
@@ -61,6 +65,32 @@ def test_a_missing_wheel_is_found_sooner_than_a_stuck_one_and_forgotten_when_it_
         told = whole.step(STEP_S, controls, step * STEP_NS)
     assert told.frames.stored_codes == ()
     assert not told.frames.abs_fault
+
+
+def test_a_silent_unit_sends_nothing_and_speaks_again_when_it_is_mended() -> None:
+    faults, encoder = Faults(), FrameEncoder(data("vehicles/sim/sim.dbc"))
+    whole, seen = Car(3, faults, 15.0), []
+    for step in range(120):
+        if step == 40:
+            faults.activate("brake_unit_silent")
+        if step == 80:
+            faults.activate("none")
+        told = whole.step(STEP_S, Controls(speed_mps=20.0), step * STEP_NS)
+        seen.append({frame.arbitration_id for frame in encoder.due(told.frames, step * STEP_NS, told.silent)})
+    assert 0x100 in seen[39]
+    assert not any({0x100, 0x101, 0x102, 0x103} & ids for ids in seen[40:80])
+    assert 0x110 in seen[60]
+    assert 0x100 in seen[81]
+
+
+def test_the_codes_that_faults_set_are_told_in_words() -> None:
+    book = DtcBook.load(data("vehicles/dtc.toml"))
+    codes = {code for fault in FAULTS.values() for code in fault.codes} | {each.code for each in RESPONSES.values()}
+    for code in codes:
+        text = book.explain(code, "en")
+        assert text.generic
+        assert text.severity in ("note", "service", "careful", "stop_soon", "stop_now")
+        assert code not in text.summary
 
 
 def test_a_sound_car_finds_nothing_wrong_with_itself() -> None:
