@@ -7,6 +7,7 @@ signals of a message are read by one call.
 import math
 import struct
 from collections.abc import Callable, Iterable
+from functools import cache
 from typing import Any, Literal, NamedTuple
 
 from services.can.errors import ProfileError
@@ -120,6 +121,7 @@ def _physical(message: Any, signal: Any) -> str:
     return raw if (scale, offset) == (1, 0) else f"{raw} * {scale!r} + {offset!r}"
 
 
+@cache
 def _compiled(expression: str) -> Any:
     """Made of numbers that were parsed as such and of names that are quoted: a description cannot bring in code."""
     return eval(f"lambda data: {expression}", NAMES)

@@ -148,3 +148,20 @@ def test_no_frame_breaks_the_board_and_what_is_published_is_plausible(
 def test_a_unit_that_the_table_does_not_convert_is_an_error_and_not_a_guess() -> None:
     with pytest.raises(ProfileError, match="furlong"):
         transform("furlong", FieldRule(signal="X", unit="m/s"))
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from(["Motion", "StabilityControl", "Brakes", "Steering"]), st.integers(0, 63), st.floats(0.0, 60.0))
+def test_a_flipped_bit_in_what_the_simulated_car_guards_changes_no_value_but_to_unknown(
+    dbc: Dbc, profile: Profile, feed: Feed, message: str, bit: int, speed_mps: float
+) -> None:
+    board, state = Board({"can0": dbc}, profile), car(speed_mps=speed_mps)
+    frames = [msgspec.structs.replace(feed.encoder.encode(message, state), stamp_ns=START + n) for n in range(2)]
+    board.ingest(frames[:1], START)
+    before = {name: board.read(name, START).value for name in board.fields}
+    data = frames[1].data
+    flipped = (int.from_bytes(data, "big") ^ 1 << bit % (8 * len(data))).to_bytes(len(data), "big")
+    board.ingest([msgspec.structs.replace(frames[1], data=flipped)], START + 1)
+    fed = {name for name, value in before.items() if value is not None}
+    assert fed
+    assert {board.read(name, START + 1).reason for name in fed} == {"wrong checksum"}
