@@ -102,13 +102,15 @@ class RecordedLog:
             lines = _Lines(file)
             reader = kind(lines)
             stream = iter(reader)
+            bad = 0
             while not lines.ended:
                 seen = lines.count
                 try:
                     message = next(stream)
                 except BROKEN as error:
                     self.read += 1
-                    self.note(_words(error), f"line {lines.number}")
+                    bad = lines.number
+                    self.note(_words(error), f"line {bad}")
                     stream = iter(_resumed(reader, lines))
                     continue
                 except StopIteration:
@@ -116,7 +118,7 @@ class RecordedLog:
                     break
                 self.passed_over += (lines.count - seen - 1) if self.read else 0
                 yield message
-            if lines.complaint:
+            if lines.complaint and bad != lines.number:
                 self.note(lines.complaint, f"line {lines.number}")
 
     def _binary(self, kind: Any) -> Iterator[can.Message]:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
 from drivemcp.paths import data
 from drivemcp.testing import bus
@@ -226,6 +227,32 @@ def test_a_recording_is_stepped_by_calls(tmp_path: Path) -> None:
     assert end.result is not None
     assert end.result["ended"]
     assert "no stepped recording on bus 'x'; there are can0" in wrong.error
+
+
+def test_in_lockstep_every_step_of_the_clock_is_a_step_of_two_buses_of_one_log(tmp_path: Path) -> None:
+    path = tmp_path / "two.asc"
+    with can.Logger(str(path)) as logger:
+        for number, frame in enumerate(drive(3.0)):
+            message = to_message(frame)
+            message.channel = number % 2
+            logger.on_message_received(message)
+    profile = tmp_path / "profile.toml"
+    profile.write_text(
+        f'name = "two"\n[buses.a]\ndescription = "{data("vehicles/sim/sim.dbc")}"\n'
+        f'[buses.b]\ndescription = "{data("vehicles/sim/sim.dbc")}"\n'
+        "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[fields]\n"
+    )
+    buses = tuple(BusConfig(name=name, recording=str(path), channel=n, step_ms=20.0) for n, name in enumerate("ab"))
+    with bus() as b:
+        node = b.start(SERVICE, CanConfig(lockstep=True, buses=buses, profile=str(profile)))
+        conductor = b.node("simulator", ServiceConfig(lockstep=True))
+        for step in range(1, 26):
+            conductor.conduct_step(step * 50_000_000, {"can"})
+    told = {name: node.detail[f"bus {name}"] for name in "ab"}
+    for name, other in ("ab", "ba"):
+        words = told[name].split("; ")
+        assert words[0].startswith("stepped two.asc: ")
+        assert any(word.startswith("left out") and f"of channel {'ab'.index(other)}" in word for word in words)
 
 
 @pytest.mark.parametrize(
