@@ -145,7 +145,7 @@ def _tell(profile: Profile, report: DriveReport) -> int:
     sys.stdout.write(f"\n{report.frames} frames in {report.seconds:.1f} s\n")
     sys.stdout.write(f"{'field':28} {'Hz':>6} {'rejected':>8} {'lowest':>9} {'highest':>9} unit\n")
     for name, shown in report.fields.items():
-        sys.stdout.write(f"{name:28} {_numbers(shown)} {profile.fields[name].unit}{_why(shown)}\n")
+        sys.stdout.write(f"{name:28} {_numbers(shown)} {profile.fields[name].unit}{_why(shown)}".rstrip() + "\n")
     if report.agreements:
         sys.stdout.write("\nsigns and units, each field against others:\n")
     for each in report.agreements:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -128,6 +129,7 @@ class Candidate(NamedTuple):
         return f"{self.message.name}.{self.signal.name}"
 
 
+@cache
 def words(text: str) -> list[str]:
     """The words of a name, in small letters: `ESP_wheelSpeedFrL` is esp, wheel, speed, fr, l."""
     parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", text)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from services.can.curated import FIELDS
+from services.can.guard import declared
 from services.can.guess import HINTS, Candidate, candidates, clear, words
 from services.can.profile import FieldRule, transform
 from services.can.units import canonical
@@ -102,7 +103,7 @@ def _rule(field: str, candidate: Candidate) -> str:
     cycle_s = (message.cycle_time or 0) / 1000
     keys.append(f"max_age_s = {max(hint.max_age_s, SILENT_CYCLES * cycle_s):g}")
     counters = [each.name for each in message.signals if COUNTERS & set(words(each.name)) and each is not signal]
-    if len(counters) == 1:
+    if len(counters) == 1 and not declared(message)[0]:
         keys.append(f"counter = {_text(counters[0])}")
     return f"{field} = {{ {', '.join(keys)} }}"
 
@@ -141,7 +142,9 @@ def _same(part: str, alternatives: str) -> bool:
 
 
 def guards(message: Any) -> tuple[str, ...]:
-    """Signals of a message that look like checksums; which kind they are no name tells."""
+    """Signals of a message that look like checksums and of which the description does not tell the kind."""
+    if declared(message)[1] is not None:
+        return ()
     return tuple(each.name for each in message.signals if CHECKSUMS & set(words(each.name)))
 
 

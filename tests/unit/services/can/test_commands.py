@@ -58,9 +58,32 @@ def test_a_profile_is_scaffolded_from_a_description_and_marks_its_guesses(
     right = [name for name, rule in guessed.items() if name in own and rule.signals == own[name].signals]
     assert len(right) >= 45
     assert [name for name in guessed if name not in right] == []
-    assert guessed["speed_mps"].counter == "MotionCounter"
+    assert guessed["speed_mps"].counter == "", "the description declares it"
     lines = [line for line in scaffolded.read_text(encoding="utf-8").splitlines() if " = { " in line]
     assert all("# guess" in line or line.startswith("# ") for line in lines)
+
+
+def test_range_cycle_and_counter_of_the_description_shape_a_guess(tmp_path: Path) -> None:
+    dbc = tmp_path / "plain.dbc"
+    dbc.write_text(
+        """VERSION ""
+BU_: A
+BO_ 1 Motion: 8 A
+ SG_ VehicleSpeed : 0|16@1+ (0.01,0) [0|180] "km/h" A
+ SG_ YawRate : 16|16@1- (0.01,0) [0|0] "" A
+ SG_ RollingCounter : 48|4@1+ (1,0) [0|15] "" A
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_ "GenMsgCycleTime" BO_ 1 100;
+""",
+        encoding="utf-8",
+    )
+    assert run(["can", "profile", "new", str(dbc), "--out", str(tmp_path / "car"), "--bus", "chassis"]) == 0
+    profile = load_profile(tmp_path / "car" / "profile.toml")
+    speed = profile.fields["speed_mps"]
+    assert (speed.minimum, speed.maximum, speed.max_age_s, speed.counter) == (0.0, 50.0, 0.5, "RollingCounter")
+    assert "yaw_rate_radps" not in profile.fields, "a unit that nobody states is the engineer's to find"
+    assert list(profile.buses) == ["chassis"]
 
 
 def test_a_profile_is_never_written_over(scaffolded: Path) -> None:
