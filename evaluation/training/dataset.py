@@ -201,7 +201,7 @@ def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
     for path in sorted(folder.glob(f"{split}-*.npz")):
         if path.name.endswith(".part.npz"):
             continue
-        for picture, rows, note in _shard(path):
+        for picture, rows, note in shard_frames(path):
             if limit is None or len(pictures) < limit:
                 pictures.append(picture)
                 objects.append(rows)
@@ -211,7 +211,8 @@ def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
     return Frames(pictures, objects, notes)
 
 
-def _shard(path: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float32], dict[str, str | float]]]:
+def shard_frames(path: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float32], dict[str, str | float]]]:
+    """The frames of one file, decoded: picture (RGB), objects, notes."""
     with np.load(path) as shard:
         ends = np.cumsum(shard["sizes"])
         blob, rows, notes = shard["blob"], shard["objects"], shard["notes"]

@@ -37,7 +37,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     A `.json` file beside it may hold `classes` and `floors` (our own detector writes both).
     """
     options = options or DetectorOptions()
-    session = _session(path, options.threads)
+    session = open_session(path, options.threads)
     outputs = {output.name: output.shape for output in session.get_outputs()}
     card = _card(path)
     if {"heat", "sides_px"} <= outputs.keys():
@@ -83,7 +83,8 @@ def _layout(output: FloatArray, side_px: int) -> Layout | None:
     return YOLO_V8 if output.shape == (1, plain, places) else None
 
 
-def _session(path: Path, threads: int) -> Any:
+def open_session(path: Path, threads: int) -> Any:
+    """An ONNX Runtime session on the CPU. Raises DetectorError naming the file."""
     import onnxruntime
     from onnxruntime.capi import onnxruntime_pybind11_state as problems
 

@@ -103,6 +103,10 @@ class Perception:
         known = self._cameras.get(camera_id)
         return known is not None and not known.calibration.assumed
 
+    def measured(self, camera_id: str, frame: CameraFrame) -> Camera | None:
+        """The camera for pictures of this size, where somebody measured it."""
+        return self._camera(camera_id, frame) if self.calibrated(camera_id) else None
+
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame) -> Seen:
         """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed."""
         self._has_front |= camera_id == FRONT

@@ -15,10 +15,12 @@ from proto import topics
 from proto.perception import Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
+from services.perception.camera_weather import WeatherModel
 from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
 from services.perception.pictures import Malformed
 from services.perception.pipeline import Perception
+from services.perception.weather_watch import WeatherWatch
 
 STALE_NS = 1_000_000_000
 
@@ -55,6 +57,12 @@ def build(config: PerceptionConfig, node: Node) -> None:
     node.detail["detector"] = f"{detector.name} sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
     perception, drops = Perception(detector), Drops(node)
     latest: dict[str, tuple[int, Tracks]] = {}
+    watch = WeatherWatch(
+        WeatherModel(data("models/weather.onnx")),
+        lambda weather, stamp_ns: node.publish(topics.CAMERA_WEATHER, weather, stamp_ns=stamp_ns),
+        None if node.lockstep else node.run_soon,
+    )
+    node.on_close(watch.close)
 
     def on_picture(frame: CameraFrame, info: Received[CameraFrame]) -> None:
         waited_ms = (node.clock.now_ns() - info.sent_ns) / 1e6
@@ -72,6 +80,7 @@ def build(config: PerceptionConfig, node: Node) -> None:
         if seen.tracks is not None:
             node.publish(topics.TRACKS, seen.tracks, stamp_ns=info.stamp_ns)
             latest["tracks"] = (node.clock.now_ns(), seen.tracks)
+            watch.offer(info.id, info.stamp_ns, frame, perception.measured(info.id, frame))
 
     def on_calibration(calibration: Calibration, info: Received[Calibration]) -> None:
         try:

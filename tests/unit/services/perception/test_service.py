@@ -7,6 +7,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.health import ServiceHealth
 from proto.sensors import Calibration, CameraFrame, LidarSweep
+from proto.weather import CameraWeather
 from services.perception.service import SERVICE, PerceptionConfig
 
 REAR_M = 18.0
@@ -44,6 +45,34 @@ def test_pictures_become_boxes_tracks_and_lanes_with_the_pictures_stamp(
         assert answer.status == "ok"
         assert answer.result is not None
         assert answer.result["lead_track_id"] == lead.track_id
+
+
+def test_the_weather_comes_once_a_second_with_its_pictures_stamp(
+    street_frame: CameraFrame, front_calibration: Calibration
+) -> None:
+    with bus() as b:
+        b.start(SERVICE, PerceptionConfig(late_ms=60_000))
+        weather, tracks = b.collect(topics.CAMERA_WEATHER), b.collect(topics.TRACKS)
+        start_ns = b.probe.clock.now_ns()
+        b.probe.publish(topics.CALIBRATION, front_calibration, id="front")
+        for second in range(2):
+            for k in range(3):
+                stamp_ns = start_ns + second * 1_000_000_000 + k * 100_000_000
+                b.probe.publish(topics.CAMERA, street_frame, id="front", stamp_ns=stamp_ns)
+            weather.wait_count(second + 1)
+        tracks.wait_count(6)
+        assert [info.stamp_ns for info in weather.infos] == [start_ns, start_ns + 1_000_000_000]
+        assert weather.messages[-1].camera == "front"
+        assert weather.messages[-1].snow_cover is None
+
+
+def test_without_a_calibration_the_weather_is_unknown(street_frame: CameraFrame) -> None:
+    with bus() as b:
+        b.start(SERVICE, PerceptionConfig(late_ms=60_000))
+        weather = b.collect(topics.CAMERA_WEATHER)
+        b.probe.publish(topics.CAMERA, street_frame, id="front")
+        told = weather.wait_count(1)[0]
+        assert told == CameraWeather(camera="front", reasons=("the camera is not calibrated",))
 
 
 def test_malformed_pictures_sweeps_and_calibrations_are_counted_and_harm_nothing(

@@ -1,0 +1,1 @@
+"""What the camera tells of the weather, beside the truth."""
