@@ -1,13 +1,11 @@
 """CAN logs beside recordings: the ego speed through the CAN service, and what is wrong with a log told in one line."""
 
 from pathlib import Path
-from typing import Any
 
 import can
 import cv2
 import numpy as np
 import pytest
-from cantools.database import load_file
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data
@@ -17,6 +15,8 @@ from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
 from services.player.can_log import OUR_DBC, can_moments, check_log, log_beside, profile_of, speed_signal
 from services.player.service import SERVICE, PlayerConfig
+from services.simulator.can_frames import FrameEncoder
+from services.simulator.car_state import CarModel, Controls
 
 SPEED_KMH = 54.0
 DBC = """VERSION ""
@@ -31,16 +31,13 @@ BO_ 291 Chassis: 8 ECU
 def frames(kind: str, seconds: float = 3.0) -> list[can.Message]:
     """A car at SPEED_KMH, fifty frames a second, by our bus description or by the one above."""
     messages = []
-    database: Any = load_file(str(data(OUR_DBC)))
-    motion = database.get_message_by_name("Motion")
+    encoder, state = FrameEncoder(data(OUR_DBC)), CarModel().step(0.02, Controls(speed_mps=SPEED_KMH / 3.6))
     for number in range(round(seconds * 50)):
         if kind == "ours":
-            values: dict[str, float] = {signal.name: 0 for signal in motion.signals}
-            values |= {"VehicleSpeed": SPEED_KMH, "VehicleSpeedValid": 1, "MotionCounter": number % 16}
-            payload = motion.encode(values, strict=False)
+            motion = encoder.encode("Motion", state)
+            identifier, payload = motion.arbitration_id, motion.data
         else:
-            payload = bytes([number % 256]) + round(SPEED_KMH * 10).to_bytes(2, "little") + bytes(5)
-        identifier = motion.frame_id if kind == "ours" else 291
+            identifier, payload = 291, bytes([number % 256]) + round(SPEED_KMH * 10).to_bytes(2, "little") + bytes(5)
         messages.append(
             can.Message(timestamp=1000.0 + number / 50, arbitration_id=identifier, data=payload, is_extended_id=False)
         )
