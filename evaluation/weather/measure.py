@@ -47,10 +47,10 @@ class Figures(NamedTuple):
         return self.inside >= WANTED_INSIDE and self.gap <= WANTED_GAP
 
 
-def drive(keys: Keys, seed: int, tells: Tells) -> Iterator[Sample]:
+def drive(course: WeatherCourse, seed: int, tells: Tells) -> Iterator[Sample]:
     """Ten minutes of one weather, from a chance moment on; the same for every set of sources."""
     chance = np.random.default_rng([seed, 62])
-    course, starts_s = WeatherCourse(keys, seed), float(chance.uniform(0.0, 900.0))
+    starts_s = float(chance.uniform(0.0, 900.0))
     speeds = _speeds(chance)
     memory = Memory()
     for step, speed in enumerate(speeds):

@@ -9,10 +9,12 @@ from drivemcp.paths import data
 from evaluation.weather.measure import Sample, drive, figures, weather_of
 from evaluation.weather.sources import SOURCES
 from evaluation.weather.weathers import GENERATED, shipped
+from services.simulator.weather import WeatherCourse
 
 
 def samples(weather: str, sources: str, seeds: range = range(1, 4)) -> list[Sample]:
-    return [sample for seed in seeds for sample in drive(weather_of(weather, seed, {}), seed, SOURCES[sources])]
+    courses = [(WeatherCourse(weather_of(weather, seed, {}), seed), seed) for seed in seeds]
+    return [sample for course, seed in courses for sample in drive(course, seed, SOURCES[sources])]
 
 
 def test_figures_count_what_is_inside_and_how_far_below_the_truth_the_low_end_lies() -> None:
