@@ -17,7 +17,6 @@ from services.simulator.car_condition import NONE, Condition, Four
 from services.simulator.car_state import FRONT_BRAKE_SHARE, CarState
 from services.simulator.kinematics import GRAVITY_MPS2
 
-UNASSISTED = 0.3
 FADE_FROM_C, FADE_TO_C, FADE_LOSS = 350.0, 650.0, 0.45
 ENGINE_DRAG_MPS2 = 0.5
 """What lifting the foot gives, whatever the brakes do."""
@@ -52,9 +51,8 @@ class Braked:
 
 def ability(condition: Condition, state: CarState) -> Ability:
     """The ability of a car in that condition, with its discs and tyres as they are."""
-    assisted = UNASSISTED + (1.0 - UNASSISTED) * condition.booster
     return Ability(
-        effect=assisted * condition.circuits * condition.lining * _unfaded(state.brake_temperature_c),
+        effect=condition.assisted * condition.circuits * condition.lining * _unfaded(state.brake_temperature_c),
         circuits=condition.circuits,
         anti_lock=condition.anti_lock,
         lacking=tyres.lack(state.tyre_pressure_bar),

@@ -6,6 +6,8 @@ from typing import Literal
 Four = tuple[float, float, float, float]
 NONE: Four = (0.0, 0.0, 0.0, 0.0)
 SensorKind = Literal["stuck", "noisy", "offset", "missing"]
+UNASSISTED = 0.3
+"""What the foot alone gives of the brake pressure; ours, so that UN R13-H's 2.44 m/s2 are met (see braking.py)."""
 SENSOR_KINDS: tuple[SensorKind, ...] = ("stuck", "noisy", "offset", "missing")
 
 
@@ -39,6 +41,11 @@ class Condition:
     sensors: tuple[SensorFault, ...] = ()
     silent: frozenset[str] = frozenset()
     """Messages that are no longer sent."""
+
+    @property
+    def assisted(self) -> float:
+        """Brake pressure for a foot's force, relative to that with the whole booster."""
+        return UNASSISTED + (1.0 - UNASSISTED) * self.booster
 
     def leaking(self, wheels: tuple[int, ...], bar_per_min: float, to_bar: float) -> "Condition":
         """This, and those tyres lose air down to `to_bar`."""

@@ -11,7 +11,7 @@ from services.simulator.car_sensors import SENSORS
 from services.simulator.car_state import CarState
 
 OVERHEAT_GOAL_C, OVERHEAT_C_PER_S = 132.0, 4.0
-HOT_DISC_C, HOT_DISC_C_PER_S = 650.0, 40.0
+HOT_DISC_C, HOT_DISC_MORE_C, HOT_DISC_C_PER_S = 350.0, 300.0, 40.0
 FAST_LEAK_BAR_PER_MIN, SLOW_LEAK_BAR_PER_MIN = 6.0, 0.3
 SOFT_BAR, FLAT_BAR = 1.3, 0.8
 WHEELS = ("fl", "fr", "rl", "rr")
@@ -59,9 +59,8 @@ def _dead_sensor(condition: Condition, active: Active) -> Condition:
 
 
 def _hot_discs(condition: Condition, active: Active) -> Condition:
-    return replace(
-        condition, discs_at_least_c=min(HOT_DISC_C * active.severity, 20.0 + HOT_DISC_C_PER_S * active.for_s)
-    )
+    goal_c = HOT_DISC_C + HOT_DISC_MORE_C * active.severity
+    return replace(condition, discs_at_least_c=min(goal_c, 20.0 + HOT_DISC_C_PER_S * active.for_s))
 
 
 def _leak(wheel: int, bar_per_min: float, to_bar: float) -> Callable[[Condition, Active], Condition]:

@@ -23,9 +23,9 @@ DISC_GLOW_W_PER_K4 = 6e-9
 BAR_PER_MPS2 = 10.0
 GEAR_RPM_PER_MPS = (0.0, 300.0, 180.0, 120.0, 88.0, 70.0, 58.0)
 TANK_L = 50.0
-CHARGING_V, RESTING_V, FLAT_V = 14.2, 12.3, 10.2
+CHARGING_V, LOADED_V, FLAT_V = 14.2, 12.1, 10.2
 DISCHARGE_V_PER_S = 0.01
-"""Lights, fan and wipers from the battery alone; ours."""
+"""Lights, fan and wipers from the battery alone, which gives 12.1 V under them at first; ours."""
 PEDAL_MM, SPONGE_MM = 60.0, 70.0
 """Pedal travel at full braking, and what an empty circuit adds to it."""
 KELVIN = 273.15
@@ -196,13 +196,12 @@ def _pressure_bar(controls: Controls, condition: Condition) -> float:
     or a fault holds it back; without the booster the foot gives less of it.
     """
     wanted = max(-controls.acceleration_mps2 if controls.brake > 0.01 else 0.0, controls.brake * 9.0)
-    assisted = 0.3 + 0.7 * condition.booster if controls.brake > 0.01 else 1.0
-    return min(180.0, wanted * BAR_PER_MPS2 * assisted)
+    return min(180.0, wanted * BAR_PER_MPS2 * (condition.assisted if controls.brake > 0.01 else 1.0))
 
 
 def _travel_mm(controls: Controls, condition: Condition) -> float:
-    """How far the foot goes: a circuit without fluid lets the pedal sink."""
-    return controls.brake * (PEDAL_MM + 2.0 * SPONGE_MM * (1.0 - condition.circuits))
+    """How far the foot goes: without the booster it moves less fluid, a circuit without fluid lets the pedal sink."""
+    return controls.brake * condition.assisted * (PEDAL_MM + 2.0 * SPONGE_MM * (1.0 - condition.circuits))
 
 
 def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
@@ -212,7 +211,7 @@ def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
     if speed_mps <= 0.0 or controls.locked:
         return (0.0, 0.0, 0.0, 0.0)
     used = abs(controls.acceleration_mps2) / max(0.05, controls.mu * 9.81)
-    slip = 0.12 if controls.abs_active else 0.03 * min(1.0, used)
+    slip = 0.12 if controls.abs_active else _slip(min(1.0, used), controls.mu)
     along = speed_mps * (1.0 - math.copysign(slip, -controls.acceleration_mps2)) if slip else speed_mps
     across = controls.yaw_rate_radps * TRACK_M / 2.0
     left, right = max(0.0, along - across), max(0.0, along + across)
@@ -220,6 +219,13 @@ def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
         ground / tyres.radius_share(each) for ground, each in zip((left, right, left, right), lacking, strict=True)
     )
     return (front_left, front_right, rear_left, rear_right)
+
+
+def _slip(used: float, mu: float) -> float:
+    """Slip at which a tyre gives this share of its grip, by the brush model (Pacejka, Tire and Vehicle Dynamics, ch. 3):
+    the stiffness belongs to the tyre and not to the road, so a slippery road shows in the slip only once it is strained.
+    """
+    return min(0.12, 3.0 * mu / TYRE_STIFFNESS * (1.0 - (1.0 - used) ** (1.0 / 3.0)))
 
 
 def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition: Condition, dt_s: float) -> Four:
@@ -274,7 +280,7 @@ def _pressures(filled_c: float, lost_bar: Four, temperature_c: Four) -> Four:
 def _voltage_v(before: CarState, condition: Condition, dt_s: float) -> float:
     if condition.charging:
         return CHARGING_V
-    return max(FLAT_V, min(RESTING_V, before.battery_voltage_v) - DISCHARGE_V_PER_S * dt_s)
+    return max(FLAT_V, min(LOADED_V, before.battery_voltage_v) - DISCHARGE_V_PER_S * dt_s)
 
 
 def _torque_nm(controls: Controls) -> float:
