@@ -11,7 +11,7 @@ from proto.sensors import CanFrame
 from services.can import gate, isotp, obd
 from services.can.addresses import ANSWER_IDS, answer_id, functional_ids, is_extended, request_id
 from services.can.errors import RequestRefused
-from services.can.exchange import PART_S, Exchange
+from services.can.exchange import GRACE_S, OWED_S, PART_S, Exchange
 from services.can.responders import Ended, Responders
 
 Send = Callable[[int, bytes], None]
@@ -98,7 +98,9 @@ class Diagnostics:
             gate.check(each, frame, allowed)
         awaited = self._all if to is None else frozenset({answer_id(to)})
         self._receivers = {}  # a new one: the worker may still be feeding the last exchange's
-        self._open = exchange = Exchange(payload, awaited, self.responders.expected(payload) if to is None else awaited)
+        expected = self.responders.expected(payload) if to is None else awaited
+        grace_s = OWED_S if to is None and self.responders.owing(payload) else GRACE_S
+        self._open = exchange = Exchange(payload, awaited, expected, grace_s)
         for each in ids:
             self._wait_for_pace()
             self._send(each, frame)

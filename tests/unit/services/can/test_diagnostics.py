@@ -83,6 +83,12 @@ def test_a_unit_that_comes_back_late_is_waited_for_again() -> None:
     assert units.ask(SPEED).answers.keys() == {0x7E8, 0x7E9}
 
 
+def test_a_unit_that_is_known_to_answer_gets_longer_than_an_unknown_one() -> None:
+    other = frame(0x7E9, b"\x43\x00")
+    units = Units([frame(0x7E8, b"\x43\x00"), 0.2, other])
+    assert units.ask(CODES).answers.keys() == {0x7E8, 0x7E9}
+
+
 def test_a_unit_that_no_profile_lists_is_heard() -> None:
     units = Units([frame(0x7EF, b"\x43\x00"), frame(0x7E8, b"\x43\x00"), frame(0x7E9, b"\x43\x00")])
     assert units.ask(CODES).answers.keys() == {0x7E8, 0x7E9, 0x7EF}
