@@ -5,9 +5,13 @@ import contextlib
 from proto.sensors import CanFrame
 from services.can.addresses import ANSWER_IDS
 from services.can.answers import MAX_ROWS, NS, FrameRow, Sample, Scalar, SignalNow, Snapshot, parse_id
+from services.can.dbc import pgn_of
 from services.can.errors import HeldBack, MalformedFrame, ProfileError
 from services.can.privacy import HELD_BACK, VIN_HELD_BACK, spells_vin
 from services.can.vehicle import Vehicle
+
+VIN_GROUPS = frozenset({0xFEEC, 0xEB00})
+"""Groups of SAE J1939 that may hold the identification number: itself, and the pieces of a long message."""
 
 
 def frame_rows(
@@ -90,7 +94,8 @@ def _held_back(vehicle: Vehicle, bus: str, frame: CanFrame) -> str | None:
     if vehicle.privacy.allow_vin:
         return None
     message = vehicle.descriptions[bus].find((frame.extended, frame.arbitration_id))
-    hides = frame.arbitration_id in ANSWER_IDS or (message is not None and spells_vin(message))
+    group = pgn_of(frame.arbitration_id) if frame.extended else 0
+    hides = frame.arbitration_id in ANSWER_IDS or group in VIN_GROUPS or (message is not None and spells_vin(message))
     return VIN_HELD_BACK if hides else None
 
 

@@ -73,6 +73,8 @@ class Car:
         now_ns = self.node.clock.now_ns()
         state = self.model.step(0.02, Controls(speed_mps=20.0))
         planted = [CanFrame(stamp_ns=now_ns, arbitration_id=each, data=payload) for each, payload in PLANTED.items()]
+        pieces = (b"\x01" + VIN[:7].encode(), b"\x02" + VIN[7:14].encode(), b"\x03" + VIN[14:].encode() + b"*")
+        planted += [CanFrame(stamp_ns=now_ns, arbitration_id=0x1CEBFF00, data=each, extended=True) for each in pieces]
         self._publish(planted + self.encoder.due(state, now_ns) + self.ecus.step(now_ns))
 
     def _on_tx(self, message: CanFrames, info: Any) -> None:
@@ -149,11 +151,14 @@ def test_raw_access_tells_private_signals_and_still_no_number(tmp_path: Path) ->
         rows = msgspec.json.encode(b.call("read_can_frames", {"duration_s": 1.0}))
         place = b.call("monitor_signal", {"signal_name": "Latitude"}).result
         number = msgspec.json.encode(b.call("send_obd_request", {"service": 9, "pid": 2}))
+        uds = msgspec.json.encode(b.call("read_identifier", {"identifier": 0xF190, "ecu": "engine"}))
         rows_after = msgspec.json.encode(b.call("read_can_frames", {"duration_s": 5.0}))
     assert ",".join(map(str, PHONE)).encode() in rows
     assert place is not None
     assert place["result"][-1]["value"] == pytest.approx(LATITUDE)
-    for answer in (rows, number, rows_after):
+    assert b"sha256-salted:" in number
+    assert b"sha256-salted:" in uds
+    for answer in (rows, number, uds, rows_after):
         assert VIN.encode() not in answer
         assert b"allow_vin is off" in rows
         assert not any(",".join(map(str, VIN[at : at + 6].encode())).encode() in answer for at in range(12))
