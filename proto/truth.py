@@ -19,6 +19,16 @@ class TrueActor(msgspec.Struct, frozen=True, kw_only=True):
     in_ego_path: bool = False
 
 
+class TrueHazard(msgspec.Struct, frozen=True, kw_only=True):
+    """A hazard that is on. Kind and onset tell one from another."""
+
+    kind: str
+    onset_s: float
+    actor_id: int | None = None
+    distance_m: float | None = None
+    """From the ego's front; None: not told."""
+
+
 class Truth(msgspec.Struct, frozen=True, kw_only=True):
     """What is really so at one instant."""
 
@@ -43,6 +53,16 @@ class Truth(msgspec.Struct, frozen=True, kw_only=True):
     film_mm: float | None = None
     """Water on the road."""
     visibility_m: float | None = None
+    hazards: tuple[TrueHazard, ...] = ()
+    """All that are on; `hazard` is the oldest of them."""
+    stop_kind: str = ""
+    """Where one has to stop now: `red_light`, `stop_sign`, `yield`. Empty: nowhere, or not told."""
+    stop_distance_m: float | None = None
+    """From the ego's front to that line."""
+    faults: tuple[str, ...] | None = None
+    """Presets of car faults that are on; None: not told."""
+    brake_share: float = 1.0
+    """What the car can brake, in ratio to a sound one on the same road."""
 
 
 class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):
