@@ -83,7 +83,7 @@ FIELDS: dict[str, Curated] = {
         f"brake_temperature_{wheel}_c": _row("degC", f"Chassis.Axle.{place}.Brake.Temperature", "fading", overlay=True)
         for wheel, place in WHEELS.items()
     },
-    "lamp_engine": _row("", "OBD.Status.IsMILOn", "what the car tells its driver"),
+    "lamp_engine": _row("", "OBD.Status.IsMILOn", "what the car tells its driver", overlay=True),
     **{
         f"lamp_{name}": _row("", f"Cabin.WarningLamp.{path}.IsOn", "what the car tells its driver", overlay=True)
         for name, path in {
