@@ -21,6 +21,7 @@ _MODULES = {
 _DATA = (
     "models/detector.onnx",
     "models/reader.onnx",
+    "models/weather.onnx",
     "vehicles/sim/sim.dbc",
     "rulepacks/DEU-v1",
     "scenarios/urb-rain.toml",
