@@ -27,6 +27,8 @@ class Ego(msgspec.Struct, frozen=True, kw_only=True):
     fog_lamp_rear: bool | None = None
     invalid: tuple[str, ...] = ()
     """Names of curated signals that were seen but are implausible, out of range or silent."""
+    wheel_slip: float | None = None
+    """How much slower the wheels turn than the car moves, as a share of its speed: positive in braking."""
 
 
 class Indicator(msgspec.Struct, frozen=True, kw_only=True):

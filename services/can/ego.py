@@ -23,6 +23,10 @@ WHEEL_TOLERANCE_SHARE = 0.15
 """Speed and the middle of the wheels may differ by so much (slip in braking and bends) before neither is believed."""
 
 
+SLIP_FROM_MPS = 3.0
+"""Slower than this, the resolution of a wheel sensor is all that a slip would tell."""
+
+
 class _View:
     """Reads fields at one instant and remembers the ones that were seen and cannot be used."""
 
@@ -69,8 +73,18 @@ def read_ego(board: Readings, now_ns: int) -> Ego:
         wiper_stage=view.count("wiper_stage"),
         indicator=_indicator(view),
         lamps_on=None if headlamps is None else headlamps >= 2,
+        wheel_slip=_slip(view, numbers["speed_mps"]),
         invalid=tuple(sorted(set(view.invalid))),
     )
+
+
+def _slip(view: _View, speed_mps: float | None) -> float | None:
+    """Mean slip of all four wheels; None where one of them, or the speed, cannot be used, or the car hardly moves."""
+    wheels = [view.number(name) for name in _WHEELS]
+    known = [value for value in wheels if value is not None]
+    if speed_mps is None or speed_mps < SLIP_FROM_MPS or len(known) < len(_WHEELS):
+        return None
+    return 1.0 - statistics.fmean(known) / speed_mps
 
 
 def _contradicted(speed_mps: float | None, view: _View, numbers: dict[str, float | None]) -> bool:

@@ -13,6 +13,8 @@ WHEELBASE_M = 2.7
 STEERING_RATIO = 15.0
 WHEEL_RADIUS_M = 0.32
 MASS_KG = 1500.0
+TYRE_STIFFNESS = 30.0
+"""Braking force for each unit of slip and of load, where the tyre is hardly strained."""
 FRONT_BRAKE_SHARE = 0.7
 DISC_HEAT_J_PER_K = 6000.0
 """One front disc: about 12 kg of iron at 500 J/(kg K)."""
@@ -225,7 +227,8 @@ def _slip(used: float, mu: float) -> float:
     """Slip at which a tyre gives this share of its grip, by the brush model (Pacejka, Tire and Vehicle Dynamics, ch. 3):
     the stiffness belongs to the tyre and not to the road, so a slippery road shows in the slip only once it is strained.
     """
-    return min(0.12, 3.0 * mu / TYRE_STIFFNESS * (1.0 - (1.0 - used) ** (1.0 / 3.0)))
+    slip: float = 3.0 * mu / TYRE_STIFFNESS * (1.0 - (1.0 - used) ** (1.0 / 3.0))
+    return min(0.12, slip)
 
 
 def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition: Condition, dt_s: float) -> Four:

@@ -1,4 +1,4 @@
-"""Observations from what weather sensing and the car report."""
+"""Observations from what weather sensing, the car and a camera report."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,14 +7,21 @@ import msgspec
 
 from proto.sensors import WeatherSensing
 from proto.vehicle import Ego
+from proto.weather import CameraWeather, Within
 from services.weather.interval import Interval
 from services.weather.memory import Memory
-from services.weather.observation import FIELDS, Observation
+from services.weather.observation import FIELDS, SURE, Observation, RoadState
 from services.weather.sight import FOG_LAMP_SIGHT_M
 
 SUPPOSED = "supposed"
 SENSOR_CONFIDENCE, SENSOR_HALVES_S = 0.97, 40.0
 CAR_CONFIDENCE, CAR_HALVES_S = 0.85, 20.0
+CAMERA_CONFIDENCE, CAMERA_HALVES_S = SURE, 10.0
+"""A picture may warn, and never reassure: a dry look or a clear view from it alone raises nothing."""
+PROBABLE = 0.7
+"""From this probability on, what a camera takes for rain, water or snow counts as a warning."""
+CAMERA_RAIN_MM_H = Interval(0.1, 8.0)
+"""Rain that a camera sees and cannot measure."""
 RELATIVE, WIND_RELATIVE = 0.2, 0.1
 """Error of rain, film and sight sensors that is allowed for."""
 ROAD_K, AIR_K, OUTSIDE_K, DEW_K = 1.2, 0.6, 1.5, 0.6
@@ -50,8 +57,32 @@ def from_sensing(sensing: WeatherSensing, stamp_ns: int) -> Observation:
     )
 
 
-def from_car(ego: Ego, abs_mu: float | None, stamp_ns: int) -> Observation:
-    """What wipers, thermometer, fog lamp and anti-lock system speak for."""
+def from_camera(seen: CameraWeather, stamp_ns: int) -> Observation:
+    """What a picture warns of."""
+    rains = seen.rain is not None and seen.rain >= PROBABLE
+    return Observation(
+        source="camera",
+        stamp_ns=stamp_ns,
+        confidence=CAMERA_CONFIDENCE,
+        halves_s=CAMERA_HALVES_S,
+        visibility_m=_interval(seen.visibility_m),
+        rain_mm_h=(_interval(seen.rain_mm_h) or CAMERA_RAIN_MM_H) if rains else None,
+        road=_looks(seen),
+    )
+
+
+def _looks(seen: CameraWeather) -> RoadState | None:
+    if seen.snow_cover is not None and seen.snow_cover >= PROBABLE:
+        return "snow"
+    return "wet" if seen.wet_road is not None and seen.wet_road >= PROBABLE else None
+
+
+def _interval(within: Within | None) -> Interval | None:
+    return None if within is None else Interval(within.low, within.high)
+
+
+def from_car(ego: Ego, abs_mu: float | None, stamp_ns: int, braking: Interval | None = None) -> Observation:
+    """What wipers, thermometer, fog lamp, anti-lock system and the slip of braked wheels speak for."""
     return Observation(
         source="car",
         stamp_ns=stamp_ns,
@@ -60,7 +91,7 @@ def from_car(ego: Ego, abs_mu: float | None, stamp_ns: int) -> Observation:
         rain_mm_h=None if ego.wiper_stage is None else _WIPER_RAIN.get(ego.wiper_stage),
         air_c=_within(ego.outside_temperature_c, OUTSIDE_K),
         visibility_m=Interval(FOG_LAMP_SIGHT_M, 1000.0) if ego.fog_lamp_rear else None,
-        mu=None if abs_mu is None else _within_mu(abs_mu),
+        mu=braking if abs_mu is None else _within_mu(abs_mu),
     )
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import msgspec
 
 from drivemcp.config import ServiceConfig
+from drivemcp.errors import ConfigError
 from drivemcp.node import Node
 from drivemcp.received import Received
 from drivemcp.service import Service
@@ -18,7 +19,10 @@ from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.memory import Memory
 from services.weather.observation import Observation
-from services.weather.senses import from_car, from_sensing, suppose, supposing
+from services.weather.senses import from_camera, from_car, from_sensing, suppose, supposing
+from services.weather.slip import Braking
+from services.weather.sources.internet import Internet, InternetConfig
+from services.weather.sources.table import providers
 
 NS = 1_000_000_000
 G_MPS2 = 9.81
@@ -42,6 +46,8 @@ class WeatherConfig(ServiceConfig, frozen=True, kw_only=True):
     sensing_max_age_s: float = 5.0
     ego_max_age_s: float = 1.0
     degradation_max_age_s: float = 5.0
+    camera_max_age_s: float = 5.0
+    internet: InternetConfig = InternetConfig()
 
 
 class _Inputs:
@@ -52,12 +58,16 @@ class _Inputs:
         node.subscribe(topics.WEATHER_SENSING)
         node.subscribe(topics.EGO, self._on_ego)
         node.subscribe(topics.DEGRADATION)
+        node.subscribe(topics.CAMERA_WEATHER)
+        self._braking = Braking()
+        self._internet = _internet(config, node)
         self._abs: tuple[float, int] | None = None
 
     def _on_ego(self, ego: Ego, info: object) -> None:
         deceleration = -(ego.acceleration_mps2 or 0.0)
         if ego.abs_active and deceleration > ABS_DECELERATION_MPS2:
             self._abs = (deceleration / G_MPS2, self._node.clock.now_ns())
+        self._braking.add(ego, self._node.clock.now_ns())
 
     def observations(self, now_ns: int) -> tuple[Observation, ...]:
         """What each source says now."""
@@ -65,7 +75,15 @@ class _Inputs:
         ego = self._received(topics.EGO, self._config.ego_max_age_s, now_ns)
         found = [] if sensing is None else [from_sensing(sensing.message, sensing.stamp_ns)]
         if ego is not None:
-            found.append(from_car(ego.message, self._abs_mu(now_ns), ego.stamp_ns))
+            found.append(
+                from_car(ego.message, self._abs_mu(now_ns), ego.stamp_ns, braking=self._braking.friction(now_ns))
+            )
+        camera = self._received(topics.CAMERA_WEATHER, self._config.camera_max_age_s, now_ns)
+        if camera is not None:
+            found.append(from_camera(camera.message, camera.stamp_ns))
+        if self._internet is not None:
+            found += self._internet.observations(now_ns)
+            self._node.detail.update(self._internet.status)
         return tuple(found)
 
     def car(self, now_ns: int) -> Car:
@@ -88,6 +106,18 @@ class _Inputs:
         if received is None or abs(now_ns - received.stamp_ns) > max_age_s * NS:
             return None
         return received
+
+
+def _internet(config: WeatherConfig, node: Node) -> Internet | None:
+    """The weather services that were asked for, running; None where none was."""
+    if not config.internet.providers:
+        return None
+    if config.lockstep:
+        raise ConfigError("internet.providers: weather from the internet is of today, and a lockstep drive is not")
+    internet = Internet(config.internet, providers(config.internet), node.clock.now_ns)
+    node.on_close(internet.close)
+    internet.start()
+    return internet
 
 
 def _tyre_low(health: Degradation) -> float | None:

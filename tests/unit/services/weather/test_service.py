@@ -2,11 +2,16 @@
 
 from typing import Any
 
+import pytest
+
+from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import WeatherSensing
 from proto.vehicle import Degradation, Ego, Indicator
+from proto.weather import CameraWeather, Within
 from services.weather.service import SERVICE, WeatherConfig
+from services.weather.sources.internet import InternetConfig
 
 FAST = WeatherConfig(conditions_hz=20.0)
 DRY = WeatherSensing(
@@ -91,3 +96,29 @@ def test_the_tool_answers_what_if_without_changing_what_is_published() -> None:
     assert asked["precipitation"] == "rain"
     assert asked["speed_factor"] < 0.85
     assert now.speed_factor == 1.0
+
+
+def test_a_camera_s_wet_road_and_fog_lower_what_is_advised() -> None:
+    with bus() as b:
+        b.start(SERVICE, FAST)
+        node = b.node("simulator")
+        dry = b.wait_for(
+            topics.CONDITIONS, lambda c: c.wet is False, after=lambda: node.publish(topics.WEATHER_SENSING, DRY)
+        )
+        eye = b.node("perception")
+        foggy = CameraWeather(
+            camera="front", visibility_m=Within(low=80.0, high=150.0, confidence=0.9), rain=0.9, wet_road=0.95
+        )
+        warned = b.wait_for(
+            topics.CONDITIONS,
+            lambda c: c.visibility_m is not None and c.visibility_m < 200.0,
+            after=lambda: eye.publish(topics.CAMERA_WEATHER, foggy),
+        )
+    assert warned.mu_low < dry.mu_low
+    assert warned.speed_factor < dry.speed_factor
+
+
+def test_weather_from_the_internet_is_refused_in_lockstep() -> None:
+    config = WeatherConfig(lockstep=True, internet=InternetConfig(providers=("open_meteo",)))
+    with bus() as b, pytest.raises(ConfigError, match=r"internet\.providers"):
+        b.start(SERVICE, config)
