@@ -17,8 +17,8 @@ SLIP_SHARE = 0.05
 MOST_UNDERSTEER_S2_PM2 = 0.0025
 """Stability factor K in v delta / (L (1 + K v^2)) (single-track model, Rajamani 2012, ch. 3): 0 is neutral, ordinary
 cars have up to this."""
-RADIUS_SPREAD = 0.006
-"""Tyres of one axle differ by so much in rolling radius."""
+RADIUS_SPREAD = 0.01
+"""Tyres of one axle differ by so much in rolling radius, a soft one among them."""
 STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
 PRESSED = 0.02
