@@ -63,6 +63,9 @@ class Truth(msgspec.Struct, frozen=True, kw_only=True):
     """Presets of car faults that are on; None: not told."""
     brake_share: float = 1.0
     """What the car can brake, in ratio to a sound one on the same road."""
+    rain_mm_h: float | None = None
+    dark: bool | None = None
+    """Whether cameras depend on lamps; None: not told."""
 
 
 class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):

@@ -43,6 +43,8 @@ def truth_of(moment: Moment, static: StaticWorld, lines: tuple[Line, ...], light
         },
         film_mm=moment.weather.film_mm,
         visibility_m=moment.weather.visibility_m,
+        rain_mm_h=moment.weather.rain_mm_h,
+        dark=moment.scene.atmosphere.night,
     )
 
 
