@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from drivemcp.paths import data
 from proto.sensors import CanFrame
@@ -18,9 +19,18 @@ if find_spec("opendbc") is None:
         "opendbc is not installed: pip install drivemcp[dev] brings the public descriptions", allow_module_level=True
     )
 
+from opendbc.can.packer import CANPacker
+
 NOW = 1_000_000_000_000
-CARS = ("vw_golf7", "tesla_model3", "ford_fusion", "toyota_rav4")
-Signals = dict[str, dict[str, float | str]]
+PACKED_BY = {
+    "vw_golf7": "vw_mqb",
+    "tesla_model3": "tesla_model3_party",
+    "ford_fusion": "ford_lincoln_base_pt",
+    "toyota_rav4": "toyota_nodsu_pt_generated",
+}
+"""Profile -> the description by which opendbc packs this car's frames, counters and checksums included."""
+CARS = tuple(PACKED_BY)
+Signals = dict[str, dict[str, float]]
 
 
 class Car:
@@ -35,14 +45,12 @@ class Car:
         self.messages: dict[str, Any] = {}
         for message in self.dbc.messages.values():
             self.messages.setdefault(message.name, message)
+        self.packer = CANPacker(PACKED_BY[name])
 
-    def frame(self, name: str, signals: dict[str, float | str]) -> CanFrame:
-        message = self.messages[name]
-        every = {
-            signal.name: float(signal.conversion.raw_to_scaled(0, decode_choices=False)) for signal in message.signals
-        }
-        payload = message.encode(every | signals, strict=False, padding=False)
-        return CanFrame(stamp_ns=NOW, arbitration_id=message.frame_id, data=payload, extended=message.is_extended_frame)
+    def frame(self, name: str, signals: dict[str, float]) -> CanFrame:
+        arbitration_id, payload, _ = self.packer.make_can_msg(name, 0, signals)
+        extended = self.messages[name].is_extended_frame
+        return CanFrame(stamp_ns=NOW, arbitration_id=arbitration_id, data=payload, extended=extended)
 
     def board(self, traffic: Signals) -> Board:
         board = Board(self.descriptions, self.profile)
@@ -182,11 +190,54 @@ def test_known_values_on_the_bus_are_the_ego_with_unit_and_sign(
     ],
 )
 def test_what_is_implausible_or_not_vouched_for_is_unknown_and_named(
-    cars: dict[str, Car], name: str, message: str, signals: dict[str, float | str], field: str
+    cars: dict[str, Car], name: str, message: str, signals: dict[str, float], field: str
 ) -> None:
     board = cars[name].board({message: signals})
     assert board.read(field, NOW).value is None
     assert field in read_ego(board, NOW).invalid
+
+
+GUARDED = [
+    ("vw_golf7", "ESP_21", "speed_mps"),
+    ("vw_golf7", "ESP_02", "yaw_rate_radps"),
+    ("vw_golf7", "LWI_01", "steering_angle_rad"),
+    ("vw_golf7", "ESP_05", "brake_pressure_bar"),
+    ("vw_golf7", "Motor_20", "accelerator_pedal"),
+    ("vw_golf7", "Getriebe_11", "gear"),
+    ("vw_golf7", "Licht_Anf_01", "headlamps"),
+    ("tesla_model3", "DI_speed", "speed_mps"),
+    ("tesla_model3", "EPAS3S_sysStatus", "steering_assist_fault"),
+    ("tesla_model3", "ESP_status", "abs_fault"),
+    ("tesla_model3", "DI_systemStatus", "accelerator_pedal"),
+    ("tesla_model3", "DI_state", "parking_brake"),
+    ("tesla_model3", "ESP_wheelSpeeds", "wheel_fl_mps"),
+    ("tesla_model3", "IBST_status", "brake_booster_fault"),
+    ("tesla_model3", "UI_warning", "indicator_left"),
+    ("toyota_rav4", "SPEED", "speed_mps"),
+]
+
+
+@pytest.mark.parametrize(("name", "message", "field"), GUARDED)
+def test_frames_that_opendbc_packs_are_believed_and_none_with_a_flipped_bit(
+    cars: dict[str, Car], name: str, message: str, field: str
+) -> None:
+    """With every value of the counter, which chooses the data id, and every bit."""
+    car = cars[name]
+    board = Board(car.descriptions, car.profile)
+    traffic = next(each for car_name, each, _ in EXPECTED if car_name == name)
+    for frame in [car.frame(message, traffic.get(message, {})) for _ in range(16)]:
+        bits = int.from_bytes(frame.data, "little")
+        for place in range(8 * len(frame.data)):
+            changed = (bits ^ 1 << place).to_bytes(len(frame.data), "little")
+            board.ingest([structs.replace(frame, data=changed)], NOW, car.bus)
+            assert board.read(field, NOW).reason == "wrong checksum"
+        board.ingest([frame], NOW, car.bus)
+        assert board.read(field, NOW).reason in ("", "not a known value")
+
+
+def test_every_checksum_that_a_profile_declares_is_tried(cars: dict[str, Car]) -> None:
+    declared = {(name, each) for name in CARS for each, rule in cars[name].profile.messages.items() if rule.checksum}
+    assert declared == {(name, message) for name, message, _ in GUARDED}
 
 
 @pytest.mark.parametrize(("speaker", "listener"), [(a, b) for a in CARS for b in CARS if a != b])
