@@ -17,6 +17,7 @@ from drivemcp.service import Service
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
 from evaluation.run.spec import RunSpec
+from evaluation.scenarios import generate, read_place
 from proto import topics
 from proto.services import SERVICES
 from proto.truth import ScenarioState
@@ -68,18 +69,30 @@ def _start_source(bus: Bus, spec: RunSpec, folder: Path) -> Node:
 
 
 def _config(service: Service[Any], spec: RunSpec, folder: Path) -> ServiceConfig:
-    settings: dict[str, Any] = {"lockstep": True, "out_dir": str(folder), **_defaults(service.name, spec)}
+    settings: dict[str, Any] = {"lockstep": True, "out_dir": str(folder), **_defaults(service.name, spec, folder)}
     config: ServiceConfig = msgspec.convert({**settings, **spec.settings.get(service.name, {})}, service.config)
     return config
 
 
-def _defaults(name: str, spec: RunSpec) -> dict[str, Any]:
+def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
     if name == "logger":
         return {"view": {"mode": "off"}}
     if name == SOURCE:
         cameras = _CAMERAS[spec.sensors]
-        return {"scenario": spec.scenario, "seed": spec.seed, "seconds": spec.seconds, "cameras": cameras}
+        return {**_drive(spec, folder), "seconds": spec.seconds, "cameras": cameras}
     return {}
+
+
+def _drive(spec: RunSpec, folder: Path) -> dict[str, Any]:
+    """Scenario and seed for the simulator; a generated scenario comes to `folder`."""
+    place = read_place(spec.scenario)
+    if place is None:
+        return {"scenario": spec.scenario, "seed": spec.seed}
+    folder.mkdir(parents=True, exist_ok=True)
+    (file := folder / "scenario.json").write_bytes(
+        msgspec.json.encode(generate(place.family, place.number, place.split))
+    )
+    return {"scenario": str(file), "seed": place.world_seed(spec.seed)}
 
 
 def _watch(bus: Bus, observe: Callable[[Node], None], nodes: list[Node]) -> Callable[[], ScenarioState]:

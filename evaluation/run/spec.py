@@ -9,14 +9,14 @@ from drivemcp.codehash import code_hash
 from evaluation.corruption.spec import CLEAN
 
 Sensors = Literal["rendered", "model"]
-PACKAGES = ("proto", "drivemcp", "services", "evaluation.corruption", "evaluation.run")
+PACKAGES = ("proto", "drivemcp", "services", "evaluation.corruption", "evaluation.run", "evaluation.scenarios")
 
 
 class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One run. Equal specs come out alike; `key` says so for equal code and models too."""
 
     scenario: str
-    """A shipped scenario's name, or the path of a TOML file."""
+    """`family/split/number` (see `evaluation.scenarios`), a shipped scenario's name, or the path of a TOML file."""
     seed: int = 1
     """Varies driver, traffic, looks and noise: the same for every method that is compared."""
     seconds: float = 0.0

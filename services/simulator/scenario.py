@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
@@ -20,23 +21,24 @@ class ScenarioError(ValueError):
 
 
 def load_scenario(path: Path) -> Scenario:
-    """Read and check a TOML file; raises ScenarioError."""
+    """Read and check a TOML or JSON file; raises ScenarioError."""
     try:
         text = path.read_bytes()
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
-    return parse_scenario(text, str(path))
+    return parse_scenario(text, str(path), "JSON" if path.suffix == ".json" else "TOML")
 
 
-def parse_scenario(text: bytes | str, name: str) -> Scenario:
+def parse_scenario(text: bytes | str, name: str, form: Literal["TOML", "JSON"] = "TOML") -> Scenario:
     """Check the text of a scenario; `name` stands in error messages."""
+    decode = msgspec.json.decode if form == "JSON" else msgspec.toml.decode
     try:
-        scenario = msgspec.toml.decode(text, type=Scenario)
+        scenario = decode(text, type=Scenario)
     except msgspec.ValidationError as error:
         raise ScenarioError(f"{name}: {_plainly(str(error))}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{name}: not TOML: {error}") from error
-    for field, reason in _complaints(scenario):
+        raise ScenarioError(f"{name}: not {form}: {error}") from error
+    for field, reason in complaints(scenario):
         raise ScenarioError(f"{name}: {field}: {reason}")
     return scenario
 
@@ -83,7 +85,8 @@ def _plainly(text: str) -> str:
     return f"{where.strip('`').lstrip('.') or 'the file'}: {reason}"
 
 
-def _complaints(scenario: Scenario) -> Iterator[Complaint]:
+def complaints(scenario: Scenario) -> Iterator[Complaint]:
+    """What cannot be driven, field by field."""
     yield from _outside(scenario)
     yield from _unknown_codes(scenario)
     yield from _order(scenario)

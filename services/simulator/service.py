@@ -29,7 +29,7 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     """What to drive, and which sensors the car has."""
 
     scenario: str = "urb-rain"
-    """The name of a shipped scenario, or the path of a TOML file."""
+    """The name of a shipped scenario, or the path of a TOML or JSON file."""
     seed: int = 1
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
@@ -216,7 +216,7 @@ Seconds = Annotated[float, msgspec.Meta(ge=0, description="how long; 0: to the e
 
 def find_scenario(name: str) -> Scenario:
     """A shipped scenario by name, or a file by path. Raises ScenarioError and UserError."""
-    return load_scenario(Path(name) if name.endswith(".toml") else data(f"scenarios/{name}.toml"))
+    return load_scenario(Path(name) if name.endswith((".toml", ".json")) else data(f"scenarios/{name}.toml"))
 
 
 def length_s(scenario: Scenario, seconds: float | None) -> float:

@@ -10,10 +10,12 @@ from drivemcp.errors import UserError
 from drivemcp.node import Node
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec, run_key
+from evaluation.scenarios import generate
 from proto import topics
 from proto.decision import Advisory
 from proto.truth import Truth
 from services.logger.verify import verify
+from services.simulator.scenario import load_scenario
 
 SPEC = RunSpec(scenario="dynamic-vsl", seed=3, seconds=1.5)
 
@@ -60,3 +62,16 @@ def test_the_key_tells_runs_apart() -> None:
     }
     assert len(keys) == 5
     assert run_key(SPEC) == run_key(msgspec.convert(msgspec.to_builtins(SPEC), RunSpec))
+
+
+def test_a_generated_scenario_is_driven_and_kept_beside_the_log(tmp_path: Path) -> None:
+    state = drive(msgspec.structs.replace(SPEC, scenario="urb-rain/development/3", seconds=0.5), tmp_path)
+    assert state.finished
+    assert state.scenario == "urb-rain-development-3"
+    assert load_scenario(tmp_path / "scenario.json") == generate("urb-rain", 3, "development")
+
+
+@pytest.mark.parametrize(("name", "wrong"), [("urb-rain/final/3", "final"), ("urb-rain/test/x", "'x'")])
+def test_a_generated_scenario_that_is_not_there_is_named(tmp_path: Path, name: str, wrong: str) -> None:
+    with pytest.raises(UserError, match=wrong):
+        drive(msgspec.structs.replace(SPEC, scenario=name), tmp_path)

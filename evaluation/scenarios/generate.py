@@ -1,0 +1,26 @@
+"""A scenario of a family: the layout of its place in the split, and what its number varies on it."""
+
+from collections.abc import Callable, Mapping
+from random import Random
+
+import msgspec
+
+from evaluation.scenarios import border, motorway, town
+from evaluation.scenarios.names import LAYOUTS, Family, Place, Split
+from evaluation.scenarios.variation import vary
+from services.simulator.plan import Scenario
+
+Lay = Callable[[Random, str, int], Scenario]
+LAY: Mapping[Family, Lay] = {"urb-rain": town.lay, "cross-border": border.lay, "dynamic-vsl": motorway.lay}
+
+
+def generate(family: Family, number: int, split: Split) -> Scenario:
+    """The scenario `family/split/number`; numbers go on without end, layouts repeat after `LAYOUTS`."""
+    place = Place(family, split, number)
+    layout = lay(family, place.layout)
+    return vary(msgspec.structs.replace(layout, name=f"{family}-{split}-{number}"), family, Random(str(place)))
+
+
+def lay(family: Family, layout: int) -> Scenario:
+    """A layout of a family, 0 to 35, without weather, traffic and driver."""
+    return LAY[family](Random(f"{family} layout {layout}"), f"{family}-layout-{layout}", layout % LAYOUTS)
