@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from services.simulator.driver import Advice, Driver, StopAhead, View
-from services.simulator.driver_profile import DriverProfile, draw_driver
+from services.simulator.driver_profile import MEDIAN_REACTION_S, DriverProfile, draw_driver
 
 DT = 0.05
 CALM = DriverProfile(
@@ -115,3 +116,27 @@ def test_drivers_of_different_seeds_differ_and_of_one_seed_do_not() -> None:
     assert draw_driver(1) == draw_driver(1)
     assert len({draw_driver(seed).reaction_s for seed in range(20)}) == 20
     assert all(0.5 < draw_driver(seed).compliance <= 1.0 for seed in range(50))
+
+
+def test_the_population_is_the_published_one() -> None:
+    drivers = [draw_driver(seed) for seed in range(3000)]
+    reaction = np.array([each.reaction_s for each in drivers])
+    assert np.median(reaction) == pytest.approx(MEDIAN_REACTION_S, abs=0.02)
+    # Lerner 1993: mean 1.5 s, 85th percentile 1.9 s, a ratio of 1.27.
+    assert np.quantile(reaction, 0.85) / reaction.mean() == pytest.approx(1.9 / 1.5, abs=0.03)
+    bias = np.array([each.speed_bias for each in drivers])
+    # Department for Transport 2022, motorways: 45 % above the limit, 8 % by 10 mph of 70 or more; 30 mph roads: 50 %.
+    assert 0.44 < (bias > 1.0).mean() < 0.54
+    assert 0.06 < (bias > 80 / 70).mean() < 0.12
+    # Schirokoff and Luoma 2005: 63 to 73 %.
+    assert 0.63 < np.mean([each.notices for each in drivers]) < 0.73
+    # Hranac et al. 2006: 2 to 9 %.
+    assert all(0.91 <= each.wet_slowdown <= 0.98 for each in drivers)
+
+
+def test_who_drives_does_not_depend_on_what_he_is_told() -> None:
+    told, alone = Driver(draw_driver(7), 25.0), Driver(draw_driver(7), 25.0)
+    for second in range(0, 60, 7):
+        told.hear(SLOWER, float(second))
+    assert told.profile == alone.profile
+    assert [told.distracted(t / 2) for t in range(200)] == [alone.distracted(t / 2) for t in range(200)]

@@ -137,7 +137,7 @@ def test_the_same_seed_stops_later_for_a_braking_command_with_a_lost_circuit() -
     fault = '[[faults]]\npreset = "circuit_lost"\n'
     ways = []
     for rest in ("", fault):
-        drive = session(scenario(rest=rest, speed=110))
+        drive = session(scenario(rest=rest, speed=104))
         for _ in range(50):
             drive.brake(BrakeCommand(deceleration_mps2=6.0, jerk_mps3=10.0, grant_id="g"))
             end = drive.advance().moment.ego
