@@ -1,5 +1,6 @@
 """What the diagnostic tools answer."""
 
+import re
 from typing import Any
 
 import msgspec
@@ -8,9 +9,13 @@ from services.can import obd, uds
 from services.can.addresses import request_id
 from services.can.diagnostics import Reply
 from services.can.errors import MalformedFrame
-from services.can.privacy import Privacy
+from services.can.privacy import VIN_HELD_BACK, Privacy
 
 _DATA_AFTER = {0x22: 3, 0x19: 2, 0x3E: 2}
+_VIN_ANSWERS = (b"\x49\x02", *(b"\x62" + each.to_bytes(2, "big") for each in uds.VINS))
+_UDS_DATA = (0x62, 0x59)
+_LIKE_VIN = re.compile(rb"[A-HJ-NPR-Z0-9]{17}")
+"""The letters and digits of ISO 3779."""
 
 Names = dict[int, str]
 
@@ -92,8 +97,10 @@ def unit_name(names: Names, answer_id: int) -> str:
 
 
 def spells_vin(answer: bytes) -> bool:
-    """Whether the bytes of this answer hold the vehicle's identification number."""
-    return answer.startswith((b"\x49\x02", b"\x62\xf1\x90"))
+    """Whether the bytes of this answer hold the vehicle's identification number: because they should, or because a
+    unit's own identifier or record holds what looks like one.
+    """
+    return answer.startswith(_VIN_ANSWERS) or (answer[0] in _UDS_DATA and _LIKE_VIN.search(answer) is not None)
 
 
 def unit_answer(names: Names, privacy: Privacy, answer_id: int, payload: bytes, answer: bytes) -> UnitAnswer:
@@ -101,13 +108,14 @@ def unit_answer(names: Names, privacy: Privacy, answer_id: int, payload: bytes, 
     name, on = unit_name(names, answer_id), f"0x{answer_id:X}"
     if obd.is_negative(answer):
         return UnitAnswer(ecu=name, arbitration_id=on, refused=uds.refusal(answer[2]), raw_data=list(answer))
+    hidden = spells_vin(answer) and not privacy.allow_vin
+    raw = None if hidden else list(answer)
     try:
         decoded = obd.decode(answer) if payload[0] < 0x10 else uds.words(payload, answer)
     except MalformedFrame as error:
-        return UnitAnswer(ecu=name, arbitration_id=on, refused=str(error), raw_data=list(answer))
-    if spells_vin(answer):
-        decoded |= {"vin": privacy.vin(str(decoded.get("vin", "")))}
-    raw = None if spells_vin(answer) and not privacy.allow_vin else list(answer)
+        return UnitAnswer(ecu=name, arbitration_id=on, refused=str(error), raw_data=raw)
+    if hidden:
+        decoded = {"vin": privacy.vin(str(decoded["vin"]))} if "vin" in decoded else {"held_back": VIN_HELD_BACK}
     return UnitAnswer(ecu=name, arbitration_id=on, decoded=decoded, raw_data=raw)
 
 

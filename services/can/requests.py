@@ -103,7 +103,7 @@ def _obd_answer(vehicle: Vehicle, found: Found, pid: int | None) -> ObdAnswer:
 def _gathered(service: int, units: list[replies.UnitAnswer]) -> dict[str, object] | None:
     """Every unit's codes in one list."""
     key = f"{obd.CODE_LISTS[service]}_codes"
-    lists = {unit.arbitration_id: unit.decoded[key] for unit in units if unit.decoded is not None}
+    lists = {unit.arbitration_id: unit.decoded[key] for unit in units if unit.decoded and key in unit.decoded}
     return {key: sorted({code for each in lists.values() for code in each}), "by_unit": lists} if lists else None
 
 

@@ -18,7 +18,8 @@ from services.can.errors import MalformedFrame
 
 Report = Literal["by_status", "snapshot", "extended", "supported"]
 REPORTS: Mapping[Report, int] = {"by_status": 0x02, "snapshot": 0x04, "extended": 0x06, "supported": 0x0A}
-VIN = 0xF190
+VINS = frozenset({0xF190, 0xF802})
+"""The vehicle's identification number: ISO 14229, and ISO 27145 (information type 02)."""
 OBD_FIRST = 0xF400
 """Identifiers F400 to F4FF are the parameters of OBD service 01 (SAE J1979-2)."""
 TEXTS: Mapping[int, str] = {
@@ -27,10 +28,10 @@ TEXTS: Mapping[int, str] = {
     0xF189: "software_version",
     0xF18A: "supplier",
     0xF18C: "serial_number",
-    VIN: "vin",
     0xF191: "hardware_number",
     0xF195: "supplier_software_version",
     0xF197: "system_name",
+    **dict.fromkeys(VINS, "vin"),
 }
 _FLAGS = (
     "test_failed",
