@@ -6,7 +6,7 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
-from services.arbiter import act, adapt, attention
+from services.arbiter import act, adapt, attention, unfiltered
 from services.arbiter.act import Permission
 from services.arbiter.assess import Numbers, View, each, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.guard import Case, case, objections
@@ -14,6 +14,7 @@ from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.risk import Utilities, utilities
 from services.arbiter.state import ArbiterState, Attention, Intervention, Sighting, digest
+from services.arbiter.unfiltered import Filter, Suggested
 from services.arbiter.watching import contradicted, watch
 
 
@@ -26,6 +27,7 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True):
     now_ns: int
     delta: float | None = None
     """The Delta that feedback relaxes to, where it is not the profile's own."""
+    filter: Filter = "full"
 
 
 class Verdict(NamedTuple):
@@ -50,11 +52,12 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
     weighed = weigh(request, inputs.reading, state, profile, inputs.now_ns)
-    hazard = hazard_of(request, inputs.reading, state.sightings, profile)
-    intervention, command, withheld = _intervene(weighed, state, inputs, profile)
+    own_eyes = inputs.filter != "none"
+    hazard = hazard_of(request, inputs.reading, state.sightings, profile) if own_eyes else request.fused.hazard
+    intervention, command, withheld = _intervene(request, weighed, state, inputs, profile)
     if not hazard and (command is not None or withheld) and weighed.case.own is not None:
         hazard = HAZARDS[weighed.case.own.track.kind]  # whoever brakes, or would, says what for
-    said = _say(request, weighed, state, hazard, command, withheld, inputs.now_ns, profile)
+    said = _say(request, weighed, state, hazard, command, withheld, inputs, profile)
     after = msgspec.structs.replace(state, attention=said.attention, intervention=intervention)
     decision = Decision(
         tick=request.tick,
@@ -181,16 +184,27 @@ def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> A
 
 
 def _intervene(
-    weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
+    request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
 ) -> tuple[Intervention, BrakeCommand | None, str]:
     running = state.intervention
-    own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
-    if not wants_act(weighed, state.adapted.delta) or own is None or ego is None:
+    meant = _braked_for(request, weighed, state, inputs, profile)
+    if meant is None:
         return act.let_go(running, inputs.now_ns), None, ""
     if inputs.permission.refused:
         return act.let_go(running, inputs.now_ns), None, inputs.permission.refused
-    needed = act.needed_mps2(own, ego, profile)
+    needed = act.needed_mps2(meant.actor, meant.ego_mps, profile)
     return act.brake(running, needed, inputs.permission, inputs.reading.pedals, inputs.now_ns, profile)
+
+
+def _braked_for(
+    request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
+) -> Suggested | None:
+    if inputs.filter == "none":
+        return unfiltered.suggested(request, request_view(request), profile)
+    own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
+    if not wants_act(weighed, state.adapted.delta) or own is None or ego is None:
+        return None
+    return Suggested(own, ego)
 
 
 class _Saying(NamedTuple):
@@ -230,19 +244,23 @@ def _say(
     hazard: str,
     command: BrakeCommand | None,
     withheld: str,
-    now_ns: int,
+    inputs: Inputs,
     profile: Profile,
 ) -> _Said:
-    attended = state.attention
+    attended, now_ns = state.attention, inputs.now_ns
     alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
         told = attention.told(attended, hazard, now_ns, alarm=alarm)
-        return _Said("ACT", _act_reason(weighed, state), told, hazard)
+        reason = _act_reason(weighed, state) if inputs.filter != "none" else "the fused advice warns: passed on"
+        return _Said("ACT", reason, told, hazard)
     # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
     alarm = alarm or bool(withheld)
     fresh = attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm)
     if withheld and fresh:
         return _Said("SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=True), hazard)
+    if inputs.filter != "full":
+        passed, reason = unfiltered.said(request, inputs.filter)
+        return _Said(passed, reason, attended, hazard if passed == "SPEAK" else "")
     saying = _Saying(
         request=request,
         hazard=hazard,

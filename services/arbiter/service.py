@@ -23,6 +23,7 @@ from services.arbiter.explain import Explanation, explain
 from services.arbiter.profiles import Profile, load, reachability
 from services.arbiter.reading import Latest, M, Reading, read
 from services.arbiter.state import ArbiterState, fresh
+from services.arbiter.unfiltered import Filter, check
 
 KEPT_DECISIONS = 600
 """A minute of them can still be explained."""
@@ -34,6 +35,8 @@ class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
     profile: str = "calibrated"
     delta: float | None = None
     state_file: str = ""
+    filter: Filter = "full"
+    """What the arbiter holds back: all that it judges unfit, or, for the evaluation, less (`unfiltered.py`)."""
 
 
 class Arbiter:
@@ -61,6 +64,7 @@ class Arbiter:
                 permission=self._permission(),
                 now_ns=now_ns,
                 delta=self.profile.delta,
+                filter=self._config.filter,
             )
             verdict = decide(request, inputs, self.profile)
             self._state = verdict.state
@@ -129,6 +133,7 @@ class Arbiter:
 
 def build(config: ArbiterConfig, node: Node) -> None:
     """Wire the arbiter to a node."""
+    check(config.filter, lockstep=node.lockstep)
     profile = _profile(config)
     node.log.info(reachability(profile).text)
     own: tuple[Topic[Any], ...] = (topics.TRACKS, topics.EGO, topics.CONDITIONS, topics.DEGRADATION)
@@ -137,6 +142,7 @@ def build(config: ArbiterConfig, node: Node) -> None:
     arbiter = Arbiter(config, profile, node)
     node.detail["profile"] = f"{profile.name} {profile.sha256[:12]}"
     node.detail["reach"] = reachability(profile).text
+    node.detail["filter"] = config.filter
 
     @node.tool(deadline_ms=20, read_only=False, idempotent=False)
     def arbitrate(request: ArbitrationRequest) -> Decision:

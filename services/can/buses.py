@@ -82,6 +82,8 @@ def _link(bus: BusConfig, place: str, node: "Node") -> FrameLink:
         return _replay(bus, place, node)
     if bus.carried:
         return NodeLink(node, str(bus.port))
+    if node.lockstep and bus.interface != "virtual":
+        raise ConfigError(f"{place}.interface: lockstep is for simulation; {bus.interface} is a real car's bus")
     return PythonCanLink(partial(_open, bus, place), node)
 
 
