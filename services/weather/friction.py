@@ -36,7 +36,7 @@ SNOW_LOW = ((-15.0, 0.20), (-5.0, 0.17), (0.0, 0.12))
 SNOW_HIGH = 0.45
 """Packed snow is the more slippery the nearer it is to melting; its temperature in degC."""
 
-WET_LOW, WET_HIGH = 0.38, 0.74
+WET_LOW, WET_HIGH = 0.43, 0.74
 """mu at 60 km/h when the film lubricates fully: a worn and a good road."""
 FALL_PER_MM, FALL_HIGH_PER_MM = 10.0, 6.0
 MPD_MM, SLIP_SHARE = 0.5, 0.15
