@@ -1,0 +1,159 @@
+"""How near it came: time to collision, post-encroachment time, near-collisions, collisions, headway, true RSS."""
+
+import math
+from collections.abc import Iterator
+from statistics import median
+
+from evaluation.metrics.record import ACT_PAUSE_S, Record
+from evaluation.metrics.spans import Span, spans
+from proto.truth import TrueActor, Truth
+from services.arbiter import rss
+
+EGO_LENGTH_M, EGO_WIDTH_M = 4.6, 1.82
+NEAR_TTC_S, NEAR_PET_S = 1.5, 1.0
+"""A near-collision: van der Horst and Kraay 1986 (DOCTOR) call an encounter critical below these; SSAM (FHWA-HRT-08-051)
+has the same 1.5 s for time to collision."""
+CLOSING_MPS = 0.1
+"""Below this nobody closes in, and there is no time to collision."""
+APART_S = 2.0
+"""Two moments of conflict with one road user that lie nearer to each other are one near-collision."""
+FOLLOWS_WITHIN_S, FOLLOWS_FROM_MPS = 4.0, 5.0
+"""Ours: farther behind, or slower, a car does not follow; the 4 s are about what Vogel 2003 parts following by."""
+SHORT_HEADWAY_S = 1.0
+RESPONSE_S, ACCEL_MAX_MPS2, LEAD_BRAKE_MPS2 = 0.7, 0.5, 8.0
+"""Of true RSS: the paper's t_r; a cruising driver's acceleration (ours); what a lead may brake (ad-rss-lib). They are the
+values of the calibrated profile as first shipped, written down here, so that no calibration moves what it is judged by."""
+SEES_LATE_S = 0.3
+"""An intervention counts as true where RSS is violated within this time of its start: about three pictures."""
+
+
+def ttc_s(gap_m: float | None, closing_mps: float | None) -> float | None:
+    """The paper's time to collision, distance over closing speed; None: nobody there or nobody closing in."""
+    if gap_m is None or closing_mps is None or closing_mps <= CLOSING_MPS:
+        return None
+    return max(0.0, gap_m) / closing_mps
+
+
+def gap_m(actor: TrueActor) -> float:
+    """Bumper to bumper, along the ego's axis."""
+    return actor.x_m - (actor.length_m + EGO_LENGTH_M) / 2.0
+
+
+def person_ahead(truth: Truth) -> TrueActor | None:
+    """The nearest person ahead who is in the ego's path."""
+    ahead = (a for a in truth.actors if a.kind == "pedestrian" and a.in_ego_path and a.x_m > 0.0)
+    return min(ahead, key=lambda each: each.x_m, default=None)
+
+
+def nearest_ttc_s(truth: Truth) -> float | None:
+    """The shortest time to collision with whoever is in the ego's path."""
+    person = person_ahead(truth)
+    found = (
+        ttc_s(truth.gap_m, truth.closing_mps),
+        ttc_s(gap_m(person), -person.vx_mps) if person is not None else None,
+    )
+    return min((each for each in found if each is not None), default=None)
+
+
+def nearest_ttc_at(record: Record, time_s: float) -> float | None:
+    """The same at an instant of the run."""
+    truth = record.truth_at(time_s)
+    return nearest_ttc_s(truth) if truth is not None else None
+
+
+def interventions(record: Record) -> tuple[Span, ...]:
+    """Stretches in which the arbiter braked; what was withheld is none."""
+    acts = ((d.time_s, d.message.kind == "ACT" and not d.message.act_withheld) for d in record.decisions)
+    return spans(acts, ACT_PAUSE_S)
+
+
+def is_false(record: Record, intervention: Span) -> bool:
+    """Whether truth shows no RSS violation about the start of an intervention."""
+    start = intervention.from_s
+    return not any(violates_rss(truth) for truth in record.truths_between(start - SEES_LATE_S, start + SEES_LATE_S))
+
+
+def violates_rss(truth: Truth) -> bool:
+    """Whether the true gap to the lead, or to a person in the path, is below the RSS distance at the true friction."""
+    ego = rss.Longitudinal(
+        rho_s=RESPONSE_S,
+        accel_max_mps2=ACCEL_MAX_MPS2,
+        brake_min_mps2=truth.mu * rss.GRAVITY_MPS2 * truth.brake_share,
+    )
+    speed, person = truth.speed_mps, person_ahead(truth)
+    if truth.gap_m is not None and truth.closing_mps is not None:
+        lead_mps = speed - truth.closing_mps
+        least = (
+            rss.same_direction_m(speed, lead_mps, ego, LEAD_BRAKE_MPS2)
+            if lead_mps >= 0.0
+            else rss.opposite_direction_m(speed, -lead_mps, ego, ego)
+        )
+        if truth.gap_m < least:
+            return True
+    return person is not None and gap_m(person) < rss.stopping_distance_m(speed, ego)
+
+
+def collisions(record: Record) -> int:
+    """Times in which the ego began to touch somebody; the truth's word stays on for the rest of the run."""
+    return len(spans((truth.time_s, truth.collision) for truth in record.truths)[:1])
+
+
+def near_collisions(record: Record) -> tuple[int, int]:
+    """How many by time to collision, and how many more by post-encroachment time alone; a collision is none of them."""
+    by_ttc = spans(((t.time_s, _near(t)) for t in record.truths), APART_S)
+    struck = next((truth.time_s for truth in record.truths if truth.collision), math.inf)
+    by_ttc = tuple(span for span in by_ttc if span.to_s < struck - APART_S)
+    by_pet = [
+        at_s
+        for at_s, pet in encroachments(record)
+        if pet < NEAR_PET_S and not any(span.overlaps(Span(at_s, at_s), APART_S, APART_S) for span in by_ttc)
+    ]
+    return len(by_ttc), len([at_s for at_s in by_pet if at_s < struck])
+
+
+def _near(truth: Truth) -> bool:
+    time = nearest_ttc_s(truth)
+    return time is not None and time < NEAR_TTC_S
+
+
+def encroachments(record: Record) -> Iterator[tuple[float, float]]:
+    """(instant, post-encroachment time) of each person who left the ego's path ahead of it, where it then drove by.
+
+    The place is where the person was last in the path; the time is from then until the ego's front is there.
+    """
+    inside: dict[int, tuple[float, float]] = {}
+    for truth in record.truths:
+        people = {actor.actor_id: actor for actor in truth.actors if actor.kind == "pedestrian"}
+        for number, (left_s, place_m) in list(inside.items()):
+            person = people.get(number)
+            if person is None or not person.in_ego_path or person.x_m <= 0.0:
+                del inside[number]
+                reached_s = next((t.time_s for t in record.truths if t.distance_m >= place_m), None)
+                if reached_s is not None and reached_s >= left_s:
+                    yield left_s, reached_s - left_s
+        for actor in people.values():
+            if actor.in_ego_path and actor.x_m > 0.0:
+                inside[actor.actor_id] = truth.time_s, truth.distance_m + max(0.0, actor.x_m - EGO_LENGTH_M / 2.0)
+
+
+def headways_s(record: Record) -> list[float]:
+    """Gap over speed at each instant in which the ego follows somebody."""
+    return [
+        truth.gap_m / truth.speed_mps
+        for truth in record.truths
+        if truth.gap_m is not None
+        and truth.speed_mps >= FOLLOWS_FROM_MPS
+        and truth.gap_m / truth.speed_mps <= FOLLOWS_WITHIN_S
+    ]
+
+
+def headway_median_s(record: Record) -> float | None:
+    """Median headway while following."""
+    found = headways_s(record)
+    return median(found) if found else None
+
+
+def short_headway_share(record: Record) -> float | None:
+    """Share of the time of following in which the headway is below 1 s."""
+    found = headways_s(record)
+    return sum(each < SHORT_HEADWAY_S for each in found) / len(found) if found else None

@@ -1,0 +1,126 @@
+"""True hazards and the words for them: response time, time to collision at first escalation, hazards never told."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from evaluation.metrics.conflicts import gap_m, person_ahead, ttc_s
+from evaluation.metrics.record import At, Record
+from proto.decision import Advisory
+from proto.truth import TrueHazard, Truth
+from services.arbiter.rss import GRAVITY_MPS2
+from services.simulator.driver_profile import MEDIAN_REACTION_S
+
+ESCALATES = ("warning", "alarm")
+STILL_HEARD_S = 4.0
+"""A warning that came so long before the onset still stands: the simulated driver keeps to it for as long."""
+_LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})
+_PERSON = frozenset({"pedestrian", "person"})
+_STOP = frozenset({"red_light", "stop_sign", "stop"})
+WORDS: Mapping[str, frozenset[str]] = {
+    "pedestrian": _PERSON,
+    "lead_brakes": _LEAD,
+    "stopped_vehicle": _LEAD,
+    "congestion_tail": _LEAD,
+    "cut_in": _LEAD,
+    "red_light": _STOP,
+    "stop_sign": _STOP,
+    "give_way": frozenset({"give_way", "right_of_way", "yield", "priority"}) | _LEAD,
+    "school_zone": frozenset({"limit", "ahead", "overspeed", "school", "children"}) | _PERSON,
+    "deep_water": frozenset({"friction", "deep_water", "low_friction"}),
+}
+"""A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
+OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
+
+
+class Episode(NamedTuple):
+    """A hazard from its onset to when it was over."""
+
+    kind: str
+    onset_s: float
+    over_s: float
+
+
+class Answer(NamedTuple):
+    """What was said about a hazard. None: nothing was, or too late, or nobody closed in."""
+
+    episode: Episode
+    response_s: float | None
+    """Onset to the first effective warning or intervention."""
+    ttc_s: float | None
+    """At the first escalation."""
+
+
+def episodes(record: Record) -> tuple[Episode, ...]:
+    """All hazards of a run; the same kind and onset is the same hazard."""
+    found: dict[tuple[str, float], float] = {}
+    for truth in record.truths:
+        for hazard in on_now(truth):
+            found[hazard.kind, hazard.onset_s] = truth.time_s
+    return tuple(Episode(kind, onset_s, over_s) for (kind, onset_s), over_s in sorted(found.items()))
+
+
+def on_now(truth: Truth) -> tuple[TrueHazard, ...]:
+    """The hazards that are on; from a truth that tells but the oldest, that one."""
+    if truth.hazards or not truth.hazard or truth.hazard_onset_s is None:
+        return truth.hazards
+    return (TrueHazard(kind=truth.hazard, onset_s=truth.hazard_onset_s),)
+
+
+def answers(record: Record) -> tuple[Answer, ...]:
+    """What was said about each hazard."""
+    return tuple(_answer(record, episode) for episode in episodes(record))
+
+
+def names(advisory: Advisory, kind: str) -> bool:
+    """Whether a message is about a hazard of that kind."""
+    return bool({advisory.hazard, advisory.topic} & WORDS.get(kind, frozenset({kind})))
+
+
+def _answer(record: Record, episode: Episode) -> Answer:
+    about = [each for each in record.spoken if _in_time(each.time_s, episode) and names(each.message, episode.kind)]
+    effective = (each for each in about if _effective(record, each, episode.kind))
+    first = next(effective, None)
+    return Answer(
+        episode,
+        max(0.0, first.time_s - episode.onset_s) if first is not None else None,
+        next(_escalation_ttcs(record, about, episode.kind), None),
+    )
+
+
+def _in_time(time_s: float, episode: Episode) -> bool:
+    return episode.onset_s - STILL_HEARD_S <= time_s <= episode.over_s
+
+
+def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
+    """An intervention, or a word early enough for the median driver: he reacts, brakes as the grip allows, and it holds.
+
+    Where the truth tells no distance, any word while the hazard is on counts.
+    """
+    truth = record.truth_at(said.time_s)
+    if truth is None or said.message.kind == "ACT":
+        return truth is not None
+    gap, closing = distance(truth, kind)
+    if gap is None or closing <= 0.0:
+        return True
+    braking = GRAVITY_MPS2 * truth.mu * truth.brake_share
+    return closing * MEDIAN_REACTION_S + closing**2 / (2.0 * braking) <= gap
+
+
+def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> Iterator[float | None]:
+    """Times to collision at the escalations, the first one first; the first counts even if nobody closed in."""
+    for each in about:
+        if each.message.kind == "ACT" or (each.message.urgency in ESCALATES and each.message.hazard):
+            truth = record.truth_at(each.time_s)
+            yield ttc_s(*distance(truth, kind)) if truth is not None else None
+
+
+def distance(truth: Truth, kind: str) -> tuple[float | None, float]:
+    """(gap in m, closing speed in m/s) to the hazard; a gap of None: the truth does not tell it."""
+    told = next((each.distance_m for each in on_now(truth) if each.kind == kind), None)
+    if kind in OF_SOMEBODY_AHEAD:
+        gap = truth.gap_m if truth.gap_m is not None else told
+        return gap, truth.closing_mps if truth.closing_mps is not None else truth.speed_mps
+    person = person_ahead(truth) if kind == "pedestrian" else None
+    if person is not None:
+        return gap_m(person), -person.vx_mps
+    return told if told is not None else truth.stop_distance_m if kind == truth.stop_kind else None, truth.speed_mps

@@ -1,0 +1,170 @@
+"""What a run's messages leave behind: taken from the bus as they pass, or from the log and the truth kept beside it."""
+
+import gzip
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import msgspec
+
+from drivemcp.errors import UserError
+from drivemcp.node import Node
+from drivemcp.received import Received
+from proto import topics
+from proto.decision import Advisory, Decision, TraceRecord
+from proto.topics import Topic
+from proto.truth import Truth
+from proto.weather import Conditions
+from services.logger.reader import messages, topic_of
+
+M = TypeVar("M", bound=msgspec.Struct)
+TRUTH_FILE = "truth.msgpack.gz"
+"""Truth is never logged, so that nothing can read it from a log; the evaluation keeps it in a file of its own."""
+
+
+class At(NamedTuple, Generic[M]):
+    """A message and when it was published, in seconds since the start of the run."""
+
+    time_s: float
+    message: M
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """One run. Each list is in the order of time; without truth, `truths` is empty and what needs it is not measured."""
+
+    truths: tuple[Truth, ...] = ()
+    """20 a second; their own `time_s` counts."""
+    advisories: tuple[At[Advisory], ...] = ()
+    """One a tick, silent ones included."""
+    decisions: tuple[At[Decision], ...] = ()
+    traces: tuple[At[TraceRecord], ...] = ()
+    conditions: tuple[At[Conditions], ...] = ()
+
+    @cached_property
+    def spoken(self) -> tuple[At[Advisory], ...]:
+        """The messages that the driver hears: every SPEAK, and of an uninterrupted ACT its first tick."""
+        heard: list[At[Advisory]] = []
+        before: At[Advisory] | None = None
+        for each in self.advisories:
+            goes_on = before is not None and before.message.kind == "ACT" and each.time_s - before.time_s < ACT_PAUSE_S
+            if each.message.kind == "SPEAK" or (each.message.kind == "ACT" and not goes_on):
+                heard.append(each)
+            before = each
+        return tuple(heard)
+
+    @cached_property
+    def _times_s(self) -> list[float]:
+        return [truth.time_s for truth in self.truths]
+
+    def truth_at(self, time_s: float) -> Truth | None:
+        """The newest truth at that instant; before the first one, the first."""
+        if not self.truths:
+            return None
+        return self.truths[max(0, bisect_right(self._times_s, time_s + 1e-6) - 1)]
+
+    def truths_between(self, from_s: float, to_s: float) -> tuple[Truth, ...]:
+        """Those from one instant to another, both included."""
+        start = bisect_right(self._times_s, from_s - 1e-6)
+        return self.truths[start : bisect_right(self._times_s, to_s + 1e-6)]
+
+
+ACT_PAUSE_S = 0.5
+"""ACT that pauses for less is one intervention: a tick or two may be lost or doubted."""
+_FOLLOWED: tuple[Topic[Any], ...] = (
+    topics.TRUTH,
+    topics.ADVISORY,
+    topics.DECISION,
+    topics.TRACE,
+    topics.CONDITIONS,
+)
+
+
+@dataclass(slots=True)
+class Recorder:
+    """Collects a run's messages as they pass; `record` is what has come so far."""
+
+    _found: dict[str, list[tuple[int, Any]]] = field(default_factory=dict)
+
+    def follow(self, node: Node) -> None:
+        """Subscribe to all that is measured; hand this to `evaluation.run.host.drive`."""
+        for topic in _FOLLOWED:
+            self._found[topic.name] = []
+            node.subscribe(topic, self._into(topic))
+
+    def _into(self, topic: Topic[M]) -> Any:
+        found = self._found[topic.name]
+
+        def add(message: M, received: Received[M]) -> None:
+            found.append((received.stamp_ns, message))
+
+        return add
+
+    def record(self) -> Record:
+        """The run so far."""
+        return _record(self._found)
+
+
+def from_log(log: Path) -> Record:
+    """A run from its MCAP file and, where it lies in the same folder, the truth that `keep` wrote.
+
+    Raises UserError where a message does not fit this version, OSError where a file cannot be read.
+    """
+    found: dict[str, list[tuple[int, Any]]] = {topic.name: [] for topic in _FOLLOWED}
+    for logged in messages(log):
+        topic = topic_of(logged.name)
+        if topic is not None and topic.name in found:
+            found[topic.name].append((logged.stamp_ns, _decoded(topic, logged.data, log)))
+    truth = log.parent / TRUTH_FILE
+    if truth.exists():
+        found[topics.TRUTH.name] = _kept(truth)
+    return _record(found)
+
+
+def keep(recorder: Recorder, folder: Path) -> Path:
+    """Write the truth of a run beside its log; the file's path."""
+    path = folder / TRUTH_FILE
+    rows = recorder._found.get(topics.TRUTH.name, [])
+    path.write_bytes(gzip.compress(msgspec.msgpack.encode(rows), mtime=0))
+    return path
+
+
+def _kept(path: Path) -> list[tuple[int, Any]]:
+    try:
+        return list(msgspec.msgpack.decode(gzip.decompress(path.read_bytes()), type=list[tuple[int, Truth]]))
+    except (msgspec.MsgspecError, gzip.BadGzipFile) as error:
+        raise UserError(f"{path}: does not fit this version's Truth: {error}") from None
+
+
+def _decoded(topic: Topic[Any], data: bytes, log: Path) -> Any:
+    decode = msgspec.json.decode if topic.encoding == "json" else msgspec.msgpack.decode
+    try:
+        return decode(data, type=topic.message)
+    except msgspec.MsgspecError as error:
+        raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None
+
+
+def _record(found: dict[str, list[tuple[int, Any]]]) -> Record:
+    start_ns = _start_ns(found)
+
+    def timed(topic: Topic[Any]) -> tuple[At[Any], ...]:
+        return tuple(At((stamp_ns - start_ns) / 1e9, message) for stamp_ns, message in found.get(topic.name, ()))
+
+    return Record(
+        truths=tuple(message for _, message in found.get(topics.TRUTH.name, ())),
+        advisories=timed(topics.ADVISORY),
+        decisions=timed(topics.DECISION),
+        traces=timed(topics.TRACE),
+        conditions=timed(topics.CONDITIONS),
+    )
+
+
+def _start_ns(found: dict[str, list[tuple[int, Any]]]) -> int:
+    """The instant 0 of the run: the truth names its own; without it, the first message."""
+    for stamp_ns, truth in found.get(topics.TRUTH.name, ()):
+        return int(stamp_ns - round(truth.time_s * 1e9))
+    stamps: Iterable[int] = (rows[0][0] for rows in found.values() if rows)
+    return min(stamps, default=0)

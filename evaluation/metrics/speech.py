@@ -1,0 +1,135 @@
+"""What the driver has to listen to: messages, nags, and slow-downs that nothing called for."""
+
+from statistics import quantiles
+
+from evaluation.metrics.conflicts import nearest_ttc_s
+from evaluation.metrics.hazards import on_now
+from evaluation.metrics.record import At, Record
+from proto.decision import Advisory, Urgency
+from proto.truth import Truth
+from services.arbiter.rss import GRAVITY_MPS2
+from services.simulator.driver_profile import MEDIAN_REACTION_S
+
+FORGOTTEN_S = 60.0
+"""Ours: what was said longer ago may be said again."""
+STANDS_S = 4.0
+"""Ours: a warning may be repeated after so long while its hazard is on."""
+OTHER_TARGET_MPS = 5 / 3.6
+"""Ours: a target that is lower by as much is news; one that is higher is none."""
+_WEIGHTS: dict[Urgency, int] = {"info": 0, "advice": 1, "warning": 2, "alarm": 3}
+
+SLOWED_MPS, SLOWED_WITHIN_S = 10 / 3.6, 10.0
+"""Ours: a slow-down is a message with a target below the speed, after which the car loses 10 km/h within 10 s."""
+CAUSE_TTC_S, CAUSE_HEADWAY_S, CAUSE_MU = 8.0, 1.5, 0.56
+"""Ours, generous: an approach, a short headway, the friction from which the event table calls a road slippery."""
+
+
+def nags(record: Record) -> int:
+    """Repeats without new information.
+
+    A message is one where the same topic was spoken of within 60 s with the same hazard and limit, no less urgency, a
+    target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is really on is
+    none, if 4 s have passed.
+    """
+    last: dict[str, At[Advisory]] = {}
+    count = 0
+    for each in record.spoken:
+        before = last.get(each.message.topic)
+        if before is not None and _repeats(before, each) and not _stands(record, before, each):
+            count += 1
+        last[each.message.topic] = each
+    return count
+
+
+def _repeats(before: At[Advisory], now: At[Advisory]) -> bool:
+    old, new = before.message, now.message
+    return (
+        now.time_s - before.time_s < FORGOTTEN_S
+        and old.hazard == new.hazard
+        and old.legal_limit == new.legal_limit
+        and _WEIGHTS[new.urgency] <= _WEIGHTS[old.urgency]
+        and not _lower(old.target_mps, new.target_mps)
+        and set(new.degraded) <= set(old.degraded)
+    )
+
+
+def _lower(old_mps: float | None, new_mps: float | None) -> bool:
+    return new_mps is not None and (old_mps is None or new_mps <= old_mps - OTHER_TARGET_MPS)
+
+
+def _stands(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
+    truth = record.truth_at(now.time_s)
+    on = truth is not None and bool(on_now(truth) or _approaches(truth))
+    return now.message.hazard != "" and on and now.time_s - before.time_s >= STANDS_S
+
+
+def unnecessary_slow_downs(record: Record) -> int:
+    """Messages after which the car lost 10 km/h within 10 s and for which the truth knows no cause in that time.
+
+    Causes: a hazard, a place to stop, an approach, a short headway, a limit below the speed, a slippery road, or a speed
+    at which one cannot stop within sight. Messages within 10 s of one that counted belong to it.
+    """
+    count, until_s = 0, -1.0
+    for each in record.spoken:
+        target, now = each.message.target_mps, record.truth_at(each.time_s)
+        if now is None or target is None or target >= now.speed_mps or each.time_s < until_s:
+            continue
+        then = record.truths_between(each.time_s, each.time_s + SLOWED_WITHIN_S)
+        slowed = now.speed_mps - min(truth.speed_mps for truth in then or (now,)) >= SLOWED_MPS
+        if slowed and not any(_cause(truth, now.speed_mps) for truth in then):
+            count, until_s = count + 1, each.time_s + SLOWED_WITHIN_S
+    return count
+
+
+def _cause(truth: Truth, speed_mps: float) -> bool:
+    """Whether there is a reason to drive slower than one did."""
+    limit = truth.law_limit_mps
+    return bool(
+        on_now(truth)
+        or truth.stop_kind
+        or truth.light in ("red", "red_amber", "amber")
+        or _approaches(truth)
+        or (truth.gap_m is not None and truth.gap_m < CAUSE_HEADWAY_S * speed_mps)
+        or (limit is not None and limit < speed_mps)
+        or truth.mu < CAUSE_MU
+        or _beyond_sight(truth, speed_mps)
+    )
+
+
+def _approaches(truth: Truth) -> bool:
+    ttc = nearest_ttc_s(truth)
+    return ttc is not None and ttc < CAUSE_TTC_S
+
+
+def _beyond_sight(truth: Truth, speed_mps: float) -> bool:
+    if truth.visibility_m is None:
+        return False
+    braking = GRAVITY_MPS2 * truth.mu * truth.brake_share
+    return speed_mps * MEDIAN_REACTION_S + speed_mps**2 / (2.0 * braking) > truth.visibility_m
+
+
+def advisory_latencies_s(record: Record) -> tuple[float, ...]:
+    """The paper's advisory latency of each tick in which an event began and something was said: event to advice."""
+    return _seconds([each.message.event_to_advice_ms for each in record.advisories])
+
+
+def sensor_latencies_s(record: Record) -> tuple[float, ...]:
+    """Picture to advice, of each tick that a picture caused."""
+    return _seconds([each.message.snapshot_to_advice_ms for each in record.advisories])
+
+
+def _seconds(values_ms: list[float | None]) -> tuple[float, ...]:
+    return tuple(value / 1e3 for value in values_ms if value is not None)
+
+
+def percentile(values: tuple[float, ...], percent: int) -> float | None:
+    """By linear interpolation between ranks; None of nothing."""
+    if len(values) < 2:
+        return values[0] if values else None
+    return quantiles(values, n=100, method="inclusive")[percent - 1]
+
+
+def mean_target_mps(record: Record) -> float | None:
+    """Mean over time of the speed that the system holds to be right; None where it never had one."""
+    found = [each.message.target_mps for each in record.advisories if each.message.target_mps is not None]
+    return sum(found) / len(found) if found else None

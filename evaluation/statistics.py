@@ -1,0 +1,109 @@
+"""Uncertainty: mean, standard deviation and 95 % interval; exact Poisson for rates; bootstrap; pairs of the same seed."""
+
+import math
+from collections.abc import Callable, Sequence
+from statistics import fmean, median, stdev
+
+import msgspec
+import numpy as np
+from scipy import stats
+
+LEVEL = 0.95
+
+
+class Spread(msgspec.Struct, frozen=True, kw_only=True):
+    """Of how many, their mean (or another number of them), standard deviation and 95 % interval. None: too few."""
+
+    n: int
+    mean: float | None
+    sd: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+class Rate(msgspec.Struct, frozen=True, kw_only=True):
+    """Events over an exposure, their ratio and its exact 95 % interval. None: no exposure."""
+
+    count: int
+    exposure: float
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+class Share(msgspec.Struct, frozen=True, kw_only=True):
+    """So many of so many, and the exact 95 % interval of their ratio. None: of none."""
+
+    count: int
+    of: int
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+def mean_sd_ci(values: Sequence[float]) -> Spread:
+    """Mean and standard deviation (n - 1), with Student's t interval for the mean. One value has a mean only.
+
+    The t interval takes the runs' means for normal: with few runs of a skewed number see `bootstrap`.
+    """
+    n = len(values)
+    if n < 2:
+        return Spread(n=n, mean=values[0] if values else None)
+    mean, sd = fmean(values), stdev(values)
+    half = float(stats.t.ppf(0.5 + LEVEL / 2.0, n - 1)) * sd / math.sqrt(n)
+    return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)
+
+
+def poisson_ci(count: int, exposure: float, per: float = 1.0) -> Rate:
+    """Rate with Garwood's exact interval (1936, Biometrika 28), told for `per` of the exposure.
+
+    It takes the events for independent. With no event at all its upper end is 3.69 over the exposure.
+    """
+    if exposure <= 0.0:
+        return Rate(count=count, exposure=exposure)
+    tail, scale = (1.0 - LEVEL) / 2.0, per / exposure
+    low = float(stats.chi2.ppf(tail, 2 * count)) / 2.0 if count else 0.0
+    high = float(stats.chi2.ppf(1.0 - tail, 2 * count + 2)) / 2.0
+    return Rate(count=count, exposure=exposure, value=count * scale, low=low * scale, high=high * scale)
+
+
+def binomial_ci(count: int, of: int) -> Share:
+    """Share with the exact interval of Clopper and Pearson (1934, Biometrika 26). Raises ValueError where count > of."""
+    if not 0 <= count <= of:
+        raise ValueError(f"{count} of {of} is no share")
+    if of == 0:
+        return Share(count=count, of=of)
+    tail = (1.0 - LEVEL) / 2.0
+    low = float(stats.beta.ppf(tail, count, of - count + 1)) if count else 0.0
+    high = float(stats.beta.ppf(1.0 - tail, count + 1, of - count)) if count < of else 1.0
+    return Share(count=count, of=of, value=count / of, low=low, high=high)
+
+
+def bootstrap(
+    values: Sequence[float],
+    statistic: Callable[[Sequence[float]], float] = median,
+    seed: int = 0,
+    resamples: int = 2000,
+) -> Spread:
+    """A number of the values, with its percentile bootstrap interval; equal for equal seeds. `sd` is the bootstrap's."""
+    n = len(values)
+    if n < 2:
+        return Spread(n=n, mean=statistic(values) if values else None)
+    chance, drawn = np.random.default_rng(seed), np.asarray(values, dtype=float)
+    found = [statistic(drawn[chance.integers(0, n, n)].tolist()) for _ in range(resamples)]
+    low, high = np.quantile(found, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
+    return Spread(n=n, mean=statistic(values), sd=stdev(found), low=float(low), high=float(high))
+
+
+def paired(ours: Sequence[float], theirs: Sequence[float]) -> Spread:
+    """Differences ours minus theirs of runs with the same seed, in the same order. Raises ValueError on unequal lengths.
+
+    What the seeds have in common falls out, so that the interval is narrower than that of two separate means.
+    """
+    return mean_sd_ci([one - other for one, other in zip(ours, theirs, strict=True)])
+
+
+def paired_by_seed(ours: dict[int, float], theirs: dict[int, float]) -> Spread:
+    """The same of runs by seed; a seed that one of them lacks is left out."""
+    seeds = sorted(ours.keys() & theirs.keys())
+    return paired([ours[seed] for seed in seeds], [theirs[seed] for seed in seeds])

@@ -1,0 +1,75 @@
+"""Intervals against published and hand-worked values."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from evaluation.statistics import binomial_ci, bootstrap, mean_sd_ci, paired, paired_by_seed, poisson_ci
+
+
+def test_mean_spread_and_t_interval_of_a_small_sample() -> None:
+    # 2, 4, 4, 6: mean 4, sd sqrt(8/3) = 1.63299, t(0.975, 3) = 3.18245, half 3.18245 * 1.63299 / 2 = 2.59846
+    found = mean_sd_ci([2.0, 4.0, 4.0, 6.0])
+    assert (found.n, found.mean) == (4, 4.0)
+    assert found.sd == pytest.approx(1.63299, abs=1e-5)
+    assert (found.low, found.high) == pytest.approx((4 - 2.59846, 4 + 2.59846), abs=1e-4)
+
+
+def test_too_few_values_have_no_interval() -> None:
+    assert mean_sd_ci([]).mean is None
+    assert (mean_sd_ci([3.0]).mean, mean_sd_ci([3.0]).low) == (3.0, None)
+    assert bootstrap([]).mean is None
+
+
+@pytest.mark.parametrize(
+    ("count", "low", "high"),
+    # the table of exact 95 % limits for a Poisson count (Garwood 1936)
+    [(0, 0.0, 3.6889), (1, 0.0253, 5.5716), (5, 1.6235, 11.6683), (10, 4.7954, 18.3904)],
+)
+def test_rates_have_garwoods_interval(count: int, low: float, high: float) -> None:
+    found = poisson_ci(count, 20_000.0, per=10_000.0)
+    assert found.value == pytest.approx(count / 2)
+    assert (found.low, found.high) == pytest.approx((low / 2, high / 2), abs=1e-4)
+
+
+def test_a_rate_over_nothing_is_none() -> None:
+    assert poisson_ci(0, 0.0).value is None
+
+
+@given(st.integers(0, 60), st.floats(0.5, 1e5))
+def test_a_rate_lies_within_its_interval_and_more_exposure_narrows_it(count: int, exposure: float) -> None:
+    one, ten = poisson_ci(count, exposure), poisson_ci(10 * count, 10 * exposure)
+    assert one.low is not None
+    assert one.high is not None
+    assert one.value is not None
+    assert one.low <= one.value < one.high
+    assert ten.high is not None
+    assert ten.high < one.high
+
+
+def test_shares_have_clopper_and_pearsons_interval() -> None:
+    # 0 of 10: upper 1 - 0.025^(1/10) = 0.30850; 8 of 10: 0.44390 to 0.97479
+    assert binomial_ci(0, 10).high == pytest.approx(0.30850, abs=1e-5)
+    some = binomial_ci(8, 10)
+    assert (some.low, some.high) == pytest.approx((0.44390, 0.97479), abs=1e-5)
+    assert binomial_ci(0, 0).value is None
+    with pytest.raises(ValueError, match="11 of 10"):
+        binomial_ci(11, 10)
+
+
+def test_the_bootstrap_is_repeatable_and_agrees_with_t_on_a_normal_mean() -> None:
+    values = np.random.default_rng(3).normal(10.0, 2.0, 60).tolist()
+    boot, t = bootstrap(values, lambda drawn: sum(drawn) / len(drawn)), mean_sd_ci(values)
+    assert boot == bootstrap(values, lambda drawn: sum(drawn) / len(drawn))
+    assert (boot.low, boot.high) == pytest.approx((t.low, t.high), abs=0.15)
+
+
+def test_pairs_leave_out_what_seeds_have_in_common() -> None:
+    # differences 1, 1, 2: mean 4/3, sd 0.57735, half 4.30265 * 0.57735 / sqrt(3) = 1.43422
+    found = paired([11.0, 21.0, 32.0], [10.0, 20.0, 30.0])
+    assert found.mean == pytest.approx(4 / 3)
+    assert found.high == pytest.approx(4 / 3 + 1.43422, abs=1e-4)
+    assert paired_by_seed({1: 5.0, 2: 7.0, 3: 1.0}, {3: 0.0, 2: 5.0}).n == 2
+    with pytest.raises(ValueError, match="longer"):
+        paired([1.0], [1.0, 2.0])
