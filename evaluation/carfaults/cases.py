@@ -36,12 +36,13 @@ SENSOR_FAULTS = tuple(
     if not (sensor in SLOW and kind == "stuck")
 )
 _SENSOR_PRESETS = frozenset(f"{sensor}_{kind}" for sensor, kind in itertools.product(SENSORS, SENSOR_KINDS))
+_NOT_SCORED = {"abs_fault", "fuel_cap_loose"}
 VEHICLE_FAULTS = tuple(
-    preset
-    for preset in FAULTS
-    if preset not in _SENSOR_PRESETS and preset != "abs_fault" and not preset.endswith("_silent")
+    preset for preset in FAULTS if preset not in _SENSOR_PRESETS | _NOT_SCORED and not preset.endswith("_silent")
 )
-"""`abs_fault` is a dead wheel speed sensor: among the sensors. A silent unit is all of its sensors at once."""
+"""`abs_fault` is a dead wheel speed sensor: among the sensors. A silent unit is all of its sensors at once. A loose
+filler cap changes nothing but its code.
+"""
 
 
 @dataclass(frozen=True, slots=True)

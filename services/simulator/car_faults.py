@@ -1,5 +1,9 @@
 """Fault scenarios as a table: each breaks something in the car, sets its trouble codes and lights its lamps, so that
 frames, diagnostics and driving agree. Sensor faults stand in the same table: they break what is told, not the car.
+
+Some set no code, as in real cars: hot discs are not measured by usual units, worn linings have a flag of their own
+(UN R13-H, 5.2.11.2), stability control that the driver switched off is no fault, and for lamps and wipers the standard
+has no code, makers have their own.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,6 +18,8 @@ OVERHEAT_GOAL_C, OVERHEAT_C_PER_S = 132.0, 4.0
 HOT_DISC_C, HOT_DISC_MORE_C, HOT_DISC_C_PER_S = 350.0, 300.0, 40.0
 FAST_LEAK_BAR_PER_MIN, SLOW_LEAK_BAR_PER_MIN = 6.0, 0.3
 SOFT_BAR, FLAT_BAR = 1.3, 0.8
+LEAK_TEST_S = 20.0
+"""Ours: a real car's second leak test comes with the next drive (two-trip logic of OBD-II)."""
 WHEELS = ("fl", "fr", "rl", "rr")
 
 
@@ -37,6 +43,8 @@ class Fault:
     lamps: frozenset[str] = frozenset()
     breaks: Callable[[Condition, Active], Condition] = lambda condition, active: condition
     shows: Callable[[CarState, Active], CarState] = lambda state, active: state
+    pending_s: float = 0.0
+    """So long a unit looks before it believes: its codes are pending and no lamp is lit."""
 
 
 def _hot(state: CarState, active: Active) -> CarState:
@@ -230,6 +238,14 @@ _VEHICLE = (
         ("U0140",),
         breaks=_silence("Body", "Surroundings", "WarningLamps"),
     ),
+    Fault(
+        "fuel_cap_loose",
+        0xF017,
+        "The filler cap is loose: fuel vapour escapes; pending for 20 s, then stored",
+        ("P0457",),
+        _lamps("engine"),
+        pending_s=LEAK_TEST_S,
+    ),
 )
 
 
@@ -261,6 +277,14 @@ def check(preset: str) -> None:
         )
 
 
+def _told(state: CarState, fault: Fault, *, pending: bool) -> CarState:
+    """With the codes of a fault, once each, and its lamps."""
+    if pending:
+        return replace(state, pending_codes=tuple(dict.fromkeys(state.pending_codes + fault.codes)))
+    codes = tuple(dict.fromkeys(state.stored_codes + fault.codes))
+    return replace(state, stored_codes=codes, lamps=state.lamps | fault.lamps)
+
+
 @dataclass(slots=True)
 class Faults:
     """The faults that are active. One begins when it first meets an instant."""
@@ -289,13 +313,10 @@ class Faults:
 
     def show(self, state: CarState, now_ns: int) -> CarState:
         """What its units know of them: flags, codes, lamps."""
-        codes, lamps = list(state.stored_codes), state.lamps
         for preset, active in self._at(now_ns):
             fault = FAULTS[preset]
-            state = fault.shows(state, active)
-            codes += [code for code in fault.codes if code not in codes]
-            lamps |= fault.lamps
-        return replace(state, stored_codes=tuple(codes), lamps=lamps)
+            state = _told(fault.shows(state, active), fault, pending=active.for_s < fault.pending_s)
+        return state
 
     def _at(self, now_ns: int) -> list[tuple[str, Active]]:
         found = []

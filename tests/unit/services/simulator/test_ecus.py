@@ -215,6 +215,21 @@ def test_pending_becomes_stored_becomes_permanent_and_only_the_repair_ends_it() 
     assert whole(bank, ENGINE, b"\x0a") == b"\x4a\x00"
 
 
+def test_a_loose_filler_cap_is_pending_first_and_then_stored_with_its_lamp() -> None:
+    bank = EcuBank()
+    bank.activate("fuel_cap_loose")
+    begun = bank.affect(STANDING, NS)
+    bank.step(NS, begun)
+    assert whole(bank, ENGINE, b"\x07", begun) == b"\x47\x01\x04\x57"
+    assert whole(bank, ENGINE, b"\x03", begun) == b"\x43\x00"
+    assert begun.lamps == frozenset()
+    later = bank.affect(STANDING, NS + int(car_faults.FAULTS["fuel_cap_loose"].pending_s * NS))
+    bank.step(30 * NS, later)
+    assert whole(bank, ENGINE, b"\x07", later) == b"\x47\x00"
+    assert whole(bank, ENGINE, b"\x03", later) == b"\x43\x01\x04\x57"
+    assert later.lamps == {"engine"}
+
+
 def test_monitors_are_not_ready_after_clearing_until_the_car_has_run() -> None:
     bank = EcuBank()
     assert whole(bank, ENGINE, b"\x04") == b"\x44"
