@@ -15,6 +15,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("question")
     parser.add_argument("--connect", metavar="ENDPOINT")
     parser.add_argument("--vehicle", metavar="NAME")
+    parser.add_argument("--language", choices=("en", "de"), help="of the answer (default: the driver's)")
     parser.add_argument("--json", action="store_true", help="the whole answer as JSON")
     parser.set_defaults(run=command)
 
@@ -23,7 +24,7 @@ def command(flags: argparse.Namespace) -> int:
     """Ask, and print the answer with its citations."""
     with join(flags.connect, flags.vehicle) as node:
         node.client.discover()
-        outcome = node.call("ask", {"question": flags.question}, deadline_ms=5000)
+        outcome = node.call("ask", {"question": flags.question, "language": flags.language}, deadline_ms=5000)
     if not outcome.ok or outcome.result is None:
         raise UserError(f"no answer: {outcome.status} ({outcome.error})")
     if flags.json:

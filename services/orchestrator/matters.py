@@ -12,6 +12,7 @@ from services.orchestrator.matter import Maker, Matter
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.targets import Target
+from services.orchestrator.text import sentences
 from services.orchestrator.units import limit_text, to_mps
 
 
@@ -38,7 +39,7 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         key=f"{phrase} {event.detail}",
         phrase=phrase,
         urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
-        values={"fault": told.removesuffix(".")},
+        values={"fault": sentences(told)},
         why=("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,

@@ -20,7 +20,7 @@ from services.orchestrator.messages import distance, drive, phrases, say, speed,
 from services.orchestrator.routing import Call
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.targets import target
-from services.orchestrator.text import plain
+from services.orchestrator.text import plain, sentences
 from services.orchestrator.units import limit_text
 
 Subject = Literal["sign", "units", "change", "lamp", "limit", "law"]
@@ -361,7 +361,7 @@ def _next_steps(state: State, health: VehicleHealth) -> list[str]:
     ]
     if more := len(health.dtcs) - len(gravest):
         told.append(say(preferences, "ask", "codes_more", more=more))
-    return told or ([plain(health.advice)] if health.advice and health.safe_to_drive != "yes" else [])
+    return told or ([f"{sentences(health.advice, 400)}."] if health.advice and health.safe_to_drive != "yes" else [])
 
 
 def _rule(state: State, law: RulesAnswer | None) -> tuple[str, ...]:
