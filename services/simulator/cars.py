@@ -100,10 +100,13 @@ class Car(_Grounded, IDMVehicle):  # type: ignore[misc]
         super().__init__(road, place, heading, speed, target_lane_index=index, enable_lane_change=False, timer=0.5)
         self.settle(body)
         self.stop_mps2, self.speed_bias, self.keeps_mps = FREE, 1.0, FREE
-        self.number = 0
+        self.number, self.blind = 0, False
+        """Blind: it has seen what stands ahead, and brakes for nothing, because it will leave the lane in time."""
 
     def act(self, action: object = None) -> None:
         super().act()
+        if self.blind:
+            self.action["acceleration"] = self.acceleration(self)
         self.action["acceleration"] = min(self.action["acceleration"], self.stop_mps2)
 
     def step(self, dt: float) -> None:

@@ -21,6 +21,7 @@ def build_signs(route: Route, seed: int) -> tuple[SignPost, ...]:
     """Every post, facing those who drive forward."""
     plans = list(route.scenario.signs)
     plans += [SignPlan(at_m=stop.at_m - 0.5, codes=("stop",)) for stop in route.scenario.stops]
+    plans += [SignPlan(at_m=each.at_m - 0.5, codes=("yield",)) for each in route.scenario.yields if each.sign]
     plans += [SignPlan(at_m=zebra.at_m - 2.5, codes=("crossing",), side="both") for zebra in route.scenario.zebras]
     places = [(plan, d) for plan in plans for d in _post_offsets(route, plan)]
     return tuple(_post(route, plan, d, SIGN_IDS + index, seed) for index, (plan, d) in enumerate(places))

@@ -1,14 +1,14 @@
-"""People in a vehicle's way, and which hazard is on for the ego: truth, and what drivers may see."""
+"""People in a vehicle's way, and which hazards are on for the ego: truth, and what drivers may see."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
+from services.simulator.body import Box
 from services.simulator.people import Person
 
 CORRIDOR_HALF_M = 1.7
 SOON_S = 2.2
 LOOKS_M = 70.0
-QUEUE_SEEN_M = 200.0
 
 
 def person_ahead_m(
@@ -31,16 +31,50 @@ def enters(person: Person, lane_d_m: float) -> bool:
     return beside * person.across_mps > 0.0 and (abs(beside) - CORRIDOR_HALF_M) / abs(person.across_mps) < SOON_S
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Peril:
+    """Something that is or may become a hazard now; `key` tells it from all others of the drive."""
+
+    kind: str
+    key: int
+    distance_m: float
+    """From the ego's front; behind it negative."""
+    begins: bool
+    """The truth has crossed the event's threshold."""
+    body: Box | None = None
+    """What has to be in sight; None: nothing to see, one feels it."""
+    actor_id: int | None = None
+    lit: bool = False
+    """Carries light of its own, or is lit by the road's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hazard:
+    """A hazard that is on."""
+
+    kind: str
+    onset_s: float
+    actor_id: int | None
+    distance_m: float
+
+
 @dataclass(slots=True)
 class HazardLog:
-    """The hazard that is on: the first one begun that is not over."""
+    """Hazards from their onset until they are over; none comes twice."""
 
-    _on: dict[str, float] = field(default_factory=dict)
+    _since: dict[tuple[str, int], float] = field(default_factory=dict)
+    _over: set[tuple[str, int]] = field(default_factory=set)
 
-    def note(self, present: Iterable[str], time_s: float) -> tuple[str, float] | None:
-        """Enter which hazards are present now; the oldest with its onset, or None."""
-        now = set(present)
-        self._on = {kind: onset for kind, onset in self._on.items() if kind in now}
-        for kind in sorted(now):
-            self._on.setdefault(kind, time_s)
-        return min(self._on.items(), key=lambda item: (item[1], item[0]), default=None)
+    def note(self, perils: Iterable[Peril], in_sight: Callable[[Peril], bool], time_s: float) -> tuple[Hazard, ...]:
+        """The hazards that are on, oldest first. One begins when its threshold is crossed and it is in sight."""
+        now = {(peril.kind, peril.key): peril for peril in perils}
+        self._over |= self._since.keys() - now.keys()
+        for key, peril in now.items():
+            if key not in self._since and peril.begins and in_sight(peril):
+                self._since[key] = time_s
+        on = [(self._since[key], peril) for key, peril in now.items() if key in self._since and key not in self._over]
+        on.sort(key=lambda item: (item[0], item[1].kind, item[1].key))
+        return tuple(
+            Hazard(kind=each.kind, onset_s=since, actor_id=each.actor_id, distance_m=each.distance_m)
+            for since, each in on
+        )

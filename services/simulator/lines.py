@@ -1,4 +1,4 @@
-"""Stop lines: at lights one stops while they say so, at stop signs always, until one has stood."""
+"""Lines: at lights one stops while they say so, at stop signs until one has stood, where one gives way for who comes."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -10,7 +10,7 @@ from services.simulator.scene import LightState
 
 STANDS_BELOW_MPS, STANDS_FOR_S, STANDS_WITHIN_M = 0.25, 1.2, 6.0
 HARDEST_FOR_AMBER_MPS2 = 3.0
-LineKind = Literal["light", "stop_line"]
+LineKind = Literal["light", "stop_line", "yield"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,11 @@ def build_lines(route: Route) -> tuple[Line, ...]:
         for index, light in enumerate(route.scenario.lights)
     ]
     stops = [Line(100 + i, "stop_line", i, stop.at_m, None, False) for i, stop in enumerate(route.scenario.stops)]
-    return tuple(sorted(lights + stops, key=lambda line: line.at_m))
+    yields = [
+        Line(200 + i, "yield", i, each.at_m, opposite_line_m(route, each.at_m), False)
+        for i, each in enumerate(route.scenario.yields)
+    ]
+    return tuple(sorted(lights + stops + yields, key=lambda line: line.at_m))
 
 
 @dataclass(slots=True)

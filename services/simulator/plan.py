@@ -119,6 +119,31 @@ class StopPlan(PlacedPlan, frozen=True, kw_only=True):
     """A stop sign with its line, at a side road that has right of way."""
 
 
+class CrossCarPlan(_Plan, frozen=True, kw_only=True):
+    """A car that comes out of the side road and goes straight over, with right of way over the ego's road."""
+
+    kind: ActorKind = "saloon"
+    from_side: Literal["right", "left"] = "right"
+    speed_kmh: Annotated[float, msgspec.Meta(gt=5, le=60)] = 28.0
+    when_ego_within_m: Positive
+    """Sets off when the ego's front is this near to the line."""
+
+
+class YieldPlan(PlacedPlan, frozen=True, kw_only=True):
+    """A junction where the ego gives way: to those from the right, or with a sign to both sides."""
+
+    sign: bool = False
+    cars: tuple[CrossCarPlan, ...] = ()
+
+
+class WaterPlan(_Plan, frozen=True, kw_only=True):
+    """A place where water stands on the road."""
+
+    from_m: NonNegative
+    to_m: NonNegative
+    film_mm: Annotated[float, msgspec.Meta(gt=0, le=30)]
+
+
 class ZebraPlan(PlacedPlan, frozen=True, kw_only=True):
     """A pedestrian crossing with its signs."""
 
@@ -128,6 +153,8 @@ class PanelStep(_Plan, frozen=True, kw_only=True):
 
     at_s: NonNegative
     code: str
+    lanes: tuple[str, ...] = ()
+    """Lane signals instead of `code`, from the median outwards; "": the code. Never over the ego's lane."""
 
 
 class GantryPlan(PlacedPlan, frozen=True, kw_only=True):
@@ -168,6 +195,19 @@ class HaltPlan(_Plan, frozen=True, kw_only=True):
     hazard: bool = False
 
 
+class LaneChangePlan(_Plan, frozen=True, kw_only=True):
+    """A change of lane: in front of the ego, or out of its way."""
+
+    to_lane: Annotated[int, msgspec.Meta(ge=0, le=2)]
+    when_ego_at_m: NonNegative
+    """When the ego's middle has come to this place."""
+    paces_m: Positive | None = None
+    """Until then it keeps this gap ahead of the ego (bumper to bumper); without it, it drives as it likes."""
+    then_kmh: Positive | None = None
+    """Drives no faster than this afterwards."""
+    hazard: bool = False
+
+
 class VehiclePlan(PlacedPlan, frozen=True, kw_only=True):
     """A vehicle with a part of its own, for example a lead vehicle that stops."""
 
@@ -179,6 +219,9 @@ class VehiclePlan(PlacedPlan, frozen=True, kw_only=True):
     """Never drives faster than this; without it, as the law and he please."""
     heeds_limits: bool = True
     halts: tuple[HaltPlan, ...] = ()
+    lane_change: LaneChangePlan | None = None
+    stands_s: Positive | None = None
+    """It stands in the way, a hazard once it is in sight, and drives on so long after the ego has come near."""
 
 
 class QueuePlan(_Plan, frozen=True, kw_only=True):
@@ -225,7 +268,9 @@ class Scenario(_Plan, frozen=True, kw_only=True):
     signs: tuple[SignPlan, ...] = ()
     lights: tuple[LightPlan, ...] = ()
     stops: tuple[StopPlan, ...] = ()
+    yields: tuple[YieldPlan, ...] = ()
     zebras: tuple[ZebraPlan, ...] = ()
+    water: tuple[WaterPlan, ...] = ()
     gantries: tuple[GantryPlan, ...] = ()
     walkers: tuple[WalkersPlan, ...] = ()
     crossers: tuple[CrosserPlan, ...] = ()

@@ -73,9 +73,10 @@ class Route:
         return Pose(x_m=x, y_m=y, yaw_rad=self.section.spine.yaw(inside) + turn_rad)
 
     def junctions(self) -> list[float]:
-        """The middles of side roads: behind the lights that have one, and behind stop signs."""
-        lights = [light.at_m + JUNCTION_AFTER_LINE_M for light in self.scenario.lights if light.side_road]
-        return sorted(lights + [stop.at_m + JUNCTION_AFTER_LINE_M for stop in self.scenario.stops])
+        """The middles of side roads: behind the lights that have one, behind stop signs, and where one gives way."""
+        plan = self.scenario
+        lights = [light for light in plan.lights if light.side_road]
+        return sorted(each.at_m + JUNCTION_AFTER_LINE_M for each in (*lights, *plan.stops, *plan.yields))
 
     def at_junction(self, s_m: float, margin_m: float = 0.0) -> bool:
         """Whether s lies in the mouth of a side road."""

@@ -11,7 +11,7 @@ from services.simulator.car_faults import check
 from services.simulator.plan import FaultPlan, Scenario
 from services.simulator.signart.catalogue import CODES
 
-_PLACED = ("signs", "lights", "stops", "zebras", "gantries", "crossers", "vehicles")
+_PLACED = ("signs", "lights", "stops", "yields", "zebras", "gantries", "crossers", "vehicles")
 Complaint = tuple[str, str]
 """A field, and what is wrong with it."""
 
@@ -102,9 +102,10 @@ def _outside(scenario: Scenario) -> Iterator[Complaint]:
                 yield f"{group}[{index}].at_m", f"{item.at_m:g} m lies beyond the end of the route ({length:g} m)"
     if scenario.ego.at_m > length - 100:
         yield "ego.at_m", f"leaves less than 100 m of the route ({length:g} m)"
-    for index, walkers in enumerate(scenario.walkers):
-        if walkers.to_m < walkers.from_m:
-            yield f"walkers[{index}].to_m", "lies before from_m"
+    for group in ("walkers", "water"):
+        for index, item in enumerate(getattr(scenario, group)):
+            if item.to_m < item.from_m:
+                yield f"{group}[{index}].to_m", "lies before from_m"
 
 
 def _unknown_codes(scenario: Scenario) -> Iterator[Complaint]:
@@ -116,8 +117,9 @@ def _unknown_codes(scenario: Scenario) -> Iterator[Complaint]:
     for index, gantry in enumerate(scenario.gantries):
         country = country_at(scenario, gantry.at_m)
         for number, step in enumerate(gantry.steps):
-            if step.code and step.code not in CODES[country]:
-                yield f"gantries[{index}].steps[{number}].code", f"{country} has no panel {step.code!r}"
+            for field, codes in (("code", (step.code,)), ("lanes", step.lanes)):
+                for code in set(codes) - {"", *CODES[country]}:
+                    yield f"gantries[{index}].steps[{number}].{field}", f"{country} has no panel {code!r}"
 
 
 def _order(scenario: Scenario) -> Iterator[Complaint]:
@@ -147,5 +149,10 @@ def _lanes(scenario: Scenario) -> Iterator[Complaint]:
     if scenario.ego.lane >= scenario.road.lanes:
         yield "ego.lane", f"there are only {scenario.road.lanes} lanes"
     for index, vehicle in enumerate(scenario.vehicles):
-        if vehicle.lane >= scenario.road.lanes:
+        lanes = (vehicle.lane, vehicle.lane_change.to_lane if vehicle.lane_change else 0)
+        if max(lanes) >= scenario.road.lanes:
             yield f"vehicles[{index}].lane", f"there are only {scenario.road.lanes} lanes"
+    for index, gantry in enumerate(scenario.gantries):
+        for number, step in enumerate(gantry.steps):
+            if step.lanes and (len(step.lanes) != scenario.road.lanes or step.lanes[scenario.ego.lane]):
+                yield f"gantries[{index}].steps[{number}].lanes", 'one for each lane, "" over the ego\'s'

@@ -54,7 +54,7 @@ def _parking_places(route: Route, stretch: StretchPlan, start: float, end: float
 def _kept_free(route: Route, s_m: float) -> bool:
     """No parking before lights, crossings and signs, nor where somebody will step out (one must be able to see him)."""
     plan = route.scenario
-    lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.zebras)
+    lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.yields, *plan.zebras)
     places = [(line.at_m, 22.0) for line in lines]
     places += [(each.at_m, 11.0) for each in plan.crossers] + [(sign.at_m, 12.0) for sign in plan.signs]
     return any(-5.0 <= at_m - s_m <= free for at_m, free in places)
@@ -190,5 +190,5 @@ def _hides_a_sign(route: Route, thing: Scenery, s_m: float, d_m: float) -> bool:
     plan, crown = route.scenario, {"tree": 4.5, "conifer": 4.0, "hedge": 1.5}.get(thing.kind)
     if crown is None or abs(d_m) > route.kerb_m(s_m) + crown:
         return False
-    kept: tuple[PlacedPlan, ...] = (*plan.signs, *plan.stops, *plan.zebras, *plan.lights)
+    kept: tuple[PlacedPlan, ...] = (*plan.signs, *plan.stops, *plan.yields, *plan.zebras, *plan.lights)
     return any(-4.0 < each.at_m - s_m < SIGHT_BEFORE_SIGN_M for each in kept)

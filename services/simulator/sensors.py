@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -25,6 +26,11 @@ SCENERY_BOXES_M = {
     "conifer": (0.5, 0.5, 6.0),
 }
 """Length, width and height that the LiDAR meets where the scenario leaves them to the looks."""
+_LINE_KINDS: dict[str, Literal["stop_line", "light", "yield_line"]] = {
+    "light": "light",
+    "stop_line": "stop_line",
+    "yield": "yield_line",
+}
 WIPERS_FROM_MM_H = (0.2, 2.0, 8.0)
 
 
@@ -163,8 +169,9 @@ def _lane_paths(moment: Moment, route: Route) -> Iterable[LanePath]:
 
 def _stop_lines(s_m: float, route: Route, lines: Sequence[Line]) -> Iterable[StopLine]:
     for line in lines:
-        if -2.0 < line.at_m - s_m < JUNCTION_SEEN_M:
-            yield StopLine(distance_m=line.at_m - s_m, kind="light" if line.kind == "light" else "stop_line")
+        marked = line.kind != "yield" or route.scenario.yields[line.ordinal].sign
+        if marked and -2.0 < line.at_m - s_m < JUNCTION_SEEN_M:
+            yield StopLine(distance_m=line.at_m - s_m, kind=_LINE_KINDS[line.kind])
     for zebra in route.scenario.zebras:
         if -2.0 < zebra.at_m - s_m < JUNCTION_SEEN_M:
             yield StopLine(distance_m=zebra.at_m - s_m - 2.5, kind="crossing")

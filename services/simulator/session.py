@@ -13,11 +13,13 @@ from proto.sensors import CanFrame, CanFrames, ClockTick
 from proto.topics import Topic
 from proto.truth import ScenarioState
 from services.simulator import sensors
+from services.simulator.braking import decelerate
 from services.simulator.can_frames import FrameEncoder
 from services.simulator.car import Car
 from services.simulator.car_state import CarState
 from services.simulator.driver import Advice
 from services.simulator.ecus import EcuBank
+from services.simulator.kinematics import GRAVITY_MPS2
 from services.simulator.moment import Moment
 from services.simulator.plan import Scenario
 from services.simulator.scene import FRONT, TELE, CameraSpec, Scene
@@ -28,6 +30,8 @@ STEP_NS = round(STEP_S * 1e9)
 CAMERAS: dict[str, CameraSpec] = {camera.id: camera for camera in (FRONT, TELE)}
 CAMERA_STEPS = {"front": (2, 0), "tele": (4, 1)}
 """Every so many steps, at this remainder: the two are never due in the same step, which evens out the load."""
+FULL_MPS2 = 0.85 * GRAVITY_MPS2
+"""What a sound car gives for a full braking on a dry road."""
 LIDAR_STEPS, GNSS_STEPS, MAP_STEPS, SLOW_STEPS, STATE_STEPS = 2, 2, 2, 20, 10
 
 
@@ -197,11 +201,26 @@ class Session:
     def _about(self, moment: Moment) -> list[Outgoing]:
         world = self.world
         distracted = world.driver.distracted(moment.time_s)
-        truth = truth_of(moment, world.static, world.lines, world.lights, distracted)
+        truth = truth_of(
+            moment,
+            world.static,
+            world.lines,
+            world.lights,
+            distracted=distracted,
+            faults=self.ecus.active,
+            brake_share=self._brake_share(moment),
+        )
         out = [Outgoing(topics.TRUTH, truth)]
         if moment.step % STATE_STEPS == 0 or self.finished:
             out.append(Outgoing(topics.SCENARIO, self.scenario_state(moment.time_s)))
         return out
+
+    def _brake_share(self, moment: Moment) -> float:
+        """What a full braking gives now, in ratio to what the road gives its tyres."""
+        ego, film_mm = moment.ego, moment.weather.film_mm
+        able = self._car.ability(self.epoch_ns + round(moment.time_s * 1e9))
+        full = decelerate(FULL_MPS2, able, ego.mu, film_mm, ego.speed_mps, ego.locked)
+        return min(1.0, full.mps2 / min(FULL_MPS2, ego.mu * GRAVITY_MPS2))
 
     def _shots(self, moment: Moment) -> list[Shot]:
         shots = []

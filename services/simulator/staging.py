@@ -63,7 +63,7 @@ def panels(route: Route, shown: Mapping[int, Shown]) -> dict[int, str]:
     """Panel ids to codes."""
     codes: dict[int, str] = {}
     for ordinal, each in shown.items():
-        codes |= {panel_id(ordinal, lane): each.code for lane in range(route.section.lanes)}
+        codes |= {panel_id(ordinal, lane): each.over(lane) for lane in range(route.section.lanes)}
         if route.section.lanes > 1:
             codes[panel_id(ordinal, AUX_PANEL)] = each.symbol
     return codes

@@ -19,6 +19,9 @@ BEHIND_M, AHEAD_M, GONE_AHEAD_M = 170.0, 420.0, 650.0
 LAST_ID = 480
 FASTER_PER_LANE = 0.05
 """With each lane towards the median one drives this much faster."""
+NEAR_M = 80.0
+PACES_PER_S = 0.3
+"""Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
 _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", "motorcycle")
 
 
@@ -26,8 +29,13 @@ _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", 
 class Part:
     """A scripted vehicle's part: the halts still to come, and how long it still stands."""
 
+    plan: VehiclePlan
     halts: list[HaltPlan]
-    heeds_limits: bool = True
+    changed: bool = False
+    """Its change of lane has begun."""
+    stands: bool = False
+    near_s: float = 0.0
+    """How long the ego has been near one that stands."""
     holds_s: float = 0.0
     halting: HaltPlan | None = None
     """The halt being made; the last one's hazard is counted from when braking began."""
@@ -84,7 +92,7 @@ class Traffic:
         car = self.add(plan.direction, plan.lane, plan.at_m, plan.speed_kmh / 3.6, plan.kind)
         car.keeps_mps = plan.keeps_kmh / 3.6 if plan.keeps_kmh is not None else FREE
         car.speed_bias = 1.0
-        self.parts[car] = Part(list(plan.halts), plan.heeds_limits)
+        self.parts[car] = Part(plan, list(plan.halts), stands=plan.stands_s is not None)
 
     def _spread(self, direction: Direction, count: int, gap_m: float) -> None:
         ego_s, lanes = self.ego.s_m, self.route.section.lanes
@@ -161,22 +169,44 @@ class Traffic:
             line.curvature_ahead(*((s, look) if direction_of(car.lane_index) == "forward" else (s, -look)))
         )
         part = self.parts.get(car)
-        heeds = lawful_mps is not None and (part is None or part.heeds_limits)
+        heeds = lawful_mps is not None and (part is None or part.plan.heeds_limits)
         faster = 1.0 + FASTER_PER_LANE * (self.route.section.lanes - 1 - int(car.lane_index[2]))
         law = (lawful_mps if heeds and lawful_mps is not None else FREE_MPS * 0.92) * car.speed_bias * faster
         lorry = 82 / 3.6 if car.body.kind in ("lorry", "bus") else FREE
         car.target_speed = max(min(law, bend, car.keeps_mps, lorry), 0.1)
+        if part is not None:
+            self._change_lane(car, part)
+
+    def _change_lane(self, car: Car, part: Part) -> None:
+        """Keep pace with the ego until the place of the lane change, then make it."""
+        change = part.plan.lane_change
+        if change is None or part.changed:
+            return
+        car.blind = change.paces_m is None
+        if self.ego.s_m >= change.when_ego_at_m:
+            part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
+            car.keeps_mps = min(car.keeps_mps, change.then_kmh / 3.6 if change.then_kmh else FREE)
+        elif change.paces_m is not None:
+            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
+            car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), 0.1)
 
     def halt_mps2(self, car: Car, dt: float) -> float:
         """What a scripted car's next halt demands; it brakes as late as its plan says."""
         part = self.parts.get(car)
         if part is None:
             return FREE
+        if part.stands:
+            return self._stand_mps2(car, part, dt)
         if part.holds_s > 0.0:
             part.holds_s -= dt
             return -max(car.speed * 4.0, 1.0)
         part.halting = part.halting if part.halts else None
         return self._next_halt(car, part) if part.halts else FREE
+
+    def _stand_mps2(self, car: Car, part: Part, dt: float) -> float:
+        part.near_s += dt if 0.0 < car.s_m - self.ego.s_m < NEAR_M else 0.0
+        part.stands = part.near_s < (part.plan.stands_s or 0.0)
+        return -max(car.speed * 4.0, 1.0)
 
     def _next_halt(self, car: Car, part: Part) -> float:
         halt = part.halts[0]

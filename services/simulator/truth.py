@@ -2,9 +2,13 @@
 
 from dataclasses import dataclass, field, replace
 
+from services.simulator.hazards import Hazard
+from services.simulator.lines import LineKind
+
 TOLERANCE_MPS = 3 / 3.6
 SPEEDING_AFTER_S = 1.0
-STANDING_MPS = 0.3
+INFRACTIONS: dict[LineKind, str] = {"light": "red_light", "stop_line": "no_stop", "yield": "wrong_yield"}
+"""Turns cannot be illegal: the route is given, and the ego never leaves it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,8 +21,10 @@ class Fact:
     country: str = ""
     gap_m: float | None = None
     closing_mps: float | None = None
-    hazard: str = ""
-    hazard_onset_s: float | None = None
+    hazards: tuple[Hazard, ...] = ()
+    """Those that are on, the oldest first."""
+    stop: tuple[LineKind, float] | None = None
+    """The kind of line at which the ego has to stop or give way now, and how far its front is from it."""
     infraction: str = ""
     """The infraction that was completed in this very step."""
     infractions: int = 0
@@ -30,7 +36,7 @@ class Fact:
 class Crossed:
     """The ego's front has crossed a line in this step."""
 
-    kind: str
+    kind: LineKind
     must_have_stopped: bool
 
 
@@ -51,11 +57,12 @@ class Books:
         limit_mps: float | None,
         country: str,
         lead: tuple[float, float] | None,
-        hazard: tuple[str, float] | None,
+        hazards: tuple[Hazard, ...],
+        stop: tuple[LineKind, float] | None,
         crossed: Crossed | None,
         collision: bool,
     ) -> Fact:
-        """Enter a step; `lead` is (gap, closing speed), `hazard` is (kind, onset)."""
+        """Enter a step; `lead` is (gap, closing speed)."""
         infraction = self._line(crossed) or self._speed(dt, speed_mps, limit_mps)
         over = limit_mps is not None and speed_mps > limit_mps
         self.fact = replace(
@@ -66,8 +73,8 @@ class Books:
             country=country,
             gap_m=lead[0] if lead else None,
             closing_mps=lead[1] if lead else None,
-            hazard=hazard[0] if hazard else "",
-            hazard_onset_s=hazard[1] if hazard else None,
+            hazards=hazards,
+            stop=stop,
             infraction=infraction,
             infractions=self.fact.infractions + bool(infraction),
             speeding_s=self.fact.speeding_s + (dt if over else 0.0),
@@ -90,4 +97,4 @@ class Books:
     def _line(self, crossed: Crossed | None) -> str:
         if crossed is None or not crossed.must_have_stopped:
             return ""
-        return "red_light" if crossed.kind == "light" else "no_stop"
+        return INFRACTIONS[crossed.kind]

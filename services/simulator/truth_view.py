@@ -1,9 +1,10 @@
 """The truth of a moment as it is published for evaluation."""
 
+import dataclasses
 import math
 
-from proto.truth import TrueActor, Truth
-from services.simulator.lines import Lights, Line
+from proto.truth import TrueActor, TrueHazard, Truth
+from services.simulator.lines import Lights, Line, LineKind
 from services.simulator.moment import Moment
 from services.simulator.scene import StaticWorld
 from services.simulator.sensors import in_ego_frame
@@ -11,9 +12,22 @@ from services.simulator.sensors import in_ego_frame
 SIGNS_WITHIN_M, ACTORS_WITHIN_M, LIGHT_WITHIN_M = 150.0, 160.0, 120.0
 
 
-def truth_of(moment: Moment, static: StaticWorld, lines: tuple[Line, ...], lights: Lights, distracted: bool) -> Truth:
-    """What is really so."""
+_STOPS: dict[LineKind, str] = {"light": "red_light", "stop_line": "stop_sign", "yield": "yield"}
+
+
+def truth_of(
+    moment: Moment,
+    static: StaticWorld,
+    lines: tuple[Line, ...],
+    lights: Lights,
+    *,
+    distracted: bool,
+    faults: tuple[str, ...],
+    brake_share: float,
+) -> Truth:
+    """What is really so. `faults` are the presets that are on, `brake_share` what the car brakes of what the road gives."""
     fact, ego = moment.fact, moment.ego
+    oldest = fact.hazards[0] if fact.hazards else None
     line = next((each for each in lines if each.kind == "light" and 0.0 < each.at_m - ego.s_m < LIGHT_WITHIN_M), None)
     return Truth(
         time_s=moment.time_s,
@@ -29,8 +43,8 @@ def truth_of(moment: Moment, static: StaticWorld, lines: tuple[Line, ...], light
         light=lights.state(line) if line is not None else None,
         light_distance_m=line.at_m - ego.s_m - ego.length_m / 2 if line is not None else None,
         signs=_signs(moment, static),
-        hazard=fact.hazard,
-        hazard_onset_s=fact.hazard_onset_s,
+        hazard=oldest.kind if oldest is not None else "",
+        hazard_onset_s=oldest.onset_s if oldest is not None else None,
         infraction=fact.infraction,
         collision=fact.collision,
         driver={
@@ -45,6 +59,11 @@ def truth_of(moment: Moment, static: StaticWorld, lines: tuple[Line, ...], light
         visibility_m=moment.weather.visibility_m,
         rain_mm_h=moment.weather.rain_mm_h,
         dark=moment.scene.atmosphere.night,
+        hazards=tuple(TrueHazard(**dataclasses.asdict(each)) for each in fact.hazards),
+        stop_kind=_STOPS[fact.stop[0]] if fact.stop is not None else "",
+        stop_distance_m=fact.stop[1] if fact.stop is not None else None,
+        faults=faults,
+        brake_share=brake_share,
     )
 
 

@@ -4,26 +4,28 @@ A step reads the commands that reached the car and its driver since the last one
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from proto.decision import BrakeCommand
 from services.simulator import staging, tyres
+from services.simulator.body import Box
 from services.simulator.brake import Brake, Controls
 from services.simulator.braking import Ability, Braked, decelerate
 from services.simulator.cars import Car, Ego
+from services.simulator.cross_traffic import CrossCar, CrossTraffic
 from services.simulator.driver import Advice, Driver, View, pedals
 from services.simulator.driver_profile import draw_driver
 from services.simulator.furniture import build_gantries, build_lights, build_signs
-from services.simulator.gantries import LOOKS_AHEAD_M, Shown, decide, programme
-from services.simulator.hazards import QUEUE_SEEN_M, HazardLog
+from services.simulator.gantries import LOOKS_AHEAD_M, at_start, decide
+from services.simulator.hazards import Hazard, HazardLog
 from services.simulator.kinematics import FREE, bend_speed_mps
 from services.simulator.law import Legal, build_law
 from services.simulator.lights import Cycle
-from services.simulator.lines import Lights, build_lines
+from services.simulator.lines import Lights, LineKind, build_lines
 from services.simulator.moment import EgoMotion, Moment, Mover
 from services.simulator.outlook import Outlook
 from services.simulator.people import Surroundings, populate, step_person
+from services.simulator.perils import Perils
 from services.simulator.plan import RoadClass, Scenario
 from services.simulator.reading import understands
 from services.simulator.road_layout import build_flat
@@ -31,12 +33,14 @@ from services.simulator.roadway import build_road, direction_of, lane_index, to_
 from services.simulator.route import Route
 from services.simulator.scene import Pose, Scene, StaticWorld
 from services.simulator.scenery import build_parked, build_scenery
+from services.simulator.sight import Sight, houses
 from services.simulator.traffic import Traffic
 from services.simulator.truth import Books, Crossed
 from services.simulator.weather import Weather, WeatherCourse, atmosphere
 
 STEP_S = 0.05
 SEES_LEAD_M = 160.0
+SEES_CROSS_M = 80.0
 LIGHTS_BELOW_M = 1500.0
 UNLIT_M, WIPERS_NEEDED_MM_H = 40.0, 0.2
 RECYCLE_EVERY, LAW_EVERY = 10, 5
@@ -70,12 +74,16 @@ class World:
         self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather, seed), Books()
         self.lines = build_lines(self.route)
         self.lights = Lights([Cycle(plan) for plan in scenario.lights])
-        self.outlook = Outlook(self.ego, self.traffic, self.lines, self.lights)
+        self.cross = CrossTraffic(self.route)
+        self.cross.place(self.lines, seed)
+        self.outlook = Outlook(self.ego, self.traffic, self.lines, self.lights, self.cross)
+        self._perils = Perils(self.route, self.static, self.law, self.outlook)
         self.people = populate(scenario, self.route.kerb_m, self.route.near, seed)
         self._parked = [
             (self.route.section.spine.project(a.pose.x_m, a.pose.y_m)[0], a) for a in build_parked(self.route, seed)
         ]
-        self.gantries = {i: Shown(programme(plan, 0.0)) for i, plan in enumerate(scenario.gantries)}
+        self._houses = houses(self.static)
+        self.gantries = {i: at_start(plan) for i, plan in enumerate(scenario.gantries)}
         self._passed_panels: dict[int, str] = {}
         self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
@@ -93,17 +101,26 @@ class World:
     def step(self, inputs: Inputs = Inputs()) -> Moment:
         """The world ``STEP_S`` later."""
         self._step += 1
-        weather = self.course.at(self.time_s)
+        weather = self._weather()
         self._advance_surroundings()
         self._steer_traffic(weather)
         heading, speed = float(self.ego.heading), float(self.ego.speed)
         self._drive_ego(inputs, weather)
         self.road.act()
         self.road.step(STEP_S)
+        self.cross.step(STEP_S, self.ego, self.traffic.cars)
         if self._step % RECYCLE_EVERY == 0:
             self.traffic.recycle()
         motion = self._motion(heading, speed)
         return self._moment(motion, weather)
+
+    def _weather(self) -> Weather:
+        """The weather where the ego is: water may stand there."""
+        weather = self.course.at(self.time_s)
+        front = self.outlook.front_m
+        deep = [water.film_mm for water in self.scenario.water if water.from_m <= front <= water.to_m + self.ego.LENGTH]
+        film_mm = max([weather.film_mm, *deep])
+        return replace(weather, cover=replace(weather.cover, film_mm=film_mm)) if deep else weather
 
     def _advance_surroundings(self) -> None:
         self.lights.advance(self.time_s, self.lines, self.outlook.front_m)
@@ -231,7 +248,7 @@ class World:
 
     def _moment(self, motion: EgoMotion, weather: Weather) -> Moment:
         lead = self.outlook.lead()
-        legal = self._legal()
+        legal, scene = self._legal(), self._scene(motion.pose, motion.s_m, weather)
         fact = self.books.keep(
             time_s=self.time_s,
             dt=STEP_S,
@@ -239,7 +256,8 @@ class World:
             limit_mps=legal.limit_mps(weather.wet),
             country=legal.country,
             lead=None if lead is None else (lead[0], motion.speed_mps - lead[1]),
-            hazard=self._hazards.note(self._present_hazards(lead), self.time_s),
+            hazards=self._sight(scene, weather),
+            stop=self._stop_due(),
             crossed=self._crossed(),
             collision=bool(self.ego.crashed) or self._hits_somebody(motion),
         )
@@ -248,7 +266,7 @@ class World:
             step=self._step,
             time_s=self.time_s,
             ego=motion,
-            scene=self._scene(motion.pose, motion.s_m, weather),
+            scene=scene,
             movers=self._movers(),
             weather=weather,
             wish=self._wish,
@@ -257,28 +275,24 @@ class World:
             ended=motion.s_m > self.route.length_m - END_BEFORE_M,
         )
 
-    def _present_hazards(self, lead: tuple[float, float] | None) -> Sequence[str]:
-        present = []
-        for person in self.people:
-            hazard = person.plan is not None and person.plan.hazard and person.crossing
-            if hazard and -2.0 < person.s_m - self.outlook.front_m < 70.0:
-                present.append("pedestrian")
-        if lead is None:
-            return present
-        parts = [part for car, part in self.traffic.parts.items() if 0.0 < car.s_m - self.ego.s_m < 90.0]
-        if any(part.halting is not None and part.halting.hazard for part in parts):
-            present.append("lead_brakes")
-        tails = [car for car in self.traffic.queue if self.outlook.in_path(car)]
-        if any(0.0 < car.s_m - self.ego.s_m < QUEUE_SEEN_M and self.ego.speed - car.speed > 3.0 for car in tails):
-            present.append("congestion_tail")
-        return present
+    def _sight(self, scene: Scene, weather: Weather) -> tuple[Hazard, ...]:
+        """The hazards that are on. Who comes out of a side road is noted as seen, too: before, nobody can heed him."""
+        sight = Sight(self._houses, scene, weather.visibility_m, self._night)
+        for car in self.cross.cars:
+            near = car.started and not car.seen and abs(car.s_m - self.ego.s_m) < SEES_CROSS_M
+            car.seen = car.seen or (near and sight.reaches(car.number, Box.of(self.cross.actor(car, True)), True))
+        return self._hazards.note(self._perils.now(weather.film_mm), sight.shows, self.time_s)
+
+    def _stop_due(self) -> tuple[LineKind, float] | None:
+        due = self.outlook.stop_due()
+        return None if due is None else (due[0].kind, due[1])
 
     def _crossed(self) -> Crossed | None:
         for line in self.lines:
             if self._front_before < line.at_m + 0.3 <= self.outlook.front_m:
                 if line.kind == "light":
                     return Crossed(kind="light", must_have_stopped=self.lights.state(line) == "red")
-                return Crossed(kind=line.kind, must_have_stopped=not self.outlook.has_stood(line))
+                return Crossed(kind=line.kind, must_have_stopped=self.outlook.must_stop(line, 0.0))
         return None
 
     def _hits_somebody(self, motion: EgoMotion) -> bool:
@@ -286,7 +300,11 @@ class World:
             ahead, beside = person.s_m - motion.s_m, person.d_m - motion.d_m
             if abs(ahead) < motion.length_m / 2 + 0.2 and abs(beside) < motion.width_m / 2 + 0.2:
                 return True
-        return False
+        return any(self._hits(motion, car) for car in self.cross.on_the_road())
+
+    def _hits(self, motion: EgoMotion, car: CrossCar) -> bool:
+        along = abs(car.s_m - motion.s_m) < (motion.length_m + car.body.width_m) / 2
+        return along and abs(car.d_m - motion.d_m) < (motion.width_m + car.body.length_m) / 2
 
     def scene(self) -> Scene:
         """How it looks now."""
@@ -296,11 +314,12 @@ class World:
     def _scene(self, pose: Pose, s_m: float, weather: Weather) -> Scene:
         lamps = weather.rain_mm_h > 1.0 or weather.visibility_m < LIGHTS_BELOW_M or self._night
         cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - s_m < 450.0]
+        crossing = [self.cross.actor(car, lamps) for car in self.cross.on_the_road() if -40.0 < car.s_m - s_m < 200.0]
         people = [staging.person_actor(self.route, p) for p in self.people if -40.0 < p.s_m - s_m < 160.0]
         return Scene(
             static=self.static,
             ego=pose,
-            actors=(*cars, *people, *staging.near_parked(self._parked, s_m)),
+            actors=(*cars, *crossing, *people, *staging.near_parked(self._parked, s_m)),
             panels=staging.panels(self.route, self.gantries),
             lights=staging.heads(self.lines, self.lights),
             atmosphere=atmosphere(weather, self.scenario.daylight),
@@ -320,7 +339,12 @@ class World:
             cars.append(
                 Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self.outlook.in_path(car))
             )
-        lane_d = self.ego.lane.line.offset_at(self.ego.s_m)
+        lane_d = self.outlook.lane_d_m
+        for each in self.cross.on_the_road():
+            yaw = self.cross.pose(each).yaw_rad
+            vx, vy = each.speed_mps * math.cos(yaw) * each.started, each.speed_mps * math.sin(yaw) * each.started
+            inside = each.s_m > self.ego.s_m and self.outlook.crosses_path(each)
+            cars.append(Mover(actor_id=each.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
         for person in self.people:
             yaw = self.route.section.spine.yaw(person.s_m)
             c, s = math.cos(yaw), math.sin(yaw)

@@ -44,6 +44,8 @@ def test_every_sign_of_a_shipped_scenario_can_be_drawn(name: str) -> None:
         ("[[weather]]\nat_s = 0\nrain_mm_h = 3", "weather[1].at_s"),
         ('[[gantries]]\nat_m = 100\nsteps = [{ at_s = 0, code = "led:55" }]', "gantries[0].steps[0].code"),
         ("[[vehicles]]\nat_m = 100\nspeed_kmh = 50\nlane = 2", "vehicles[0].lane"),
+        ("[[water]]\nfrom_m = 50\nto_m = 20\nfilm_mm = 3", "water[0].to_m"),
+        ("[[yields]]\nat_m = 5000", "yields[0].at_m"),
         ("[[faults]]\nat_s = 3\npreset = 'explode'", "faults[0].preset"),
         ("[[faults]]\nat_s = 3\npreset = 'low_tyre'\nseverity = 1.5", "faults[0].severity"),
     ],

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from services.simulator.hazards import HazardLog
 from services.simulator.truth import Books, Crossed, Fact
 
 DT = 0.05
@@ -14,7 +13,8 @@ def keep(books: Books, step: int, **what: Any) -> Fact:
         "limit_mps": 13.9,
         "country": "DEU",
         "lead": None,
-        "hazard": None,
+        "hazards": (),
+        "stop": None,
         "crossed": None,
         "collision": False,
     }
@@ -50,19 +50,11 @@ def test_running_a_line_is_named_by_its_kind() -> None:
     books = Books()
     assert keep(books, 1, crossed=Crossed(kind="light", must_have_stopped=True)).infraction == "red_light"
     assert keep(books, 2, crossed=Crossed(kind="stop_line", must_have_stopped=True)).infraction == "no_stop"
-    assert keep(books, 3, crossed=Crossed(kind="light", must_have_stopped=False)).infraction == ""
+    assert keep(books, 3, crossed=Crossed(kind="yield", must_have_stopped=True)).infraction == "wrong_yield"
+    assert keep(books, 4, crossed=Crossed(kind="light", must_have_stopped=False)).infraction == ""
 
 
 def test_a_collision_is_not_forgotten() -> None:
     books = Books()
     keep(books, 1, collision=True)
     assert keep(books, 2).collision
-
-
-def test_the_oldest_hazard_that_is_still_on_is_told_with_its_onset() -> None:
-    log = HazardLog()
-    assert log.note([], 1.0) is None
-    assert log.note(["pedestrian"], 2.0) == ("pedestrian", 2.0)
-    assert log.note(["lead_brakes", "pedestrian"], 3.0) == ("pedestrian", 2.0)
-    assert log.note(["lead_brakes"], 4.0) == ("lead_brakes", 3.0)
-    assert log.note([], 5.0) is None

@@ -122,16 +122,16 @@ def test_a_braking_command_slows_the_car_and_lets_go_when_it_expires() -> None:
 def test_somebody_who_steps_out_is_a_hazard_with_an_onset_and_can_be_hit() -> None:
     rest = "[[crossers]]\nat_m = 70\nside = 'near'\nwalk_mps = 1.6\nwhen_ego_within_m = 30\nhazard = true"
     moments = drive(World(scenario(rest=rest, speed=100, rain=15), 4), 5.0)
-    on = [moment for moment in moments if moment.fact.hazard == "pedestrian"]
+    on = [moment for moment in moments if moment.fact.hazards]
     assert on
-    assert on[0].fact.hazard_onset_s == pytest.approx(on[0].time_s, abs=0.06)
+    assert on[0].fact.hazards[0].onset_s == pytest.approx(on[0].time_s, abs=0.06)
     assert moments[-1].fact.collision
 
 
 def test_the_ego_stops_for_red_and_goes_on_at_green() -> None:
     rest = "[[lights]]\nat_m = 150\nred_on_approach_m = 90\nred_s = 6"
     moments = drive(World(scenario(rest=rest, speed=50, road_class="urban"), 2), 30.0)
-    assert min(moment.ego.speed_mps for moment in moments) < 0.1
+    assert min(moment.ego.speed_mps for moment in moments) < 0.3
     assert moments[-1].ego.s_m > 160
     assert moments[-1].fact.infractions == 0 or all(m.fact.infraction != "red_light" for m in moments)
 

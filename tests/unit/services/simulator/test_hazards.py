@@ -1,0 +1,136 @@
+"""When a hazard begins, in the truth of a drive."""
+
+from collections.abc import Iterable
+
+import msgspec
+import pytest
+
+from services.orchestrator.events import ETA
+from services.simulator import perils
+from services.simulator.hazards import HazardLog, Peril
+from services.simulator.moment import Moment
+from services.simulator.plan import Scenario
+from services.simulator.tyres import aquaplaning_mps
+from services.simulator.world import World
+from tests.unit.services.simulator._scenes import scenario
+
+
+def drive(plan: Scenario, seconds: float, seed: int = 1) -> list[Moment]:
+    world = World(plan, seed)
+    return [world.step() for _ in range(round(seconds * 20))]
+
+
+def onsets(moments: Iterable[Moment]) -> dict[str, float]:
+    return {each.kind: each.onset_s for moment in moments for each in moment.fact.hazards}
+
+
+def peril(begins: bool = True, key: int = 1) -> Peril:
+    return Peril(kind="pedestrian", key=key, distance_m=20.0, begins=begins)
+
+
+def test_thresholds_are_those_of_the_assistants_events() -> None:
+    assert ETA["closing_lead"] == perils.CLOSING_PER_S
+    assert ETA["stop_required"] == perils.NEEDED_MPS2
+
+
+def test_a_hazard_begins_when_its_threshold_is_crossed_and_it_is_in_sight_and_comes_once() -> None:
+    log, seen = HazardLog(), [False]
+
+    def note(now: list[Peril], time_s: float) -> list[float]:
+        return [each.onset_s for each in log.note(now, lambda _: seen[0], time_s)]
+
+    assert note([peril()], 1.0) == [], "hidden"
+    seen[0] = True
+    assert note([peril(begins=False)], 2.0) == [], "below its threshold"
+    assert note([peril()], 3.0) == [3.0]
+    seen[0] = False
+    assert note([peril(begins=False), peril(key=2)], 4.0) == [3.0], "it stays on while it is there"
+    assert note([], 5.0) == []
+    seen[0] = True
+    assert note([peril(), peril(key=2)], 6.0) == [6.0], "the first is over for good; another is another"
+
+
+def test_a_braking_lead_is_a_hazard_below_four_seconds_to_collision() -> None:
+    lead = "[[vehicles]]\nat_m = 60\nspeed_kmh = 60\nkeeps_kmh = 60\nhalts = [{ at_m = 250, hazard = true }]"
+    moments = drive(scenario(rest=lead, speed=60), 18.0)
+    (first,) = [m for m in moments if m.fact.hazards and m.time_s == m.fact.hazards[0].onset_s]
+    gap, closing = first.fact.gap_m, first.fact.closing_mps
+    assert gap is not None
+    assert closing is not None
+    assert first.fact.hazards[0].kind == "lead_brakes"
+    assert gap / closing == pytest.approx(4.0, abs=0.4)
+
+
+def test_a_cut_in_is_a_hazard_once_it_reaches_into_the_lane_and_closes() -> None:
+    cut_in = """
+[[vehicles]]
+at_m = 40
+lane = 2
+speed_kmh = 110
+heeds_limits = false
+lane_change = { to_lane = 1, when_ego_at_m = 250, paces_m = 14, then_kmh = 75, hazard = true }
+"""
+    moments = drive(motorway(cut_in, 110), 16.0)
+    at_s = onsets(moments)["cut_in"]
+    onset = next(moment for moment in moments if moment.time_s == at_s)
+    assert onset.ego.s_m > 250.0
+    assert onset.fact.gap_m is not None
+    assert onset.fact.gap_m < 25.0
+    before = [moment.fact.gap_m for moment in moments if moment.ego.s_m < 250.0]
+    assert set(before) == {None}, "it drives beside, not ahead"
+
+
+def motorway(rest: str, speed: float) -> Scenario:
+    plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
+    return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))
+
+
+def test_a_lorry_that_leaves_the_lane_lays_bare_what_stands_behind_it() -> None:
+    rest = """
+[[vehicles]]
+kind = "lorry"
+at_m = 60
+lane = 1
+speed_kmh = 80
+keeps_kmh = 80
+lane_change = { to_lane = 2, when_ego_at_m = 215 }
+[[vehicles]]
+at_m = 330
+lane = 1
+speed_kmh = 0
+stands_s = 8
+"""
+    moments = drive(motorway(rest, 80), 25.0)
+    onset = next(moment for moment in moments if moment.fact.hazards)
+    (hazard,) = onset.fact.hazards
+    assert hazard.kind == "stopped_lead"
+    assert hazard.distance_m / onset.ego.speed_mps < 4.0
+    assert onset.ego.s_m > 215.0
+    assert moments[-1].ego.speed_mps > 1.0, "it drives on in the end"
+
+
+def test_water_is_a_hazard_where_a_tyre_floats() -> None:
+    def kinds(film_mm: float) -> dict[str, float]:
+        rest = f"[[water]]\nfrom_m = 80\nto_m = 160\nfilm_mm = {film_mm}"
+        return onsets(drive(scenario(rest=rest, speed=90), 6.0))
+
+    assert aquaplaning_mps(6.0) < 90 / 3.6 < aquaplaning_mps(0.3)
+    assert "deep_water" in kinds(6.0)
+    assert kinds(0.3) == {}
+
+
+def test_grip_is_lost_in_the_water_and_found_behind_it() -> None:
+    rest = "[[water]]\nfrom_m = 80\nto_m = 160\nfilm_mm = 8.0"
+    moments = drive(scenario(rest=rest, speed=95), 10.0)
+    inside = [m.ego.mu for m in moments if 90 < m.ego.s_m < 155]
+    outside = [m.ego.mu for m in moments if m.ego.s_m > 170]
+    assert max(inside) < 0.5 * min(outside)
+
+
+def test_a_school_s_limit_is_a_hazard_for_one_who_is_too_fast_for_it() -> None:
+    rest = '[[signs]]\nat_m = 200\ncodes = ["children", "limit:30"]\n[[signs]]\nat_m = 400\ncodes = ["limit_end:30"]'
+    fast = drive(scenario(rest=rest, speed=50, road_class="urban"), 20.0)
+    onset = next(m for m in fast if m.fact.hazards)
+    needed = (onset.ego.speed_mps**2 - (30 / 3.6) ** 2) / (2 * onset.fact.hazards[0].distance_m)
+    assert onset.fact.hazards[0].kind == "school_zone"
+    assert needed == pytest.approx(0.4, abs=0.05) or onset.fact.hazards[0].distance_m > 119
