@@ -15,21 +15,23 @@ STILL_HEARD_S = 4.0
 """A warning that came so long before the onset still stands: the simulated driver keeps to it for as long."""
 _LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})
 _PERSON = frozenset({"pedestrian", "person"})
-_STOP = frozenset({"red_light", "stop_sign", "stop"})
 WORDS: Mapping[str, frozenset[str]] = {
     "pedestrian": _PERSON,
     "lead_brakes": _LEAD,
-    "stopped_vehicle": _LEAD,
+    "stopped_lead": _LEAD,
     "congestion_tail": _LEAD,
     "cut_in": _LEAD,
-    "red_light": _STOP,
-    "stop_sign": _STOP,
-    "give_way": frozenset({"give_way", "right_of_way", "yield", "priority"}) | _LEAD,
+    "stop_line": frozenset({"red_light", "stop_sign", "stop"}),
+    "priority": frozenset({"priority", "give_way", "right_of_way", "yield"}) | _LEAD,
     "school_zone": frozenset({"limit", "ahead", "overspeed", "school", "children"}) | _PERSON,
     "deep_water": frozenset({"friction", "deep_water", "low_friction"}),
 }
 """A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
+
+
+NOWHERE = frozenset({"deep_water", "school_zone"})
+"""Hazards that call for less speed and no stop: any word while they are on is early enough, and the response time tells."""
 
 
 class Episode(NamedTuple):
@@ -123,4 +125,4 @@ def distance(truth: Truth, kind: str) -> tuple[float | None, float]:
     person = person_ahead(truth) if kind == "pedestrian" else None
     if person is not None:
         return gap_m(person), -person.vx_mps
-    return told if told is not None else truth.stop_distance_m if kind == truth.stop_kind else None, truth.speed_mps
+    return told if kind not in NOWHERE else None, truth.speed_mps

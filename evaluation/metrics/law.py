@@ -8,7 +8,6 @@ from proto.decision import Advisory
 from proto.truth import Truth
 from services.simulator.truth import SPEEDING_AFTER_S, TOLERANCE_MPS
 
-STEP_S = 0.05
 TYPES: Mapping[str, str] = {
     "red_light": "failure_to_stop",
     "no_stop": "failure_to_stop",
@@ -36,7 +35,7 @@ def speeding_episodes(record: Record) -> int:
 
     An episode ends where the speed is back at the limit itself, so that wavering about the tolerance is one episode.
     """
-    count, over_s, on, before_s = 0, 0.0, False, -STEP_S
+    count, over_s, on, before_s = 0, 0.0, False, 0.0
     for truth in record.truths:
         limit, speed = truth.law_limit_mps, truth.speed_mps
         over_s = over_s + truth.time_s - before_s if limit is not None and speed > limit + TOLERANCE_MPS else 0.0

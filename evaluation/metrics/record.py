@@ -140,9 +140,8 @@ def _kept(path: Path) -> list[tuple[int, Any]]:
 
 
 def _decoded(topic: Topic[Any], data: bytes, log: Path) -> Any:
-    decode = msgspec.json.decode if topic.encoding == "json" else msgspec.msgpack.decode
     try:
-        return decode(data, type=topic.message)
+        return msgspec.json.decode(data, type=topic.message)
     except msgspec.MsgspecError as error:
         raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None
 

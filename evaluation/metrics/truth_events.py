@@ -26,8 +26,8 @@ PERSON_SEEN_M, PERSON_MAY_M, BESIDE_M = 60.0, 120.0, 4.0
 PERSON_ROOM_M, LINE_ROOM_M = 3.0, 1.0
 PLATE_READ_M = 30.0
 """A plate of 0.3 m is some 20 px wide in the tele camera at this distance: by then it must have been read."""
-START_S = 3.0
-"""In this time everything is new, and a change may be told."""
+DRY_FILM_MM = 0.02
+"""Ours: less water than this lies on a road that looks dry."""
 
 
 class Tolerance(NamedTuple):
@@ -74,10 +74,10 @@ def expected(record: Record) -> dict[str, tuple[Expected, ...]]:
         "dynamic_limit_update": _gantries(record),
     }
     passed = tuple(Expected(Span(at_s, at_s), False) for at_s, _, _ in _passed(record))
-    start = (Expected(Span(0.0, START_S), False),)
+    start = (Expected(Span(0.0, 0.0), False),)  # then all is new
     for kind, instants in changes.items():
         found[kind] = (*(Expected(Span(at_s, at_s), True) for at_s in instants), *passed, *start)
-    return {kind: found[kind] for kind in KINDS if found[kind] is not None}  # type: ignore[misc]
+    return {kind: rows for kind in KINDS if (rows := found[kind]) is not None}
 
 
 def tools_of(kind: str, truth: Truth) -> tuple[str, ...]:
@@ -101,7 +101,9 @@ def _closing_lead(truth: Truth) -> tuple[bool, bool]:
 
 
 def _low_friction(truth: Truth) -> tuple[bool, bool]:
-    return _above(1.0 - truth.mu / DRY_MU, "low_friction")
+    """On a road that is wet at all it may be on: the detector takes the lower bound of what the friction may be."""
+    may, must = _above(1.0 - truth.mu / DRY_MU, "low_friction")
+    return may or (truth.film_mm or 0.0) > DRY_FILM_MM, must
 
 
 def _overspeed(truth: Truth) -> tuple[bool, bool]:

@@ -1,0 +1,107 @@
+"""Response to hazards and time to collision at the first escalation, by hand."""
+
+from typing import Any
+
+import pytest
+
+from evaluation.metrics import Record, hazards, measure
+from proto.truth import Truth
+from services.simulator.driver_profile import MEDIAN_REACTION_S
+from tests.unit.evaluation.metrics.logs import hazard, said, truths
+
+LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+
+
+def braking_lead(onset_s: float = 2.0, over_s: float = 8.0) -> tuple[Truth, ...]:
+    """From the onset on the gap of 100 m shrinks by 10 m/s."""
+
+    def at(time_s: float) -> dict[str, Any]:
+        on = onset_s <= time_s <= over_s
+        gap = 100.0 - 10.0 * max(0.0, time_s - onset_s)
+        return {
+            "speed_mps": 20.0,
+            "gap_m": gap,
+            "closing_mps": 10.0 if on else 0.0,
+            "hazards": (hazard("lead_brakes", onset_s),) if on else (),
+        }
+
+    return truths(10.0, at)
+
+
+def test_response_is_from_onset_to_the_first_word_that_names_the_hazard() -> None:
+    spoken = (said(2.5), said(3.0, **LEAD), said(4.0, **LEAD))
+    found = measure(Record(truths=braking_lead(), advisories=spoken))
+    assert (found.hazards, found.hazards_answered) == (1, 1)
+    assert found.hazard_response_s == pytest.approx((1.0,))
+    # at 3.0 s the gap is 90 m at 10 m/s
+    assert found.ttc_escalation_s == pytest.approx((9.0,))
+
+
+def test_a_word_too_late_for_the_median_driver_is_no_response() -> None:
+    # 10 m/s: 1.25 s of reaction are 12.5 m, braking with 0.8 g = 7.85 m/s2 takes 6.4 m: 18.9 m, left at 2 + 8.1 s.
+    late = braking_lead(over_s=10.0)
+    assert pytest.approx(1.25) == MEDIAN_REACTION_S
+    assert measure(Record(truths=late, advisories=(said(9.9, **LEAD),))).hazards_answered == 1
+
+    def nearer(time_s: float) -> dict[str, Any]:
+        gap = 38.8 - 10.0 * max(0.0, time_s - 2.0)
+        on = 2.0 <= time_s <= 5.0
+        now = (hazard("lead_brakes", 2.0),) if on else ()
+        return {"speed_mps": 20.0, "gap_m": max(gap, 0.0), "closing_mps": 10.0, "hazards": now}
+
+    # 38.8 m at the onset: at 3.9 s 19.8 m are left, at 4.0 s 18.8 m
+    early, too_late = (Record(truths=truths(6.0, nearer), advisories=(said(at, **LEAD),)) for at in (3.9, 4.0))
+    assert measure(early).hazard_response_s == pytest.approx((1.9,))
+    assert measure(too_late).hazard_response_s == ()
+    assert (measure(too_late).hazards, measure(too_late).hazards_answered) == (1, 0)
+    # it has escalated all the same
+    assert measure(too_late).ttc_escalation_s == pytest.approx((1.88,))
+
+
+def test_an_intervention_counts_however_late() -> None:
+    found = measure(Record(truths=braking_lead(over_s=10.0), advisories=(said(9.95, "ACT", **LEAD),)))
+    assert found.hazard_response_s == pytest.approx((7.95,))
+
+
+def test_a_warning_that_still_stands_at_the_onset_is_a_response_in_no_time() -> None:
+    found = measure(Record(truths=braking_lead(onset_s=5.0), advisories=(said(3.0, **LEAD),)))
+    assert found.hazard_response_s == (0.0,)
+    long_ago = Record(truths=braking_lead(onset_s=9.0, over_s=9.5), advisories=(said(3.0, **LEAD),))
+    assert measure(long_ago).hazard_response_s == ()
+
+
+def test_limit_advice_and_mere_advice_escalate_nothing() -> None:
+    advice = said(3.0, **{**LEAD, "urgency": "advice"})
+    limit = said(3.2, urgency="warning", topic="limit", hazard="")
+    found = measure(Record(truths=braking_lead(), advisories=(advice, limit)))
+    assert found.ttc_escalation_s == ()
+    assert found.hazard_response_s == pytest.approx((1.0,))
+
+
+def test_nobody_closing_in_has_no_time_to_collision() -> None:
+    def at(time_s: float) -> dict[str, Any]:
+        return {"speed_mps": 20.0, "gap_m": 50.0, "closing_mps": -1.0, "hazards": (hazard("lead_brakes", 0.05),)}
+
+    found = measure(Record(truths=truths(3.0, at), advisories=(said(1.0, **LEAD),)))
+    assert (found.ttc_escalation_s, found.hazards_answered) == ((), 1)
+
+
+def test_another_hazards_name_is_no_answer() -> None:
+    wrong = said(3.0, topic="person", hazard="pedestrian", urgency="warning")
+    assert measure(Record(truths=braking_lead(), advisories=(wrong,))).hazards_answered == 0
+
+
+def test_two_hazards_at_once_are_two() -> None:
+    both = (hazard("lead_brakes", 1.0), hazard("school_zone", 1.5, 60.0))
+    record = Record(
+        truths=truths(3.0, lambda t: {"speed_mps": 10.0, "hazards": both}), advisories=(said(2.0, topic="ahead"),)
+    )
+    assert [each.kind for each in hazards.episodes(record)] == ["lead_brakes", "school_zone"]
+    found = measure(record)
+    # 60 m ahead at 10 m/s: time enough
+    assert (found.hazards, found.hazards_answered) == (2, 1)
+
+
+def test_a_truth_that_tells_only_the_oldest_hazard_is_understood() -> None:
+    record = Record(truths=truths(3.0, lambda t: {"speed_mps": 10.0, "hazard": "cut_in", "hazard_onset_s": 0.5}))
+    assert [each.kind for each in hazards.episodes(record)] == ["cut_in"]

@@ -1,0 +1,50 @@
+"""A run measured as it goes and measured from its log."""
+
+import gzip
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from drivemcp.errors import UserError
+from evaluation.metrics import TRUTH_FILE, Record, Recorder, from_log, keep, measure
+from evaluation.run.host import drive
+from evaluation.run.spec import RunSpec
+from tests.unit.evaluation.metrics.logs import said, steady
+
+
+def test_the_log_and_the_truth_beside_it_measure_the_same_as_the_run(tmp_path: Path) -> None:
+    recorder = Recorder()
+    drive(RunSpec(scenario="dynamic-vsl", seed=3, seconds=1.5), tmp_path, recorder.follow)
+    (log,) = tmp_path.glob("**/*.mcap")
+    live = recorder.record()
+    assert (len(live.truths), live.truths[0].time_s) == (30, 0.05)
+    assert 0.0 <= live.advisories[0].time_s <= 0.2
+    assert len(live.advisories) == len(live.traces) == len(live.decisions)
+
+    alone = measure(from_log(log))
+    assert (alone.infractions, alone.messages) == (None, measure(live).messages)
+    assert alone.seconds > 1.0
+
+    assert keep(recorder, log.parent).name == TRUTH_FILE
+    again = from_log(log)
+    assert again.truths == live.truths
+    assert measure(again) == measure(live)
+    assert msgspec.json.decode(msgspec.json.encode(measure(live)), type=type(measure(live))) == measure(live)
+
+
+def test_a_truth_of_another_version_is_named(tmp_path: Path) -> None:
+    log = tmp_path / "log.mcap"
+    log.write_bytes(b"")
+    (tmp_path / TRUTH_FILE).write_bytes(gzip.compress(msgspec.msgpack.encode([(1, {"time_s": "soon"})])))
+    with pytest.raises(UserError, match="does not fit this version's Truth"):
+        from_log(log)
+
+
+def test_truth_is_found_by_time() -> None:
+    record = Record(truths=steady(2.0), advisories=(said(1.0),))
+    found = record.truth_at(1.02)
+    assert found is not None
+    assert found.time_s == 1.0
+    assert [truth.time_s for truth in record.truths_between(0.5, 0.6)] == [0.5, 0.55, 0.6]
+    assert Record().truth_at(1.0) is None

@@ -1,0 +1,122 @@
+"""Messages, nags, slow-downs, latencies, comfort: by hand."""
+
+from typing import Any
+
+import msgspec
+import pytest
+
+from evaluation.metrics import RATES, At, Record, measure
+from evaluation.statistics import poisson_ci
+from proto.decision import Advisory
+from tests.unit.evaluation.metrics.logs import hazard, limit, said, steady, truths
+
+
+def nags(*spoken: At[Advisory], **truth: Any) -> int:
+    return measure(Record(truths=steady(100.0, **truth), advisories=spoken)).nags
+
+
+def test_every_speak_is_a_message_and_an_uninterrupted_act_is_one() -> None:
+    heard = (said(1.0), said(1.1, "SILENT"), said(2.0, "ACT"), said(2.1, "ACT"), said(2.2, "ACT"), said(4.0, "ACT"))
+    assert measure(Record(truths=steady(5.0), advisories=heard)).messages == 3
+
+
+def test_the_same_said_again_is_a_nag_within_a_minute() -> None:
+    assert nags(said(1.0), said(31.0)) == 1
+    assert nags(said(1.0), said(62.0)) == 0
+    assert nags(said(1.0), said(2.0, topic="friction")) == 0
+
+
+@pytest.mark.parametrize(
+    "news",
+    [
+        {"legal_limit": limit(13.9)},
+        {"urgency": "warning"},
+        {"hazard": "closing_lead"},
+        {"target_mps": 18.0},  # 2 m/s lower; 5 km/h are 1.39
+        {"degraded": ("rules",)},
+    ],
+)
+def test_what_is_new_is_no_nag(news: dict[str, Any]) -> None:
+    assert nags(said(1.0), said(5.0, **news)) == 0
+
+
+@pytest.mark.parametrize("old", [{"target_mps": 19.0}, {"target_mps": 25.0}, {"target_mps": None}])
+def test_a_target_hardly_lower_or_higher_is_no_news(old: dict[str, Any]) -> None:
+    assert nags(said(1.0), said(5.0, **old)) == 1
+
+
+def test_a_warning_may_be_repeated_while_its_hazard_is_on_and_not_sooner_than_after_four_seconds() -> None:
+    warning = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+    on = {"hazards": (hazard("lead_brakes", 0.5),)}
+    assert nags(said(1.0, **warning), said(5.0, **warning), **on) == 0
+    assert nags(said(1.0, **warning), said(3.0, **warning), **on) == 1
+    assert nags(said(1.0, **warning), said(5.0, **warning)) == 1
+
+
+def slowing(**always: Any) -> Record:
+    """From 20 to 15 m/s between 2 and 7 s, after advice to drive 15 at 1 s."""
+    at = lambda t: {"speed_mps": min(20.0, max(15.0, 22.0 - t)), **always}  # noqa: E731
+    return Record(truths=truths(15.0, at), advisories=(said(1.0, target_mps=15.0),))
+
+
+def test_a_slow_down_without_a_cause_is_unnecessary() -> None:
+    assert measure(slowing()).unnecessary_slow_downs == 1
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        {"hazards": (hazard("deep_water", 1.0),)},
+        {"stop_kind": "red_light"},
+        {"light": "red"},
+        {"law_limit_mps": 14.0},
+        {"mu": 0.5},
+        {"gap_m": 25.0, "closing_mps": 0.0},  # 1.25 s
+        {"gap_m": 100.0, "closing_mps": 14.0},  # 7.1 s
+        {"visibility_m": 40.0},  # 20 m/s: 25 m of reaction and 25.5 m of braking
+    ],
+)
+def test_a_slow_down_with_a_cause_is_none(cause: dict[str, Any]) -> None:
+    assert measure(slowing(**cause)).unnecessary_slow_downs == 0
+
+
+def test_advice_that_nobody_follows_slows_nobody_down() -> None:
+    record = Record(truths=steady(15.0), advisories=(said(1.0, target_mps=15.0),))
+    assert measure(record).unnecessary_slow_downs == 0
+
+
+def test_latencies_are_the_advisories_own() -> None:
+    told = [
+        said(1.0, event_to_advice_ms=4.0, snapshot_to_advice_ms=10.0),
+        said(2.0, "SILENT", snapshot_to_advice_ms=30.0),
+    ]
+    found = measure(Record(truths=steady(3.0), advisories=tuple(told)))
+    assert found.advisory_latency_s == pytest.approx((0.004,))
+    assert found.sensor_latency_p50_s == pytest.approx(0.020)
+
+
+def test_braking_and_jerk_over_half_seconds() -> None:
+    # 20 m/s, from 2 to 4 s at -4 m/s2, then 12 m/s
+    record = Record(truths=truths(8.0, lambda t: {"speed_mps": 20.0 - 4.0 * min(2.0, max(0.0, t - 2.0))}))
+    found = measure(record)
+    assert found.hardest_braking_mps2 == pytest.approx(4.0)
+    assert found.hard_brakings == 1
+    # The mean deceleration climbs by 4 within half a second and falls as fast: the half-second differences rise evenly to
+    # 4 and fall again, twice, 8 m/s3 at the top: 2 * 1 s of a triangle of height 8, mean square 8^2 / 3 over that 2 s,
+    # of the 7 s that have differences: sqrt(64 / 3 * 2 / 7)
+    assert found.jerk_rms_mps3 == pytest.approx((64 / 3 * 2 / 7) ** 0.5, rel=0.02)
+
+
+def test_rates_pool_counts_over_exposures() -> None:
+    # 100 s at 20 m/s are 2 km; 3 messages: 15 per 10 km
+    found = measure(Record(truths=steady(100.0), advisories=tuple(said(at, topic=str(at)) for at in (1.0, 2.0, 3.0))))
+    row, values = RATES["messages"], msgspec.to_builtins(found)
+    rate = poisson_ci(values[row.count], values[row.exposure], row.per)
+    assert rate.value == pytest.approx(15.0)
+    # Garwood for 3: 0.61867 to 8.76727
+    assert (rate.low, rate.high) == pytest.approx((0.61867 * 5, 8.76727 * 5), abs=1e-3)
+
+
+def test_every_rate_is_made_of_fields_that_are_there() -> None:
+    fields = {field.name for field in msgspec.structs.fields(type(measure(Record())))}
+    assert {row.count for row in RATES.values()} | {row.exposure for row in RATES.values()} <= fields
