@@ -2,9 +2,9 @@
 
 import gzip
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -12,9 +12,10 @@ import msgspec
 
 from drivemcp.errors import UserError
 from drivemcp.node import Node
-from drivemcp.received import Received
+from drivemcp.received import Received, decode
 from proto import topics
-from proto.decision import Advisory, Decision, TraceRecord
+from proto.decision import Advisory, Decision, Event
+from proto.tools import CallStatus
 from proto.topics import Topic
 from proto.truth import Truth
 from proto.weather import Conditions
@@ -32,6 +33,21 @@ class At(NamedTuple, Generic[M]):
     message: M
 
 
+class Call(msgspec.Struct, frozen=True, kw_only=True):
+    """Of an outcome in a trace, what is measured."""
+
+    tool: str
+    status: CallStatus
+
+
+class Tick(msgspec.Struct, frozen=True, kw_only=True):
+    """Of a trace, what is measured: a hundredth of its size."""
+
+    tick: int
+    events: tuple[Event, ...]
+    calls: tuple[Call, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Record:
     """One run. Each list is in the order of time; without truth, `truths` is empty and what needs it is not measured."""
@@ -41,7 +57,7 @@ class Record:
     advisories: tuple[At[Advisory], ...] = ()
     """One a tick, silent ones included."""
     decisions: tuple[At[Decision], ...] = ()
-    traces: tuple[At[TraceRecord], ...] = ()
+    traces: tuple[At[Tick], ...] = ()
     conditions: tuple[At[Conditions], ...] = ()
 
     @cached_property
@@ -81,6 +97,7 @@ _FOLLOWED: tuple[Topic[Any], ...] = (
     topics.TRACE,
     topics.CONDITIONS,
 )
+_TICK = msgspec.json.Decoder(Tick)
 
 
 @dataclass(slots=True)
@@ -93,13 +110,14 @@ class Recorder:
         """Subscribe to all that is measured; hand this to `evaluation.run.host.drive`."""
         for topic in _FOLLOWED:
             self._found[topic.name] = []
-            node.subscribe(topic, self._into(topic))
+            node.subscribe_raw(topic, self._into(topic))
 
-    def _into(self, topic: Topic[M]) -> Any:
+    def _into(self, topic: Topic[Any]) -> Callable[[Received[Any]], None]:
         found = self._found[topic.name]
+        read = _TICK.decode if topic is topics.TRACE else partial(decode, topic)
 
-        def add(message: M, received: Received[M]) -> None:
-            found.append((received.stamp_ns, message))
+        def add(received: Received[Any]) -> None:
+            found.append((received.stamp_ns, read(received.payload)))
 
         return add
 
@@ -141,7 +159,7 @@ def _kept(path: Path) -> list[tuple[int, Any]]:
 
 def _decoded(topic: Topic[Any], data: bytes, log: Path) -> Any:
     try:
-        return msgspec.json.decode(data, type=topic.message)
+        return _TICK.decode(data) if topic is topics.TRACE else msgspec.json.decode(data, type=topic.message)
     except msgspec.MsgspecError as error:
         raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None
 

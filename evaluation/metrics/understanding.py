@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping
 import msgspec
 
 from evaluation.metrics import truth_events
-from evaluation.metrics.record import At, Record
+from evaluation.metrics.record import At, Record, Tick
 from evaluation.metrics.spans import Span, spans
 from evaluation.metrics.truth_events import TOLERANCES, Expected, Tolerance
-from proto.decision import TraceRecord
 from proto.truth import Truth
 from services.orchestrator.events import TOOLS
 from services.orchestrator.routing import TOOL_TABLE
@@ -51,7 +50,7 @@ def tool_ticks(record: Record) -> tuple[int, int]:
     rows, answered, right = _expected(record), dict[str, float](), 0
     for trace in record.traces:
         truth = record.truth_at(trace.time_s)
-        answered.update({call.tool: trace.time_s for call in trace.message.calls if call.ok})
+        answered.update({call.tool: trace.time_s for call in trace.message.calls if call.status == "ok"})
         if truth is not None:
             right += _has_needed(rows, answered, trace.time_s, truth) and _none_idle(rows, trace)
     return right, len(record.traces)
@@ -99,7 +98,7 @@ def _late(kind: str) -> float:
     return TOLERANCES[kind].after_s if kind in ("vehicle_fault", "low_friction") else 0.0
 
 
-def _none_idle(rows: Mapping[str, tuple[Expected, ...]], trace: At[TraceRecord]) -> bool:
+def _none_idle(rows: Mapping[str, tuple[Expected, ...]], trace: At[Tick]) -> bool:
     now = Span(trace.time_s, trace.time_s)
     own = {event.kind for event in trace.message.events} - set(truth_events.KINDS)
     on = {kind for kind, expected in rows.items() if any(row.span.overlaps(now, *TOLERANCES[kind]) for row in expected)}

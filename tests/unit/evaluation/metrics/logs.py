@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from evaluation.metrics import At
-from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
+from evaluation.metrics.record import Call, Tick
+from proto.decision import Advisory, Decision, Event, SafetyMetrics
 from proto.rules import LegalLimit
-from proto.tools import Outcome
 from proto.truth import TrueActor, TrueHazard, Truth
 
 STEP_S = 0.05
@@ -56,26 +56,14 @@ def decided(time_s: float, kind: str, act_withheld: str = "") -> At[Decision]:
     return At(time_s, decision)
 
 
-def ticked(time_s: float, events: tuple[str, ...] = (), calls: tuple[str, ...] = ()) -> At[TraceRecord]:
+def ticked(time_s: float, events: tuple[str, ...] = (), calls: tuple[str, ...] = ()) -> At[Tick]:
     """A tick with these events and these calls, all answered."""
-    advisory = said(time_s).message
-    fused = Fused(
-        target_mps=None, legal_limit=None, headway_factor=1.0, directive="", justification="", confidence=1.0,
-        urgency="info", topic="",
-    )  # fmt: skip
     return At(
         time_s,
-        TraceRecord(
+        Tick(
             tick=1,
-            stamp_ns=round(time_s * 1e9),
-            cause="snapshot",
-            inputs={},
             events=tuple(Event(kind=kind, g=1.0, eta=0.5) for kind in events),
-            calls=tuple(Outcome(tool=tool, status="ok", result={}) for tool in calls),
-            fused=fused,
-            request=None,
-            decision=decided(time_s, "SILENT").message,
-            advisory=advisory,
+            calls=tuple(Call(tool=tool, status="ok") for tool in calls),
         ),
     )
 
