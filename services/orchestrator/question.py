@@ -1,5 +1,6 @@
 """A driver's question: what it is about, whom to ask, and the answer out of the running drive. Pure."""
 
+import contextlib
 import re
 import tomllib
 from functools import cache
@@ -101,31 +102,44 @@ def calls_for(subject: Subject, question: str, state: State) -> tuple[Call, ...]
     car = tuple(Call(tool=t, arguments=language, deadline_ms=DEADLINE_MS) for t in ("vehicle_health", "read_dtcs"))
     table: dict[Subject, tuple[Call, ...]] = {
         "sign": (*_sign_call(state), weather),
-        "units": (limit, _lookup(LAW_QUERIES["units"], state)),
-        "change": (limit, weather, _lookup(LAW_QUERIES["change"], state)),
-        "lamp": (*car, _lookup(LAW_QUERIES["lamp"], state)),
+        "units": (limit, *_lookups("units", state)),
+        "change": (limit, weather, *_lookups("change", state)),
+        "lamp": (*car, *_lookups("lamp", state)),
         "limit": (limit, weather),
-        "law": (_lookup(question, state),),
+        "law": (_lookup(question, state, state.preferences.language),),
     }
     return table[subject]
 
 
-LAW_QUERIES = {
-    "units": "units of speed limits, kilometres or miles per hour",
-    "change": "variable speed limit signs on gantries, and signs that end a limit",
-    "lamp": "warning lamp or defect of the brakes: must the car stop, is driving on allowed",
+LAW_QUERIES: dict[str, dict[str, str]] = {
+    "en": {
+        "units": "units of speed limits, kilometres or miles per hour",
+        "change": "variable speed limit signs on gantries, and signs that end a limit",
+        "lamp": "warning lamp or defect of the brakes: must the car stop, is driving on allowed",
+    },
+    "de": {
+        "units": "Einheit der Geschwindigkeitsbegrenzung, Kilometer oder Meilen in der Stunde",
+        "change": "wechselnde Geschwindigkeitsbegrenzungen an Schilderbrücken, und Zeichen, die eine Begrenzung aufheben",
+        "lamp": "Warnleuchte oder Mangel an der Bremse: muss angehalten werden, ist die Weiterfahrt erlaubt",
+    },
 }
-"""Asked in English: the encoder is multilingual, BM25 finds less."""
+"""In the language in which the law is to be told: its text is searched by words too."""
 
 
-def _lookup(query: str, state: State) -> Call:
+def _lookups(subject: str, state: State) -> tuple[Call, ...]:
+    """In the driver's language, and in English: not every country's law is there in every language."""
+    languages = dict.fromkeys((state.preferences.language, "en"))
+    return tuple(_lookup(LAW_QUERIES[each][subject], state, each) for each in languages if each in LAW_QUERIES)
+
+
+def _lookup(query: str, state: State, language: str) -> Call:
     here = state.signs.jurisdiction
     return Call(
         tool="lookup_rule",
         arguments={
             "query": plain(query, 400),
             "jurisdiction": here.value if here is not None else None,
-            "language": state.preferences.language,
+            "language": language,
         },
         deadline_ms=DEADLINE_MS,
     )
@@ -178,13 +192,23 @@ def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcom
 
 
 def _result(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> S | None:
-    found = next((o for o in outcomes if o.tool == tool and o.ok), None)
-    if found is None:
-        return None
-    try:
-        return msgspec.convert(found.result, kind)
-    except msgspec.ValidationError:
-        return None
+    return next(iter(_results(outcomes, tool, kind)), None)
+
+
+def _results(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> list[S]:
+    """What a tool answered, in the order in which it was asked; what is no such answer is left out."""
+    found = []
+    for each in outcomes:
+        if each.tool == tool and each.ok:
+            with contextlib.suppress(msgspec.ValidationError):
+                found.append(msgspec.convert(each.result, kind))
+    return found
+
+
+def _law_found(outcomes: tuple[Outcome, ...]) -> RulesAnswer | None:
+    """The first answer that cites something; without one the first."""
+    found = _results(outcomes, "lookup_rule", RulesAnswer)
+    return next((each for each in found if each.citations), found[0] if found else None)
 
 
 def _weather_line(state: State, outcomes: tuple[Outcome, ...]) -> str:
@@ -263,7 +287,7 @@ _ASKED_UNIT = {"mph": re.compile(r"mph|mile|meile", re.I), "km/h": re.compile(r"
 def _units(question: str, state: State, outcomes: tuple[Outcome, ...]) -> Told:
     preferences, signs = state.preferences, state.signs
     answered = _result(outcomes, "applicable_limit", RulesAnswer)
-    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    law = _law_found(outcomes)
     here = signs.jurisdiction
     unit = signs.units.value if signs.units is not None else None
     if unit is None and answered is not None and answered.limit is not None:
@@ -288,7 +312,7 @@ def _units(question: str, state: State, outcomes: tuple[Outcome, ...]) -> Told:
 def _change(state: State, outcomes: tuple[Outcome, ...]) -> Told:
     preferences = state.preferences
     answered = _result(outcomes, "applicable_limit", RulesAnswer)
-    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    law = _law_found(outcomes)
     lines = [_why_changed(state), _limit_line(state, answered), _weather_line(state, outcomes)]
     lines.append(say(preferences, "ask", "recommend", target=drive(preferences, target(state).mps)))
     citations = (*(answered.citations if answered else ()), *(law.citations if law else ()))
@@ -315,7 +339,7 @@ def _lamp(state: State, outcomes: tuple[Outcome, ...]) -> Told:
     """The lamp, the codes, what they mean for driving now, what to do next, and the rule that applies."""
     preferences, car = state.preferences, state.held.degradation
     health = _result(outcomes, "vehicle_health", VehicleHealth)
-    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    law = _law_found(outcomes)
     citations = law.citations if law is not None else ()
     lamps = health.warning_lamps if health is not None else car.warning_lamps if car is not None else ()
     lit = (
@@ -383,7 +407,7 @@ def _limit(state: State, outcomes: tuple[Outcome, ...]) -> Told:
 
 def _law(state: State, outcomes: tuple[Outcome, ...]) -> Told:
     preferences = state.preferences
-    law = _result(outcomes, "lookup_rule", RulesAnswer)
+    law = _law_found(outcomes)
     if law is None:
         return Told((say(preferences, "ask", "no_rules"),), 0.0)
     text = plain(law.note, 600)

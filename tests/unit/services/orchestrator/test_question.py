@@ -2,12 +2,14 @@
 
 from typing import Any
 
+import msgspec
 import pytest
 
+from proto.rules import RulesAnswer
 from proto.tools import Outcome
 from proto.vehicle import Degradation, DtcText
 from proto.weather import Conditions
-from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
+from services.orchestrator.question import LAW_QUERIES, Answer, answer, calls_for, in_language, subject_of
 from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
@@ -124,6 +126,25 @@ def test_a_country_by_setting_is_said_to_be_one_until_a_sign_has_spoken() -> Non
     seen = asked(drive, asking, applicable_limit=limit_answer(30, "mph"))
     assert "no sign has confirmed it yet" in assumed.text
     assert "no sign has confirmed it yet" not in seen.text
+
+
+@pytest.mark.parametrize(("languages", "told"), [(("de", "en"), "Regel (de)"), (("en",), "Regel (en)"), ((), "")])
+def test_where_the_law_is_not_there_in_the_drivers_language_it_is_told_in_english(
+    languages: tuple[str, ...], told: str
+) -> None:
+    def look_up(arguments: dict[str, Any]) -> RulesAnswer:
+        language = arguments["language"]
+        known = language in languages and arguments["query"] == LAW_QUERIES[language]["lamp"]
+        found = limit_answer(50, note=f"Regel ({language})", limit=None, legal_action="none")
+        return found if known else msgspec.structs.replace(found, note="Keine Antwort", citations=())
+
+    drive = Drive(preferences=preferences(language="de"))
+    drive.tick()
+    drive.ask.table = {**drive.ask.table, "lookup_rule": look_up}
+    answered = asked(drive, "Eine Warnlampe leuchtet, ist das sicher?")
+    assert told in answered.text
+    assert bool(answered.citations) == bool(languages)
+    assert "Keine Antwort" not in answered.text
 
 
 def test_are_we_in_mph_now() -> None:
