@@ -17,6 +17,8 @@ CLOSING_MPS = 0.1
 """Below this nobody closes in, and there is no time to collision."""
 APART_S = 2.0
 """Two moments of conflict with one road user that lie nearer to each other are one near-collision."""
+ACROSS_MPS = 1.0
+"""Ours: slower than this across, a vehicle wavers in its lane."""
 FOLLOWS_WITHIN_S, FOLLOWS_FROM_MPS = 4.0, 5.0
 """Ours: farther behind, or slower, a car does not follow; the 4 s are about what Vogel 2003 parts following by."""
 SHORT_HEADWAY_S = 1.0
@@ -117,23 +119,29 @@ def _near(truth: Truth) -> bool:
 
 
 def encroachments(record: Record) -> Iterator[tuple[float, float]]:
-    """(instant, post-encroachment time) of each person who left the ego's path ahead of it, where it then drove by.
+    """(instant, post-encroachment time) of each who crossed the ego's path ahead of it, where it then drove by.
 
-    The place is where the person was last in the path; the time is from then until the ego's front is there.
+    The place is where he was last in the path; the time is from then until the ego's front is there.
     """
     inside: dict[int, tuple[float, float]] = {}
     for truth in record.truths:
-        people = {actor.actor_id: actor for actor in truth.actors if actor.kind == "pedestrian"}
+        crossing = {actor.actor_id: actor for actor in truth.actors if crosses(actor, truth)}
         for number, (left_s, place_m) in list(inside.items()):
-            person = people.get(number)
-            if person is None or not person.in_ego_path or person.x_m <= 0.0:
+            actor = crossing.get(number)
+            if actor is None or not actor.in_ego_path or actor.x_m <= 0.0:
                 del inside[number]
                 reached_s = next((t.time_s for t in record.truths if t.distance_m >= place_m), None)
                 if reached_s is not None and reached_s >= left_s:
                     yield left_s, reached_s - left_s
-        for actor in people.values():
+        for actor in crossing.values():
             if actor.in_ego_path and actor.x_m > 0.0:
                 inside[actor.actor_id] = truth.time_s, truth.distance_m + max(0.0, actor.x_m - EGO_LENGTH_M / 2.0)
+
+
+def crosses(actor: TrueActor, truth: Truth) -> bool:
+    """A person, or a vehicle that drives across the ego's way rather than along it."""
+    along_mps = actor.vx_mps + truth.speed_mps
+    return actor.kind == "pedestrian" or abs(actor.vy_mps) > max(abs(along_mps), ACROSS_MPS)
 
 
 def headways_s(record: Record) -> list[float]:

@@ -23,15 +23,15 @@ WORDS: Mapping[str, frozenset[str]] = {
     "cut_in": _LEAD,
     "stop_line": frozenset({"red_light", "stop_sign", "stop"}),
     "priority": frozenset({"priority", "give_way", "right_of_way", "yield"}) | _LEAD,
-    "school_zone": frozenset({"limit", "ahead", "overspeed", "school", "children"}) | _PERSON,
+    "school_zone": frozenset({"limit", "ahead", "overspeed", "school", "children"}),
     "deep_water": frozenset({"friction", "deep_water", "low_friction"}),
 }
 """A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
 
 
-NOWHERE = frozenset({"deep_water", "school_zone"})
-"""Hazards that call for less speed and no stop: any word while they are on is early enough, and the response time tells."""
+SLOWER = frozenset({"deep_water", "school_zone"})
+"""Hazards that call for less speed and no stop: a word that asks for it is in time as long as they are on."""
 
 
 class Episode(NamedTuple):
@@ -101,11 +101,19 @@ def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
     truth = record.truth_at(said.time_s)
     if truth is None or said.message.kind == "ACT":
         return truth is not None
+    if kind in SLOWER:
+        return said.message.target_mps is not None and said.message.target_mps < truth.speed_mps and _there(truth, said)
     gap, closing = distance(truth, kind)
     if gap is None or closing <= 0.0:
         return True
     braking = GRAVITY_MPS2 * truth.mu * truth.brake_share
     return closing * MEDIAN_REACTION_S + closing**2 / (2.0 * braking) <= gap
+
+
+def _there(truth: Truth, said: At[Advisory]) -> bool:
+    """A limit that is told before the school is another one's; the school's own is `ahead` until one is there."""
+    to_school = next((each.distance_m for each in on_now(truth) if each.kind == "school_zone"), None)
+    return said.message.topic == "ahead" or to_school is None or to_school <= 0.0
 
 
 def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> Iterator[float | None]:
@@ -125,4 +133,4 @@ def distance(truth: Truth, kind: str) -> tuple[float | None, float]:
     person = person_ahead(truth) if kind == "pedestrian" else None
     if person is not None:
         return gap_m(person), -person.vx_mps
-    return told if kind not in NOWHERE else None, truth.speed_mps
+    return told, truth.speed_mps

@@ -38,10 +38,10 @@ class Tolerance(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """A stretch in which an event may be detected, and whether it must be at least once."""
+    """A stretch in which an event may be detected; and from when to when it must be on, if it must at all."""
 
     span: Span
-    must: bool
+    due: Span | None = None
 
 
 Level = Callable[[Truth], tuple[bool, bool] | None]
@@ -73,10 +73,10 @@ def expected(record: Record) -> dict[str, tuple[Expected, ...]]:
         "speed_limit_change": _changes([(t.time_s, t.law_limit_mps) for t in record.truths]),
         "dynamic_limit_update": _gantries(record),
     }
-    passed = tuple(Expected(Span(at_s, at_s), False) for at_s, _, _ in _passed(record))
-    start = (Expected(Span(0.0, 0.0), False),)  # then all is new
+    passed = tuple(Expected(Span(at_s, at_s)) for at_s, _, _ in _passed(record))
+    start = (Expected(Span(0.0, 0.0)),)  # then all is new
     for kind, instants in changes.items():
-        found[kind] = (*(Expected(Span(at_s, at_s), True) for at_s in instants), *passed, *start)
+        found[kind] = (*(Expected(Span(at_s, at_s), Span(at_s, at_s)) for at_s in instants), *passed, *start)
     return {kind: rows for kind in KINDS if (rows := found[kind]) is not None}
 
 
@@ -111,10 +111,11 @@ def _overspeed(truth: Truth) -> tuple[bool, bool]:
 
 
 def _stop_required(truth: Truth) -> tuple[bool, bool]:
-    """Deceleration needed to a line or to a person in the path; behind the line nothing is needed any more."""
+    """Deceleration needed to a line or to a person in the path; one who is beside it may be taken to be in it."""
     rooms = [room for room in (_line_m(truth), _person_m(truth)) if room is not None]
     worst = max((truth.speed_mps**2 / (2.0 * max(0.5, room)) for room in rooms), default=0.0)
-    return _above(worst, "stop_required")
+    may, must = _above(worst, "stop_required")
+    return may or _person_near(truth), must
 
 
 def _line_m(truth: Truth) -> float | None:
@@ -133,11 +134,14 @@ def _person_m(truth: Truth) -> float | None:
 def _vulnerable(truth: Truth) -> tuple[bool, bool]:
     """A person in the path within 60 m must be seen; one who is near the path, or farther off, may be."""
     person = person_ahead(truth)
-    near = any(
+    return _person_near(truth), person is not None and gap_m(person) < PERSON_SEEN_M
+
+
+def _person_near(truth: Truth) -> bool:
+    return any(
         a.kind == "pedestrian" and 0.0 < a.x_m < PERSON_MAY_M and (a.in_ego_path or abs(a.y_m) < BESIDE_M)
         for a in truth.actors
     )
-    return near, person is not None and gap_m(person) < PERSON_SEEN_M
 
 
 def _vehicle_fault(truth: Truth) -> tuple[bool, bool] | None:
@@ -161,7 +165,12 @@ def _held(record: Record, level: Level) -> tuple[Expected, ...] | None:
     known = [(time_s, found) for time_s, found in judged if found is not None]
     must = [s for s in spans((time_s, must) for time_s, (_, must) in known) if s.to_s - s.from_s >= LASTS_S]
     may = spans(((time_s, may) for time_s, (may, _) in known), PAUSE_S)
-    return tuple(Expected(span, any(span.overlaps(each) for each in must)) for span in may)
+    return tuple(Expected(span, _due(span, must)) for span in may)
+
+
+def _due(span: Span, must: Sequence[Span]) -> Span | None:
+    within = [each for each in must if span.overlaps(each)]
+    return Span(within[0].from_s, within[-1].to_s) if within else None
 
 
 # -- signs and changes ---------------------------------------------------------------------------------------------------
@@ -199,7 +208,7 @@ def _foreign(record: Record) -> tuple[Expected, ...]:
     nearest = [(truth.time_s, _nearest_foreign_m(truth, language)) for truth in record.truths]
     may = spans(((time_s, distance < math.inf) for time_s, distance in nearest), PAUSE_S)
     must = spans(((time_s, distance < PLATE_READ_M) for time_s, distance in nearest), PAUSE_S)
-    return tuple(Expected(span, any(span.overlaps(each) for each in must)) for span in may)
+    return tuple(Expected(span, _due(span, must)) for span in may)
 
 
 def _nearest_foreign_m(truth: Truth, language: str) -> float:

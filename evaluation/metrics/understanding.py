@@ -66,7 +66,7 @@ def _stretches(record: Record, kind: str) -> tuple[Span, ...]:
 
 
 def _scores(found: tuple[Span, ...], rows: tuple[Expected, ...], tolerance: Tolerance) -> Scores:
-    due = [row.span for row in rows if row.must]
+    due = [row.span for row in rows if row.due is not None]
     hit = sum(any(span.overlaps(each, *tolerance) for each in found) for span in due)
     false = sum(not any(row.span.overlaps(each, *tolerance) for row in rows) for each in found)
     return Scores(hit=hit, missed=len(due) - hit, false=false)
@@ -87,9 +87,10 @@ def _due(rows: Mapping[str, tuple[Expected, ...]], now_s: float) -> Iterator[str
     for kind, expected in rows.items():
         lasts_s = TOLERANCES[kind].after_s
         for row in expected:
-            span = row.span
-            end_s = span.to_s if span.to_s > span.from_s else span.from_s + lasts_s
-            if row.must and span.from_s + max(GRACE_S, _late(kind)) <= now_s <= end_s:
+            if row.due is None:
+                continue
+            end_s = row.due.to_s if row.due.to_s > row.due.from_s else row.due.from_s + lasts_s
+            if row.due.from_s + max(GRACE_S, _late(kind)) <= now_s <= end_s:
                 yield kind
 
 

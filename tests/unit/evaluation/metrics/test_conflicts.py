@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from evaluation.metrics import Record, conflicts, measure
 from services.simulator.cars import EGO_BODY
@@ -61,6 +62,19 @@ def test_post_encroachment_time_is_from_leaving_the_path_to_the_egos_arrival_the
     # the front is at 50 m after 5.0 s; who leaves at 4.2 s is missed by 0.8 s, who leaves at 3.0 s by 2.0 s
     assert [pet for _, pet in conflicts.encroachments(crossing(4.2))] == pytest.approx([0.8])
     assert [pet for _, pet in conflicts.encroachments(crossing(3.0))] == pytest.approx([2.0])
+
+
+def test_a_vehicle_counts_where_it_crosses_and_not_where_it_leads() -> None:
+    def record(across_mps: float) -> Record:
+        def at(time_s: float) -> dict[str, Any]:
+            x_m = 50.0 + conflicts.EGO_LENGTH_M / 2 - 10.0 * time_s
+            car = person(x_m, 10.0, in_path=time_s <= 4.2)
+            return {"speed_mps": 10.0, "actors": (structs.replace(car, kind="vehicle", vy_mps=across_mps),)}
+
+        return Record(truths=truths(8.0, at))
+
+    assert [pet for _, pet in conflicts.encroachments(record(6.0))] == pytest.approx([0.8])
+    assert list(conflicts.encroachments(record(0.5))) == []
 
 
 def test_near_collisions_by_post_encroachment_alone_are_told_apart() -> None:

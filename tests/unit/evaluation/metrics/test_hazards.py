@@ -91,15 +91,22 @@ def test_another_hazards_name_is_no_answer() -> None:
     assert measure(Record(truths=braking_lead(), advisories=(wrong,))).hazards_answered == 0
 
 
+def schooled(distance_m: float, **what: Any) -> Record:
+    both = (hazard("lead_brakes", 1.0), hazard("school_zone", 1.5, distance_m))
+    return Record(truths=truths(3.0, lambda t: {"speed_mps": 14.0, "hazards": both}), advisories=(said(2.0, **what),))
+
+
 def test_two_hazards_at_once_are_two() -> None:
-    both = (hazard("lead_brakes", 1.0), hazard("school_zone", 1.5, 60.0))
-    record = Record(
-        truths=truths(3.0, lambda t: {"speed_mps": 10.0, "hazards": both}), advisories=(said(2.0, topic="ahead"),)
-    )
+    record = schooled(60.0, topic="ahead", target_mps=8.3)
     assert [each.kind for each in hazards.episodes(record)] == ["lead_brakes", "school_zone"]
-    found = measure(record)
-    # 60 m ahead at 10 m/s: time enough
-    assert (found.hazards, found.hazards_answered) == (2, 1)
+    assert (measure(record).hazards, measure(record).hazards_answered) == (2, 1)
+    assert measure(record).hazard_response_s == pytest.approx((0.5,))
+
+
+def test_a_school_is_named_by_its_own_limit_and_by_one_that_asks_for_less_speed() -> None:
+    assert measure(schooled(60.0, topic="ahead", target_mps=14.5)).hazards_answered == 0
+    assert measure(schooled(60.0, topic="limit", target_mps=8.3)).hazards_answered == 0
+    assert measure(schooled(-5.0, topic="limit", target_mps=8.3)).hazards_answered == 1
 
 
 def test_a_truth_that_tells_only_the_oldest_hazard_is_understood() -> None:

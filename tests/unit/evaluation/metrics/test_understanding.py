@@ -136,8 +136,19 @@ def test_a_gantry_that_shows_something_else_than_the_last_is_an_update() -> None
         return {"speed_mps": 20.0, "signs": signs}
 
     truth = truths(30.0, gantries)
-    found = [row.span.from_s for row in truth_events.expected(Record(truths=truth))["dynamic_limit_update"] if row.must]
+    found = [row.span.from_s for row in truth_events.expected(Record(truths=truth))["dynamic_limit_update"] if row.due]
     assert found == pytest.approx([4.9, 24.9])
+
+
+def test_a_foreign_plate_is_due_from_where_it_can_be_read() -> None:
+    def post(time_s: float) -> dict[str, Any]:
+        sign = {"id": 7.0, "code": "limit:70+plate:when_wet:de", "x_m": 150.0 - 20 * time_s, "y_m": -4.0}
+        return {"speed_mps": 20.0, "signs": (sign,)}
+
+    # nearer than 30 m from 6.05 s on, passed at 7.5 s
+    (row,) = truth_events.expected(Record(truths=truths(10.0, post)))["foreign_sign"]
+    assert row.span == pytest.approx((0.05, 7.45))
+    assert row.due == pytest.approx((6.05, 7.45))
 
 
 def test_a_plate_in_a_language_that_the_driver_does_not_read_is_foreign() -> None:
