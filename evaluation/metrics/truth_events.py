@@ -184,7 +184,7 @@ def _passed(record: Record) -> Iterator[tuple[float, str, float]]:
     """(instant, code, place) of each sign and panel that the ego's front drove past."""
     ahead: dict[float, tuple[str, float]] = {}
     for truth in record.truths:
-        for sign in truth.signs:
+        for sign in filter(_for_us, truth.signs):
             number, code, x_m = float(sign["id"]), str(sign["code"]), float(sign["x_m"])
             if x_m > EGO_LENGTH_M / 2.0:
                 ahead[number] = code, truth.distance_m + x_m
@@ -212,8 +212,13 @@ def _foreign(record: Record) -> tuple[Expected, ...]:
 
 
 def _nearest_foreign_m(truth: Truth, language: str) -> float:
-    places = (float(s["x_m"]) for s in truth.signs if float(s["x_m"]) > 0.0 and foreign(str(s["code"]), language))
-    return min(places, default=math.inf)
+    plates = (sign for sign in filter(_for_us, truth.signs) if foreign(str(sign["code"]), language))
+    return min((x_m for sign in plates if (x_m := float(sign["x_m"])) > 0.0), default=math.inf)
+
+
+def _for_us(sign: Mapping[str, str | float]) -> bool:
+    """Whether a sign faces the ego; from a truth that does not tell, all do."""
+    return float(sign.get("faces_ego", 1.0)) > 0.0
 
 
 def foreign(code: str, language: str) -> bool:

@@ -140,6 +140,15 @@ def test_a_gantry_that_shows_something_else_than_the_last_is_an_update() -> None
     assert found == pytest.approx([4.9, 24.9])
 
 
+def test_signs_that_face_others_change_nothing() -> None:
+    def gantry(time_s: float) -> dict[str, Any]:
+        sign = {"id": 7.0, "code": "led:60", "x_m": 150.0 - 20 * time_s, "y_m": 8.0, "faces_ego": 0.0}
+        return {"speed_mps": 20.0, "signs": (sign,)}
+
+    expected = truth_events.expected(Record(truths=truths(10.0, gantry)))
+    assert not any(row.due for row in expected["dynamic_limit_update"])
+
+
 def test_a_foreign_plate_is_due_from_where_it_can_be_read() -> None:
     def post(time_s: float) -> dict[str, Any]:
         sign = {"id": 7.0, "code": "limit:70+plate:when_wet:de", "x_m": 150.0 - 20 * time_s, "y_m": -4.0}
