@@ -183,7 +183,7 @@ def _asked(bus: _Bus, pgn: int, timeout_s: float, clock: Callable[[], int]) -> P
 def _answer(group: Group, bus: _Bus) -> GroupAnswer:
     source, data = group.header.source, list(group.data)
     if group.header.pgn == j1939.ACKNOWLEDGEMENT:
-        return GroupAnswer(source=source, data=data, refusal=j1939.ANSWERS.get(data[0]) if data[0] else None)
+        return GroupAnswer(source=source, data=data, refusal=j1939.ANSWERS.get(data[0]) if any(data[:1]) else None)
     if group.header.pgn == j1939.VEHICLE_IDENTIFICATION:
         text = group.data.split(b"*")[0].decode("ascii", "replace")
         return GroupAnswer(source=source, data=data if bus.privacy.allow_vin else [], vin=bus.privacy.vin(text))

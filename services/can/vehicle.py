@@ -12,6 +12,7 @@ from services.can.dbc import Dbc
 from services.can.diagnostics import Diagnostics, Send
 from services.can.dtc import DtcBook
 from services.can.ego import read_ego
+from services.can.errors import LinkDown
 from services.can.exchange import Exchange
 from services.can.health import Assessment, Held
 from services.can.history import History
@@ -117,7 +118,9 @@ class Vehicle:
         return self.assessment.degradation
 
     def poll(self, now_ns: int, period_ns: int) -> None:
-        """Ask for trouble codes from time to time without waiting: what was answered is taken at the next call."""
+        """Ask for trouble codes from time to time without waiting: what was answered is taken at the next call. A bus
+        that is down is asked again after a period.
+        """
         if self._polling is not None:
             exchange, memory, since_ns = self._polling
             if not exchange.complete and now_ns - since_ns < POLL_WAIT_NS:
@@ -127,7 +130,11 @@ class Vehicle:
         if now_ns < self._next_poll_ns:
             return
         payload, memory = self._polls[self._turn]
-        exchange_or_none = self.diagnostics.start(payload)
+        try:
+            exchange_or_none = self.diagnostics.start(payload)
+        except LinkDown:
+            self._next_poll_ns = now_ns + period_ns
+            return
         if exchange_or_none is not None:
             self._polling = (exchange_or_none, memory, now_ns)
             self._turn = (self._turn + 1) % len(self._polls)

@@ -287,6 +287,14 @@ def test_a_request_returns_what_every_unit_answers(profile: str) -> None:
     assert [frame.arbitration_id for frame in truck.asked] == [0x18EAFFF9, 0x18EAFFF9]
 
 
+def test_an_acknowledgement_without_bytes_breaks_nothing(profile: str) -> None:
+    with bus() as b:
+        truck = start(b, profile)
+        truck.answers[j1939.ACKNOWLEDGEMENT] = [(id_of(j1939.ACKNOWLEDGEMENT, BRAKES), b"")]
+        answer = result(b, "request_j1939_pgn", pgn=j1939.ACKNOWLEDGEMENT, timeout_s=5.0)
+    assert answer["responses"] == [{"source": BRAKES, "data": []}]
+
+
 def test_without_raw_access_only_curated_signals_are_told_and_the_vin_is_hashed(profile: str) -> None:
     vin = b"1FUJGLDR0CSBP0000"
     with bus() as b:

@@ -8,6 +8,7 @@ import pytest
 from proto.sensors import CanFrame
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
+from services.can.errors import LinkDown
 from services.can.isotp import single_frame
 from services.can.profile import Profile
 from services.can.vehicle import Vehicle
@@ -51,6 +52,21 @@ def test_codes_are_asked_for_from_time_to_time_and_learned(vehicle: Vehicle, wir
     assert len(wire.sent) == 1
     vehicle.poll(4 * NS, 4 * NS)
     assert wire.sent[-1] == (0x7DF, single_frame(b"\x07"))
+
+
+def test_a_bus_that_is_down_is_asked_again_after_a_period(dbc: Dbc, profile: Profile, book: DtcBook) -> None:
+    tries: list[int] = []
+
+    def send(arbitration_id: int, data: bytes) -> None:
+        tries.append(arbitration_id)
+        raise LinkDown("unplugged")
+
+    vehicle = Vehicle({"can0": dbc}, profile, book, send)
+    for tenth in range(10, 90):
+        vehicle.poll(tenth * NS // 10, 4 * NS)
+    assert len(tries) == 2
+    with pytest.raises(LinkDown):
+        vehicle.diagnostics.ask(b"\x03", timeout_s=0.1)
 
 
 def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None:
