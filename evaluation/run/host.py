@@ -18,6 +18,7 @@ from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import generate, read_place
+from evaluation.stand_ins.hosted import stood_in
 from proto import topics
 from proto.services import SERVICES
 from proto.truth import ScenarioState
@@ -59,7 +60,7 @@ def _services(spec: RunSpec) -> list[Service[Any]]:
 
 
 def _corrupted(service: Service[Any], spec: RunSpec) -> Service[Any]:
-    corruption = read_spec(spec.corruption)
+    service, corruption = stood_in(service, spec.stand_ins), read_spec(spec.corruption)
     return hosted(service, corruption) if service.name in hosts(corruption) else service
 
 

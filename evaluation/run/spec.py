@@ -9,7 +9,17 @@ from drivemcp.codehash import code_hash
 from evaluation.corruption.spec import CLEAN
 
 Sensors = Literal["rendered", "model"]
-PACKAGES = ("proto", "drivemcp", "services", "evaluation.corruption", "evaluation.run", "evaluation.scenarios")
+StandIn = Literal["truth", "sound_car"]
+"""`truth`: actors and key facts from truth in place of those perceived. `sound_car`: the car says that nothing ails it."""
+PACKAGES = (
+    "proto",
+    "drivemcp",
+    "services",
+    "evaluation.corruption",
+    "evaluation.run",
+    "evaluation.scenarios",
+    "evaluation.stand_ins",
+)
 
 
 class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -27,8 +37,10 @@ class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Service -> its settings: a method or an ablation is nothing else."""
     without: tuple[str, ...] = ()
     """Services that are not started."""
+    stand_ins: tuple[StandIn, ...] = ()
+    """What is published in place of what the services would (`evaluation/stand_ins`)."""
     method: str = "DriveMCP"
-    """A label; what it means is in `settings` and `without`."""
+    """A label; what it means is in `settings`, `without` and `stand_ins` (`evaluation.methods`)."""
 
 
 def run_key(spec: RunSpec, models: str = "") -> str:

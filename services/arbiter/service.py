@@ -25,6 +25,8 @@ from services.arbiter.reading import Latest, M, Reading, read
 from services.arbiter.state import ArbiterState, fresh
 from services.arbiter.unfiltered import Filter, check
 
+MOST_DELTA = 2.0
+"""In simulation, beyond the profile's bound: what the evaluation's sweep takes. No margin ever exceeds it."""
 KEPT_DECISIONS = 600
 """A minute of them can still be explained."""
 
@@ -170,8 +172,9 @@ def _profile(config: ArbiterConfig) -> Profile:
         raise ConfigError(f"profile {config.profile!r} of the arbiter: {error}") from None
     if config.delta is None:
         return profile
-    if not profile.delta_low <= config.delta <= profile.delta_high:
-        raise ConfigError(f"delta must lie in [{profile.delta_low}, {profile.delta_high}], not {config.delta}")
+    high = MOST_DELTA if config.lockstep else profile.delta_high
+    if not profile.delta_low <= config.delta <= high:
+        raise ConfigError(f"delta must lie in [{profile.delta_low}, {high}], not {config.delta}")
     return msgspec.structs.replace(profile, delta=config.delta)
 
 

@@ -44,6 +44,9 @@ class SlowBackend(Backend, Protocol):
     def prompts(self) -> str:
         """SHA-256 of the prompts in use, for the trace."""
 
+    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+        """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
+
 
 NO_ANSWER = Answer("", 0.0)
 """Abstention."""

@@ -31,5 +31,15 @@ class RecentFrames:
         if jpeg is None:
             self.missed += 1
             return None
-        decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if jpeg else None
-        return None if decoded is None else np.asarray(decoded, np.uint8)
+        return _decoded(jpeg)
+
+    def newest(self, camera: str) -> Picture | None:
+        """The last picture that came; None where there is none. For other threads than the one that adds, too."""
+        frames = self._frames.get(camera)
+        kept = list(frames.copy().values()) if frames is not None else []
+        return _decoded(kept[-1]) if kept else None
+
+
+def _decoded(jpeg: bytes) -> Picture | None:
+    decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if jpeg else None
+    return None if decoded is None else np.asarray(decoded, np.uint8)

@@ -77,10 +77,11 @@ class FrontEnd:
         max_reads: int = 8,
         lettering: Lettering | None = None,
         reader_backend: Backend | None = None,
+        guarded: bool = True,
     ) -> None:
         self.backend, self.max_reads, self.lettering = backend, max_reads, lettering or Lettering()
         self.reader_backend = reader_backend
-        self.guard = grounding.Guard()
+        self.guard, self.guarded = grounding.Guard(), guarded
         self.tracks: dict[Key, SignTrack] = {}
         self.heard: dict[Key, SignTrack] = {}
         """The same tracks by what the backend says of them; without a sign reader beside it, none."""
@@ -337,13 +338,17 @@ class FrontEnd:
         track = self.tracks[key]
         read = fact_of(track, self.here, passed=passed)
         if self.reader_backend is None:
-            own = self.guard.own(key, read)
+            own = self.guard.own(key, read) if self.guarded else read
             return () if own is None else (own,)
         heard, best = self.heard.get(key, track), track.belief()
         mine = None
         if key in self.heard:
             said = replace(track, evidence=heard.evidence, plate=heard.plate, seen_ns=heard.seen_ns)
-            mine = self.guard.own(key, fact_of(said, self.here, passed=passed))
+            mine = fact_of(said, self.here, passed=passed)
+            mine = self.guard.own(key, mine) if self.guarded else mine
+        if not self.guarded:
+            unguarded = mine or read
+            return () if unguarded is None else (unguarded,)
         nothing = best.reading == OTHER and best.probability >= NOTHING_THERE and track.evidence.frames > 1
         return grounding.weighed(mine, read, self.here.road_class, nothing_there=nothing)
 

@@ -2,7 +2,7 @@
 
 import hashlib
 import time
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -14,13 +14,15 @@ from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.perception import Boxes, Lanes, Tracks
-from proto.scene import Fact, Facts, SceneGraph
+from proto.scene import Fact, Facts, PromptAnswer, SceneGraph
 from proto.sensors import Calibration, CameraFrame
 from services.drivelm import ask as reader_of_graphs
+from services.drivelm import whole_prompts
 from services.drivelm.backend import EmbeddedBackend
 from services.drivelm.backends import load
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.late import LateFrontEnd
+from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.cues import oncoming_cue
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
@@ -54,6 +56,10 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """Read names of towns on large signs, where `rapidocr` is installed; never in lockstep (a thread's timing)."""
     read_plates: bool = False
     """Read hours, distances and lengths on large plates; else as `read_names`."""
+    guard: bool = True
+    """Whether what the backend says counts only as far as it is borne out (`grounding.py`). Off: for the evaluation."""
+    prompt_backend: Literal["", "embedded", "transformers", "openai"] = ""
+    """Who answers whole prompts; empty: `backend`. In lockstep too, where the caller waits for it and counts its time."""
 
 
 class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
@@ -81,18 +87,30 @@ def load_reader(config: DrivelmConfig) -> EmbeddedBackend:
 def load_front_end(config: DrivelmConfig, node: Node, lettering: Lettering) -> FrontEnd:
     """The front end with the configured backend. Raises ConfigError naming the field that cannot be used."""
     if config.backend == "embedded":
-        return FrontEnd(load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering)
+        return FrontEnd(
+            load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering, guarded=config.guard
+        )
     if node.lockstep:
         raise ConfigError(f"drivelm.backend = {config.backend} is not for lockstep: its answers come when they come")
     backend = load.load(config.backend, load.Slow(transformers=config.transformers, openai=config.openai))
     node.detail["prompts"] = backend.prompts
     late = LateFrontEnd(
         backend, load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering,
-        outstanding=config.outstanding, max_age_s=config.max_age_s,
+        outstanding=config.outstanding, max_age_s=config.max_age_s, guarded=config.guard,
     )  # fmt: skip
     late.errands.ready = lambda: node.run_soon(late.arrive)
     node.on_close(late.errands.close)
     return late
+
+
+def load_generator(config: DrivelmConfig, front_end: FrontEnd) -> whole_prompts.Generator | None:
+    """Who answers whole prompts; None: the extractive reader."""
+    wanted = config.prompt_backend or config.backend
+    if wanted == "embedded":
+        return None
+    if wanted == config.backend and isinstance(front_end.backend, PromptedBackend):
+        return front_end.backend
+    return load.load(wanted, load.Slow(transformers=config.transformers, openai=config.openai))
 
 
 def build(config: DrivelmConfig, node: Node) -> None:
@@ -103,13 +121,14 @@ def build(config: DrivelmConfig, node: Node) -> None:
 class Bindings:
     """State of the wiring; the worker thread writes it, tools read the last graph (swapped whole)."""
 
-    def __init__(self, config: DrivelmConfig, node: Node) -> None:
+    def __init__(self, config: DrivelmConfig, node: Node, front_end: FrontEnd | None = None) -> None:
         self.config, self.node = config, node
         self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
         free = not node.lockstep
         lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
-        self.front_end = load_front_end(config, node, lettering)
+        self.front_end = front_end or load_front_end(config, node, lettering)
+        self.template, self.generator = whole_prompts.load(), load_generator(config, self.front_end)
         self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
         self.boxes: dict[str, Boxes] = {}
         self.graph: SceneGraph | None = None
@@ -125,6 +144,7 @@ class Bindings:
         node.every(1.0, self.say_graph)
         node.tool(deadline_ms=60)(self.ask_scene)
         node.tool(deadline_ms=60)(self.describe_scene)
+        node.tool(deadline_ms=60)(self.answer_prompt)
 
     def on_frame(self, message: CameraFrame, info: Received[CameraFrame]) -> None:
         self.frames.add(info.id, info.stamp_ns, message.jpeg)
@@ -216,6 +236,23 @@ class Bindings:
         """Describe the scene ahead in words, with the graph of objects, questions and answers behind them."""
         graph = self._graph()
         return SceneDescription(description=graph.description, graph=graph)
+
+    def answer_prompt(
+        self,
+        query: Annotated[str, msgspec.Meta(max_length=400)],
+        context: Annotated[str, msgspec.Meta(description="ego and scene, as text or JSON", max_length=8000)] = "",
+        passages: Annotated[
+            tuple[str, ...], msgspec.Meta(description="retrieved texts or tool outputs", max_length=20)
+        ] = (),
+    ) -> PromptAnswer:
+        """Answer one prompt of the fixed structure (system line, context, query, passages), and the advice found in the answer.
+
+        For the evaluation's Direct methods. With the embedded backend a sentence of the prompt, word for word. Advice is
+        taken by a closed grammar or not at all; it never acts.
+        """
+        asked = whole_prompts.Asked(context, query, whole_prompts.shown(passages))
+        picture = self.frames.newest(self.config.graph_camera) if self.generator is not None else None
+        return whole_prompts.answered(asked, self.template, self.front_end.backend.name, self.generator, picture)
 
     def _graph(self) -> SceneGraph:
         graph = self.graph

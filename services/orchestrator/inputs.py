@@ -47,6 +47,20 @@ class Expert(msgspec.Struct, frozen=True, kw_only=True):
     effect: Effect
 
 
+class Method(msgspec.Struct, frozen=True, kw_only=True):
+    """How a tick comes to its advice; all but `tools` are baselines of the evaluation.
+
+    `tools`: experts, fusion, arbiter. `direct`: the front end answers a prompt; it advises only. `silent`: as `tools`, but
+    nobody is told anything and nothing brakes.
+    """
+
+    name: Literal["tools", "direct", "silent"] = "tools"
+    context: Literal["text", "json"] = "text"
+    """How `direct` tells the world in its prompt."""
+    passages: int = 0
+    """How many retrieved passages it adds to that; 0: retrieval is not asked."""
+
+
 class Observations(msgspec.Struct, frozen=True, kw_only=True):
     """One tick's inputs."""
 
@@ -70,6 +84,7 @@ class Observations(msgspec.Struct, frozen=True, kw_only=True):
     feedback: tuple[Feedback, ...] = ()
     experts: tuple[Expert, ...] = ()
     query: str = ""
+    method: Method = Method()
 
 
 def road_ahead(view: MapView) -> RoadAhead:
@@ -113,6 +128,7 @@ OWN_TOOLS = frozenset(
         "applicable_limit", "interpret_sign", "right_of_way", "lookup_rule", "list_rulepacks", "assess_weather",
         "vehicle_health", "read_dtcs", "explain_dtc", "arbitrate", "explain_decision", "ask", "feedback",
         "set_preferences", "retrieve", "remember", "recall", "find_traces", "ask_scene", "describe_scene", "list_tracks",
+        "answer_prompt",
     }
 )  # fmt: skip
 """Tools that the orchestrator knows how to ask; they take no part as third parties."""

@@ -3,7 +3,9 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from proto.decision import Event, Urgency
+from proto.decision import Event, Fused, Urgency
+from proto.tools import Outcome
+from services.orchestrator.routing import Call
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
 
@@ -34,3 +36,15 @@ class Matter(NamedTuple):
 
 
 Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
+
+
+class Advised(NamedTuple):
+    """What a tick comes to before it is decided."""
+
+    state: State
+    events: tuple[Event, ...]
+    calls: tuple[Call, ...]
+    outcomes: tuple[Outcome, ...]
+    fused: Fused
+    matter: Matter | None
+    goal: Target

@@ -19,8 +19,9 @@ from proto.scene import Facts, Unit
 from proto.tools import Outcome
 from proto.topics import Topic
 from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
+from services.orchestrator.direct_answer import direct_answer
 from services.orchestrator.events import new
-from services.orchestrator.inputs import Cause, M, Observations, Stamped, clean, experts, finite, road_ahead
+from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, finite, road_ahead
 from services.orchestrator.preferences import changed, remembered
 from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
 from services.orchestrator.ratelimit import Given, admit
@@ -48,22 +49,41 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """How long a first snapshot may take; sensors that never spoke have not fallen silent before that."""
     expected: tuple[str, ...] = ("perception", "drivelm", "rules", "retrieval", "weather", "can", "arbiter", "logger")
     preferences: Preferences = Preferences()
+    method: Literal["tools", "direct", "silent"] = "tools"
+    """How advice is come to (`inputs.Method`); all but `tools` are the evaluation's baselines."""
+    context: Literal["text", "json"] = "text"
+    """With `direct`: in which form its prompt tells `world_state`."""
+    passages: Annotated[int, msgspec.Meta(ge=0, le=10)] = 0
+    """With `direct`: how many retrieved passages stand in its prompt."""
+    parallel: bool = True
+    """Whether the tools of a tick are asked at once, or one after another."""
+    learns: bool = True
+    """Whether labels (`feedback`) move the arbiter; they are kept all the same."""
 
 
 class LiveAsk:
     """The two waits, over the bus and within the budget of one tick."""
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, *, parallel: bool = True) -> None:
+        self._node, self._parallel = node, parallel
         self._started_s = time.monotonic()
+        self.modelled_ms = 0.0
+        """In lockstep: what the calls took by the modelled latencies, waits one after another added up."""
 
     def spent_ms(self) -> float:
-        """Since the tick began; nothing in lockstep, where lateness is modelled."""
-        return 0.0 if self._node.lockstep else (time.monotonic() - self._started_s) * 1e3
+        """Since the tick began; in lockstep as modelled."""
+        return self.modelled_ms if self._node.lockstep else (time.monotonic() - self._started_s) * 1e3
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
-        """In parallel, each with min(its deadline, what is left)."""
+        """In parallel, unless set otherwise; each with min(its deadline, what is left)."""
+        if self._parallel:
+            return self._at_once(calls)
+        return tuple(outcome for call in calls for outcome in self._at_once((call,)))
+
+    def _at_once(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         outcomes = self._node.call_all(within_budget(calls, self.spent_ms()))
+        if self._node.lockstep:
+            self.modelled_ms += max((outcome.elapsed_ms for outcome in outcomes), default=0.0)
         # A tool that nobody offers leaves no arguments in its outcome; memory and replay go by them.
         return tuple(
             msgspec.structs.replace(outcome, arguments=call.arguments)
@@ -96,6 +116,7 @@ class Orchestrator:
         self._given = Given()
         self._query = ""
         self._preferences: Preferences | None = config.preferences
+        self._method = Method(name=config.method, context=config.context, passages=config.passages)
         self._seen: set[str] = set()
         self._recalled = node.lockstep  # a lockstep run starts from its configuration alone
         self._ticked_ns: int | None = None
@@ -127,7 +148,7 @@ class Orchestrator:
     def tick(self, cause: Cause) -> None:
         """One tick, from the newest of everything to the advisory."""
         seen = self._observations(cause)
-        ask = LiveAsk(self._node)
+        ask = LiveAsk(self._node, parallel=self._config.parallel)
         ticked = tick(self.state, seen, ask)
         self.state = ticked.state
         self._ticked_ns = seen.now_ns
@@ -143,8 +164,10 @@ class Orchestrator:
     def _timed(self, ticked: Ticked, seen: Observations, ask: LiveAsk) -> Advisory:
         """With both latencies: from event detection, where an event began, and from the snapshot."""
         began = bool(new(ticked.events, seen.now_ns)) and ticked.decision.kind != "SILENT"
-        modelled = max((outcome.elapsed_ms for outcome in ticked.outcomes), default=0.0)
+        modelled, heard = ask.modelled_ms, ticked.state.direct.heard
         took_ms = modelled if self._node.lockstep else ask.spent_ms()
+        if heard is not None and ticked.decision.kind != "SILENT":
+            began, took_ms = True, heard.latency_ms
         now_ns = self._node.clock.now_ns()
         from_snapshot = (now_ns - ticked.world.stamp_ns) / 1e6 + (modelled if self._node.lockstep else 0.0)
         return msgspec.structs.replace(
@@ -167,7 +190,7 @@ class Orchestrator:
     def _observations(self, cause: Cause) -> Observations:
         node = self._node
         with self._lock:
-            feedback, self._feedback = tuple(self._feedback), []
+            feedback, self._feedback = tuple(self._feedback if self._config.learns else ()), []
             query, self._query = self._query, ""
             preferences, self._preferences = self._preferences, None
         facts, self._facts = tuple(self._facts), []
@@ -194,6 +217,7 @@ class Orchestrator:
             feedback=feedback,
             experts=experts(node.catalogue()),
             query=query,
+            method=self._method,
         )
 
     def _stamped(self, topic: Topic[M]) -> Stamped[M] | None:
@@ -220,6 +244,8 @@ class Orchestrator:
         subject = subject_of(question)
         with self._lock:
             self._query = plain(question)
+        if self._method.name == "direct":
+            return direct_answer(plain(question, 400), subject, state, self._method, LiveAsk(self._node))
         calls = calls_for(subject, question, state)
         outcomes = self._node.call_all([(call.tool, call.arguments, call.deadline_ms) for call in calls])
         return answer(question, subject, state, tuple(outcomes))

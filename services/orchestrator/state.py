@@ -5,7 +5,7 @@ import hashlib
 import msgspec
 
 from proto.decision import Preferences
-from proto.rules import PostedLimit, RulesAnswer, SignMeaning
+from proto.rules import LegalLimit, PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
 from proto.tools import Effect
 from proto.vehicle import Degradation, VehicleHealth
@@ -189,6 +189,29 @@ class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     stamp_ns: int
 
 
+class Told(msgspec.Struct, frozen=True, kw_only=True):
+    """What the front end answered when it was asked directly (`direct.py`)."""
+
+    kind: str
+    """Of the event because of which it was asked."""
+    action: str
+    text: str
+    confidence: float
+    due_ns: int
+    """When the answer is there: where lateness is modelled, later than now."""
+    latency_ms: float
+    limit: LegalLimit | None = None
+    hazard: str = ""
+
+
+class Direct(msgspec.Struct, frozen=True, kw_only=True):
+    """Answers on their way, the one heard in this tick, and the last limit told, which stands until another is."""
+
+    waiting: tuple[Told, ...] = ()
+    heard: Told | None = None
+    limit: Told | None = None
+
+
 class State(msgspec.Struct, frozen=True, kw_only=True):
     """All of it."""
 
@@ -211,6 +234,7 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """Since when topics and services are missing."""
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
+    direct: Direct = Direct()
 
 
 def digest(state: State) -> str:

@@ -3,6 +3,7 @@
 observe → detect_events → route → ask.experts → fuse → ask.arbiter → remember
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import msgspec
@@ -10,14 +11,14 @@ import msgspec
 from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
 from proto.tools import Outcome
 from proto.world import WorldState
-from services.orchestrator import answers
+from services.orchestrator import answers, direct
 from services.orchestrator.actors import lead, pedestrian
 from services.orchestrator.ask import Ask, Recorded
 from services.orchestrator.events import detect_events
 from services.orchestrator.fusion import advise
 from services.orchestrator.inputs import Observations
-from services.orchestrator.local import decide_locally
-from services.orchestrator.matter import Matter
+from services.orchestrator.local import decide_locally, silent
+from services.orchestrator.matter import Advised, Matter
 from services.orchestrator.memory import remember, seconds_since_spoken
 from services.orchestrator.messages import say, toned
 from services.orchestrator.observe import observe
@@ -43,20 +44,38 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     """The next state and everything on the way to it."""
     state = answers.take(observe(before, seen), seen.late)
     events = detect_events(state, before, seen.query)
-    calls = route(events, state, seen.experts)
-    outcomes = ask.experts(calls) if calls else ()
-    state = answers.take(state, outcomes)
-    # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
-    now = detect_events(state, before, seen.query) if outcomes else events
-    held = {event.kind for event in now}
-    events = (*now, *(event for event in events if event.kind not in held))
-    fused, matter, goal = advise(state, now, outcomes)
+    advised = (direct.advise if seen.method.name == "direct" else _by_tools(before))(state, events, seen, ask)
+    state, fused, outcomes = advised.state, advised.fused, advised.outcomes
     request = request_of(state, fused, outcomes, seen)
-    decision = judged(ask.arbiter(request), request)
-    spoken = spoken_of(matter, decision)
-    after = remember(state, before, events, goal, spoken, decision)
+    decision = _decided(request, seen, ask)
+    spoken = spoken_of(advised.matter, decision)
+    after = remember(state, before, advised.events, advised.goal, spoken, decision)
     advisory = advisory_of(state, fused, decision, spoken, seen, outcomes)
-    return Ticked(after, state.world, events, calls, outcomes, fused, request, decision, advisory)
+    return Ticked(after, state.world, advised.events, advised.calls, outcomes, fused, request, decision, advisory)
+
+
+def _by_tools(before: State) -> Callable[[State, tuple[Event, ...], Observations, Ask], Advised]:
+    """As ever: experts are asked in parallel, their answers fused."""
+
+    def advised(state: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Advised:
+        calls = route(events, state, seen.experts)
+        outcomes = ask.experts(calls) if calls else ()
+        state = answers.take(state, outcomes)
+        # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
+        now = detect_events(state, before, seen.query) if outcomes else events
+        held = {event.kind for event in now}
+        events = (*now, *(event for event in events if event.kind not in held))
+        fused, matter, goal = advise(state, now, outcomes)
+        return Advised(state, events, calls, outcomes, fused, matter, goal)
+
+    return advised
+
+
+def _decided(request: ArbitrationRequest, seen: Observations, ask: Ask) -> Decision:
+    """The arbiter's word; by the method `direct` the local rule, which never acts, and by `silent` nothing."""
+    if seen.method.name == "direct":
+        return decide_locally(request)
+    return silent(request) if seen.method.name == "silent" else judged(ask.arbiter(request), request)
 
 
 def request_of(state: State, fused: Fused, outcomes: tuple[Outcome, ...], seen: Observations) -> ArbitrationRequest:

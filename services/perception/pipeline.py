@@ -63,6 +63,7 @@ class Perception:
 
     detector: Detector
     ages: Ages = field(default_factory=Ages)
+    tracker: Tracker = field(default_factory=Tracker)
     _cameras: dict[str, Camera] = field(default_factory=dict)
     _has_front: bool = False
     """A front camera was heard of: where it is silent, another camera's narrower view must not pass for its own."""
@@ -73,7 +74,6 @@ class Perception:
     _sweep: tuple[int, Floats] | None = None
     _ego: tuple[int, Ego] | None = None
     _map: tuple[int, MapView] | None = None
-    _tracker: Tracker = field(default_factory=Tracker)
 
     def calibrate(self, camera_id: str, calibration: Calibration) -> None:
         """Take a camera's calibration. Raises Malformed where it cannot be worked with."""
@@ -210,11 +210,11 @@ class Perception:
         def sees(x_m: float, y_m: float) -> bool:
             return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))
 
-        moving = self._tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns), sees)
+        moving = self.tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns), sees)
         for (index, _), owner in zip(movers, moving, strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
-        tracker = self._stills.setdefault(camera_id, ImageTracker(self._tracker.ids))
+        tracker = self._stills.setdefault(camera_id, ImageTracker(self.tracker.ids))
         speed_mps = self._ego_state(stamp_ns).speed_mps
         approaches = [_approach(ranges[i], speed_mps, camera) for i in still]
         for index, owner in zip(still, tracker.step(stamp_ns, [detections[i] for i in still], approaches), strict=True):
@@ -224,7 +224,7 @@ class Perception:
     def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:
         fresh = self._map is not None and abs(stamp_ns - self._map[0]) <= self.ages.map_ns
         model = lane_model(self._map[1] if self._map is not None and fresh else None)
-        placed = [place(track, model) for track in self._tracker.published()]
+        placed = [place(track, model) for track in self.tracker.published()]
         tracks = Tracks(
             camera=camera_id,
             frame=frame,

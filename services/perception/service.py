@@ -20,6 +20,7 @@ from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
 from services.perception.pictures import Malformed
 from services.perception.pipeline import Perception
+from services.perception.untracked import tracker_of
 from services.perception.weather_watch import WeatherWatch
 
 STALE_NS = 1_000_000_000
@@ -33,6 +34,8 @@ class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
     score_floor: float = 0.3
     late_ms: float = 300.0
     """Pictures that waited longer than this for their turn are dropped and counted, so that a backlog never builds up."""
+    tracking: bool = True
+    """Off, for the evaluation: each picture's road users are new ones, of unknown speed."""
 
 
 class Drops:
@@ -55,7 +58,7 @@ def build(config: PerceptionConfig, node: Node) -> None:
     path = Path(config.detector) if config.detector else data("models/detector.onnx")
     detector = load_detector(path, DetectorOptions(threads=config.threads, score_floor=config.score_floor))
     node.detail["detector"] = f"{detector.name} sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
-    perception, drops = Perception(detector), Drops(node)
+    perception, drops = Perception(detector, tracker=tracker_of(tracking=config.tracking)), Drops(node)
     latest: dict[str, tuple[int, Tracks]] = {}
     watch = WeatherWatch(
         WeatherModel(data("models/weather.onnx")),

@@ -14,7 +14,7 @@ from proto.health import ServiceLog
 from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
-from services.rules import evidence, limit_answer, lookup, rightofway, signs
+from services.rules import evidence, limit_answer, lookup, numbers_alone, rightofway, signs
 from services.rules.book import is_fallback, normal_jurisdiction
 from services.rules.packs import folder_of
 from services.rules.shelf import Edition, Shelf
@@ -56,6 +56,8 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     """How many answers, by route segment and situation, and how many retrieved passages are kept."""
     languages: tuple[str, ...] = ("en", "de")
     """In which retrieval is asked once at the start, so that the first answers are quick."""
+    law: bool = True
+    """Off, in simulation alone: numbers as posted, in home units, and nothing else (`numbers_alone.py`)."""
 
 
 class _Evidence:
@@ -128,6 +130,9 @@ def _lasting(edition: Edition, found: Retrieved) -> bool:
 
 def build(config: RulesConfig, node: Node) -> None:
     """Load the packs, offer the tools, follow the packs on disk."""
+    if not config.law:
+        numbers_alone.offer(node)
+        return
     shelf = Shelf(
         tuple(folder_of(name) for name in config.packs),
         expected=config.expected_packs,

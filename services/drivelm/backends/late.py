@@ -39,10 +39,12 @@ class LateFrontEnd(FrontEnd):
 
     def __init__(
         self, backend: SlowBackend, reader: Backend, *, home: str = "", max_reads: int = 8,
-        lettering: Lettering | None = None, outstanding: int = 2, max_age_s: float = 4.0,
+        lettering: Lettering | None = None, outstanding: int = 2, max_age_s: float = 4.0, guarded: bool = True,
     ) -> None:  # fmt: skip
         """`errands.ready` is to be set to what calls `arrive` on the worker thread."""
-        super().__init__(backend, home=home, max_reads=max_reads, lettering=lettering, reader_backend=reader)
+        super().__init__(
+            backend, home=home, max_reads=max_reads, lettering=lettering, reader_backend=reader, guarded=guarded
+        )
         self.errands = Errands[Sent](backend, outstanding=outstanding, max_age_ns=int(max_age_s * 1e9))
         self._agreement = Agreement()
         self._picture: Picture | None = None

@@ -50,6 +50,10 @@ class OpenaiBackend(PromptedBackend):
         said = asyncio.run(self._all(images, prompt))
         return [self._abstentions.note(each.reason) if each.reason else self._judged(each, question) for each in said]
 
+    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
+        (said,) = asyncio.run(self._all([image], prompt))
+        return said.text.replace(self._key, "(key)") if self._key else said.text, said.score, said.reason
+
     def _judged(self, said: chat.Said, question: str) -> Answer:
         text = said.text.replace(self._key, "(key)") if self._key else said.text  # what echoes it must not log it
         return judged(text, question, said.score, self._abstentions)

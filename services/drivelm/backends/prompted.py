@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from services.drivelm.backend import Answer
-from services.drivelm.backends.abstentions import Abstentions
+from services.drivelm.backends.abstentions import UNMEASURED, Abstentions
 from services.drivelm.backends.prompts import Prompts
 from services.drivelm.crops import Picture
 
@@ -37,3 +37,14 @@ class PromptedBackend(ABC):
     @abstractmethod
     def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
         """One sentence or abstention per picture, all asked with the prompt of the question."""
+
+    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+        """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
+        text, score, reason = self._free(image, prompt)
+        if reason:
+            return self._abstentions.note(reason).text, 0.0
+        return text, UNMEASURED if score is None else score
+
+    @abstractmethod
+    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
+        """Text, probability (None: not told), and why there is none."""

@@ -55,6 +55,14 @@ class TransformersBackend(PromptedBackend):
             return self._abstentions.note("no probabilities" if ended else "cut off", text)
         return judged(text, question, score, self._abstentions)
 
+    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
+        with self._lock:
+            try:
+                text, score, ended = self._generated(image, prompt)
+            except _UNANSWERABLE as error:
+                return "", None, f"failed, {type(error).__name__}"
+        return text, score, "" if ended else "cut off"
+
     def _generated(self, image: Picture, prompt: str) -> tuple[str, float | None, bool]:
         """The text, its probability, and whether it came to its end."""
         content = [{"type": "image", "image": image}, {"type": "text", "text": prompt}]

@@ -1,0 +1,141 @@
+"""The methods that are compared and the ablations: settings of the same services, and nothing else.
+
+Rows of a report are labelled with the backend of the front end beside the method. With `embedded` the two Direct methods
+are an extractive reader of their prompt, no language model (`DIRECT`).
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+
+from evaluation.run.spec import RunSpec, StandIn
+
+DIRECT = (
+    "The front end answers one fixed prompt (system line, context, query) per event; its text is parsed by the closed grammar "
+    "of the front end, and only advises. With the embedded backend an extractive reader picks one sentence of that prompt: "
+    "it is no language model, and says nothing of what one would reach. "
+)
+PASSAGES = 3
+"""Retrieved passages in the prompt of VLM-Direct+RAG."""
+WITHOUT_EXPERTS = ("rules", "retrieval", "arbiter")
+_ALONE = ("perception", "drivelm", "weather", "can", "logger")
+_NO_RETRIEVAL = ("perception", "drivelm", "rules", "weather", "can", "arbiter", "logger")
+
+
+class Method(msgspec.Struct, frozen=True, kw_only=True):
+    """A row of a table: what is set otherwise than in the full system."""
+
+    label: str
+    settings: Mapping[str, Mapping[str, Any]] = {}
+    """Service -> its settings."""
+    without: tuple[str, ...] = ()
+    stand_ins: tuple[StandIn, ...] = ()
+    """What is published in place of what the services perceive (`evaluation/stand_ins`)."""
+    note: str = ""
+    """What has to be said of the row."""
+
+
+def _by_label(*methods: Method) -> Mapping[str, Method]:
+    return MappingProxyType({method.label: method for method in methods})
+
+
+FULL = Method(label="DriveMCP", note="The full system: all services, the calibrated profile.")
+
+METHODS = _by_label(
+    Method(
+        label="No-assistant",
+        settings={"orchestrator": {"method": "silent"}},
+        note="The floor: everything runs and is logged, the driver is told nothing and the car brakes for nobody.",
+    ),
+    Method(
+        label="VLM-Direct",
+        settings={"orchestrator": {"method": "direct", "expected": _ALONE}},
+        without=WITHOUT_EXPERTS,
+        note=DIRECT,
+    ),
+    Method(
+        label="VLM-Direct+RAG",
+        settings={"orchestrator": {"method": "direct", "passages": PASSAGES, "expected": (*_ALONE, "retrieval")}},
+        without=("rules", "arbiter"),
+        note=DIRECT + "The best passages of the rulepacks and sign tables are part of the prompt.",
+    ),
+    Method(
+        label="VLM-Tools-NoArbiter",
+        settings={"arbiter": {"filter": "none"}},
+        note="Events, tools and fusion as in DriveMCP; the fused advice and the braking it suggests pass unjudged, within "
+        "the bounds of the grant. Refused outside simulation.",
+    ),
+    FULL,
+    Method(
+        label="Oracle",
+        stand_ins=("truth",),
+        note="The ceiling: actors, limit in force, country, stops and lights come from truth in place of perception and "
+        "front end; latency, law, weather and car as ever.",
+    ),
+)
+"""The paper's four between floor and ceiling."""
+
+ABLATIONS = _by_label(
+    FULL,
+    Method(
+        label="No RAG in Rules",
+        settings={"rules": {"law": False}, "orchestrator": {"expected": _NO_RETRIEVAL}},
+        without=("retrieval",),
+        note="No retrieval, no provisions, no sign table: a posted number counts as it stands, in the driver's home unit.",
+    ),
+    Method(
+        label="No tool parallelism",
+        settings={"orchestrator": {"parallel": False}},
+        note="The tools of a tick are called one after another.",
+    ),
+    Method(
+        label="No CAN context",
+        stand_ins=("sound_car",),
+        note="Speed and pedals are there; the car says nothing of its health and is taken for sound by all. (Left to itself "
+        "the system would take an unknown car for a doubtful one, and be more careful.)",
+    ),
+    Method(
+        label="No feedback adaptation",
+        settings={"orchestrator": {"learns": False}},
+        note="Labels are kept, and move nothing. Differs from DriveMCP only where labels are given.",
+    ),
+    Method(label="Oracle key facts", stand_ins=("truth",), note="The method Oracle."),
+    Method(
+        label="No silence",
+        settings={"arbiter": {"filter": "talkative"}},
+        note="Ours: the message of every tick is spoken; braking is judged as ever.",
+    ),
+    Method(
+        label="No grounding guard",
+        settings={"drivelm": {"guard": False}},
+        note="Ours: what the backend says counts however little picture, sign reader and map bear it out. With the embedded "
+        "backend, which is its own sign reader, little is left to guard.",
+    ),
+    Method(
+        label="No tracking",
+        settings={"perception": {"tracking": False}},
+        note="Ours: each picture's boxes are new actors, of unknown speed. Rendered sensors only: modelled ones have no boxes.",
+    ),
+    Method(
+        label="Paper profile",
+        settings={"arbiter": {"profile": "paper"}},
+        note="Ours: the arbiter's constants as the paper prints them, under which ACT cannot be reached.",
+    ),
+)
+"""The paper's ablations, then ours."""
+
+
+def applied(method: Method, spec: RunSpec) -> RunSpec:
+    """The run by this method. Settings of the run stay but where the method says otherwise."""
+    settings = {name: dict(fields) for name, fields in spec.settings.items()}
+    for name, fields in method.settings.items():
+        settings[name] = {**settings.get(name, {}), **fields}
+    return msgspec.structs.replace(
+        spec,
+        method=method.label,
+        settings=settings,
+        without=tuple(dict.fromkeys((*spec.without, *method.without))),
+        stand_ins=tuple(dict.fromkeys((*spec.stand_ins, *method.stand_ins))),
+    )

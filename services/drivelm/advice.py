@@ -1,0 +1,90 @@
+"""From what was answered to a whole prompt to advice: the front end's parser, and a few closed forms more.
+
+Each sentence is of a known form from its first to its last letter, or it says nothing; of several the most careful counts,
+and of several limits the lowest, so that no text can raise what another sentence of it says.
+"""
+
+import re
+from typing import Literal, NamedTuple
+
+from proto.scene import Unit
+from services.drivelm.jurisdictions import allowed_limits
+from services.drivelm.parser import Statement, parse
+from services.drivelm.text import cleaned
+
+Action = Literal["stop", "hazard", "give_way", "limit", "slow", "none"]
+MOST_CHARS, MOST_SENTENCES = 1200, 8
+KMH: dict[str | None, float] = {"km/h": 1.0, "mph": 1.609344, None: 1.0}
+
+
+class Advice(NamedTuple):
+    """What to do; `none`: nothing was understood. A limit's unit is None where the sentence names none."""
+
+    action: Action
+    value: float | None = None
+    unit: Unit | None = None
+    hazard: str = ""
+
+
+NO_ADVICE = Advice("none")
+_N = r"(?P<value>[1-9][0-9]{0,2}) (?P<unit>km/h|mph)"
+_LIMITS = tuple(
+    re.compile(form)
+    for form in (
+        rf"(?:drive|go) (?:at most|no faster than) {_N}",
+        rf"(?:slow down|keep) to {_N}",
+        rf"(?:in|inside|outside|within|on) [a-z ,()'-]{{3,90}} the speed limit(?: for [a-z ]{{3,40}})? is {_N}",
+        rf"start of a built-up area: {_N} unless another limit is signed",
+    )
+)
+_ACTOR = re.compile(
+    r"a (?P<kind>vehicle|pedestrian|cyclist) is (?:[0-9]{1,3} m )?ahead in the path(?P<nearer> and comes nearer)?"
+)
+_HAZARDS = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
+_WORDS: dict[str, Action] = {"stop": "stop", "give way": "give_way", "slow down": "slow", "brake": "slow"}
+_SIGNS: dict[str, Action] = {"stop": "stop", "yield": "give_way", "crossing": "give_way"}
+_RANK: tuple[Action, ...] = ("stop", "hazard", "give_way", "limit", "slow", "none")
+
+
+def advice_of(text: str) -> Advice:
+    """The advice in a text, or `NO_ADVICE`."""
+    found = [_of_sentence(each) for each in sentences(text)[:MOST_SENTENCES]]
+    return min(found, key=_careful, default=NO_ADVICE)
+
+
+def sentences(text: str) -> list[str]:
+    """The sentences of a text, as they stand."""
+    parts = re.split(r"(?<=[.!?])\s+|\n+", text[:MOST_CHARS])
+    return [part.strip(" -") for part in parts if part.strip(" -")]
+
+
+def _careful(advice: Advice) -> tuple[int, float]:
+    return _RANK.index(advice.action), (advice.value or 0.0) * KMH[advice.unit]
+
+
+def _of_sentence(sentence: str) -> Advice:
+    if not sentence.isascii() or len(sentence) != len(cleaned(sentence, len(sentence))):
+        return NO_ADVICE
+    if (statement := parse(sentence)) is not None:
+        return _of_statement(statement)
+    said = sentence.lower().rstrip(".!")
+    if (word := _WORDS.get(said)) is not None:
+        return Advice(word)
+    if actor := _ACTOR.fullmatch(said):
+        return Advice("hazard", hazard=_HAZARDS[actor["kind"]])
+    matches = (form.fullmatch(said) for form in _LIMITS)
+    match = next((each for each in matches if each is not None), None)
+    return _limit(float(match["value"]), "mph" if match["unit"] == "mph" else "km/h") if match else NO_ADVICE
+
+
+def _of_statement(statement: Statement) -> Advice:
+    if statement.kind == "limit":
+        plain = statement.value is not None and statement.scope != "end"
+        return _limit(float(statement.value or 0), statement.unit) if plain else NO_ADVICE
+    if statement.reading.startswith(("light:red", "light:amber")):
+        return Advice("stop")
+    return Advice(_SIGNS.get(statement.reading, "none"))
+
+
+def _limit(value: float, unit: Unit | None) -> Advice:
+    return Advice("limit", value, unit) if value in allowed_limits(None, unit) else NO_ADVICE

@@ -1,0 +1,107 @@
+"""The context block of a direct prompt: ego and what perception and front end see, in plain sentences or as JSON.
+
+What only the experts know (the law in force, weather, the car's health) is left out: the Direct methods have no tools.
+Signs and lights are told in the front end's own sentences, which its parser reads back.
+"""
+
+from collections.abc import Iterator
+
+import msgspec
+
+from proto.observed import Observed
+from proto.rules import PostedLimit
+from proto.world import EgoState, WorldState
+from services.orchestrator.actors import Way, lead, pedestrian
+from services.orchestrator.state import SignAhead, State
+from services.orchestrator.units import shown
+
+MOST_CHARS = 7000
+_SIGN = {"limit": "speed limit sign", "zone": "speed limit zone sign", "led": "speed limit"}
+_NAMES = {"yield": "give way", "crossing": "pedestrian crossing"}
+
+
+def context(state: State, form: str) -> str:
+    """The block in the form that is set: `text` or `json`."""
+    return as_json(state.world) if form == "json" else summary(state)
+
+
+def summary(state: State) -> str:
+    """Ego, road users, what is in force by the signs that were passed, then what is ahead."""
+    parts = (_ego(state), _actors(state.world), _in_force(state), _ahead(state), _place(state))
+    return "\n".join(sentence for part in parts for sentence in part)[:MOST_CHARS]
+
+
+def as_json(world: WorldState) -> str:
+    """`world_state` without what experts told."""
+    ego = msgspec.structs.replace(world.ego, degradation_h=None, brake_envelope=None, dtcs=None, warning_lamps=None)
+    environment = msgspec.structs.replace(world.environment, conditions=None)
+    seen = msgspec.structs.replace(world, ego=ego, environment=environment)
+    return msgspec.json.encode(seen).decode()[:MOST_CHARS]
+
+
+def _ego(state: State) -> Iterator[str]:
+    ego: EgoState = state.world.ego
+    if ego.speed_mps is not None:
+        unit = state.preferences.unit
+        yield f"The ego vehicle drives at {shown(ego.speed_mps.value, unit)} {unit}."
+
+
+def _actors(world: WorldState) -> Iterator[str]:
+    for way in (lead(world), pedestrian(world)):
+        if way is not None:
+            yield _actor(way)
+
+
+def _actor(way: Way) -> str:
+    nearer = " and comes nearer" if way.ttc_s is not None else ""
+    return f"A {way.track.kind} is {max(0.0, way.gap_m):.0f} m ahead in the path{nearer}."
+
+
+def _in_force(state: State) -> Iterator[str]:
+    env = state.world.environment
+    for limit in (env.dynamic_limit, env.zone_limit, env.conditional_limit, env.posted_limit):
+        if limit is not None:
+            yield _limit(limit)
+
+
+def _limit(limit: Observed[PostedLimit]) -> str:
+    posted = limit.value
+    wet = " when wet" if posted.scope == "when_wet" else ""
+    return f"{_shows(posted.reading)} of {posted.value:g} {posted.unit}{wet}."
+
+
+def _shows(reading: str) -> str:
+    head = reading.partition(":")[0]
+    return (
+        "The panel shows a speed limit" if head == "led" else f"The traffic sign is a {_SIGN.get(head, _SIGN['limit'])}"
+    )
+
+
+def _ahead(state: State) -> Iterator[str]:
+    light = state.world.environment.light
+    if light is not None:
+        yield f"The traffic light is {light.value.replace('_', ' and ')}."
+    for sign in state.signs.ahead:
+        yield _sign(sign)
+        if sign.distance_m is not None:
+            yield f"It stands {max(0.0, sign.distance_m):.0f} m ahead."
+
+
+def _sign(sign: SignAhead) -> str:
+    if not sign.believed:
+        return "A sign ahead cannot be read for sure."
+    if sign.value is not None and sign.scope != "end":
+        wet = " when wet" if sign.scope == "when_wet" else ""
+        return f"{_shows(sign.reading)} of {sign.value:g} {sign.unit or ''}".rstrip() + f"{wet}."
+    name = sign.reading.partition(":")[0]
+    return f"The traffic sign is a {_NAMES.get(name, name.replace('_', ' '))} sign."
+
+
+def _place(state: State) -> Iterator[str]:
+    env = state.world.environment
+    if env.road_type is not None:
+        yield f"The road is {env.road_type.value.replace('_', ' ')}."
+    if env.jurisdiction is not None:
+        yield f"The signs are of {env.jurisdiction.value}."
+    if env.units is not None:
+        yield f"Speeds are in {env.units.value}."
