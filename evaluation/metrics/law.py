@@ -79,11 +79,13 @@ def unknown_limit_s(record: Record) -> float:
 
 
 def _held(record: Record, counts: Callable[[float | None, float | None], bool]) -> float:
-    times = [each.time_s for each in record.advisories]
-    ends = [*times[1:], record.truths[-1].time_s] if record.truths and times else []
+    if not record.truths:
+        return 0.0
+    last_s = record.truths[-1].time_s
+    ends_s = [*(each.time_s for each in record.advisories[1:]), last_s]
     return math.fsum(
-        max(0.0, end - each.time_s)
-        for each, end in zip(record.advisories, ends, strict=False)
+        max(0.0, min(end_s, last_s) - each.time_s)
+        for each, end_s in zip(record.advisories, ends_s, strict=False)
         if (truth := record.truth_at(each.time_s)) is not None
         and counts(inferred_mps(each.message), truth.law_limit_mps)
     )
