@@ -171,7 +171,8 @@ def _publish(
         node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
         node.detail.update({f"bus {name}": link.state for name, link in links.items()})
         node.detail["frames"] = str(vehicle.history.seen)
-        node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed)
+        pieces = sum(group.malformed for group in groups.values())
+        node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed + pieces)
         if poll_s > 0:
             vehicle.poll(now_ns, int(poll_s * NS))
 
