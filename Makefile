@@ -8,7 +8,7 @@ SOURCES := proto drivemcp services evaluation benchmarks examples tests
 ARGS   ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test stack bench images clean
+.PHONY: help demo install check format test stack bench evaluate images clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -17,6 +17,7 @@ help:
 	@echo "make test     all tests but the long ones"
 	@echo "make stack    whole processes and containers (needs a Docker engine for the latter)"
 	@echo "make bench    ours beside what one would pick instead, in one run"
+	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit("DriveMCP needs Python 3.11 or newer; this is %d.%d: make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
@@ -67,6 +68,10 @@ stack: $(VENV)/.full
 bench: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/python -m benchmarks $(ARGS)
+
+evaluate: $(VENV)/.full
+	@scripts/system-packages $(BIN)/python
+	$(BIN)/drivemcp evaluate $(or $(ARGS),all)
 
 clean:
 	rm -rf $(VENV) .venv-peers build dist out .mypy_cache .ruff_cache .hypothesis

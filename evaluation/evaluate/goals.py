@@ -1,0 +1,158 @@
+"""What we want to read for DriveMCP with the calibrated profile, and whether what was driven shows it."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal
+
+import msgspec
+
+from evaluation.evaluate.columns import (
+    COLLISIONS,
+    F1,
+    FALSE,
+    INFRACTIONS,
+    LATENCY_P50,
+    NAGS,
+    OVERSPEED,
+    RESPONSE,
+    TOOLS,
+    TTC,
+    Column,
+)
+from evaluation.evaluate.plan import FAMILIES, OURS
+from evaluation.evaluate.tables import Table, TableRow, Value
+from evaluation.metrics import RATES
+
+Verdict = Literal["holds", "holds in the mean, not proven", "missed in the mean, not proven", "missed", "not measured"]
+RULE_OF_THREE = -math.log(0.05)
+"""With no event in D, the one-sided 95 % upper bound of the rate is 3.0/D."""
+
+
+class Goal(msgspec.Struct, frozen=True, kw_only=True):
+    """A bound on one number of one row."""
+
+    table: str
+    row: str
+    column: Column
+    bound: float
+    strict: bool = False
+
+
+class Judged(msgspec.Struct, frozen=True, kw_only=True):
+    """A goal and what was found."""
+
+    what: str
+    bound: str
+    found: str
+    verdict: Verdict
+    distance: str = ""
+    """What the distance allows, for rates."""
+
+
+_FAMILY_GOALS = {"urb-rain": (0.15, 0.45), "cross-border": (0.10, 0.35), "dynamic-vsl": (0.10, 0.30)}
+
+
+def _goals() -> Iterator[Goal]:
+    for family, (infractions, overspeed) in _FAMILY_GOALS.items():
+        row = f"{family}/{OURS}"
+        yield Goal(table="results", row=row, column=INFRACTIONS, bound=infractions)
+        yield Goal(table="results", row=row, column=OVERSPEED, bound=overspeed)
+        yield Goal(table="results", row=row, column=RESPONSE, bound=0.5)
+        yield Goal(table="results", row=row, column=TTC, bound=2.5)
+        yield Goal(table="results", row=row, column=LATENCY_P50, bound=0.1)
+        yield Goal(table="results", row=row, column=NAGS, bound=1.0, strict=True)
+        yield Goal(table="results", row=row, column=FALSE, bound=2.0)
+    for row, least in (("clean", 97.0), ("sign_miss_30", 85.0)):
+        yield Goal(table="corruption", row=row, column=F1, bound=least)
+        yield Goal(table="corruption", row=row, column=TOOLS, bound=least)
+
+
+GOALS: tuple[Goal, ...] = tuple(_goals())
+
+
+def judged(tables: Sequence[Table]) -> tuple[Judged, ...]:
+    """All goals whose table was driven."""
+    by_name = {table.name: table for table in tables}
+    told = [_judge(goal, by_name[goal.table]) for goal in GOALS if goal.table in by_name]
+    return (*told, *(_against(by_name["results"]) if "results" in by_name else ()))
+
+
+def _judge(goal: Goal, table: Table) -> Judged:
+    rows = {row.row.key: row for row in table.rows}
+    column, row = goal.column, rows[goal.row]
+    value = _value(table, row, column)
+    sign = ">=" if column.better == "more" else "<" if goal.strict else "<="
+    return Judged(
+        what=f"{row.row.group + ', ' if table.name == 'results' else row.row.label + ', '}{column.title}",
+        bound=f"{sign} {goal.bound:g} {column.unit}", found=told(value, column), verdict=_verdict(value, goal),
+        distance=_distance(goal, row) if column.rate else "",
+    )  # fmt: skip
+
+
+def _value(table: Table, row: TableRow, column: Column) -> Value:
+    at = [(each.title, each.unit) for each in table.columns].index((column.title, column.unit))
+    return row.values[at]
+
+
+def told(value: Value, column: Column) -> str:
+    """A number with its interval, in words."""
+    if value.value is None:
+        return "-"
+    text = f"{value.value:.{column.places}f}"
+    return text if value.low is None else f"{text} [{value.low:.{column.places}f}, {value.high:.{column.places}f}]"
+
+
+def _verdict(value: Value, goal: Goal) -> Verdict:
+    if value.value is None:
+        return "not measured"
+    sign = -1.0 if goal.column.better == "more" else 1.0
+    bound, found = sign * goal.bound, sign * value.value
+    inside = found < bound if goal.strict else found <= bound
+    if value.low is None or value.high is None:
+        return "holds in the mean, not proven" if inside else "missed in the mean, not proven"
+    worst, best = max(sign * value.low, sign * value.high), min(sign * value.low, sign * value.high)
+    if inside:
+        return "holds" if worst <= bound else "holds in the mean, not proven"
+    return "missed" if best > bound else "missed in the mean, not proven"
+
+
+def _distance(goal: Goal, row: TableRow) -> str:
+    per_km = RATES[goal.column.rate].per / 1000
+    if row.km <= 0.0:
+        return "nothing was driven"
+    least, needed = RULE_OF_THREE / row.km * per_km, RULE_OF_THREE / goal.bound * per_km
+    can = "can" if least <= goal.bound else "cannot"
+    return (
+        f"{row.km:.1f} km: with no event at all the 95 % upper bound would be {least:.2g} {goal.column.unit}; this distance "
+        f"{can} prove {goal.bound:g} (that takes {needed:.0f} km without one)"
+    )
+
+
+def _against(results: Table) -> Iterator[Judged]:
+    rows: Mapping[str, TableRow] = {row.row.key: row for row in results.rows}
+    for family, name in FAMILIES.items():
+        ours = rows[f"{family}/{OURS}"]
+        response, other = (_value(results, row, RESPONSE) for row in (ours, rows[f"{family}/VLM-Tools-NoArbiter"]))
+        yield Judged(
+            what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
+            found=f"{told(response, RESPONSE)} against {told(other, RESPONSE)}",
+            verdict=_no_worse(response, other),
+        )  # fmt: skip
+        mine, floor = _collided(ours), _collided(rows[f"{family}/No-assistant"])
+        yield Judged(
+            what=f"{name}, {COLLISIONS.title}", bound="none that No-assistant does not have",
+            found=f"runs {sorted(mine)} against {sorted(floor)}" if mine or floor else "none in either",
+            verdict="missed" if mine - floor else "holds in the mean, not proven" if ours.km else "not measured",
+        )  # fmt: skip
+
+
+def _no_worse(ours: Value, other: Value) -> Verdict:
+    if ours.value is None or other.value is None:
+        return "not measured"
+    if ours.value > other.value:
+        return "missed in the mean, not proven"
+    return "holds in the mean, not proven"
+
+
+def _collided(row: TableRow) -> set[int]:
+    return {run.number for run in row.runs if run.kept is not None and run.kept.metrics.get("collisions")}

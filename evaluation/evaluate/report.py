@@ -1,0 +1,272 @@
+"""The report: one HTML file that needs no network. Each number links to its runs, each run to its log and its replay."""
+
+import base64
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+import msgspec
+
+from evaluation.evaluate.columns import COLUMNS, Column
+from evaluation.evaluate.compare import Order, orders
+from evaluation.evaluate.goals import judged, told
+from evaluation.evaluate.moments import Moment
+from evaluation.evaluate.plan import OURS
+from evaluation.evaluate.plots import plots_of
+from evaluation.evaluate.reading import contradictions
+from evaluation.evaluate.store import LOG
+from evaluation.evaluate.tables import Pair, Ran, Table, TableRow, Value
+
+WORST = 3
+"""Moments of each kind that are shown."""
+_STYLE = (Path(__file__).parent / "report.css").read_text(encoding="utf-8")
+_TITLES = {
+    "results": "Results by family and method",
+    "corruption": "Corruption",
+    "delta": "The margin Delta",
+    "ablation": "Ablations",
+    "can-fault": "Faults of the car",
+}
+
+
+class About(msgspec.Struct, frozen=True, kw_only=True):
+    """What the report says of itself."""
+
+    command: str
+    machine: str
+    wall_s: float
+    """Of all runs together, each on its core."""
+    driven_s: float
+    km: float
+    runs: int
+    missing: int
+    quick: bool
+    backend: str
+    sensors: str
+
+
+def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool) -> About:
+    """Sums over all runs, each counted once."""
+    runs = {run.key: run for table in tables for row in table.rows for run in row.runs}
+    kept = [run.kept for run in runs.values() if run.kept is not None]
+    return About(
+        command=command, machine=machine, quick=quick, runs=len(kept), missing=len(runs) - len(kept),
+        wall_s=sum(each.wall_s for each in kept), driven_s=sum(each.metrics.get("seconds") or 0.0 for each in kept),
+        km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
+        backend=", ".join(dict.fromkeys(table.backend for table in tables)),
+        sensors=", ".join(dict.fromkeys(table.sensors for table in tables)),
+    )  # fmt: skip
+
+
+def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
+    """The whole report, to be written in `folder`; links to `runs` are relative to it."""
+    base = os.path.relpath(runs, folder)
+    parts = (
+        _head(told_of), _goals(tables), *(_table(table, base) for table in tables), _moments(tables, runs, base),
+        _reading(), _missing(tables), "</main></body></html>\n",
+    )  # fmt: skip
+    return "".join(parts)
+
+
+def _head(about: About) -> str:
+    speed = f"{about.driven_s / about.wall_s:.2f} times real time a slot" if about.wall_s else "nothing driven"
+    driven = f"{about.runs} runs, {about.km:.2f} km, {about.driven_s / 60:.1f} min; {about.wall_s / 60:.1f} min of wall time in all slots"
+    small = (
+        "<p class=warn>A quick run: it shows that everything works. Its numbers prove nothing; the intervals say so.</p>"
+        if about.quick
+        else ""
+    )
+    facts = (
+        ("command", f"<code>{escape(about.command)}</code>"), ("machine", escape(about.machine)),
+        ("sensors", escape(about.sensors)), ("DriveLM backend", escape(about.backend)),
+        ("driven", f"{driven}, {speed}"),
+        ("missing", f"{about.missing} runs" if about.missing else "none"),
+    )  # fmt: skip
+    rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in facts)
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>DriveMCP: the tables, measured</title><style>{_STYLE}</style>'
+        f"</head><body><main><h1>The paper's tables, measured</h1>{small}<table class=facts>{rows}</table>"
+        "<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. Rates have the exact Poisson "
+        "interval of all runs together, shares the exact binomial one, other numbers Student's for the mean over runs. The paper drove "
+        "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. A number links to its runs.</p>"
+    )
+
+
+def _goals(tables: Sequence[Table]) -> str:
+    rows = "".join(
+        f"<tr class='{'open' if 'not' in one.verdict else one.verdict}'><td>{escape(one.what)}</td><td>{escape(one.bound)}</td>"
+        f"<td>{escape(one.found)}</td><td>{escape(one.verdict)}</td><td class=small>{escape(one.distance)}</td></tr>"
+        for one in judged(tables)
+    )
+    head = "<tr><th>what</th><th>wanted</th><th>found</th><th></th><th>what the distance allows</th></tr>"
+    return f"<h2>What we want to read</h2><table>{head}{rows}</table>" if rows else ""
+
+
+def _table(table: Table, base: str) -> str:
+    paper = [at for at, column in enumerate(table.columns) if column in COLUMNS[table.name]]
+    ours = [at for at in range(len(table.columns)) if at not in paper]
+    plots = "".join(f"<figure>{svg}<figcaption>{escape(name)}</figcaption></figure>" for name, svg in plots_of(table))
+    return (
+        f"<h2 id='{table.name}'>{_TITLES[table.name]}</h2><p>Made with {escape(table.sensors)} sensors, DriveLM backend "
+        f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{_pairs(table.pairs)}{plots}"
+        f"<details><summary>What we measure beside</summary>{_cells(table, ours)}</details>"
+        f"{_orders(orders(table))}{_runs(table, base)}"
+    )
+
+
+def _cells(table: Table, columns: Sequence[int]) -> str:
+    arrows = {"less": " ↓", "more": " ↑", "": ""}
+    head = "".join(
+        f"<th>{escape(column.title)}<br>{escape(column.unit)}{arrows[column.better]}</th>"
+        for column in (table.columns[at] for at in columns)
+    )
+    body = "".join(_groups(table, columns))
+    return f"<table><tr><th></th><th>runs<br>km</th>{head}</tr>{body}</table>"
+
+
+def _groups(table: Table, columns: Sequence[int]) -> Iterator[str]:
+    group = ""
+    for row in table.rows:
+        if row.row.group != group:
+            group = row.row.group
+            yield f"<tr class=group><td colspan={len(columns) + 2}>{escape(group)}</td></tr>"
+        cells = "".join(_cell(row.values[at], table.columns[at], _anchor(row)) for at in columns)
+        missing = f" <span class=warn>({row.missing} missing)</span>" if row.missing else ""
+        yield (
+            f"<tr{' class=ours' if row.row.label == OURS else ''}><td>{escape(row.row.label)}</td>"
+            f"<td class=small>{len(row.runs) - row.missing}{missing}<br>{row.km:.2f}</td>{cells}</tr>"
+        )
+
+
+def _cell(value: Value, column: Column, anchor: str) -> str:
+    printed = ""
+    if value.paper is not None:
+        spread = f"±{value.paper_spread:g}" if value.paper_spread is not None else ""
+        printed = f"<br><b class=paper>{value.paper:g}{spread}</b>"
+    number, _, interval = told(value, column).partition(" ")
+    deviation = f", sd {value.sd:.{column.places}f}" if value.sd is not None else ""
+    title = escape(f"{value.of}{deviation}")
+    return f"<td><a href='#{anchor}' title='{title}'>{number}</a><br><span class=small>{escape(interval)}</span>{printed}</td>"
+
+
+def _anchor(row: TableRow) -> str:
+    return "runs-" + "".join(letter if letter.isalnum() else "-" for letter in f"{row.row.table}-{row.row.key}")
+
+
+def _notes(table: Table) -> str:
+    notes = dict.fromkeys((row.row.label, row.row.note) for row in table.rows if row.row.note)
+    if not notes:
+        return ""
+    items = "".join(f"<li><b>{escape(label)}</b>: {escape(note)}</li>" for label, note in notes)
+    return f"<details><summary>What the rows are</summary><ul>{items}</ul></details>"
+
+
+def _pairs(pairs: Sequence[Pair]) -> str:
+    if not pairs:
+        return ""
+    rows = "".join(
+        f"<tr><td>{escape(pair.label)}</td><td>{escape(pair.column)}, {escape(pair.unit)}</td>"
+        f"<td>{escape(told(pair.value, Column(title='')))}</td><td>{escape(pair.value.of)}</td></tr>"
+        for pair in pairs
+    )
+    head = "<tr><th></th><th></th><th>difference</th><th></th></tr>"
+    return f"<h3>The same scene, with and without the fault</h3><table>{head}{rows}</table>"
+
+
+def _orders(found: Sequence[Order]) -> str:
+    if not found:
+        return ""
+    rows = "".join(
+        f"<tr><td>{escape(one.group)}</td><td>{escape(one.column)}</td><td>{escape(one.first)} &gt; {escape(one.second)}</td>"
+        f"<td>{_ratio(one.paper_ratio)}</td><td>{_ratio(one.our_ratio)}</td><td>{one.verdict}</td></tr>"
+        for one in found
+    )
+    counts = {
+        verdict: sum(one.verdict == verdict for one in found) for verdict in dict.fromkeys(one.verdict for one in found)
+    }
+    line = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    head = "<tr><th></th><th></th><th>the paper's order</th><th>its ratio</th><th>ours</th><th></th></tr>"
+    return f"<details><summary>Orderings and ratios: {line}</summary><table>{head}{rows}</table></details>"
+
+
+def _ratio(number: float | None) -> str:
+    return "-" if number is None else f"{number:.2f}"
+
+
+def _runs(table: Table, base: str) -> str:
+    rows = "".join(
+        f"<h4 id='{_anchor(row)}'>{escape(row.row.group)}: {escape(row.row.label)}</h4>{_run_list(row.runs, base)}"
+        for row in table.rows
+    )
+    return f"<details class=runs><summary>The runs behind the numbers</summary>{rows}</details>"
+
+
+def _run_list(runs: Iterable[Ran], base: str) -> str:
+    return "<ul>" + "".join(f"<li>{_run(run, base)}</li>" for run in runs) + "</ul>"
+
+
+def _run(run: Ran, base: str) -> str:
+    if run.kept is None:
+        why = escape((run.problem.strip().splitlines() or ["not driven yet"])[-1])
+        return f"run {run.number}, seed {run.seed}: <span class=warn>{why}</span>"
+    path, metrics = f"{base}/{run.key}", run.kept.metrics
+    ticks = ", ".join(
+        f"tick {moment.tick} ({escape(moment.what)})" for moment in run.kept.moments if moment.tick is not None
+    )
+    return (
+        f"run {run.number}, seed {run.seed}: <a href='{path}/{LOG}'>log</a>, <a href='{path}/metrics.json'>metrics</a>, "
+        f"<a href='{path}/spec.json'>spec</a>; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, {metrics.get('ticks', 0)} ticks"
+        f"{'; ' + ticks if ticks else ''}<br><code>drivemcp replay {path}/{LOG}</code>"
+    )
+
+
+def _moments(tables: Sequence[Table], runs: Path, base: str) -> str:
+    shown = "".join(_moment(row, run, moment, runs, base) for row, run, moment in worst(tables))
+    text = (
+        f"<div class=moments>{shown}</div>"
+        if shown
+        else "<p>None: no collision, no low time to collision, no overspeed.</p>"
+    )
+    return f"<h2>The worst moments</h2>{text}"
+
+
+def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
+    """The worst of each kind, each run once; DriveMCP's own, and in place of those that it has not, others'."""
+    found: Mapping[tuple[str, str], tuple[TableRow, Ran, Moment]] = {
+        (run.key, moment.kind): (row, run, moment)
+        for table in tables for row in table.rows for run in row.runs if run.kept is not None for moment in run.kept.moments
+    }  # fmt: skip
+    chosen: list[tuple[TableRow, Ran, Moment]] = []
+    for kind in dict.fromkeys(kind for _, kind in found):
+        of_kind = [each for each in found.values() if each[2].kind == kind]
+        of_kind.sort(key=lambda each: (each[0].row.spec.method != OURS, -each[2].badness))
+        chosen += of_kind[:WORST]
+    return chosen
+
+
+def _moment(row: TableRow, run: Ran, moment: Moment, runs: Path, base: str) -> str:
+    file = runs / run.key / moment.picture
+    picture = ""
+    if moment.picture and file.is_file():
+        data = base64.b64encode(file.read_bytes()).decode("ascii")
+        picture = f"<img alt='{escape(moment.kind)}' src='data:image/jpeg;base64,{data}'>"
+    path = f"{base}/{run.key}/{LOG}"
+    return (
+        f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
+        f"{escape(row.row.spec.method)}, {escape(row.row.family)}, run {run.number}. <a href='{path}'>log</a> "
+        f"<code>drivemcp replay {path}</code></figcaption></figure>"
+    )
+
+
+def _reading() -> str:
+    items = "".join(f"<li>{escape(text)}</li>" for text in contradictions())
+    return f"<h2>Where the paper's tables cannot follow from its own definitions</h2><ul>{items}</ul>"
+
+
+def _missing(tables: Sequence[Table]) -> str:
+    rows = {
+        run.key: f"<li>{escape(table.name)}, {escape(row.row.label)}, run {run.number}<pre>{escape(run.problem[-2000:])}</pre></li>"
+        for table in tables for row in table.rows for run in row.runs if run.problem
+    }  # fmt: skip
+    return f"<h2>Runs that failed</h2><ul>{''.join(rows.values())}</ul>" if rows else ""

@@ -1,0 +1,108 @@
+"""Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, moments.json, *.jpg}. What is there is finished."""
+
+import hashlib
+import shutil
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from drivemcp.codehash import code_hash
+from drivemcp.paths import data
+from evaluation.evaluate import moments
+from evaluation.evaluate.moments import Moment
+from evaluation.run.spec import RunSpec, run_key
+
+DATA = ("models", "rulepacks", "vehicles", "scenarios")
+GENERATORS = ("evaluation.scenarios", "evaluation.observed")
+MEASURES = "evaluation.metrics"
+LOG, SPEC, METRICS, FAILED = "log.mcap", "spec.json", "metrics.json", "failed.txt"
+
+
+class Kept(msgspec.Struct, frozen=True, kw_only=True):
+    """What a run came to. `metrics` has the fields of evaluation.metrics.Metrics."""
+
+    metrics: dict[str, Any]
+    moments: tuple[Moment, ...]
+    wall_s: float
+    cpu_s: float
+    measured_by: str
+    """The digest of the code that measured: another one measures again, from the log."""
+
+
+@cache
+def world_digest() -> str:
+    """Of models, rulepacks, vehicles and scenarios, and of the code that makes scenarios and modelled sensors."""
+    digest = hashlib.sha256(code_hash(*GENERATORS).encode())
+    for root in map(data, DATA):
+        for path in sorted(path for path in root.rglob("*") if path.is_file()):
+            digest.update(f"{root.name}/{path.relative_to(root)}".encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def measuring() -> str:
+    """The digest of the code that measures."""
+    own = hashlib.sha256(Path(moments.__file__).read_bytes()).hexdigest()
+    return f"{code_hash(MEASURES)}-{own[:12]}"
+
+
+class Store:
+    """The folder of all runs; tables share them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._known: dict[str, Kept] = {}
+
+    def key(self, spec: RunSpec) -> str:
+        """The run's name: of spec, code, configuration and models."""
+        return run_key(spec, world_digest())
+
+    def path(self, key: str) -> Path:
+        """Where the run lies, or will."""
+        return self.folder / key
+
+    def kept(self, key: str) -> Kept | None:
+        """What a finished run came to, by today's measures; None: it is not there, or has to be measured again."""
+        if key in self._known:
+            return self._known[key]
+        try:
+            kept = msgspec.json.decode((self.path(key) / METRICS).read_bytes(), type=Kept)
+        except (OSError, msgspec.MsgspecError):
+            return None
+        if kept.measured_by != measuring():
+            return None
+        return self._known.setdefault(key, kept)
+
+    def driven(self, key: str) -> bool:
+        """Whether the run came to its end, whoever measured it."""
+        return (self.path(key) / METRICS).exists()
+
+    def start(self, key: str) -> Path:
+        """An empty folder to drive in; `finish` gives it its name."""
+        folder = self.folder / f"{key}.part"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        return folder
+
+    def finish(self, key: str) -> None:
+        """From now on the run counts as finished."""
+        shutil.rmtree(self.path(key), ignore_errors=True)
+        (self.folder / f"{key}.part").rename(self.path(key))
+
+    def failed(self, key: str) -> str:
+        """Why the last try failed; empty: it did not."""
+        try:
+            return (self.folder / f"{key}.{FAILED}").read_text(encoding="utf-8")
+        except OSError:
+            return ""
+
+    def note(self, key: str, problem: str) -> None:
+        """Keep why a run failed, or (empty) that it does no longer."""
+        file = self.folder / f"{key}.{FAILED}"
+        if problem:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            file.write_text(problem, encoding="utf-8")
+        else:
+            file.unlink(missing_ok=True)

@@ -1,0 +1,176 @@
+"""Rows of runs become numbers with 95 % intervals, beside the paper's. Pure."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean, median
+from typing import Any
+
+import msgspec
+
+from evaluation.evaluate.columns import COLUMNS, Column, columns_of
+from evaluation.evaluate.paper import paper_rows
+from evaluation.evaluate.plan import Row, TableName
+from evaluation.evaluate.store import Kept
+from evaluation.metrics import RATES
+from evaluation.run.spec import Sensors
+from evaluation.statistics import binomial_ci, mean_sd_ci, paired_by_seed, poisson_ci
+
+
+class Value(msgspec.Struct, frozen=True, kw_only=True):
+    """A number of a table. Of counts the interval is exact and of all runs together; else it is Student's for the runs' mean."""
+
+    value: float | None = None
+    sd: float | None = None
+    """Over the runs."""
+    low: float | None = None
+    high: float | None = None
+    of: str = ""
+    """What it is made of: `3 in 12.4 km`, `5 runs`."""
+    paper: float | None = None
+    paper_spread: float | None = None
+
+
+class Ran(msgspec.Struct, frozen=True, kw_only=True):
+    """One run behind a row."""
+
+    key: str
+    number: int
+    seed: int
+    kept: Kept | None
+    problem: str = ""
+
+
+class TableRow(msgspec.Struct, frozen=True, kw_only=True):
+    """A row with its numbers, by column."""
+
+    row: Row
+    runs: tuple[Ran, ...]
+    values: tuple[Value, ...]
+    km: float
+    missing: int
+    """Runs that were asked for and are not there."""
+
+
+class Table(msgspec.Struct, frozen=True, kw_only=True):
+    """A whole table."""
+
+    name: TableName
+    sensors: Sensors
+    backend: str
+    columns: tuple[Column, ...]
+    rows: tuple[TableRow, ...]
+    pairs: tuple["Pair", ...] = ()
+
+
+class Pair(msgspec.Struct, frozen=True, kw_only=True):
+    """Two rows with the same scenes: the mean difference of a column, first less second, run by run."""
+
+    label: str
+    column: str
+    unit: str
+    value: Value
+
+
+def table_of(name: TableName, rows: Sequence[Row], ran: Mapping[str, Sequence[Ran]]) -> Table:
+    """The table; `ran` has each row's runs by the row's key."""
+    columns = columns_of(name)
+    found = tuple(_row(row, tuple(ran.get(row.key, ())), columns) for row in rows)
+    sensors: Sensors = rows[0].spec.sensors
+    backend = rows[0].spec.settings.get("drivelm", {}).get("backend", "embedded")
+    return Table(
+        name=name, sensors=sensors, backend=backend, columns=columns, rows=found,
+        pairs=tuple(_pairs(found, columns)) if name == "can-fault" else (),
+    )  # fmt: skip
+
+
+def _row(row: Row, runs: tuple[Ran, ...], columns: Sequence[Column]) -> TableRow:
+    measured = [run.kept.metrics for run in runs if run.kept is not None]
+    paper = paper_rows(row.table).get(row.paper, {})
+    values = tuple(_beside(value_of(column, measured), column, paper) for column in columns)
+    km = sum(metrics.get("distance_m") or 0.0 for metrics in measured) / 1000
+    return TableRow(row=row, runs=runs, values=values, km=km, missing=len(runs) - len(measured))
+
+
+def _beside(value: Value, column: Column, paper: Mapping[str, float]) -> Value:
+    return msgspec.structs.replace(value, paper=paper.get(column.paper), paper_spread=paper.get(column.paper_spread))
+
+
+def value_of(column: Column, measured: Sequence[Mapping[str, Any]]) -> Value:
+    """A column's number of some runs' metrics."""
+    if column.rate:
+        return _rate(column.rate, measured)
+    if all(column.share):
+        return _share(column.share, measured)
+    return _mean(column, measured)
+
+
+def _rate(name: str, measured: Sequence[Mapping[str, Any]]) -> Value:
+    rate = RATES[name]
+    counted = [
+        (run[rate.count], run[rate.exposure])
+        for run in measured
+        if run.get(rate.count) is not None and run.get(rate.exposure)
+    ]
+    count, over = sum(each for each, _ in counted), sum(each for _, each in counted)
+    spread = mean_sd_ci([each / over_run * rate.per for each, over_run in counted])
+    if rate.exposure == "seconds":
+        of = f"{count:.0f} s in {over / 3600:.2f} h"
+        value = count / over * rate.per if over else None
+        return Value(value=value, sd=spread.sd, low=_from_zero(spread.low), high=spread.high, of=of)
+    exact = poisson_ci(count, over, rate.per)
+    return Value(value=exact.value, sd=spread.sd, low=exact.low, high=exact.high, of=f"{count} in {over / 1000:.1f} km")
+
+
+def _from_zero(end: float | None) -> float | None:
+    """Nothing that we measure can be negative, and no interval of it need reach there."""
+    return None if end is None else max(0.0, end)
+
+
+def _share(counts: tuple[str, str], measured: Sequence[Mapping[str, Any]]) -> Value:
+    part, whole = (sum(run.get(name) or 0 for run in measured) for name in counts)
+    exact = binomial_ci(part, whole)
+    scaled = [None if each is None else each * 100 for each in (exact.value, exact.low, exact.high)]
+    return Value(value=scaled[0], low=scaled[1], high=scaled[2], of=f"{part} of {whole}")
+
+
+def _mean(column: Column, measured: Sequence[Mapping[str, Any]]) -> Value:
+    values = [each for each in (per_run(column, run) for run in measured) if each is not None]
+    spread = mean_sd_ci(values)
+    high = None if spread.high is None else min(spread.high, column.most)
+    return Value(value=spread.mean, sd=spread.sd, low=_from_zero(spread.low), high=high, of=f"{spread.n} runs")
+
+
+def per_run(column: Column, run: Mapping[str, Any]) -> float | None:
+    """The column's number of one run; None: nothing of the kind happened, or it could not be measured."""
+    if column.rate:
+        rate = RATES[column.rate]
+        count, over = run.get(rate.count), run.get(rate.exposure)
+        return count / over * rate.per if count is not None and over else None
+    if all(column.share):
+        part, whole = (run.get(name) for name in column.share)
+        return part / whole * 100 if part is not None and whole else None
+    value = run.get(column.field)
+    if isinstance(value, list | tuple):
+        value = (fmean if column.of == "mean" else median)(value) if value else None
+    return value * column.scale if value is not None else None
+
+
+def _pairs(rows: Sequence[TableRow], columns: Sequence[Column]) -> Iterable[Pair]:
+    by_key = {row.row.key: row for row in rows}
+    for key, faulty in by_key.items():
+        method, _, state = key.partition("/")
+        if state != "faulty":
+            continue
+        for column in columns:
+            if column in COLUMNS[faulty.row.table]:
+                yield _pair(method, column, faulty, by_key[f"{method}/sound"])
+
+
+def _pair(method: str, column: Column, one: TableRow, other: TableRow) -> Pair:
+    spread = paired_by_seed(_by_number(column, one), _by_number(column, other))
+    value = Value(value=spread.mean, sd=spread.sd, low=spread.low, high=spread.high, of=f"{spread.n} pairs")
+    return Pair(label=f"{method}: faulty less sound", column=column.title, unit=column.unit, value=value)
+
+
+def _by_number(column: Column, row: TableRow) -> dict[int, float]:
+    values = {run.number: per_run(column, run.kept.metrics) for run in row.runs if run.kept is not None}
+    return {number: value for number, value in values.items() if value is not None}

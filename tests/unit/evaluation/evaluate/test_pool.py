@@ -1,0 +1,78 @@
+"""Runs side by side: no end is lost, whatever happens to a run."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from evaluation.evaluate.pool import Job, Pool, allowed_s
+from evaluation.evaluate.spread import Spread
+from evaluation.run.spec import RunSpec
+from tests.unit.evaluation.evaluate.works import touch
+
+
+def jobs(*scenarios: str) -> list[Job]:
+    return [Job(f"{number}", RunSpec(scenario=scenario)) for number, scenario in enumerate(scenarios)]
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_crash_a_refusal_and_a_bug_are_told_and_the_others_go_on(tmp_path: Path) -> None:
+    pool = Pool(str(tmp_path), 2, touch)
+    ends = {done.key: done.problem for done in pool.done(jobs("a", "crash", "refuse", "bug", "b", "c"))}
+    assert sorted(ends) == ["0", "1", "2", "3", "4", "5"]
+    assert ends["0"] == ends["4"] == ends["5"] == ""
+    assert ends["1"] == "its process ended with 9"
+    assert ends["2"] == "UserError: no such scenario"
+    assert "ZeroDivisionError: a bug" in ends["3"]
+    assert {path.name for path in tmp_path.glob("?")} == {"0", "4", "5"}
+
+
+def test_a_stuck_run_is_ended_and_told(tmp_path: Path) -> None:
+    (done,) = Pool(str(tmp_path), 1, touch, allowed=lambda spec: 0.5).done(jobs("stick"))
+    assert done.problem.startswith("stuck: not done after")
+
+
+def test_one_slot_drives_one_run_after_another_in_one_process(tmp_path: Path) -> None:
+    assert [done.problem for done in Pool(str(tmp_path), 1, touch).done(jobs("a", "b"))] == ["", ""]
+    assert (tmp_path / "0").read_text() == (tmp_path / "1").read_text() != str(os.getpid())
+
+
+def test_whoever_stops_listening_leaves_no_process_and_keeps_what_was_finished(tmp_path: Path) -> None:
+    ends = Pool(str(tmp_path), 1, touch).done(jobs("a", "stick"))
+    assert next(iter(ends)).key == "0"
+    pid = int((tmp_path / "0").read_text())
+    ends.close()  # type: ignore[attr-defined]
+    assert not alive(pid)
+    assert (tmp_path / "0").exists()
+
+
+def test_no_jobs_need_no_process(tmp_path: Path) -> None:
+    assert list(Pool(str(tmp_path), 2, touch).done([])) == []
+
+
+def test_a_longer_run_may_take_longer() -> None:
+    assert allowed_s(RunSpec(scenario="a", seconds=6.0)) < allowed_s(RunSpec(scenario="a"))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_ray_gives_the_same_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("ray")
+    monkeypatch.setenv(
+        "PYTHONPATH", os.pathsep.join([str(Path(__file__).parents[4]), os.environ.get("PYTHONPATH", "")])
+    )
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    ends = {
+        done.key: done.problem for done in Spread(str(tmp_path), "local", touch).done(jobs("a", "crash", "refuse", "b"))
+    }
+    assert ends["0"] == ends["3"] == ""
+    assert ends["1"].startswith("its process ended")
+    assert ends["2"] == "UserError: no such scenario"
+    assert {path.name for path in tmp_path.glob("?")} == {"0", "3"}

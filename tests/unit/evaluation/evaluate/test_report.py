@@ -1,0 +1,95 @@
+"""The report and the page: whole, linked, without the network."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from evaluation.evaluate import report
+from evaluation.evaluate.page import page
+from evaluation.evaluate.plan import Row
+from evaluation.evaluate.reading import contradictions
+from evaluation.evaluate.report import About
+from evaluation.evaluate.store import Kept
+from evaluation.evaluate.tables import Table
+from tests.unit.evaluation.evaluate.made import kept, moment, table
+
+pytest.importorskip("matplotlib")
+
+
+def made_run(row: Row, number: int) -> Kept | None:
+    if row.key == "dynamic-vsl/Oracle":
+        return None
+    return msgspec.structs.replace(kept(), moments=(moment("collision.jpg"),)) if number else kept()
+
+
+def told(tables: list[Table]) -> About:
+    return report.about(tables, "drivemcp evaluate results --quick", "a machine", quick=True)
+
+
+class Links(HTMLParser):
+    """Where links lead, which places have names, and which elements are open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.leads: list[str] = []
+        self.names: set[str] = set()
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
+        self.leads += [told["href"] or ""] if tag == "a" and "href" in told else []
+        self.names |= {told["id"] or ""} if "id" in told else set()
+
+
+def test_every_number_leads_to_its_runs_and_every_run_to_its_log(tmp_path: Path) -> None:
+    tables = [table("results", made_run), table("corruption", made_run)]
+    for run in (run for each in tables for row in each.rows for run in row.runs if run.kept):
+        folder = tmp_path / "runs" / run.key
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("log.mcap", "metrics.json", "spec.json"):
+            (folder / name).touch()
+        (folder / "collision.jpg").write_bytes(b"JPEG")
+    text = report.html(tables, told(tables), tmp_path / "runs", tmp_path)
+    links = Links()
+    links.feed(text)
+    inner = {lead[1:] for lead in links.leads if lead.startswith("#")}
+    assert inner
+    assert inner <= links.names
+    assert all((tmp_path / lead).exists() for lead in links.leads if not lead.startswith("#"))
+    assert "drivemcp replay runs/" in text
+    assert "data:image/jpeg;base64,SlBFRw==" in text, "the picture of a worst moment"
+    assert "tick 120" in text
+    assert "its process ended with 9" in text, "a failed run is told"
+    assert not re.findall(r"(?:src|href)=['\"]https?:", text), "no network"
+
+
+def test_every_table_has_plots_and_a_report() -> None:
+    for name, count in (("results", 3), ("corruption", 3), ("delta", 1), ("ablation", 1), ("can-fault", 2)):
+        tables = [table(name, lambda row, number: kept())]  # type: ignore[arg-type]
+        text = report.html(tables, told(tables), Path("runs"), Path())
+        assert text.count("<svg") == count, name
+
+
+def test_a_report_of_nothing_says_so() -> None:
+    tables = [table("delta", lambda row, number: None)]
+    text = report.html(tables, told(tables), Path("runs"), Path())
+    assert "not measured" in text
+    assert "nothing driven" in text
+
+
+def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
+    tables = [table("results", made_run), table("can-fault", lambda row, number: kept())]
+    text = page(tables, told(tables))
+    assert "| CROSS-BORDER: DriveMCP | 2, 4.00 | 5.00 [0.61, 18.06] / 0.2 |" in text
+    assert "drivemcp evaluate results --quick" in text
+    assert "proves" not in text
+    assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
+
+
+def test_what_cannot_follow_from_the_paper_is_worked_out_from_its_numbers() -> None:
+    text = " ".join(contradictions())
+    for shown in ("0.4 r - 0.55", "18, 12, 8, 5, 4 %", "2.1 s", "0.73 against 0.7 s", "300 km"):
+        assert shown in text

@@ -1,0 +1,129 @@
+"""Runs become numbers: worked by hand."""
+
+import csv
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from evaluation.evaluate import files
+from evaluation.evaluate.columns import COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
+from evaluation.evaluate.compare import orders
+from evaluation.evaluate.goals import GOALS, judged
+from evaluation.evaluate.plan import TABLES, Row, TableName
+from evaluation.evaluate.store import Kept
+from evaluation.evaluate.tables import value_of
+from evaluation.metrics import RATES, Metrics
+from tests.unit.evaluation.evaluate.made import NUMBERS, kept, table
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_columns_name_what_is_measured(name: TableName) -> None:
+    fields = set(Metrics.__struct_fields__)
+    for column in columns_of(name):
+        if column.rate:
+            assert {RATES[column.rate].count, RATES[column.rate].exposure} <= fields
+            assert RATES[column.rate].unit == column.unit
+        else:
+            assert {each for each in (column.field, *column.share) if each} <= fields
+
+
+def test_a_rate_pools_all_runs_and_has_the_exact_interval() -> None:
+    value = value_of(INFRACTIONS, [{**NUMBERS, "infractions_total": 3}, {**NUMBERS, "infractions_total": 0}])
+    assert value.value == pytest.approx(3 / 4.0 * 10), "3 in 4 km"
+    assert value.low == pytest.approx(0.6187 / 0.4, rel=1e-3)
+    assert value.high == pytest.approx(8.7673 / 0.4, rel=1e-3)
+    assert value.sd == pytest.approx(7.5 * 2**0.5), "15 and 0 per 10 km"
+    assert value.of == "3 in 4.0 km"
+
+
+def test_a_rate_of_nothing_has_an_upper_end_and_no_distance_has_none() -> None:
+    none = value_of(INFRACTIONS, [{**NUMBERS, "infractions_total": 0}])
+    assert none.value == none.low == 0.0
+    assert none.high == pytest.approx(3.689 / 0.2, rel=1e-3)
+    assert value_of(INFRACTIONS, []).value is None
+
+
+def test_a_mean_is_over_runs_and_a_run_without_the_thing_is_left_out() -> None:
+    value = value_of(
+        RESPONSE, [NUMBERS, {**NUMBERS, "hazard_response_s": (0.5,)}, {**NUMBERS, "hazard_response_s": ()}]
+    )
+    assert value.value == pytest.approx((0.3 + 0.5) / 2)
+    assert value.of == "2 runs"
+    assert value_of(LATENCY_P50, [{**NUMBERS, "advisory_latency_s": (0.1, 0.2, 0.9)}]).value == pytest.approx(0.2)
+
+
+def test_a_share_pools_counts() -> None:
+    value = value_of(FALSE, [NUMBERS, {**NUMBERS, "interventions": 0, "false_interventions": 0}])
+    assert (value.value, value.of) == (25.0, "1 of 4")
+    assert value_of(FALSE, [{**NUMBERS, "interventions": 0, "false_interventions": 0}]).value is None
+
+
+def test_failed_runs_are_counted_as_missing() -> None:
+    made = table("delta", lambda row, number: None if number else kept())
+    assert {row.missing for row in made.rows} == {1}
+    assert {row.km for row in made.rows} == {2.0}
+
+
+def far(row: Row, number: int) -> Kept:
+    """DriveMCP has no infraction, the others have many."""
+    infractions = 0 if row.spec.method == "DriveMCP" else 40
+    return kept(distance_m=300_000.0, infractions_total=infractions)
+
+
+def test_orders_are_told_apart_only_where_intervals_do_not_overlap() -> None:
+    found = orders(table("results", far))
+    of = {(one.group, one.first, one.second): one for one in found if one.column == "infractions"}
+    assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == "as in the paper"
+    assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].paper_ratio == pytest.approx(4.5)
+    assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "alike"
+
+
+def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> None:
+    near = {one.what: one for one in judged([table("results", lambda row, number: kept(infractions_total=0))])}
+    long = {one.what: one for one in judged([table("results", far)])}
+    what = "CROSS-BORDER, infractions"
+    assert near[what].verdict == "holds in the mean, not proven"
+    assert "cannot prove 0.1 (that takes 300 km without one)" in near[what].distance
+    assert long[what].verdict == "holds"
+    assert "can prove" in long[what].distance
+
+
+def test_a_collision_that_no_assistant_does_not_have_misses_the_goal() -> None:
+    made = table("results", lambda row, number: kept(collisions=int(row.spec.method == "DriveMCP")))
+    verdicts = {one.what: one.verdict for one in judged([made])}
+    assert verdicts["CROSS-BORDER, collisions"] == "missed"
+
+
+def test_every_goal_names_a_row_and_a_column() -> None:
+    for goal in GOALS:
+        made = table(goal.table, lambda row, number: None)  # type: ignore[arg-type]
+        assert goal.row in {row.row.key for row in made.rows}
+        assert (goal.column.title, goal.column.unit) in {(column.title, column.unit) for column in made.columns}
+
+
+def test_pairs_are_differences_run_by_run() -> None:
+    def made(row: Row, number: int) -> Kept:
+        return kept(target_mean_mps=20.0 + number - (5.0 if row.key.endswith("/faulty") else 0.0))
+
+    pairs = {(pair.label, pair.column): pair.value for pair in table("can-fault", made).pairs}
+    target = pairs["DriveMCP: faulty less sound", "target speed"]
+    assert target.value == pytest.approx(-18.0)
+    assert target.sd == pytest.approx(0.0)
+    assert target.of == "2 pairs"
+
+
+def test_files_hold_every_run_and_row(tmp_path: Path) -> None:
+    made = table("delta", lambda row, number: kept())
+    files.write(tmp_path, [made])
+    with (tmp_path / "runs.csv").open(encoding="utf-8") as file:
+        runs = list(csv.DictReader(file))
+    assert len(runs) == 2 * len(made.rows)
+    assert runs[0]["hazard_response_s"] == "0.2 0.4"
+    with (tmp_path / "delta.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[0]["interventions [/10 km]"]) == 20.0
+    assert float(rows[0]["interventions [/10 km] paper"]) == 3.2
+    told = msgspec.json.decode((tmp_path / "delta.json").read_bytes())
+    assert len(told["table"]["rows"]) == len(made.rows)
+    assert len(COLUMNS["delta"]) == 3
