@@ -8,6 +8,8 @@ import pytest
 
 from drivemcp.cli import run
 from drivemcp.paths import data
+from services.can.curated import FIELDS
+from services.can.guess import HINTS
 from services.can.profile import load_profile
 from services.simulator.can_frames import FrameEncoder
 from services.simulator.car_state import CarModel, Controls
@@ -56,11 +58,15 @@ def test_a_profile_is_scaffolded_from_a_description_and_marks_its_guesses(
 ) -> None:
     guessed, own = load_profile(scaffolded).fields, load_profile(data("vehicles/sim/profile.toml")).fields
     right = [name for name, rule in guessed.items() if name in own and rule.signals == own[name].signals]
-    assert len(right) >= 45
+    assert len(right) >= 55
     assert [name for name in guessed if name not in right] == []
     assert guessed["speed_mps"].counter == "", "the description declares it"
     lines = [line for line in scaffolded.read_text(encoding="utf-8").splitlines() if " = { " in line]
     assert all("# guess" in line or line.startswith("# ") for line in lines)
+
+
+def test_every_curated_field_is_looked_for() -> None:
+    assert HINTS.keys() == FIELDS.keys()
 
 
 def test_range_cycle_and_counter_of_the_description_shape_a_guess(tmp_path: Path) -> None:
