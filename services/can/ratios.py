@@ -103,7 +103,7 @@ def _later(soft: Soft, ahead: float, share: float | None, dt_s: float) -> Soft:
 
 
 SETTLED_S = 1.2
-"""The deceleration is known from the speed only so long after the pedal moved."""
+"""The deceleration is known from the speed only so long after the pedal moved, or the wheels were seen to stand."""
 
 
 class Sum(NamedTuple):
@@ -132,7 +132,9 @@ class BrakeEffect:
         self._pressed_s = 0.0
 
     def step(self, values: Values, moved: Motion, shape: Shape, dt_s: float) -> None:
-        """One sample later. Braking at the limit of grip (anti-lock) proves nothing of the brakes."""
+        """One sample later. Braking at the limit of grip proves nothing of the brakes: anti-lock at work, or wheels that
+        stand while the car slides and then turn again.
+        """
         pedal, pressure = values.get("brake_pedal"), values.get("brake_pressure_bar")
         per, full, speed = shape.brake_bar_per_mps2, shape.brake_bar_full_pedal, moved.speed_mps
         if pedal is None or pressure is None or full is None or per is None or pedal < 4.0 * PRESSED:
@@ -140,10 +142,11 @@ class BrakeEffect:
             return
         self._pressed_s += dt_s
         self._pedal = self._pedal.later(pressure, pedal * full, dt_s)
-        if speed is None or speed < 4.0 or moved.acceleration_mps2 is None or values.get("abs_active"):
-            return
-        if pressure / per >= 1.5 and self._pressed_s > SETTLED_S:
-            self._effect = self._effect.later(-moved.acceleration_mps2, pressure / per, dt_s)
+        asked, change = pressure / per, moved.acceleration_mps2
+        if speed is None or speed < 4.0 or change is None or not -1.0 <= -change <= 1.5 * asked + 1.0:
+            self._pressed_s = 0.0  # a brake gives what is asked for, or less: its wheels lock, or turn again
+        elif asked >= 1.5 and self._pressed_s > SETTLED_S and not values.get("abs_active"):
+            self._effect = self._effect.later(-change, asked, dt_s)
 
     def shares(self) -> Mapping[str, float]:
         """`brake_effect` and `pedal_pressure`, of those that were measured; 1 is a sound car."""
