@@ -8,11 +8,10 @@ from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
 from services.arbiter.rss import GRAVITY_MPS2
+from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
 from services.simulator.driver_profile import MEDIAN_REACTION_S
 
 ESCALATES = ("warning", "alarm")
-STILL_HEARD_S = 4.0
-"""A warning that came so long before the onset still stands: the simulated driver keeps to it for as long."""
 _LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})
 _PERSON = frozenset({"pedestrian", "person"})
 WORDS: Mapping[str, frozenset[str]] = {
@@ -79,7 +78,7 @@ def names(advisory: Advisory, kind: str) -> bool:
 
 
 def _answer(record: Record, episode: Episode) -> Answer:
-    about = [each for each in record.spoken if _in_time(each.time_s, episode) and names(each.message, episode.kind)]
+    about = [each for each in record.spoken if _in_time(each, episode) and names(each.message, episode.kind)]
     effective = (each for each in about if _effective(record, each, episode.kind))
     first = next(effective, None)
     return Answer(
@@ -89,8 +88,12 @@ def _answer(record: Record, episode: Episode) -> Answer:
     )
 
 
-def _in_time(time_s: float, episode: Episode) -> bool:
-    return episode.onset_s - STILL_HEARD_S <= time_s <= episode.over_s
+def _in_time(said: At[Advisory], episode: Episode) -> bool:
+    """While the hazard is on, or so shortly before that the simulated driver still keeps to what was said."""
+    warns = said.message.hazard or said.message.urgency in ESCALATES
+    # Of limits many are told: long before a school they are about another place.
+    holds_s = WARNING_HOLDS_S if warns or episode.kind in SLOWER else ADVICE_HOLDS_S
+    return episode.onset_s - holds_s <= said.time_s <= episode.over_s
 
 
 def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
@@ -102,7 +105,8 @@ def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
     if truth is None or said.message.kind == "ACT":
         return truth is not None
     if kind in SLOWER:
-        return said.message.target_mps is not None and said.message.target_mps < truth.speed_mps and _there(truth, said)
+        target = said.message.target_mps
+        return target is not None and target < truth.speed_mps and (kind != "school_zone" or _of_school(truth, said))
     gap, closing = distance(truth, kind)
     if gap is None or closing <= 0.0:
         return True
@@ -110,10 +114,10 @@ def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
     return closing * MEDIAN_REACTION_S + closing**2 / (2.0 * braking) <= gap
 
 
-def _there(truth: Truth, said: At[Advisory]) -> bool:
+def _of_school(truth: Truth, said: At[Advisory]) -> bool:
     """A limit that is told before the school is another one's; the school's own is `ahead` until one is there."""
     to_school = next((each.distance_m for each in on_now(truth) if each.kind == "school_zone"), None)
-    return said.message.topic == "ahead" or to_school is None or to_school <= 0.0
+    return said.message.topic not in ("limit", "overspeed") or (to_school is not None and to_school <= 0.0)
 
 
 def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> Iterator[float | None]:

@@ -70,6 +70,20 @@ def test_a_warning_that_still_stands_at_the_onset_is_a_response_in_no_time() -> 
     assert measure(long_ago).hazard_response_s == ()
 
 
+def test_advice_stands_longer_than_a_warning_as_it_does_with_the_driver() -> None:
+    def line(time_s: float) -> dict[str, Any]:
+        now = (hazard("stop_line", 12.0, 100.0 - 10.0 * (time_s - 12.0)),) if time_s >= 12.0 else ()
+        return {"speed_mps": 10.0, "hazards": now}
+
+    ahead = {"topic": "stop", "urgency": "advice"}
+    early, firm = (
+        Record(truths=truths(15.0, line), advisories=(said(4.0, **each),))
+        for each in (ahead, {**ahead, "urgency": "warning", "hazard": "stop_sign"})
+    )
+    assert measure(early).hazard_response_s == (0.0,)
+    assert measure(firm).hazard_response_s == ()
+
+
 def test_limit_advice_and_mere_advice_escalate_nothing() -> None:
     advice = said(3.0, **{**LEAD, "urgency": "advice"})
     limit = said(3.2, urgency="warning", topic="limit", hazard="")
