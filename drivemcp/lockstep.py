@@ -39,11 +39,14 @@ class HeldParcels:
         self._held: list[tuple[int, int, str, int, int, Parcel]] = []
         self._seen: dict[str, int] = {}
         self._patterns: set[str] = set()
+        self._awaited: dict[str, bool] = {}
+        """By key, whether a pattern waits for it: the same keys come with every step."""
         self._count = 0
 
     def subscribe(self, pattern: str) -> None:
         """From now on keys under the pattern are waited for."""
         self._patterns.add(pattern)
+        self._awaited = {}
 
     def put(self, parcel: Parcel) -> None:
         """Hold one; called on the bus's threads."""
@@ -62,7 +65,7 @@ class HeldParcels:
 
         Raises LockstepError when some never come.
         """
-        wanted = {key: seq for key, seq in published.items() if any(matches(p, key) for p in self._patterns)}
+        wanted = {key: seq for key, seq in published.items() if self._awaits(key)}
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
@@ -71,6 +74,12 @@ class HeldParcels:
             ready = [item for item in self._held if item[3] <= wanted.get(item[2], -1)]
             self._held = [item for item in self._held if item[3] > wanted.get(item[2], -1)]
         return [item[5] for item in sorted(ready, key=lambda item: item[:5])]
+
+    def _awaits(self, key: str) -> bool:
+        awaited = self._awaited
+        if key not in awaited:
+            awaited[key] = any(matches(pattern, key) for pattern in self._patterns)
+        return awaited[key]
 
 
 class Conductor:

@@ -16,6 +16,7 @@ from drivemcp.registry import load_service
 from drivemcp.service import Service
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
+from evaluation.observed.hosted import MODELLED, modelled
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import generate, read_place
 from evaluation.stand_ins.hosted import stood_in
@@ -56,7 +57,12 @@ def _services(spec: RunSpec) -> list[Service[Any]]:
     """The services of a run but its source, in the order in which they start."""
     left_out = {SOURCE, *NOT_NEEDED, *spec.without}
     rows = sorted((row for row in SERVICES if row.name not in left_out), key=lambda row: row.start_order)
-    return [_corrupted(load_service(row.name), spec) for row in rows]
+    return [_corrupted(_service(row.name, spec), spec) for row in rows]
+
+
+def _service(name: str, spec: RunSpec) -> Service[Any]:
+    service = load_service(name)
+    return modelled(service) if spec.sensors == "model" else service
 
 
 def _corrupted(service: Service[Any], spec: RunSpec) -> Service[Any]:
@@ -80,7 +86,14 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
         return {"view": {"mode": "off"}}
     if name == SOURCE:
         cameras = _CAMERAS[spec.sensors]
-        return {**_drive(spec, folder), "seconds": spec.seconds, "cameras": cameras}
+        return {
+            **_drive(spec, folder),
+            "seconds": spec.seconds,
+            "cameras": cameras,
+            "lidar": spec.sensors == "rendered",
+        }
+    if spec.sensors == "model" and name in MODELLED:
+        return {"seed": spec.seed}
     return {}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -115,26 +114,43 @@ class Perception:
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture)
         camera = self._levelled(camera_id, found, camera)
-        self._seen_ns[camera_id] = stamp_ns
         points = self._points(stamp_ns)
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
         straight = [camera.straight(detection) for detection in found]
         ranges = [find_range(each, camera, sweep, hiding(each, straight)) for each in straight]
+        return self.understood(
+            camera_id, stamp_ns, frame.frame, camera, list(zip(found, straight, ranges, strict=True)), sweep
+        )
+
+    def understood(
+        self,
+        camera_id: str,
+        stamp_ns: int,
+        frame: int,
+        camera: Camera,
+        found: Sequence[tuple[Detection, Detection, Range | None]],
+        sweep: ProjectedSweep | None,
+    ) -> Seen:
+        """What follows from a picture's detections (as found, and undistorted) with their ranges."""
+        self._seen_ns[camera_id] = stamp_ns
+        straight, ranges = [each for _, each, _ in found], [each for *_, each in found]
         others = self._others(camera_id, stamp_ns)
         weighed = [
-            replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, found, camera, sweep, others) else each
-            for each, found in zip(straight, ranges, strict=True)
+            replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, far, camera, sweep, others) else each
+            for each, far in zip(straight, ranges, strict=True)
         ]
         owners = self._owners(camera_id, stamp_ns, weighed, ranges, camera)
         boxes = Boxes(
             camera=camera_id,
-            frame=frame.frame,
-            boxes=tuple(map(_box, found, straight, ranges, owners, itertools.repeat(camera))),
+            frame=frame,
+            boxes=tuple(
+                _box(seen, each, far, owner, camera) for (seen, each, far), owner in zip(found, owners, strict=True)
+            ),
             detector=self.detector.name,
         )
         if camera_id != self._primary(stamp_ns):
             return Seen(boxes=boxes)
-        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame.frame, lidar_used=points is not None)
+        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame, lidar_used=sweep is not None)
         return Seen(boxes=boxes, tracks=tracks, lanes=lanes)
 
     def _check_stamp(self, camera_id: str, stamp_ns: int) -> None:

@@ -1,0 +1,132 @@
+"""What a detector would find in a picture of what is so: boxes with scores and ranges, and some of nothing."""
+
+import math
+from typing import NamedTuple
+
+from evaluation.corruption.chance import chance
+from evaluation.observed.card import Card, Finding, Ghost, Ranging, features
+from evaluation.observed.fit import SCALE_PX
+from evaluation.observed.noise import Chain, Drift, normal
+from evaluation.observed.pairing import LEAST_PX, air_of
+from evaluation.observed.sight import Lens, Thing, things
+from proto.sensors import Calibration
+from proto.truth import Truth
+from services.perception.camera import Camera
+from services.perception.detection import Detection
+from services.perception.projection import Range, find_range, hiding
+from services.simulator import sensors
+from services.simulator.session import CAMERAS
+
+SCORE_FLOOR = 0.3
+WILD_NS = 500_000_000
+FAR_M, LIDAR_SIGMA_M = 40.0, (0.15, 0.4)
+"""Sigmas of LiDAR ranges up to a distance, and beyond it, where returns are few."""
+
+
+class Found(NamedTuple):
+    """A detection with its range, as the pipeline has them."""
+
+    detection: Detection
+    range: Range | None
+
+
+class Eye:
+    """One camera with its detector."""
+
+    def __init__(self, card: Card, camera: str, seed: int) -> None:
+        self.camera, self._card, self._seed = camera, card, seed
+        self.lens = Lens(CAMERAS[camera])
+        self.calibration: Calibration = sensors.calibration(CAMERAS[camera])
+        self._camera = Camera.of(self.calibration)
+        self._chain, self._drift = Chain(seed), Drift(seed)
+        self._ghosts: list[tuple[int, Ghost]] = []
+        self._looked_ns = 0
+
+    def look(self, truth: Truth, stamp_ns: int) -> list[Found]:
+        """What is found in the picture taken then. Pictures come in the order of their stamps."""
+        air = air_of(truth)
+        detections: list[tuple[Detection, str, tuple[float, ...], float]] = []
+        for thing in things(truth, self.lens):
+            finding = self._card.found.get(f"{self.camera}/{thing.kind}")
+            if finding is None or thing.height_px < LEAST_PX:
+                continue
+            row = features(math.log(thing.full_height_px / SCALE_PX), thing.hidden, thing.cut, air)
+            detection = self._detection(thing, finding, row, stamp_ns)
+            if detection is not None:
+                detections.append((detection, thing.key, row, thing.depth_m))
+        boxes = [each for each, *_ in detections]
+        found = [
+            Found(each, self._range(each, key, row, depth, stamp_ns, boxes)) for each, key, row, depth in detections
+        ]
+        return [*found, *self._haunted(truth, stamp_ns)]
+
+    def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
+        whose = f"{self.camera}/{thing.key}"
+        share = _share(finding.seen.at(row))
+        if not self._chain.at(whose, stamp_ns, share, finding.seen.memory_s):
+            return None
+
+        def drawn(what: str) -> float:
+            line = getattr(finding, what)
+            return float(line.at(row) + line.sigma * self._drift.at(what, whose, stamp_ns, line.memory_s))
+
+        high = thing.height_px * math.exp(drawn("height"))
+        wide = (thing.box[2] - thing.box[0]) * high / thing.height_px
+        middle = (thing.box[0] + thing.box[2]) / 2 + (
+            drawn("aside") * thing.height_px if thing.kind != "light" else 0.0
+        )
+        foot = thing.box[3] + drawn("foot") * thing.height_px
+        score = _share(drawn("score"))
+        spec = self.lens.camera
+        x0, x1 = max(middle - wide / 2, 0.0), min(middle + wide / 2, float(spec.width_px))
+        y0, y1 = max(foot - high, 0.0), min(foot, float(spec.height_px))
+        if score < SCORE_FLOOR or x1 - x0 < 1.0 or y1 - y0 < 1.0:
+            return None
+        return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=thing.kind, score=score)
+
+    def _range(
+        self, found: Detection, key: str, row: tuple[float, ...], depth_m: float, stamp_ns: int, others: list[Detection]
+    ) -> Range | None:
+        ranging, whose = self._card.ranged[found.kind], f"{self.camera}/{key}"
+        if self._chain.at(f"lidar/{whose}", stamp_ns, _share(ranging.lidar.at(row)), ranging.lidar.memory_s):
+            off = self._off(ranging, whose, row, stamp_ns)
+            sigma = LIDAR_SIGMA_M[depth_m > FAR_M]
+            return Range(depth_m=max(0.5, depth_m * (1.0 + off)), sigma_m=sigma, source="lidar", returns=5)
+        return find_range(found, self._camera, None, hiding(found, others))
+
+    def _off(self, ranging: Ranging, whose: str, row: tuple[float, ...], stamp_ns: int) -> float:
+        """Share by which a measured range is off; now and then it is another thing's."""
+        wild, error = ranging.wild, ranging.lidar_error
+        if ranging.wild_errors and self._chain.at(f"wild/{whose}", stamp_ns, _share(wild.at(row)), wild.memory_s):
+            luck = chance(self._seed, "wild", whose, stamp_ns // WILD_NS)
+            return ranging.wild_errors[int(luck * len(ranging.wild_errors))]
+        common = error.sigma * self._drift.at("range", whose, stamp_ns, error.memory_s)
+        return error.at(row) + common + ranging.jitter * normal(self._seed, "jitter", whose, stamp_ns)
+
+    def _haunted(self, truth: Truth, stamp_ns: int) -> list[Found]:
+        """Boxes of nothing: each comes by chance, looks like one that was measured, and grows as the ego drives on."""
+        clutter = self._card.clutter[self.camera]
+        since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
+        self._looked_ns = stamp_ns
+        if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:
+            which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
+            self._ghosts.append((stamp_ns, clutter.ghosts[which]))
+        self._ghosts = [(born, ghost) for born, ghost in self._ghosts if stamp_ns - born <= ghost.seconds * 1e9]
+        return [self._ghost(ghost, truth.speed_mps * (stamp_ns - born) / 1e9) for born, ghost in self._ghosts]
+
+    def _ghost(self, ghost: Ghost, driven_m: float) -> Found:
+        away_m = ghost.range_m or 60.0
+        grown = away_m / max(away_m - driven_m, 0.4 * away_m)
+        spec, (x0, y0, x1, y1) = self.lens.camera, ghost.box
+        u, v = spec.width_px / 2, spec.height_px / 2
+        box = [u + (x0 - u) * grown, v + (y0 - v) * grown, u + (x1 - u) * grown, v + (y1 - v) * grown]
+        detection = Detection(
+            x0_px=box[0], y0_px=box[1], x1_px=box[2], y1_px=box[3], kind=ghost.kind, score=ghost.score
+        )
+        if ghost.lidar:
+            return Found(detection, Range(depth_m=away_m / grown, sigma_m=0.4, source="lidar", returns=3))
+        return Found(detection, find_range(detection, self._camera, None))
+
+
+def _share(odds: float) -> float:
+    return 1.0 / (1.0 + math.exp(-min(max(odds, -30.0), 30.0)))

@@ -1,0 +1,137 @@
+"""The fitted model as a file: every number of it, with where it comes from."""
+
+from pathlib import Path
+
+import msgspec
+
+from drivemcp.errors import UserError
+from proto.perception import ObjectClass
+from proto.weather import CameraWeather
+
+
+class Line(msgspec.Struct, frozen=True, kw_only=True):
+    """A linear function of what a thing and the weather are like; see `features`."""
+
+    weights: tuple[float, ...]
+    sigma: float = 0.0
+    """Of what is left, where the function is of a measure; 0 where it is of log-odds."""
+    memory_s: float = 0.3
+    """Time in which what is left is forgotten; of log-odds, in which yes or no is: longer makes longer drop-outs at the
+    same rate."""
+
+    def at(self, features: tuple[float, ...]) -> float:
+        """Its value."""
+        return sum(weight * feature for weight, feature in zip(self.weights, features, strict=True))
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True):
+    """How a camera's detector finds one class."""
+
+    seen: Line
+    """Log-odds that a picture has a box of the thing."""
+    score: Line
+    """Log-odds of the box's score."""
+    height: Line
+    """Logarithm of the box's height by the true one."""
+    aside: Line
+    """How far the box's middle is to the right of the true one, in true heights."""
+    foot: Line
+    """How far its lower edge is below the true one, in true heights."""
+    pictures: int = 0
+    things: int = 0
+
+
+class Ranging(msgspec.Struct, frozen=True, kw_only=True):
+    """Where ranges come from and how far they are off, for one class."""
+
+    lidar: Line
+    """Log-odds that LiDAR measures the range of a box."""
+    lidar_error: Line
+    """(range - true) / true: what a thing's pictures have in common for a while."""
+    jitter: float = 0.0
+    """Standard deviation of what each picture adds to it."""
+    wild: Line
+    """Log-odds that the range is another thing's."""
+    wild_errors: tuple[float, ...] = ()
+    """How far off it is then."""
+    pictures: int = 0
+
+
+class Ghost(msgspec.Struct, frozen=True, kw_only=True):
+    """A box that was of nothing, as it began: it is drawn again as it was."""
+
+    kind: ObjectClass
+    box: tuple[float, float, float, float]
+    score: float
+    range_m: float | None
+    lidar: bool
+    seconds: float
+
+
+class Clutter(msgspec.Struct, frozen=True, kw_only=True):
+    """Boxes of nothing in one camera's pictures."""
+
+    per_minute: float
+    ghosts: tuple[Ghost, ...]
+
+
+class LooksLike(msgspec.Struct, frozen=True, kw_only=True):
+    """What the pictures' weather was told to be when it really was so. `open_m`: true visibility."""
+
+    weather: str
+    open_m: float
+    told: CameraWeather
+
+
+class Reads(msgspec.Struct, frozen=True, kw_only=True):
+    """A row of the reader's measured table: faces of at least `px` pixels."""
+
+    px: float
+    right: float
+    sure_right: float
+    sure_wrong: float
+
+
+class Reading(msgspec.Struct, frozen=True, kw_only=True):
+    """How faces are read, by class of face; from the reader's card, but for how faces differ."""
+
+    rows: dict[str, tuple[Reads, ...]]
+    taken_for_a_sign: float
+    """Share of boxes of nothing that are surely read as a sign."""
+    legible: float
+    """How many pixels of a driven face count as one of the reader's own table."""
+    alike: float
+    """Share of the variance that is the face's own: all its pictures are read alike. The rest is each picture's."""
+    sure: float
+    unsure: float
+
+
+class Card(msgspec.Struct, frozen=True, kw_only=True):
+    """The whole model. `provenance`: runs, code, models and figures that it was fitted to."""
+
+    found: dict[str, Finding]
+    """`camera/class`."""
+    ranged: dict[str, Ranging]
+    """By class."""
+    clutter: dict[str, Clutter]
+    """By camera."""
+    reading: Reading
+    weather: tuple[LooksLike, ...]
+    provenance: dict[str, object] = {}
+
+
+def read_card(path: Path) -> Card:
+    """Read the file. Raises UserError where it is none of this version."""
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Card)
+    except (OSError, msgspec.DecodeError) as error:
+        raise UserError(f"{path}: not a model of observations of this version ({error})") from error
+
+
+def features(log_px: float, hidden: float, cut: float, air: tuple[float, float, float]) -> tuple[float, ...]:
+    """What lines are functions of: 1, the logarithm of the height in 20 px below and above that, hidden and cut shares,
+    darkness (0 or 1), rain (in 10 mm/h) and fog (1 km by the visibility, to 5)."""
+    return (1.0, min(log_px, 0.0), max(log_px, 0.0), hidden, cut, *air)
+
+
+FEATURES = ("one", "log_px_below", "log_px_above", "hidden", "cut", "dark", "rain", "fog")

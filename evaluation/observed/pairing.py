@@ -1,0 +1,105 @@
+"""Whose box is whose: the boxes of recorded pictures beside the things that truth has there."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from evaluation.observed.recording import Recording
+from evaluation.observed.sight import LAMPS_SIZE_M, Lens, Thing, things
+from proto.perception import Box
+from proto.truth import Truth
+from services.simulator.session import CAMERAS
+
+LEAST_PX = 5.0
+"""Lower things are not looked for."""
+REACH_SHARE, REACH_PX = 0.6, 7.0
+"""How far a box's middle may lie from the thing's: in the thing's sizes, and in pixels."""
+SIZE_RATIO = 2.2
+LIGHT_SIZES = 5.0
+"""Truth tells no place of lights beside the road: so many sizes aside they may be."""
+LIGHT_TOLD_M = 110.0
+"""Truth tells of no light further away than 120 m."""
+
+Air = tuple[float, float, float]
+
+
+class Look(NamedTuple):
+    """One thing in one picture, and the box that was found of it."""
+
+    camera: str
+    stamp_ns: int
+    thing: Thing
+    air: Air
+    box: Box | None
+
+
+class Stray(NamedTuple):
+    """A box of nothing."""
+
+    camera: str
+    stamp_ns: int
+    box: Box
+
+
+def air_of(truth: Truth, rain_mm_h: float = 0.0) -> Air:
+    """Darkness, rain and fog as `card.features` has them; `rain_mm_h` where truth does not tell."""
+    rain = truth.rain_mm_h if truth.rain_mm_h is not None else rain_mm_h
+    fog = 1000.0 / max(truth.visibility_m, 100.0) if truth.visibility_m is not None else 0.0
+    return float(bool(truth.dark)), min(rain / 10.0, 5.0), min(fog, 5.0)
+
+
+def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
+    """Picture by picture."""
+    lenses = {name: Lens(camera) for name, camera in CAMERAS.items()}
+    truths = dict(recording.truths)
+    for stamp_ns, boxes in sorted(recording.boxes, key=lambda row: row[0]):
+        truth = truths.get(stamp_ns)
+        if truth is None or boxes.camera not in lenses:
+            continue
+        present = [each for each in things(truth, lenses[boxes.camera]) if each.height_px >= LEAST_PX]
+        pairs = pair(present, boxes.boxes)
+        air = air_of(truth)
+        owned = set(pairs.values())
+        found = [
+            Look(boxes.camera, stamp_ns, thing, air, boxes.boxes[pairs[k]] if k in pairs else None)
+            for k, thing in enumerate(present)
+        ]
+        stray = [
+            Stray(boxes.camera, stamp_ns, box)
+            for k, box in enumerate(boxes.boxes)
+            if k not in owned and not _untold(boxes.camera, box) and all(misfit(each, box) is None for each in present)
+        ]
+        yield found, stray
+
+
+def _untold(camera: str, box: Box) -> bool:
+    """Whether it may well be a light that is too far away for truth to tell of."""
+    spec, high = CAMERAS[camera], box.y1_px - box.y0_px
+    return box.kind == "light" and spec.focal_px * LAMPS_SIZE_M[1] / high > LIGHT_TOLD_M
+
+
+def pair(present: Sequence[Thing], boxes: Sequence[Box]) -> dict[int, int]:
+    """Box by thing, as indices; the likeliest first, each once, within a class."""
+    costs = sorted(
+        (cost, k, j)
+        for k, thing in enumerate(present)
+        for j, box in enumerate(boxes)
+        if thing.kind == box.kind and (cost := misfit(thing, box)) is not None
+    )
+    pairs: dict[int, int] = {}
+    taken: set[int] = set()
+    for _, k, j in costs:
+        if k not in pairs and j not in taken:
+            pairs[k] = j
+            taken.add(j)
+    return pairs
+
+
+def misfit(thing: Thing, box: Box) -> float | None:
+    """How badly a box lies on a thing; None: it is of another."""
+    wide, high = thing.box[2] - thing.box[0], thing.box[3] - thing.box[1]
+    aside_px = REACH_SHARE * wide + REACH_PX + (LIGHT_SIZES * high if thing.kind == "light" else 0.0)
+    du = abs((box.x0_px + box.x1_px) - (thing.box[0] + thing.box[2])) / 2 / aside_px
+    dv = abs((box.y0_px + box.y1_px) - (thing.box[1] + thing.box[3])) / 2 / (REACH_SHARE * high + REACH_PX)
+    ratio = abs(math.log(max(box.y1_px - box.y0_px, 1.0) / high)) / math.log(SIZE_RATIO)
+    return du + dv + 0.5 * ratio if max(du, dv, ratio) <= 1.0 else None

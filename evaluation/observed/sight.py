@@ -1,0 +1,170 @@
+"""What there is for a camera to see, from truth: the things before it as boxes in its picture, and how much hides them.
+
+Truth holds places on the ground and codes, not shapes: heights are those of the simulator's bodies by length, faces are of
+usual size, one below the other on their post. Model and fit share this geometry, so what it is off by falls out of both.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from proto.perception import ObjectClass
+from proto.truth import TrueActor, Truth
+from services.perception.projection import STANDING
+from services.simulator.cars import EGO_BODY, SIZES_M
+from services.simulator.scene import CameraSpec
+from services.simulator.signart import face_size_m
+
+POST_TOP_M, PANEL_M, LAMPS_M = 2.5, 5.9, 2.7
+"""Heights of middles: of a post's topmost face, of a gantry's panel, of a light's head."""
+GAP_M = 0.03
+LAMPS_ASIDE_M, LAMP_BEHIND_M, LAMPS_SIZE_M = (("near", 2.4), ("far", 5.6)), 1.0, (0.45, 1.1)
+"""Heads stand on both sides of the road, so far beside the nearest lane's middle and behind the line."""
+LEFT_HAND = frozenset({"GBR"})
+NEAREST_M = 1.5
+MOVING_MPS = 1.0
+_PERSON_M = SIZES_M["pedestrian"][2]
+_HEIGHTS_M = sorted((length, height) for kind, (length, _, height) in SIZES_M.items() if kind != "pedestrian")
+PANEL_WIDE_M = 1.2
+
+
+class Thing(NamedTuple):
+    """One thing in a picture. `box` is x0, y0, x1, y1 in pixels, cut at the picture's edges; `depth_m` along the axis."""
+
+    kind: ObjectClass
+    key: str
+    code: str
+    depth_m: float
+    box: tuple[float, float, float, float]
+    full_height_px: float
+    hidden: float = 0.0
+    cut: float = 0.0
+    """Share of the box beyond the picture's edges."""
+
+    @property
+    def height_px(self) -> float:
+        """Of what lies in the picture."""
+        return self.box[3] - self.box[1]
+
+
+class Lens:
+    """A camera's projection of ego-frame points, without turning aside: the simulator's cameras look ahead."""
+
+    def __init__(self, camera: CameraSpec) -> None:
+        self.camera = camera
+        self._cos, self._sin = math.cos(camera.pitch_rad), math.sin(camera.pitch_rad)
+
+    def depth_m(self, x_m: float, z_m: float) -> float:
+        """Along the camera's axis."""
+        return (x_m - self.camera.x_m) * self._cos + (z_m - self.camera.z_m) * self._sin
+
+    def pixel(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float]:
+        """Where a point before the camera shows."""
+        camera, depth = self.camera, max(self.depth_m(x_m, z_m), 0.3)
+        up = (z_m - camera.z_m) * self._cos - (x_m - camera.x_m) * self._sin
+        u = camera.width_px / 2 - camera.focal_px * (y_m - camera.y_m) / depth
+        return u, camera.height_px / 2 - camera.focal_px * up / depth
+
+
+def things(truth: Truth, lens: Lens) -> list[Thing]:
+    """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box."""
+    users = [thing for actor in truth.actors if (thing := _user(actor, truth, lens)) is not None]
+    still = [thing for thing in (*_signs(truth, lens), *_lamps(truth, lens)) if thing is not None]
+    return [thing._replace(hidden=hidden(thing, users)) for thing in (*users, *still)]
+
+
+def hidden(thing: Thing, users: Sequence[Thing]) -> float:
+    """Share of the box that nearer vehicles cover."""
+    x0, y0, x1, y1 = thing.box
+    area, covered = max((x1 - x0) * (y1 - y0), 1e-6), 0.0
+    for other in users:
+        if other.kind == "vehicle" and other.depth_m < thing.depth_m - 0.5:
+            wide = min(x1, other.box[2]) - max(x0, other.box[0])
+            high = min(y1, other.box[3]) - max(y0, other.box[1])
+            covered += max(wide, 0.0) * max(high, 0.0)
+    return min(1.0, covered / area)
+
+
+def body_height_m(actor: TrueActor) -> float:
+    """Of the simulator's body that is nearest in length."""
+    if actor.kind == "pedestrian":
+        return _PERSON_M
+    return min(_HEIGHTS_M, key=lambda row: abs(row[0] - actor.length_m))[1]
+
+
+def _user(actor: TrueActor, truth: Truth, lens: Lens) -> Thing | None:
+    speed = actor.vx_mps + truth.speed_mps, actor.vy_mps
+    heading = math.atan2(speed[1], speed[0]) if math.hypot(*speed) > MOVING_MPS else 0.0
+    c, s = abs(math.cos(heading)), abs(math.sin(heading))
+    half_x = (c * actor.length_m + s * actor.width_m) / 2
+    half_y = (s * actor.length_m + c * actor.width_m) / 2
+    near_m, far_m, high = actor.x_m - half_x, actor.x_m + half_x, body_height_m(actor)
+    if far_m < NEAREST_M + EGO_BODY.length_m / 2:
+        return None
+    near_m = max(near_m, NEAREST_M)
+    corners = [
+        lens.pixel(x, actor.y_m + side * half_y, z) for x in (near_m, far_m) for side in (-1, 1) for z in (0, high)
+    ]
+    depth = lens.depth_m(near_m, lens.camera.z_m)
+    kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
+    us, vs = [u for u, _ in corners], [v for _, v in corners]
+    return _cut(kind, f"actor/{actor.actor_id}", kind, depth, (min(us), min(vs), max(us), max(vs)), lens.camera)
+
+
+def _signs(truth: Truth, lens: Lens) -> Iterator[Thing | None]:
+    for sign in truth.signs:
+        number, country, codes = int(float(sign["id"])), str(sign["country"]), str(sign["code"]).split("+")
+        panel = codes[0].startswith("led:")
+        kind: ObjectClass = "panel" if panel else "sign"
+        middle = PANEL_M if panel else POST_TOP_M
+        for part, code in enumerate(codes):
+            wide, high = face_size_m(country, code)
+            if panel:
+                wide, high = PANEL_WIDE_M, PANEL_WIDE_M * high / wide
+            middle -= high / 2 + GAP_M if part else 0.0
+            place = (float(sign["x_m"]), float(sign["y_m"]), middle)
+            yield _face(kind, f"sign/{number}/{part}", f"{country} {code}", place, (wide, high), lens)
+            middle -= high / 2
+
+
+def _lamps(truth: Truth, lens: Lens) -> Iterator[Thing | None]:
+    if truth.light is None or truth.light_distance_m is None:
+        return
+    x_m = truth.light_distance_m + EGO_BODY.length_m / 2 + LAMP_BEHIND_M
+    line = round(truth.distance_m + truth.light_distance_m, -1)
+    near = 1.0 if truth.jurisdiction in LEFT_HAND else -1.0
+    for name, aside_m in LAMPS_ASIDE_M:
+        place = x_m, near * aside_m if name == "near" else -near * aside_m, LAMPS_M
+        yield _face("light", f"light/{line:.0f}/{name}", f" light:{truth.light}", place, LAMPS_SIZE_M, lens)
+
+
+def _face(
+    kind: ObjectClass,
+    key: str,
+    code: str,
+    place: tuple[float, float, float],
+    size_m: tuple[float, float],
+    lens: Lens,
+) -> Thing | None:
+    depth = lens.depth_m(place[0], place[2])
+    if depth < NEAREST_M:
+        return None
+    u, v = lens.pixel(*place)
+    wide, high = (lens.camera.focal_px * size / depth / 2 for size in size_m)
+    return _cut(kind, key, code, depth, (u - wide, v - high, u + wide, v + high), lens.camera)
+
+
+def _cut(
+    kind: ObjectClass, key: str, code: str, depth: float, box: tuple[float, float, float, float], camera: CameraSpec
+) -> Thing | None:
+    x0, y0, x1, y1 = box
+    inside = max(x0, 0.0), max(y0, 0.0), min(x1, float(camera.width_px)), min(y1, float(camera.height_px))
+    if inside[2] - inside[0] < 2.0 or inside[3] - inside[1] < 2.0:
+        return None
+    share = (inside[2] - inside[0]) * (inside[3] - inside[1]) / max((x1 - x0) * (y1 - y0), 1e-6)
+    return Thing(kind, key, code, depth, inside, y1 - y0, cut=1.0 - min(1.0, share))
+
+
+def stands(thing: Thing) -> bool:
+    """Whether it is a road user."""
+    return thing.kind in STANDING

@@ -1,0 +1,191 @@
+"""Modelled sensors: drawn by seed and by what is asked, shaped as fitted, and carried by production's services."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from drivemcp.errors import UserError
+from drivemcp.paths import data
+from evaluation.observed.boxes import Eye
+from evaluation.observed.card import Card, Line, read_card
+from evaluation.observed.faces import CLASSES
+from evaluation.observed.hosted import CARD, weather_told
+from evaluation.observed.imagined import imagine
+from evaluation.observed.noise import Chain, Drift
+from evaluation.observed.pairing import looks
+from evaluation.observed.recording import Recording, listener, load, save
+from evaluation.observed.regression import linear, logistic, memory_s
+from evaluation.observed.sight import Lens, things
+from evaluation.run.host import drive
+from evaluation.run.spec import RunSpec
+from proto.perception import Boxes
+from proto.truth import TrueActor, Truth
+from services.simulator.session import CAMERAS
+
+NS = 1_000_000_000
+SPEC = RunSpec(scenario="urb-rain", seed=3, seconds=2.5, sensors="model")
+
+
+@pytest.fixture(scope="module")
+def card() -> Card:
+    return read_card(data(CARD))
+
+
+def truth(time_s: float, *actors: TrueActor, signs: tuple[dict[str, str | float], ...] = ()) -> Truth:
+    return Truth(
+        time_s=time_s, distance_m=20.0 * time_s, speed_mps=20.0, acceleration_mps2=0.0, law_limit_mps=None,
+        jurisdiction="DEU", mu=0.8, gap_m=None, closing_mps=None, actors=actors, signs=signs, visibility_m=20_000.0,
+        rain_mm_h=0.0, dark=False,
+    )  # fmt: skip
+
+
+def car(number: int, x_m: float, y_m: float = 0.0) -> TrueActor:
+    return TrueActor(
+        actor_id=number, kind="vehicle", x_m=x_m, y_m=y_m, vx_mps=0.0, vy_mps=0.0, length_m=4.6, width_m=1.82
+    )
+
+
+def sign(x_m: float) -> dict[str, str | float]:
+    return {"id": 1001.0, "code": "limit:80", "country": "DEU", "x_m": x_m, "y_m": -4.0}
+
+
+def drawn(truths: list[tuple[int, Truth]]) -> Recording:
+    """A recording of pictures of the front camera at each truth, and of the tele camera at every other."""
+    boxes = [(at, Boxes(camera="front", frame=k, boxes=())) for k, (at, _) in enumerate(truths)]
+    boxes += [(at, Boxes(camera="tele", frame=k, boxes=())) for k, (at, _) in enumerate(truths[::2])]
+    return Recording(spec=SPEC, truths=truths, boxes=boxes)
+
+
+def test_a_nearer_car_hides_the_one_behind_it() -> None:
+    lens = Lens(CAMERAS["front"])
+    near, far = sorted(things(truth(0.0, car(1, 15.0), car(2, 40.0)), lens), key=lambda each: each.depth_m)
+    assert near.hidden == 0.0
+    assert far.hidden > 0.6
+    assert near.height_px > 2 * far.height_px
+
+
+def test_what_is_drawn_depends_on_seed_and_thing_alone(card: Card) -> None:
+    def seen(seed: int, *others: TrueActor) -> list[tuple[float, ...]]:
+        eye, told = Eye(card, "front", seed), list[tuple[float, ...]]()
+        for k in range(60):
+            found = eye.look(truth(k / 10, car(1, 60.0, 1.0), *others), NS + k * NS // 10)
+            told += [
+                (k, each.detection.x0_px, each.detection.score) for each in found if 300 < each.detection.x0_px < 320
+            ]
+        return told
+
+    assert seen(1) == seen(1)
+    assert seen(1) != seen(2)
+    assert seen(1) == seen(1, car(2, 30.0, 9.0)), "another car beside changes nothing"
+
+
+def test_near_cars_are_found_more_often_than_far_ones(card: Card) -> None:
+    def share(x_m: float) -> float:
+        found = 0
+        for seed in range(12):
+            eye = Eye(card, "front", seed)
+            for k in range(20):
+                boxes = eye.look(truth(k / 10, car(1, x_m)), NS + k * NS // 10)
+                found += any(each.detection.kind == "vehicle" for each in boxes)
+        return found / 240
+
+    assert share(25.0) > 0.9 > share(110.0)
+
+
+def test_a_chain_keeps_its_share_and_its_memory() -> None:
+    chain, states = Chain(1), []
+    for k in range(6000):
+        states.append(chain.at("a", k * NS // 10, 0.7, 0.5))
+    told = np.array(states, float)
+    assert abs(told.mean() - 0.7) < 0.05
+    assert 0.7 < np.corrcoef(told[1:], told[:-1])[0, 1] < 0.9, "exp(-0.1 / 0.5) = 0.82"
+    times = np.arange(len(told)) / 10
+    assert 0.3 < memory_s([(times, told - 0.7, np.full(len(told), 0.46))]) < 0.8
+
+
+def test_drift_is_normal_and_alike_from_picture_to_picture() -> None:
+    drift = Drift(1)
+    told = np.array([drift.at("height", "a", k * NS // 10, 0.4) for k in range(6000)])
+    assert abs(told.mean()) < 0.15
+    assert 0.9 < told.std() < 1.1
+    assert 0.7 < np.corrcoef(told[1:], told[:-1])[0, 1] < 0.86, "exp(-0.1 / 0.4) = 0.78"
+
+
+def test_lines_are_found_again() -> None:
+    random = np.random.default_rng(1)
+    x = np.stack([np.ones(4000), random.normal(size=4000)], axis=1)
+    odds = x @ np.array([0.5, 2.0])
+    ridge = np.array([1e-3, 1.0])
+    found = logistic(x, (random.random(4000) < 1 / (1 + np.exp(-odds))).astype(float), ridge)
+    assert np.allclose(found, (0.5, 2.0), atol=0.2)
+    y = odds + 0.1 * random.normal(size=4000)
+    y[::50] += 30.0
+    weights, spread = linear(x, y, ridge)
+    assert np.allclose(weights, (0.5, 2.0), atol=0.05), "wild ones do not count"
+    assert 0.08 < spread < 0.13
+
+
+def test_boxes_that_were_drawn_are_paired_with_what_they_are_of(card: Card) -> None:
+    steps = [(NS + k * NS // 10, truth(k / 10, car(1, 30.0))) for k in range(30)]
+    told = [imagine(drawn(steps), card, seed) for seed in range(6)]
+    seen = [look for each in told for found, _ in looks(each) for look in found if look.thing.key == "actor/1"]
+    assert sum(each.box is not None for each in seen) > 0.8 * len(seen)
+    followed = sum(
+        any(abs(track.x_m - 30.0) < 3.0 for track in tracks.tracks) for each in told for _, tracks in each.tracks
+    )
+    assert followed > 0.8 * 6 * 30
+
+
+def test_an_approached_sign_is_believed_rightly_before_it_is_passed(card: Card) -> None:
+    believed = 0
+    for seed in range(10):
+        steps = [(NS + k * NS // 10, truth(k / 10, signs=(sign(90.0 - 2.0 * k),))) for k in range(44)]
+        told = imagine(drawn(steps), card, seed)
+        readings = [
+            fact.reading for _, facts in told.facts for fact in facts.facts if fact.believed and fact.kind == "limit"
+        ]
+        believed += "limit:80" in readings
+    assert believed >= 8
+
+
+def test_faces_are_told_apart_by_country() -> None:
+    assert CLASSES.label("DEU town_entry") == "town_entry:yellow"
+    assert CLASSES.label("USA limit:25") == "limit_board:25"
+    assert CLASSES.label(" light:red") == "light:red"
+    assert CLASSES.label("DEU nonsense") == "other"
+
+
+def test_weather_that_no_run_had_is_not_told(card: Card) -> None:
+    assert weather_told(card.weather, msgspec.structs.replace(truth(1.0), visibility_m=None), 1) is None
+    assert weather_told((), truth(1.0), 1) is None
+
+
+def test_a_file_that_is_no_model_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "observed.json"
+    path.write_text("{}")
+    with pytest.raises(UserError, match=r"observed\.json"):
+        read_card(path)
+
+
+def test_a_modelled_run_publishes_what_production_would_and_comes_out_alike(tmp_path: Path) -> None:
+    runs = []
+    for name in ("a", "b"):
+        told = Recording(spec=SPEC)
+        assert drive(SPEC, tmp_path / name, listener(told)).finished
+        save(told, tmp_path / f"{name}.rec")
+        runs.append(load(tmp_path / f"{name}.rec"))
+    first, second = runs
+    assert len(first.tracks) == 25, "ten a second"
+    assert {boxes.camera for _, boxes in first.boxes} == {"front", "tele"}
+    assert len(first.advisories) >= 24, "a tick begins with every snapshot"
+    assert msgspec.json.encode(first.advisories) == msgspec.json.encode(second.advisories)
+    assert [(at, each.facts) for at, each in first.facts] == [(at, each.facts) for at, each in second.facts]
+    assert msgspec.json.encode(first.tracks) == msgspec.json.encode(second.tracks)
+
+
+def test_the_model_is_what_it_says(card: Card) -> None:
+    assert {"front/vehicle", "tele/sign"} <= set(card.found)
+    assert all(isinstance(each.seen, Line) and each.pictures > 40 for each in card.found.values())
+    assert card.provenance["runs"]
