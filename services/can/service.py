@@ -139,47 +139,51 @@ def _privacy(config: CanConfig, profile: Profile) -> Privacy:
     )
 
 
-def _publish(
-    config: CanConfig,
-    node: Node,
-    vehicle: Vehicle,
-    links: Mapping[str, FrameLink],
-    groups: Mapping[str, J1939Bus],
-) -> None:
-    poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if _asked(config).carried else 0.0)
+class _Publisher:
+    """Puts frames into the vehicle and tells what comes of them."""
 
-    pace = _Pace(config.ego_hz)
+    def __init__(self, node: Node, vehicle: Vehicle, groups: Mapping[str, J1939Bus], ego_hz: float) -> None:
+        self._node, self._vehicle, self._groups = node, vehicle, groups
+        self._pace = _Pace(ego_hz)
 
-    def ego(now_ns: int) -> None:
-        node.publish(topics.EGO, vehicle.ego(now_ns), stamp_ns=_stamp(vehicle, now_ns))
+    def on_frames(self, bus: str, frames: Sequence[CanFrame]) -> None:
+        """Frames of a bus; the ego follows them, as fresh as the bus allows."""
+        now_ns = self._node.clock.now_ns()
+        self._vehicle.ingest(frames, now_ns, bus)
+        if bus in self._groups:
+            self._vehicle.board.ingest(self._groups[bus].feed(frames), now_ns, bus)
+        self._ego(now_ns, 0.8)
 
-    def on_frames(bus: str, frames: Sequence[CanFrame]) -> None:
-        now_ns = node.clock.now_ns()
-        vehicle.ingest(frames, now_ns, bus)
-        if bus in groups:
-            vehicle.board.ingest(groups[bus].feed(frames), now_ns, bus)
-        if pace.due(now_ns, 0.8):
-            ego(now_ns)  # as fresh as the bus allows
+    def watch(self) -> None:
+        """A silent bus is news too."""
+        self._ego(self._node.clock.now_ns(), 1.3)
 
-    def watch() -> None:
-        now_ns = node.clock.now_ns()
-        if pace.due(now_ns, 1.3):
-            ego(now_ns)  # a silent bus is news too
-
-    def degradation() -> None:
-        now_ns = node.clock.now_ns()
-        node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
-        node.detail.update({f"bus {name}": link.state for name, link in links.items()})
-        node.detail["frames"] = str(vehicle.history.seen)
-        pieces = sum(group.malformed for group in groups.values())
-        node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed + pieces)
+    def degradation(self, links: Mapping[str, FrameLink], poll_s: float) -> None:
+        """The health of the car, and how its buses are."""
+        now_ns, vehicle = self._node.clock.now_ns(), self._vehicle
+        self._node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
+        pieces = sum(group.malformed for group in self._groups.values())
+        self._node.detail.update({f"bus {name}": link.state for name, link in links.items()})
+        self._node.detail["frames"] = str(vehicle.history.seen)
+        self._node.detail["malformed_frames"] = str(vehicle.board.malformed + vehicle.diagnostics.malformed + pieces)
         if poll_s > 0:
             vehicle.poll(now_ns, int(poll_s * NS))
 
-    node.every(1.0 / config.ego_hz, watch)
-    node.every(1.0 / config.degradation_hz, degradation)
+    def _ego(self, now_ns: int, share: float) -> None:
+        if self._pace.due(now_ns, share):
+            stamp_ns = _stamp(self._vehicle, now_ns)
+            self._node.publish(topics.EGO, self._vehicle.ego(now_ns), stamp_ns=stamp_ns)
+
+
+def _publish(
+    config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, FrameLink], groups: Mapping[str, J1939Bus]
+) -> None:
+    poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if _asked(config).carried else 0.0)
+    publisher = _Publisher(node, vehicle, groups, config.ego_hz)
+    node.every(1.0 / config.ego_hz, publisher.watch)
+    node.every(1.0 / config.degradation_hz, lambda: publisher.degradation(links, poll_s))
     for name, link in links.items():
-        link.listen(partial(on_frames, name))
+        link.listen(partial(publisher.on_frames, name))
 
 
 class _Pace:
