@@ -99,6 +99,14 @@ def test_a_backend_that_ignores_the_picture_is_never_believed_and_the_fact_says_
     assert facts[-1].confidence <= 0.5
 
 
+def test_without_the_guard_it_is_taken_at_its_word() -> None:
+    alone = drive_past(FrontEnd(liar("limit:130"), home="DEU", guarded=False))
+    assert "limit:130" in believed(alone)
+    assert {fact.grounding for fact in alone} == {""}
+    beside = FrontEnd(seer("limit:130"), reader_backend=seer("limit:30"), home="DEU", guarded=False)
+    assert "limit:130" in may_raise(drive_past(beside))
+
+
 def test_one_that_answers_the_last_question_is_found_out() -> None:
     assert believed(drive_past(FrontEnd(Late(seer("limit:130")), home="DEU"))) == set()
     facts = drive_past(FrontEnd(Late(seer("light:green")), home="DEU"), kind="light", size_m=1.1)

@@ -1,0 +1,83 @@
+"""The settings of the ablations, on a real in-process bus."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drivemcp.config import ServiceConfig
+from drivemcp.node import Node
+from drivemcp.service import Service
+from drivemcp.testing import bus
+from drivemcp.toolclient import DEFAULT_MODELLED_MS
+from proto import topics
+from services.orchestrator.routing import Call
+from services.orchestrator.service import SERVICE, LiveAsk, OrchestratorConfig
+from tests.unit.services.orchestrator.test_service import Road, start_car
+
+CALLS = tuple(Call(tool=tool, arguments={}, deadline_ms=40.0) for tool in ("vehicle_health", "read_dtcs"))
+
+
+@pytest.mark.parametrize(("parallel", "waits"), [(True, 1), (False, 2)])
+def test_tools_are_asked_at_once_or_one_after_another(parallel: bool, waits: int) -> None:
+    with bus() as b:
+        start_car(b)
+        node = b.node("asker", ServiceConfig(lockstep=True))
+        node.client.discover()
+        ask = LiveAsk(node, parallel=parallel)
+        outcomes = ask.experts(CALLS)
+        assert [outcome.tool for outcome in outcomes if outcome.ok] == [call.tool for call in CALLS]
+        assert ask.spent_ms() == waits * DEFAULT_MODELLED_MS
+
+
+@pytest.mark.parametrize(("learns", "labels"), [(True, ["annoying"]), (False, [])])
+def test_labels_move_the_arbiter_only_where_it_learns_and_are_kept_all_the_same(
+    learns: bool, labels: list[str], tmp_path: Path
+) -> None:
+    kept: list[object] = []
+
+    def build(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=40)
+        def remember(kind: str, key: str, value: dict[str, Any]) -> dict[str, int]:
+            """Keeps it."""
+            kept.append((kind, key))
+            return {}
+
+    with bus() as b:
+        b.start(Service("logger", ServiceConfig, build))
+        config = OrchestratorConfig(silence_s=60.0, expected=(), learns=learns, out_dir=str(tmp_path))
+        orchestrator = b.start(SERVICE, config)
+        road = Road(b)
+        _until(lambda: "remember" in orchestrator.catalogue() and road.step() is not None)
+        assert b.call("feedback", {"label": "annoying"}).ok
+        road.step()
+        traces = road.traces.wait_count(len(road.advisories.messages))
+        given = [each.label for trace in traces if trace.request is not None for each in trace.request.feedback]
+        assert given == labels
+        assert kept == [("feedback", "annoying")]
+
+
+def test_a_question_is_answered_by_the_prompt_alone_under_the_direct_method() -> None:
+    from services.drivelm.service import SERVICE as DRIVELM
+
+    with bus() as b:
+        b.start(DRIVELM)
+        config = OrchestratorConfig(silence_s=60.0, expected=(), method="direct")
+        orchestrator = b.start(SERVICE, config)
+        road = Road(b)
+        _until(lambda: "answer_prompt" in orchestrator.catalogue() and road.step() is not None)
+        decisions = b.collect(topics.DECISION)
+        outcome = b.call("ask", {"question": "At how many km/h does the vehicle drive?"})
+        assert outcome.ok, outcome.error
+        assert outcome.result is not None
+        assert [use["tool"] for use in outcome.result["tools"]] == ["answer_prompt"]
+        assert outcome.result["text"] == "The ego vehicle drives at 43 km/h."
+        assert decisions.messages == []
+
+
+def _until(ready: Callable[[], bool]) -> None:
+    for _ in range(400):
+        if ready():
+            return
+    raise AssertionError("never ready")
