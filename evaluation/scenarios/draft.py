@@ -3,10 +3,11 @@
 import math
 from dataclasses import dataclass, field
 from random import Random
-from typing import Any
+from typing import Any, Literal
 
 from services.simulator.plan import (
     BendPlan,
+    CrossCarPlan,
     CrosserPlan,
     EgoPlan,
     GantryPlan,
@@ -21,10 +22,15 @@ from services.simulator.plan import (
     Surroundings,
     VehiclePlan,
     WalkersPlan,
+    WaterPlan,
     WeatherPlan,
+    YieldPlan,
     ZebraPlan,
 )
 
+CROSS_CAR_M = 58.0
+"""From where a car starts in a side road to the ego's lane."""
+Side = Literal["right", "left"]
 MOST_TURNED_RAD = math.radians(65.0)
 """A route never turns further than this from its first direction, so that it cannot meet itself."""
 
@@ -42,7 +48,9 @@ class Draft:
     signs: list[SignPlan] = field(default_factory=list)
     lights: list[LightPlan] = field(default_factory=list)
     stops: list[StopPlan] = field(default_factory=list)
+    yields: list[YieldPlan] = field(default_factory=list)
     zebras: list[ZebraPlan] = field(default_factory=list)
+    water: list[WaterPlan] = field(default_factory=list)
     gantries: list[GantryPlan] = field(default_factory=list)
     walkers: list[WalkersPlan] = field(default_factory=list)
     crossers: list[CrosserPlan] = field(default_factory=list)
@@ -90,7 +98,18 @@ class Draft:
 
     def vehicle(self, ahead_m: float, **more: Any) -> None:
         """A vehicle with a part of its own."""
-        self.vehicles.append(VehiclePlan(at_m=self.at_m + ahead_m, **more))
+        self.vehicles.append(VehiclePlan(at_m=round(self.at_m + ahead_m, 1), **more))
+
+    def give_way(self, ahead_m: float, limit_kmh: float, *, from_side: Side, sign: bool = False) -> None:
+        """A junction with a car that comes to it as the ego does when it drives at the limit."""
+        speed_kmh = round(self.chance.uniform(24.0, 34.0), 1)
+        arrives_s = CROSS_CAR_M / (speed_kmh / 3.6) - self.chance.uniform(1.0, 2.0)
+        car = CrossCarPlan(from_side=from_side, speed_kmh=speed_kmh, when_ego_within_m=arrives_s * limit_kmh / 3.6)
+        self.yields.append(YieldPlan(at_m=self.at_m + ahead_m, sign=sign, cars=(car,)))
+
+    def stands(self, ahead_m: float, **more: Any) -> None:
+        """A vehicle that stands in the ego's lane, and drives on some seconds after one has come near."""
+        self.vehicle(ahead_m, speed_kmh=0.0, stands_s=9.0, **more)
 
     # Done --------------------------------------------------------------------------------------------------------------
 
@@ -115,7 +134,9 @@ _GROUPS = (
     "signs",
     "lights",
     "stops",
+    "yields",
     "zebras",
+    "water",
     "gantries",
     "walkers",
     "crossers",

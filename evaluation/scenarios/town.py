@@ -4,29 +4,31 @@ from collections.abc import Callable
 from random import Random
 
 from evaluation.scenarios.draft import Draft
-from services.simulator.plan import HaltPlan, LightPlan, Scenario, StopPlan, ZebraPlan
+from services.simulator.plan import HaltPlan, LightPlan, Scenario, StopPlan, WaterPlan, YieldPlan, ZebraPlan
 
 Block = Callable[[Draft], None]
-WET_60, WET_70 = ("limit:60", "plate:when_wet:de"), ("limit:70", "plate:when_wet:de")
+PLATES = ("plate:when_wet:de", "plate:when_wet:de", "plate:when_wet:drawn")
 LEAST_M = 2200.0
+TOWNS = ("Neuenau", "Birkfeld", "Altenbruck", "Sandhofen")
 
 
 def lay(chance: Random, name: str, turn: int) -> Scenario:
     """The layout; `turn` counts within a split and deals the hazards out, so that every split has all of them."""
     draft = Draft(chance)
-    _approach(draft)
-    _enter(draft)
+    _approach(draft, turn)
+    _enter(draft, TOWNS[turn % len(TOWNS)])
     for block in _inside(chance, turn):
         block(draft)
-    _leave(draft)
-    _outside(draft, turn)
+    _leave(draft, TOWNS[turn % len(TOWNS)])
+    OUTSIDE[turn % len(OUTSIDE)](draft)
+    _home(draft)
     about = f"Germany, rain: {len(draft.signs)} signs over {draft.at_m:.0f} m of country road and town."
-    return draft.scenario(name=name, about=about, country="DEU", speed_kmh=78.0)
+    return draft.scenario(name=name, about=about, country="DEU", speed_kmh=70.0)
 
 
 def _inside(chance: Random, turn: int) -> list[Block]:
-    """The town's blocks: three that are this layout's turn and two more, in any order; no block twice in a row."""
-    own = [BLOCKS[(turn + step) % len(BLOCKS)] for step in (0, 2, 5)]
+    """The town's blocks: three that are this layout's turn and two more, in any order; none twice."""
+    own = [BLOCKS[(turn + step) % len(BLOCKS)] for step in (0, 3, 6)]
     rest = [block for block in BLOCKS if block not in own]
     chosen = own + chance.sample(rest, 2)
     chance.shuffle(chosen)
@@ -36,46 +38,70 @@ def _inside(chance: Random, turn: int) -> list[Block]:
 # Outside the town ------------------------------------------------------------------------------------------------------
 
 
-def _approach(draft: Draft) -> None:
+def _approach(draft: Draft, turn: int) -> None:
     draft.stretch("rural", "fields")
-    draft.sign(115.0, *WET_70)
+    draft.sign(115.0, "limit:70", draft.chance.choice(PLATES))
+    if turn % 4 == 1:
+        _lead_brakes(draft, 260.0)
     draft.straight(draft.chance.choice((240.0, 280.0, 320.0)))
     draft.bend(draft.chance.choice((220.0, 260.0, 320.0)), draft.chance.uniform(18.0, 30.0))
-    draft.straight(60.0)
+    draft.straight(100.0)
+    draft.sign(-60.0, "limit:70")
 
 
-def _leave(draft: Draft) -> None:
-    draft.sign(0.0, "town_exit", text="Neuenau\nOberwald 3 km")
-    draft.stretch("rural", "forest")
-
-
-def _outside(draft: Draft, turn: int) -> None:
-    """Out again: a slippery stretch with a limit when wet, and what the length still asks for."""
+def _leave(draft: Draft, town: str) -> None:
+    draft.sign(0.0, "town_exit", text=f"{town}\nOberwald 3 km")
+    draft.stretch("rural", draft.chance.choice(("forest", "fields")))
     draft.straight(140.0)
-    draft.sign(20.0, "slippery", *(WET_60 if turn % 2 else WET_70))
-    if turn % 3 == 1:
-        lead_brakes(draft)
+
+
+def _lead_brakes(draft: Draft, at_m: float) -> None:
+    """A vehicle that brakes and stands for a moment."""
+    halt = HaltPlan(at_m=draft.at_m + at_m, hold_s=2.0, brake_mps2=3.0, hazard=True)
+    draft.vehicle(at_m - 185.0, kind="van", speed_kmh=66.0, keeps_kmh=66.0, halts=(halt,))
+
+
+def slippery(draft: Draft) -> None:
+    """A limit when wet, and a bend."""
+    draft.sign(20.0, "slippery", "limit:70", draft.chance.choice(PLATES))
     draft.straight(draft.chance.choice((200.0, 260.0)))
     draft.bend(draft.chance.choice((260.0, 320.0)), draft.chance.uniform(15.0, 30.0))
     draft.straight(120.0)
+
+
+def deep_water(draft: Draft) -> None:
+    """A limit when wet, and behind it ruts in which the rain stands."""
+    draft.sign(20.0, "slippery", "limit:60", draft.chance.choice(PLATES))
+    film_mm = round(draft.chance.uniform(4.0, 6.0), 1)
+    from_m = draft.at_m + draft.chance.uniform(160.0, 220.0)
+    draft.water.append(WaterPlan(from_m=from_m, to_m=from_m + draft.chance.uniform(40.0, 90.0), film_mm=film_mm))
+    draft.straight(360.0)
+
+
+def lead_outside(draft: Draft) -> None:
+    """A fixed 70, under which a vehicle brakes."""
+    draft.sign(20.0, "limit:70")
+    draft.straight(150.0)
+    _lead_brakes(draft, 200.0)
+    draft.straight(260.0)
+
+
+OUTSIDE: tuple[Block, ...] = (deep_water, slippery, lead_outside)
+
+
+def _home(draft: Draft) -> None:
+    """The end of all limits, and what the length still asks for."""
     draft.sign(0.0, "all_end")
     draft.stretch("rural", "fields")
     draft.straight(max(220.0, LEAST_M - draft.at_m))
 
 
-def lead_brakes(draft: Draft) -> None:
-    """A vehicle that brakes and stands for a moment."""
-    at_m = draft.at_m + 190.0
-    halt = HaltPlan(at_m=at_m, hold_s=2.0, brake_mps2=3.0, hazard=True)
-    draft.vehicle(70.0, kind="van", speed_kmh=66.0, keeps_kmh=64.0, halts=(halt,))
-
-
 # In the town -----------------------------------------------------------------------------------------------------------
 
 
-def _enter(draft: Draft) -> None:
-    draft.sign(0.0, "town_entry", text="Neuenau\nKreis Auental")
-    draft.stretch("urban", "houses", pavement=True, lamps=True, parked=5.0)
+def _enter(draft: Draft, town: str) -> None:
+    draft.sign(0.0, "town_entry", text=f"{town}\nKreis Auental")
+    _houses(draft)
     draft.walk(15.0, 90.0, 4)
     draft.straight(100.0)
 
@@ -91,41 +117,58 @@ def _town(draft: Draft) -> None:
 def school(draft: Draft) -> None:
     """30 at a school, with people at the kerb, one of whom steps out."""
     _houses(draft, 6.0)
-    draft.sign(30.0, "children", "limit:30")
-    draft.walk(50.0, 200.0, 6)
-    draft.walk(110.0, 128.0, 2, side="far", mode="waiting")
-    draft.cross(draft.chance.uniform(110.0, 150.0), walk_mps=1.5, when_ego_within_m=32.0, hazard=True)
-    draft.sign(190.0, "limit_end:30")
-    draft.straight(220.0)
+    draft.sign(40.0, "children", "limit:30")
+    draft.walk(60.0, 210.0, 6)
+    draft.walk(120.0, 138.0, 2, side="far", mode="waiting")
+    draft.cross(draft.chance.uniform(120.0, 160.0), walk_mps=1.5, when_ego_within_m=32.0, hazard=True)
+    draft.sign(200.0, "limit_end:30")
+    draft.straight(230.0)
 
 
 def lights(draft: Draft) -> None:
     """Lights that turn red on approach, with people who cross before them."""
     _town(draft)
-    draft.straight(60.0)
-    draft.lights.append(LightPlan(at_m=draft.at_m, red_on_approach_m=62.0, red_s=9.0, green_s=22.0))
-    draft.cross(5.0, side="far", waits_for_light=True)
-    draft.cross(6.0, walk_mps=1.2, waits_for_light=True)
-    draft.walk(-20.0, 110.0, 4)
-    draft.straight(130.0)
+    at_m = draft.chance.uniform(80.0, 120.0)
+    draft.lights.append(LightPlan(at_m=draft.at_m + at_m, red_on_approach_m=62.0, red_s=9.0, green_s=22.0))
+    draft.cross(at_m + 5.0, side="far", waits_for_light=True)
+    draft.cross(at_m + 6.0, walk_mps=1.2, waits_for_light=True)
+    draft.walk(at_m - 20.0, at_m + 70.0, 4)
+    draft.straight(at_m + 90.0)
 
 
 def zone(draft: Draft) -> None:
-    """A 30 zone."""
+    """A 30 zone with a bend; somebody from the right has priority."""
     _houses(draft)
     draft.sign(20.0, "zone:30", side="both")
-    draft.walk(40.0, 230.0, 5)
-    draft.straight(130.0)
-    draft.bend(90.0, 25.0)
-    draft.straight(90.0)
+    draft.walk(40.0, 110.0, 4)
+    draft.give_way(110.0, 30.0, from_side="right")
+    draft.straight(160.0)
+    draft.bend(90.0, draft.chance.uniform(20.0, 30.0))
+    draft.straight(60.0)
     draft.sign(0.0, "zone_end:30")
-    draft.straight(30.0)
+    draft.straight(40.0)
+
+
+def right_before_left(draft: Draft) -> None:
+    """Two junctions without signs at 50: at the first somebody comes from the right, at the second nobody."""
+    _houses(draft, 3.0)
+    draft.give_way(120.0, 50.0, from_side="right")
+    draft.yields.append(YieldPlan(at_m=draft.at_m + 205.0))
+    draft.straight(260.0)
+
+
+def give_way(draft: Draft) -> None:
+    """A give-way sign; somebody comes."""
+    _houses(draft, 3.0)
+    side = draft.chance.choice(("right", "left"))
+    draft.give_way(120.0, 50.0, from_side="right" if side == "right" else "left", sign=True)
+    draft.straight(220.0)
 
 
 def stop_sign(draft: Draft) -> None:
     """A stop sign at a side road with right of way."""
     _houses(draft, 3.0)
-    draft.stops.append(StopPlan(at_m=draft.at_m + 100.0))
+    draft.stops.append(StopPlan(at_m=draft.at_m + 110.0))
     draft.walk(20.0, 80.0, 3)
     draft.straight(190.0)
 
@@ -142,9 +185,21 @@ def zebra(draft: Draft) -> None:
 def steps_out(draft: Draft) -> None:
     """Somebody who steps out between parked cars at 50."""
     _houses(draft, 6.0)
-    draft.cross(draft.chance.uniform(110.0, 150.0), walk_mps=1.4, when_ego_within_m=52.0, hazard=True)
+    side = draft.chance.choice(("near", "far"))
+    draft.cross(draft.chance.uniform(110.0, 150.0), side=side, walk_mps=1.5, when_ego_within_m=48.0, hazard=True)
     draft.walk(20.0, 180.0, 5)
     draft.straight(200.0)
 
 
-BLOCKS: tuple[Block, ...] = (school, lights, zone, stop_sign, zebra, steps_out)
+def blind_bend(draft: Draft) -> None:
+    """A vehicle stands behind a bend that houses hide."""
+    _houses(draft, 0.0)
+    draft.straight(60.0)
+    draft.bend(draft.chance.choice((60.0, 70.0, 80.0)), draft.chance.uniform(45.0, 60.0))
+    draft.stands(draft.chance.uniform(0.0, 12.0), kind="van")
+    draft.straight(110.0)
+
+
+BLOCKS: tuple[Block, ...] = (
+    school, lights, zone, blind_bend, stop_sign, steps_out, right_before_left, zebra, give_way,
+)  # fmt: skip

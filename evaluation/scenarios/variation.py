@@ -22,12 +22,14 @@ def vary(layout: Scenario, family: Family, chance: Random) -> Scenario:
     """The scenario on a layout."""
     low, high = SUN_DEG[chance.choice(LIGHT)]
     language = chance.choice(("en", "de"))
+    weather = _weather(RAIN_MM_H[family], chance)
     return msgspec.structs.replace(
         layout,
         driver_language=language,
         driver_country="GBR" if language == "en" else "DEU",
         duration_s=600.0,
-        weather=_weather(RAIN_MM_H[family], chance),
+        weather=weather,
+        water=layout.water if any(key.rain_mm_h > 0.0 for key in weather) else (),
         daylight=DaylightPlan(
             sun_elevation_deg=round(chance.uniform(low, high), 1), sun_azimuth_deg=round(chance.uniform(0.0, 359.0))
         ),

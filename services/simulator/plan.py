@@ -204,7 +204,9 @@ class LaneChangePlan(_Plan, frozen=True, kw_only=True):
     paces_m: Positive | None = None
     """Until then it keeps this gap ahead of the ego (bumper to bumper); without it, it drives as it likes."""
     then_kmh: Positive | None = None
-    """Drives no faster than this afterwards."""
+    """Drives no faster than this from then on."""
+    at_gap_m: Positive | None = None
+    """Waits with the change until the ego has come so near behind it."""
     hazard: bool = False
 
 

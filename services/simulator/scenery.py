@@ -15,6 +15,8 @@ PARKED_IDS = 700
 LAMP_EVERY_M, POST_EVERY_M = 36.0, 50.0
 CLEAR_OF_JUNCTION_M = 7.0
 SIGHT_BEFORE_SIGN_M = 70.0
+OPEN_CORNER_M = 55.0
+"""Nothing is built or parked so far before a junction where one gives way: one must be able to see who comes."""
 PARKED_KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van")
 Chance = np.random.Generator
 
@@ -54,8 +56,8 @@ def _parking_places(route: Route, stretch: StretchPlan, start: float, end: float
 def _kept_free(route: Route, s_m: float) -> bool:
     """No parking before lights, crossings and signs, nor where somebody will step out (one must be able to see him)."""
     plan = route.scenario
-    lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.yields, *plan.zebras)
-    places = [(line.at_m, 22.0) for line in lines]
+    lines: tuple[PlacedPlan, ...] = (*plan.lights, *plan.stops, *plan.zebras)
+    places = [(line.at_m, 22.0) for line in lines] + [(each.at_m, OPEN_CORNER_M) for each in plan.yields]
     places += [(each.at_m, 11.0) for each in plan.crossers] + [(sign.at_m, 12.0) for sign in plan.signs]
     return any(-5.0 <= at_m - s_m <= free for at_m, free in places)
 
@@ -182,6 +184,8 @@ def _clear(route: Route, thing: Scenery) -> bool:
     deep = {"house": 4.0, "tower": 6.0}.get(thing.kind, 0.4)
     margin = CLEAR_OF_JUNCTION_M if thing.kind in ("house", "tower") else 1.0
     on_the_road = abs(d) <= route.kerb_m(s) + deep * 0.9
+    if thing.kind in ("house", "tower") and any(-5.0 < each.at_m - s < OPEN_CORNER_M for each in route.scenario.yields):
+        return False
     return not on_the_road and not route.at_junction(s, margin + deep) and not _hides_a_sign(route, thing, s, d)
 
 

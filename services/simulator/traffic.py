@@ -183,11 +183,12 @@ class Traffic:
         if change is None or part.changed:
             return
         car.blind = change.paces_m is None
+        gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
         if self.ego.s_m >= change.when_ego_at_m:
-            part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
             car.keeps_mps = min(car.keeps_mps, change.then_kmh / 3.6 if change.then_kmh else FREE)
+            if change.at_gap_m is None or gap <= change.at_gap_m:
+                part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
         elif change.paces_m is not None:
-            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
             car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), 0.1)
 
     def halt_mps2(self, car: Car, dt: float) -> float:

@@ -64,18 +64,18 @@ def test_a_braking_lead_is_a_hazard_below_four_seconds_to_collision() -> None:
 def test_a_cut_in_is_a_hazard_once_it_reaches_into_the_lane_and_closes() -> None:
     cut_in = """
 [[vehicles]]
-at_m = 40
+at_m = 80
 lane = 2
 speed_kmh = 110
 heeds_limits = false
-lane_change = { to_lane = 1, when_ego_at_m = 250, paces_m = 14, then_kmh = 75, hazard = true }
+lane_change = { to_lane = 1, when_ego_at_m = 250, paces_m = 55, then_kmh = 75, at_gap_m = 36, hazard = true }
 """
-    moments = drive(motorway(cut_in, 110), 16.0)
+    moments = drive(motorway(cut_in, 110), 24.0)
     at_s = onsets(moments)["cut_in"]
     onset = next(moment for moment in moments if moment.time_s == at_s)
     assert onset.ego.s_m > 250.0
     assert onset.fact.gap_m is not None
-    assert onset.fact.gap_m < 25.0
+    assert onset.fact.gap_m < 36.0
     before = [moment.fact.gap_m for moment in moments if moment.ego.s_m < 250.0]
     assert set(before) == {None}, "it drives beside, not ahead"
 
