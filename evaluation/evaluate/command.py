@@ -78,12 +78,13 @@ def command(flags: argparse.Namespace) -> int:
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
     runs = runs_of(rows, _amount(flags))
     keys = {id(run): store.key(run.spec) for run in runs}
-    try:
-        with _interruptible():
-            _drive({keys[id(run)]: run for run in runs}, store, flags, screen)
-    finally:
-        tables = _measured(rows, runs, keys, store)
-        _write(tables, folder, store, flags, screen)
+    with store.alone():
+        try:
+            with _interruptible():
+                _drive({keys[id(run)]: run for run in runs}, store, flags, screen)
+        finally:
+            tables = _measured(rows, runs, keys, store)
+            _write(tables, folder, store, flags, screen)
     return int(any(row.missing for table in tables for row in table.rows))
 
 

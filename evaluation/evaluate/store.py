@@ -1,7 +1,10 @@
 """Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, moments.json, *.jpg}. What is there is finished."""
 
+import fcntl
 import hashlib
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -9,6 +12,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.codehash import code_hash
+from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.evaluate import moments
 from evaluation.evaluate.moments import Moment
@@ -78,6 +82,19 @@ class Store:
     def driven(self, key: str) -> bool:
         """Whether the run came to its end, whoever measured it."""
         return (self.path(key) / METRICS).exists()
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Nobody else drives into this folder meanwhile. Raises UserError where somebody does."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / "lock").open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise UserError(
+                    f"another evaluation drives into {self.folder}; wait for it, or take another --out"
+                ) from None
+            yield
 
     def start(self, key: str) -> Path:
         """An empty folder to drive in; `finish` gives it its name."""

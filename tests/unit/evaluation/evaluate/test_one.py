@@ -1,0 +1,75 @@
+"""One run, really driven: what it leaves, and that it is never driven twice."""
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from drivemcp.cli import run
+from drivemcp.errors import UserError
+from evaluation.evaluate import one
+from evaluation.evaluate.one import run_one
+from evaluation.evaluate.plan import placed, rows_of
+from evaluation.evaluate.store import LOG, METRICS, Kept, Store
+from evaluation.run.host import RunError
+from evaluation.run.spec import RunSpec
+from services.logger.verify import verify
+
+(ROW,) = (row for row in rows_of("results", "rendered") if row.key == "dynamic-vsl/DriveMCP")
+SPEC = placed(ROW, 0, 1.5)
+
+
+def never(*_: object) -> None:
+    raise AssertionError("driven again")
+
+
+@pytest.mark.slow
+def test_a_run_is_kept_measured_again_and_never_driven_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    key = Store(tmp_path).key(SPEC)
+    assert Store(tmp_path).kept(key) is None
+    driven = run_one(str(tmp_path), key, SPEC)
+    folder = tmp_path / key
+    assert Store(tmp_path).kept(key) == msgspec.json.decode(msgspec.json.encode(driven), type=Kept)
+    assert driven.metrics["seconds"] == pytest.approx(1.5, abs=0.11)
+    assert msgspec.json.decode((folder / "spec.json").read_bytes(), type=RunSpec) == SPEC
+    assert verify(folder / LOG).intact
+    assert run(["replay", str(folder / LOG)]) == 0
+    assert not list(folder.glob("**/*.pem")), "no private key stays"
+
+    monkeypatch.setattr(one, "drive", never)
+    (folder / METRICS).write_bytes(msgspec.json.encode(msgspec.structs.replace(driven, measured_by="another code")))
+    assert Store(tmp_path).kept(key) is None, "measured by other code"
+    again = run_one(str(tmp_path), key, SPEC)
+    assert again == driven
+
+
+def test_an_unfinished_run_is_none_and_a_failure_is_noted_until_it_is_mended(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    (store.start("a") / METRICS).write_text("{}", encoding="utf-8")
+    assert not store.driven("a"), "its folder has no name yet"
+    store.note("a", "its process ended with 9")
+    assert store.failed("a") == "its process ended with 9"
+    store.finish("a")
+    store.note("a", "")
+    assert store.driven("a")
+    assert store.failed("a") == ""
+    assert store.kept("a") is None, "what cannot be read counts as not measured"
+
+
+def test_a_run_in_which_a_service_failed_is_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def drive(*_: object) -> None:
+        import logging
+
+        logging.getLogger("drivemcp.perception").error("perception: handling a picture failed")
+
+    monkeypatch.setattr(one, "drive", drive)
+    with pytest.raises(RunError, match="1 errors in services, the first: perception: handling a picture failed"):
+        run_one(str(tmp_path), "a", SPEC)
+    assert not Store(tmp_path).driven("a")
+
+
+def test_two_evaluations_do_not_drive_into_one_folder(tmp_path: Path) -> None:
+    with Store(tmp_path).alone(), pytest.raises(UserError, match="another evaluation"), Store(tmp_path).alone():
+        pass
+    with Store(tmp_path).alone():
+        pass
