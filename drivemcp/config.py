@@ -29,6 +29,8 @@ class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     vehicle: str = "ego"
     bus: BusConfig = BusConfig()
     lockstep: bool = False
+    modelled_ms: dict[str, float] = {}
+    """In lockstep: what a call of each tool takes, ms; one past its deadline is late. Tools not named: 4 ms."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     out_dir: str = "out"
     grant_file: str = ""

@@ -99,7 +99,7 @@ class Node:
             caller=self.name,
             log_call=self._log_call,
             logger=self.log,
-            modelled_ms={} if self.lockstep else None,
+            modelled_ms=config.modelled_ms if self.lockstep else None,
         )
         self._worker = threading.Thread(target=self._work, name=f"{name}-worker", daemon=True)
 

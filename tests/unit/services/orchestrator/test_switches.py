@@ -31,6 +31,18 @@ def test_tools_are_asked_at_once_or_one_after_another(parallel: bool, waits: int
         assert ask.spent_ms() == waits * DEFAULT_MODELLED_MS
 
 
+def test_in_lockstep_a_tool_takes_as_long_as_is_modelled_and_is_late_past_its_deadline() -> None:
+    with bus() as b:
+        start_car(b)
+        modelled = {"vehicle_health": 12.5, "read_dtcs": 60.0}
+        node = b.node("asker", ServiceConfig(lockstep=True, modelled_ms=modelled))
+        node.client.discover()
+        ask = LiveAsk(node)
+        assert [outcome.status for outcome in ask.experts(CALLS)] == ["ok", "timeout"]
+        assert ask.spent_ms() == 60.0
+        assert [late.tool for late in node.late()] == ["read_dtcs"]
+
+
 @pytest.mark.parametrize(("learns", "labels"), [(True, ["annoying"]), (False, [])])
 def test_labels_move_the_arbiter_only_where_it_learns_and_are_kept_all_the_same(
     learns: bool, labels: list[str], tmp_path: Path
