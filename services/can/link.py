@@ -2,6 +2,7 @@
 
 import contextlib
 import itertools
+import struct
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -23,6 +24,9 @@ EPOCH_S = 1_000_000_000.0
 BATCH_S = 0.005
 DOWN = (can.CanError, OSError, NotImplementedError)
 """What python-can's interfaces raise when adapter or bus is gone."""
+GARBLED = (ValueError, TypeError, IndexError, KeyError, struct.error)
+"""What they raise on bytes that are no frame, as of a serial adapter."""
+GARBLED_LIMIT = 100
 BACK_OFF_S = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Waits between attempts to open a lost bus; the last repeats."""
 
@@ -71,7 +75,7 @@ class PythonCanLink:
         self._open, self._node = open_bus, node
         self._bus: Any = open_bus()
         self.state = "up"
-        self._losses = 0
+        self._losses = self.garbled = 0
         self._stopped = threading.Event()
         self._reader: threading.Thread | None = None
         node.on_close(self.close)
@@ -100,14 +104,30 @@ class PythonCanLink:
         self._let_go()
 
     def _read(self, on_frames: OnFrames) -> None:
+        in_a_row = 0
         while not self._stopped.is_set():
             try:
                 batch = self._batch(self._bus)
             except DOWN as error:
                 self._reopen(_words(error))
                 continue
+            except GARBLED as error:
+                in_a_row = (in_a_row + 1) % GARBLED_LIMIT
+                self._garbled(_words(error), lost=in_a_row == 0)
+                continue
             if batch:
+                in_a_row = 0
                 self._node.run_soon(lambda frames=batch: on_frames(frames))  # type: ignore[misc]
+        self._let_go()  # where it was opened again while the service ended
+
+    def _garbled(self, reason: str, *, lost: bool) -> None:
+        """Something came that is no frame. One is passed over; where nothing else comes the bus is opened again."""
+        self.garbled += 1
+        if lost:
+            self._reopen(f"nothing that is a frame: {reason}")
+        else:
+            self.state = f"up; {self.garbled} times no frame, last: {reason}"
+            self._stopped.wait(BATCH_S)
 
     def _batch(self, bus: Any) -> list[CanFrame]:
         """Wait for a frame, then take what follows within 5 ms: a busy bus costs two hundred hand-overs a second, not

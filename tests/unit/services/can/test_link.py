@@ -81,6 +81,7 @@ class Flaky(can.BusABC):
     plugged = True
     off = False
     opened = 0
+    garbled = 0
     failed = threading.Event()
     source: ClassVar[Callable[[], can.Message]]
 
@@ -98,6 +99,9 @@ class Flaky(can.BusABC):
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         self._check()
         threading.Event().wait(0.01)  # a frame every 10 ms
+        if Flaky.garbled > 0:
+            Flaky.garbled -= 1
+            raise ValueError("invalid literal for int() with base 16: 'x1'")
         return (None if Flaky.off else Flaky.source()), False
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
@@ -111,7 +115,7 @@ class Flaky(can.BusABC):
 @pytest.fixture
 def adapter(monkeypatch: pytest.MonkeyPatch) -> type[Flaky]:
     monkeypatch.setitem(can.interfaces.BACKENDS, "flaky", (__name__, "Flaky"))
-    Flaky.plugged, Flaky.off, Flaky.opened = True, False, 0
+    Flaky.plugged, Flaky.off, Flaky.opened, Flaky.garbled = True, False, 0, 0
     Flaky.failed.clear()
     encoder, model = FrameEncoder(data("vehicles/sim/sim.dbc")), CarModel()
     Flaky.source = lambda: to_message(encoder.encode("Motion", model.step(0.01, Controls(speed_mps=11.0))))
@@ -144,5 +148,19 @@ def test_a_controller_off_its_bus_is_started_again(adapter: type[Flaky]) -> None
         health = b.collect(topics.HEALTH, id="can")
         b.start(SERVICE, CanConfig(buses=(BusConfig(interface="flaky"),)))
         adapter.off = True
+        health.wait(lambda each: each.detail.get("bus can0", "") == "up, after 1 losses")
+    assert adapter.opened == 2
+
+
+def test_bytes_that_are_no_frame_end_nothing(adapter: type[Flaky]) -> None:
+    with bus() as b:
+        egos, health = b.collect(topics.EGO), b.collect(topics.HEALTH, id="can")
+        b.start(SERVICE, CanConfig(buses=(BusConfig(interface="flaky"),)))
+        egos.wait(lambda ego: ego.speed_mps is not None)
+        adapter.garbled = 3
+        health.wait(lambda each: each.detail.get("bus can0", "").startswith("up; 3 times no frame, last: invalid"))
+        egos.messages.clear()
+        egos.wait(lambda ego: ego.speed_mps is not None)
+        adapter.garbled = 100
         health.wait(lambda each: each.detail.get("bus can0", "") == "up, after 1 losses")
     assert adapter.opened == 2
