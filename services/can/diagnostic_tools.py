@@ -30,7 +30,7 @@ def offer(node: Node, vehicle: Vehicle, *, fault_scenarios: bool) -> None:
 
     @node.tool(deadline_ms=DEADLINE_MS, capability="diagnostic", read_only=False)
     def activate_fault_scenario(preset: str | None = None, timeout_s: Timeout = 2.0) -> FaultAnswer:
-        """Give the simulated car a fault (overheat, abs_fault, low_fuel, low_tyre), or end all (none). Refused unless
+        """Give the simulated car a fault (abs_fault, low_tyre, fuel_cap_loose, ...), or end all (none). Refused unless
         configured.
         """
         return requests.activate_fault(vehicle, preset, timeout_s, allowed=fault_scenarios)
