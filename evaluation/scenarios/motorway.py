@@ -61,11 +61,11 @@ def cut_in(draft: Draft) -> None:
     """Somebody beside the ego cuts in and is slower."""
     _gantry(draft, 330.0, (0.0, 120))
     at_m = round(draft.chance.uniform(480.0, 820.0))
-    lane, then_kmh, gap_m = draft.chance.choice(((0, 90.0, 38.0), (2, 84.0, 44.0), (2, 90.0, 38.0)))
+    lane, then_kmh, gap_m = draft.chance.choice(((0, 90.0, 28.5), (2, 84.0, 35.0), (2, 90.0, 28.5)))
     change = LaneChangePlan(
-        to_lane=EGO_LANE, when_ego_at_m=at_m, paces_m=gap_m + 15.0, then_kmh=then_kmh, at_gap_m=gap_m, hazard=True
+        to_lane=EGO_LANE, when_ego_at_m=at_m, paces_m=gap_m + 36.0, then_kmh=then_kmh, at_gap_m=gap_m, hazard=True
     )
-    draft.vehicle(gap_m + 35.0, lane=lane, speed_kmh=START_KMH, heeds_limits=False, lane_change=change)
+    draft.vehicle(gap_m + 50.0, lane=lane, speed_kmh=START_KMH, heeds_limits=False, lane_change=change)
     _course(draft, 1000.0)
 
 

@@ -206,7 +206,7 @@ class LaneChangePlan(_Plan, frozen=True, kw_only=True):
     then_kmh: Positive | None = None
     """Drives no faster than this from then on."""
     at_gap_m: Positive | None = None
-    """Waits with the change until the ego has come so near behind it."""
+    """Waits with the change until the ego has come so near behind it; does not make it where that is much nearer."""
     hazard: bool = False
 
 

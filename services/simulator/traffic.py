@@ -20,7 +20,9 @@ LAST_ID = 480
 FASTER_PER_LANE = 0.05
 """With each lane towards the median one drives this much faster."""
 NEAR_M = 80.0
-PACES_PER_S = 0.3
+LEAST_GAP = 0.8
+"""Nobody cuts in with less than this share of the gap that his part says."""
+PACES_PER_S = 1.0
 """Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
 _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", "motorcycle")
 
@@ -186,7 +188,7 @@ class Traffic:
         gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
         if self.ego.s_m >= change.when_ego_at_m:
             car.keeps_mps = min(car.keeps_mps, change.then_kmh / 3.6 if change.then_kmh else FREE)
-            if change.at_gap_m is None or gap <= change.at_gap_m:
+            if change.at_gap_m is None or LEAST_GAP * change.at_gap_m <= gap <= change.at_gap_m:
                 part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
         elif change.paces_m is not None:
             car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), 0.1)
