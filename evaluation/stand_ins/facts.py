@@ -22,6 +22,10 @@ ENDS = ("all_end", "zone_end", "led:blank")
 STOPS = {"stop_sign": "stop", "yield": "yield"}
 
 
+Law = tuple[float | None, str]
+"""The limit in force in m/s (None: there is none), and whose law it is."""
+
+
 class TrueFacts:
     """Says what is so; the front end's own facts do not leave."""
 
@@ -29,7 +33,7 @@ class TrueFacts:
 
     def __init__(self) -> None:
         self._said_ns: int | None = None
-        self._law: tuple[float | None, str] | None = None
+        self._law: Law | None = None
         self._changes = 0
 
     def instead(self, message: Facts, stamp_ns: int) -> None:
@@ -44,14 +48,21 @@ class TrueFacts:
         return Facts(facts=facts, backend=BACKEND) if facts else None
 
     def _changed(self, truth: Truth, stamp_ns: int) -> Iterator[Fact]:
-        """What was in force ends, and the new limit is passed."""
+        """The new limit is passed; where it is no lower one, what was in force ends before."""
         law = (truth.law_limit_mps, truth.jurisdiction)
         if law == self._law:
             return
-        self._law = law
-        for reading in (*ENDS, *_number(truth)):
+        before, self._law = self._law, law
+        for reading in (*(ENDS if _lifts(before, law) else ()), *_number(truth)):
             self._changes += 1
             yield _fact(reading, FIRST_ID + self._changes, truth, stamp_ns, passed=True)
+
+
+def _lifts(before: Law | None, law: Law) -> bool:
+    """Whether the former limit must end for this one to count; a lower one counts beside it."""
+    if before is None or before[1] != law[1]:
+        return before is not None
+    return law[0] is None or (before[0] is not None and law[0] > before[0])
 
 
 def _number(truth: Truth) -> tuple[str, ...]:
