@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from evaluation.corruption.chance import chance
-from evaluation.observed.card import Card, Finding, Ghost, Ranging, features
+from evaluation.observed.card import Card, Finding, Ghost, Ranging, features, own_odds
 from evaluation.observed.fit import SCALE_PX
 from evaluation.observed.noise import Chain, Drift, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
@@ -39,6 +39,7 @@ class Eye:
         self.calibration: Calibration = sensors.calibration(CAMERAS[camera])
         self._camera = Camera.of(self.calibration)
         self._chain, self._drift = Chain(seed), Drift(seed)
+        self._luck: dict[str, float] = {}
         self._ghosts: list[tuple[int, Ghost]] = []
         self._looked_ns = 0
 
@@ -62,7 +63,8 @@ class Eye:
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
         whose = f"{self.camera}/{thing.key}"
-        share = _share(finding.seen.at(row))
+        luck = self._luck.setdefault(thing.key, normal(self._seed, "own", thing.key)) if finding.own else 0.0
+        share = _share(own_odds(finding.seen.at(row), finding.own, luck))
         if not self._chain.at(whose, stamp_ns, share, finding.seen.memory_s):
             return None
 

@@ -1,5 +1,6 @@
 """The fitted model as a file: every number of it, with where it comes from."""
 
+import math
 from pathlib import Path
 
 import msgspec
@@ -37,6 +38,8 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """How far the box's middle is to the right of the true one, in true heights."""
     foot: Line
     """How far its lower edge is below the true one, in true heights."""
+    own: float = 0.0
+    """Standard deviation of the log-odds that are each thing's own, all its pictures and both cameras alike."""
     pictures: int = 0
     things: int = 0
 
@@ -126,6 +129,12 @@ def read_card(path: Path) -> Card:
         return msgspec.json.decode(path.read_bytes(), type=Card)
     except (OSError, msgspec.DecodeError) as error:
         raise UserError(f"{path}: not a model of observations of this version ({error})") from error
+
+
+def own_odds(odds: float, own: float, luck: float) -> float:
+    """Log-odds of one thing, from those of its kind: things that differ by `own` must differ around steeper ones (a probit
+    is steeper by the root of 1 plus the variance; 0.346 makes a logit of it). `luck`: the thing's standard normal number."""
+    return odds * math.sqrt(1.0 + 0.346 * own * own) + own * luck
 
 
 def features(log_px: float, hidden: float, cut: float, air: tuple[float, float, float]) -> tuple[float, ...]:

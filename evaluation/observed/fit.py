@@ -43,6 +43,8 @@ NEAREST_GHOST_M = 3.0
 WILD_SPREADS, WILD_LEAST = 5.0, 0.03
 """A range that is off by more than these spreads and this share is another thing's."""
 LASTING_S = 5.0
+ENOUGH_OF_ONE, MOST_OWN = 10, 2.5
+"""Pictures of a thing from which it tells how things differ; and the most that is believed of that."""
 ALIKE, SURE, UNSURE = 0.3, 0.97, 0.6
 """Ours: with a larger share of a face's own, more signs are believed wrongly than the reader's drives had (1 %). The
 reader's table calls a reading sure from 0.9 on."""
@@ -123,9 +125,25 @@ def _finding(rows: Sequence[Look]) -> Finding:
         height=_line(hits, xs, measures[:, 1]),
         aside=_line(hits, xs, measures[:, 2]),
         foot=_line(hits, xs, measures[:, 3]),
+        own=round(_own(rows, x, y, seen), 4),
         pictures=len(rows),
         things=len({each.thing.key for each in rows}),
     )
+
+
+def _own(rows: Sequence[Look], x: Floats, y: Floats, seen: Line) -> float:
+    """By how much things differ: what their pictures are found more or less often than a chain of that memory would vary."""
+    shares = 1.0 / (1.0 + np.exp(-np.clip(x @ np.array(seen.weights), -30, 30)))
+    above, chance_alone, reach = 0.0, 0.0, 0.0
+    for times, rest, spreads in _chains(rows, y - shares, np.sqrt(shares * (1 - shares))):
+        if len(times) < ENOUGH_OF_ONE:
+            continue
+        kept = math.exp(-float(np.median(np.diff(times))) / seen.memory_s)
+        variance = float((spreads**2).sum())
+        above += float(rest.sum()) ** 2
+        chance_alone += variance * (1 + kept) / (1 - kept)
+        reach += variance**2
+    return min(math.sqrt(max(above - chance_alone, 0.0) / max(reach, 1e-9)), MOST_OWN)
 
 
 def _measures(look: Look) -> tuple[float, float, float, float]:

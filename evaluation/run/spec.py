@@ -1,6 +1,7 @@
 """What one run is: everything that decides how it comes out, and a key made of it."""
 
 import hashlib
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import msgspec
@@ -20,6 +21,8 @@ PACKAGES = (
     "evaluation.scenarios",
     "evaluation.stand_ins",
 )
+
+_SENSING: Mapping[Sensors, tuple[str, ...]] = {"rendered": (), "model": ("evaluation.observed",)}
 
 
 class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -46,5 +49,7 @@ class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 def run_key(spec: RunSpec, models: str = "") -> str:
     """16 hex digits of the spec, the code and the digests of the models."""
     told = msgspec.json.encode(spec, order="deterministic")
-    digest = hashlib.sha256(told + b"\0" + code_hash(*PACKAGES).encode() + b"\0" + models.encode())
+    digest = hashlib.sha256(
+        told + b"\0" + code_hash(*PACKAGES, *_SENSING[spec.sensors]).encode() + b"\0" + models.encode()
+    )
     return digest.hexdigest()[:16]
