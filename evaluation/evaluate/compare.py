@@ -9,7 +9,7 @@ import msgspec
 from evaluation.evaluate.columns import Column
 from evaluation.evaluate.tables import Table, TableRow, Value
 
-Verdict = Literal["as in the paper", "the other way round", "alike", "not told apart", "not measured"]
+Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):
@@ -69,4 +69,4 @@ def _verdict(one: Value, other: Value) -> Verdict:
         return "as in the paper"
     if one.high < other.low:
         return "the other way round"
-    return "alike" if one.value == other.value else "not told apart"
+    return "not told apart"

@@ -44,8 +44,8 @@ def _two_numbers() -> str:
     other = paper_rows("results")[f"{FAMILIES['dynamic-vsl']}/DriveMCP"]["ttc_at_escalation_s"]
     return (
         f"One configuration, two numbers. DriveMCP in DYNAMIC-VSL at Delta = {delta:g}, all else fixed, has a TTC at escalation of "
-        f"{other:g} s in the results table and {one:g} s in the Delta table. Here both tables share the same runs wherever the "
-        "settings are the same."
+        f"{other:g} s in the results table and {one:g} s in the Delta table. Here "
+        "rows with the same settings are the same runs."
     )
 
 

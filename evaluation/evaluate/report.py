@@ -89,7 +89,8 @@ def _head(about: About) -> str:
         f"</head><body><main><h1>The paper's tables, measured</h1>{small}<table class=facts>{rows}</table>"
         "<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. Rates have the exact Poisson "
         "interval of all runs together, shares the exact binomial one, other numbers Student's for the mean over runs. The paper drove "
-        "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. A number links to its runs.</p>"
+        "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. "
+        "A number links to its runs; paths and commands go from this file's folder.</p>"
     )
 
 

@@ -76,7 +76,7 @@ def test_orders_are_told_apart_only_where_intervals_do_not_overlap() -> None:
     of = {(one.group, one.first, one.second): one for one in found if one.column == "infractions"}
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == "as in the paper"
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].paper_ratio == pytest.approx(4.5)
-    assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "alike"
+    assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "not told apart"
 
 
 def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> None:
