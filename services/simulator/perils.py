@@ -28,6 +28,8 @@ PERSON_M, VEHICLE_M, QUEUE_M, SCHOOL_M = 70.0, 150.0, 200.0, 120.0
 LEAVES_S = 0.8
 """A cut-in is over when the gap is longer than this and opens."""
 QUEUE_SLOWER_MPS = 3.0
+CREEPS_MPS, JOINED_M = 7.0, 120.0
+"""Who is so slow so near behind a queue has joined it."""
 _LIGHT = (0.3, 0.35, 0.9, 2.3)
 _FACE = (0.05, 0.75, 0.75, 2.05)
 """Length, width, height and foot of what one sees of lights and of a sign."""
@@ -98,7 +100,12 @@ class Perils:
         return speed > car.speed or gap_m < LEAVES_S * speed
 
     def _tail(self) -> Iterator[Peril]:
-        tails = [(self._gap_m(car), car) for car in self.outlook.traffic.queue if self.outlook.in_path(car)]
+        queue = [car for car in self.outlook.traffic.queue if self.outlook.in_path(car)]
+        if not queue:
+            return
+        last_m = min(car.s_m for car in queue)
+        joined = [car for car in self.outlook.traffic.cars if car.speed < CREEPS_MPS and self.outlook.in_path(car)]
+        tails = [(self._gap_m(car), car) for car in (*queue, *joined) if car.s_m > last_m - JOINED_M]
         ahead = [(gap, car) for gap, car in tails if -car.LENGTH < gap < QUEUE_M]
         if ahead:
             gap, car = min(ahead, key=lambda each: each[0])

@@ -107,7 +107,9 @@ class Traffic:
 
     def clear(self, direction: Direction, lane: int, s_m: float, room_m: float = 28.0) -> bool:
         """Whether a car may appear there."""
-        if not 5.0 < s_m < self.route.length_m - 40.0:
+        span = self.route.section.span()
+        crosses = span is not None and direction == "oncoming" and span[0] - 10.0 < s_m < span[1] + 70.0
+        if crosses or not 5.0 < s_m < self.route.length_m - 40.0:  # past lights that hold it, or too near to stop
             return False
         index = lane_index(direction, lane)
         others = [*self.cars, self.ego]

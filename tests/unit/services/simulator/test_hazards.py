@@ -134,3 +134,23 @@ def test_a_school_s_limit_is_a_hazard_for_one_who_is_too_fast_for_it() -> None:
     needed = (onset.ego.speed_mps**2 - (30 / 3.6) ** 2) / (2 * onset.fact.hazards[0].distance_m)
     assert onset.fact.hazards[0].kind == "school_zone"
     assert needed == pytest.approx(0.4, abs=0.05) or onset.fact.hazards[0].distance_m > 119
+
+
+def test_who_has_joined_a_queue_is_its_tail() -> None:
+    rest = """
+[[queues]]
+tail_m = 420
+speed_kmh = 2
+[[vehicles]]
+at_m = 380
+lane = 1
+speed_kmh = 10
+keeps_kmh = 10
+"""
+    world = World(motorway(rest, 120), 1)
+    object.__setattr__(world.driver.profile, "reaction_s", 3.0)
+    joined = next(iter(world.traffic.parts))
+    moments = [world.step() for _ in range(240)]
+    found = [hazard for moment in moments for hazard in moment.fact.hazards]
+    assert {hazard.kind for hazard in found} == {"congestion_tail"}
+    assert joined.number in {hazard.actor_id for hazard in found}
