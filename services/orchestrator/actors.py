@@ -103,11 +103,42 @@ def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     stamp_ns = world.actors.stamp_ns
     known = {(gap.track_id, gap.stamp_ns) for gap in gaps}
     new = (
-        GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns)
+        GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns, well=well_seen(t))
         for t in tracks(world)
         if 0.0 < t.x_m < LOOK_AHEAD_M and (t.in_ego_path or crosses(t)) and (t.track_id, stamp_ns) not in known
     )
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
+
+
+YOUNG_S = 0.3
+FAINT = 0.45
+LOST_S = 0.3
+SPEED_KNOWN_MPS = 3.0
+
+
+def well_seen(track: Track) -> bool:
+    """Whether an actor may be spoken of. One that is younger, or fainter, or lost from sight for longer, or whose speed is a
+    guess, may lower the target, and is not shouted about.
+    """
+    return (
+        track.age_s >= YOUNG_S
+        and track.confidence >= FAINT
+        and track.unseen_s <= LOST_S
+        and track.sigma_vx_mps <= SPEED_KNOWN_MPS
+    )
+
+
+CERTAIN = 0.7
+"""As the arbiter's profile: below it an actor is doubted and supports no ACT."""
+CONFIRMING = 3
+"""Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: 0.2 s at ten ticks a second. Ghosts of
+people last one or two."""
+
+
+def confirmed(gaps: tuple[GapSeen, ...], way: Way) -> bool:
+    """Whether an actor is certain, or was seen well in the way often enough."""
+    often = sum(gap.well for gap in gaps if gap.track_id == way.track.track_id)
+    return way.track.confidence >= CERTAIN or often >= CONFIRMING
 
 
 def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:

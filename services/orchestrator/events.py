@@ -159,7 +159,12 @@ def _vehicle_fault(state: State, before: State, query: str) -> Signal:
         return NOTHING
     named = sorted({*car.dtcs, *car.warning_lamps, *(each.name for each in car.trends)})
     named += sorted({f"sensor:{each.field}" for each in car.sensor_faults})
-    return Signal(max(car.h or 0.0, 0.2 if named else 0.0), " ".join(named))
+    shown = sorted({each.name for each in car.indicators if each.value > 0.0 and each.name not in TOLD_OTHERWISE})
+    return Signal(max(car.h or 0.0, 0.2 if named else 0.0), " ".join([*named, *shown]))
+
+
+TOLD_OTHERWISE = frozenset({"trouble_codes", "sensors_faulty"})
+"""Indicators that codes and sensors, named themselves, stand behind."""
 
 
 def _closing_lead(state: State, before: State, query: str) -> Signal:

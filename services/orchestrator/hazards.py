@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, contradicted, people, vehicles
+from services.orchestrator.actors import Way, confirmed, contradicted, people, vehicles, well_seen
 from services.orchestrator.matter import Matter
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
@@ -16,30 +16,20 @@ ADVISED_M = 50.0
 """A person farther away is spoken of only where it is urgent."""
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
-YOUNG_S = 0.3
-FAINT = 0.45
-LOST_S = 0.3
-SPEED_KNOWN_MPS, SPEED_SIGMAS = 3.0, 3.0
-"""A track younger, or fainter, or lost from sight for longer, or whose speed is a guess, may lower the target, and is not shouted about."""
+SPEED_SIGMAS = 3.0
+"""Closing slower than this many standard deviations may be no closing at all."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
 def clear(state: State, way: Way) -> bool:
     """Whether an actor is seen well enough to be spoken of."""
-    track = way.track
-    return (
-        track.age_s >= YOUNG_S
-        and track.confidence >= FAINT
-        and track.unseen_s <= LOST_S
-        and track.sigma_vx_mps <= SPEED_KNOWN_MPS
-        and not contradicted(state.gaps, way)
-    )
+    return well_seen(way.track) and not contradicted(state.gaps, way)
 
 
 def person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """People in or near the path, as urgent as the most urgent of them."""
     judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
-    found = [(way, urgency) for way, urgency in judged if urgency != "advice" or way.gap_m <= ADVISED_M]
+    found = [(way, urgency) for way, urgency in judged if _worth_a_word(state, way, urgency)]
     if not found:
         return
     # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
@@ -55,6 +45,13 @@ def person(state: State, target: Target, events: dict[str, Event], degraded: tup
         repeat_s=4.0,
         confidence=way.track.confidence,
     )
+
+
+def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
+    """An alarm never waits; anything else waits until the person is certain or confirmed."""
+    if urgency == "alarm":
+        return True
+    return confirmed(state.gaps, way) and (urgency == "warning" or way.gap_m <= ADVISED_M)
 
 
 GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")

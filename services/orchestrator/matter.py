@@ -28,6 +28,8 @@ class Matter(NamedTuple):
     repeat_s: float = 60.0
     confidence: float = 1.0
     kind: str = ""
+    tells: tuple[str, str] | None = None
+    """Slot and key of another matter that is told with this one: it is no news any more."""
 
     @property
     def slot(self) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from proto.decision import Event
+from proto.rules import LegalLimit
 from proto.vehicle import Degradation
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.evidence import in_words
@@ -73,19 +74,38 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
     far = ego.value > 1.2 * limit.mps
     yield Matter(
         topic="limit",
-        key=f"over {limit.value:g} {limit.unit}{' far' if far else ''}",
-        phrase="overspeed",
+        key=_overspeed_key(state, limit, far=far),
+        phrase="overspeed_safe" if _safe_below(target, limit) else "overspeed",
         urgency="warning" if far else "advice",
         values={
             "limit": limit_text(limit, state.preferences.unit),
             "speed": speed(state.preferences, ego.value),
+            "target": drive(state.preferences, target.mps),
         },
         why=("overspeed",),
         first_since_ns=event.since_ns,
         repeat_s=20.0,
         confidence=target.law.confidence,
         kind="overspeed",
+        tells=("limit", _limit_key(limit)),
     )
+
+
+def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
+    """Whoever was told that he drives far too fast hears no calmer word on it."""
+    mild = f"over {limit.value:g} {limit.unit}"
+    grave = f"{mild} far"
+    told = any(each.topic == "overspeed" and each.key == grave for each in state.memory.spoken)
+    return grave if far or told else mild
+
+
+def _limit_key(limit: LegalLimit) -> str:
+    return f"{limit.value:g} {limit.unit}{' advisory' if limit.advisory else ''}"
+
+
+def _safe_below(target: Target, limit: LegalLimit) -> bool:
+    """Whether road, weather or car ask for less than the law does, and are to be told with the limit."""
+    return target.mps < 0.9 * limit.mps and target.bounds[0].why in ("law", "sight")
 
 
 def _starting(state: State) -> bool:
@@ -125,13 +145,13 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
     limit = target.law.limit
     if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
         return
-    safe = target.mps < 0.9 * limit.mps and target.bounds[0].why in ("law", "sight")
+    safe = _safe_below(target, limit)
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
     gantry = "limit_advisory" if limit.advisory else gantry
     ended = bool(state.signs.ended) and "speed_limit_change" in events
     yield Matter(
         topic="limit",
-        key=f"{limit.value:g} {limit.unit}{' advisory' if limit.advisory else ''}",
+        key=_limit_key(limit),
         phrase=f"{gantry}_safe" if safe else gantry,
         urgency="advice" if gantry == "gantry" else "info",
         values={

@@ -33,18 +33,24 @@ def remember(
 
 def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:
     """A message was spoken; without a matter it was the arbiter's own warning."""
-    slot, key = (matter.slot, matter.key) if matter is not None else ("caution", "caution")
-    known = next((each for each in memory.spoken if each.topic == slot), None)
-    entry = Spoken(topic=slot, key=key, stamp_ns=now_ns, count=known.count + 1 if known is not None else 1)
-    others = tuple(each for each in memory.spoken if each.topic != slot)
+    told = [(matter.slot, matter.key) if matter is not None else ("caution", "caution")]
+    if matter is not None and matter.tells is not None:
+        told.append(matter.tells)
+    entries = tuple(_entry(memory, slot, key, now_ns) for slot, key in told)
+    others = tuple(each for each in memory.spoken if each.topic not in dict(told))
     hazard = matter is None or bool(matter.hazard)
     return msgspec.structs.replace(
         memory,
-        spoken=(*others, entry)[-KEPT_TOPICS:],
+        spoken=(*others, *entries)[-KEPT_TOPICS:],
         spoken_ns=now_ns,
         messages=memory.messages + 1,
         hazards=memory.hazards + int(hazard),
     )
+
+
+def _entry(memory: Memory, slot: str, key: str, now_ns: int) -> Spoken:
+    known = next((each for each in memory.spoken if each.topic == slot), None)
+    return Spoken(topic=slot, key=key, stamp_ns=now_ns, count=known.count + 1 if known is not None else 1)
 
 
 def seconds_since_spoken(state: State) -> float | None:

@@ -187,6 +187,8 @@ class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     track_id: int
     x_m: float
     stamp_ns: int
+    well: bool = False
+    """Seen well enough to be spoken of (`actors.well_seen`)."""
 
 
 class Told(msgspec.Struct, frozen=True, kw_only=True):

@@ -199,6 +199,44 @@ def test_the_first_notice_of_an_overspeed_comes_at_once_and_is_not_nagged() -> N
     assert [text for text in drive.spoken() if text.startswith("Slow down")] == ["Slow down: limit 50 km/h"]
 
 
+def after_a_sign(reading: str, drive: Drive, ticks: int = 70) -> list[str]:
+    """What is spoken from that sign on."""
+    before = len(drive.spoken())
+    drive.tick(limit_sign(reading, track_id=len(drive.history)))
+    drive.ticks(ticks)
+    return drive.spoken()[before:]
+
+
+def test_a_limit_below_the_speed_is_told_once_and_the_next_one_again() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive) == ["Slow down: limit 70 km/h"]
+    drive.speed_mps = 65 * KMH
+    assert after_a_sign("limit:60", drive) == ["Slow down: limit 60 km/h"]
+    drive.speed_mps = 45 * KMH
+    assert after_a_sign("limit:50", drive) == ["Limit 50 km/h"], "a restriction that nobody breaks is news all the same"
+
+
+def test_an_overspeed_in_the_wet_tells_what_is_safe_with_the_limit() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.weather = conditions(mu=0.5, factor=0.8, wet=True)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive) == ["Slow down: limit 70 km/h, drive 55 km/h"]
+
+
+def test_who_slows_down_from_far_too_fast_hears_no_calmer_word_on_it() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive, 20) == ["Slow down: limit 70 km/h"]
+    drive.speed_mps = 78 * KMH
+    before = len(drive.spoken())
+    drive.ticks(40)
+    assert drive.spoken()[before:] == []
+    drive.ticks(160)
+    assert drive.spoken()[before:] == ["Slow down: limit 70 km/h"], "who goes on too fast is told again"
+
+
 def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_them() -> None:
     drive = Drive()
     drive.ticks(20)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proto.vehicle import Degradation, SensorFault, Trend
+from proto.vehicle import Degradation, Indicator, SensorFault, Trend
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, Drive, Played, health, limit_sign
 
 LEAK = Trend(
@@ -88,3 +88,17 @@ def test_a_doubted_sensor_is_told_as_such_and_not_as_a_fault_of_the_car() -> Non
     drive.car = Degradation(h=0.1, brake_envelope=1.0, sensor_faults=(fault,))
     drive.ticks(60)
     assert drive.spoken().count("A sensor of the car is faulty") == 1
+
+
+def test_a_fault_is_called_by_its_indicators() -> None:
+    weak = Indicator(name="brakes_weak", value=0.4, weight=1.2, source="can")
+    codes = Indicator(name="trouble_codes", value=0.3, weight=0.5, source="obd", detail="C0035")
+    drive = driven(Degradation(h=0.38, brake_envelope=0.6, indicators=(weak, codes), dtcs=("C0035",)))
+    (event,) = [each for each in drive.history[-1][2].events if each.kind == "vehicle_fault"]
+    assert event.detail == "C0035 brakes_weak"
+
+
+def test_an_indicator_that_weighs_little_is_no_fault() -> None:
+    fuel = Indicator(name="fuel_low", value=0.5, weight=0.1, source="can")
+    drive = driven(Degradation(h=0.05, brake_envelope=1.0, indicators=(fuel,)))
+    assert not [each for each in drive.history[-1][2].events if each.kind == "vehicle_fault"]
