@@ -41,7 +41,11 @@ def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> Non
     parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--fault", action="append", default=[], metavar="PRESET[:SEVERITY]@SECONDS", help="a fault of the car: low_tyre@10"
+        "--fault",
+        action="append",
+        default=[],
+        metavar="PRESET[:SEVERITY]@SECONDS",
+        help="a fault of the car: low_tyre@10",
     )
     parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
     parser.add_argument(

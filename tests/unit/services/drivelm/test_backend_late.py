@@ -44,6 +44,9 @@ class Slow:
             raise RuntimeError("a broken backend")
         return [self.given] * len(images)
 
+    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+        raise AssertionError("no whole prompt is asked here")
+
     def wait_asked(self, count: int) -> None:
         with self._changed:
             assert self._changed.wait_for(lambda: len(self.asked) >= count, WAIT_S)
