@@ -14,7 +14,7 @@ from typing import NamedTuple
 from proto.vehicle import SensorFault, SensorFaultKind
 from services.can.field import Reading
 from services.can.ratios import TYRES, BrakeEffect, TyreRatios
-from services.can.witness import WHEELS, Expected, Motion, Shape, expected, motion
+from services.can.witness import SLOPE_SAMPLES, WHEELS, Expected, Motion, Shape, expected, motion
 
 NS = 1_000_000_000
 SAMPLE_NS = 50_000_000
@@ -22,7 +22,6 @@ CLEAR_S = 30.0
 """A convicted sensor is believed again after so long of plausible values under a check of it."""
 MAX_STEP_S = 0.5
 """A pause longer than this counts as this much evidence."""
-SLOPE_SAMPLES = 16
 UNEVEN = 0.003
 """A wheel that runs ahead by this share makes its axle tell a bend that is none."""
 

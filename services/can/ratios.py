@@ -3,10 +3,22 @@ gives, how much pressure the pedal gives. Each sums up only while the car moves 
 """
 
 import statistics
+from collections import deque
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from services.can.witness import PRESSED, WHEELS, Expected, Motion, Shape, Values, centre_speeds, middle
+from services.can.witness import (
+    PRESSED,
+    SLOPE_SAMPLES,
+    WHEELS,
+    Expected,
+    Motion,
+    Shape,
+    Values,
+    centre_speeds,
+    middle,
+    slope,
+)
 
 TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in ("fl", "fr", "rl", "rr"))
 RADIUS_SHARE_LEAST, RADIUS_SHARE_MOST = 0.012, 0.045
@@ -103,7 +115,8 @@ def _later(soft: Soft, ahead: float, share: float | None, dt_s: float) -> Soft:
 
 
 SETTLED_S = 1.2
-"""The deceleration is known from the speed only so long after the pedal moved, or the wheels were seen to stand."""
+"""The deceleration is known from the speed only so long after the foot came down, anti-lock let go, or the wheels were seen
+to stand."""
 
 
 class Sum(NamedTuple):
@@ -130,6 +143,8 @@ class BrakeEffect:
     def __init__(self) -> None:
         self._effect, self._pedal = Sum(), Sum()
         self._pressed_s = 0.0
+        self._time_s, self._lost_mps = 0.0, 0.0
+        self._asked: deque[tuple[float, float]] = deque(maxlen=SLOPE_SAMPLES)
 
     def step(self, values: Values, moved: Motion, shape: Shape, dt_s: float) -> None:
         """One sample later. Braking at the limit of grip proves nothing of the brakes: anti-lock at work, or wheels that
@@ -137,16 +152,32 @@ class BrakeEffect:
         """
         pedal, pressure = values.get("brake_pedal"), values.get("brake_pressure_bar")
         per, full, speed = shape.brake_bar_per_mps2, shape.brake_bar_full_pedal, moved.speed_mps
+        asked = self._asked_mps2(pressure, per, dt_s)
         if pedal is None or pressure is None or full is None or per is None or pedal < 4.0 * PRESSED:
             self._pressed_s = 0.0
             return
         self._pressed_s += dt_s
         self._pedal = self._pedal.later(pressure, pedal * full, dt_s)
-        asked, change = pressure / per, moved.acceleration_mps2
-        if speed is None or speed < 4.0 or change is None or not -1.0 <= -change <= 1.5 * asked + 1.0:
+        change, at_limit = moved.acceleration_mps2, bool(values.get("abs_active"))
+        if asked is None or speed is None or speed < 4.0 or change is None or at_limit:
+            self._pressed_s = 0.0
+        elif not -1.0 <= -change <= 1.5 * asked + 1.0:
             self._pressed_s = 0.0  # a brake gives what is asked for, or less: its wheels lock, or turn again
-        elif asked >= 1.5 and self._pressed_s > SETTLED_S and not values.get("abs_active"):
+        elif asked >= 1.5 and self._pressed_s > SETTLED_S:
             self._effect = self._effect.later(-change, asked, dt_s)
+
+    def _asked_mps2(self, pressure: float | None, per: float | None, dt_s: float) -> float | None:
+        """The deceleration asked for, over the same moments and weighed alike as the speed's slope tells the one that was
+        given: a foot that presses harder is no brake that gives less.
+        """
+        told = slope(self._asked)
+        self._time_s += dt_s
+        if pressure is None or per is None:
+            self._asked.clear()
+            return None
+        self._lost_mps += pressure / per * dt_s
+        self._asked.append((self._time_s, self._lost_mps))
+        return told
 
     def shares(self) -> Mapping[str, float]:
         """`brake_effect` and `pedal_pressure`, of those that were measured; 1 is a sound car."""

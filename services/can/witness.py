@@ -22,6 +22,8 @@ RADIUS_SPREAD = 0.01
 STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
 PRESSED = 0.02
+SLOPE_SAMPLES = 16
+"""Of the speed, over which the deceleration is told."""
 
 
 class Shape(NamedTuple):
