@@ -122,4 +122,4 @@ def test_a_plan_can_be_read_and_drawn(capsys: pytest.CaptureFixture[str], tmp_pa
 def test_a_driver_gets_through(place: Place) -> None:
     drive = drive_through(made(place), place.world_seed(1))
     assert drive.ended or drive.collision_s is not None
-    assert len(drive.hazards) >= 2
+    assert drive.hazards
