@@ -137,6 +137,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
         why=("border_told" if told else "border",),
         repeat_s=600.0,
         confidence=event.confidence,
+        tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
     )
 
 

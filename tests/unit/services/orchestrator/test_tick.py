@@ -217,6 +217,15 @@ def test_a_limit_below_the_speed_is_told_once_and_the_next_one_again() -> None:
     assert after_a_sign("limit:50", drive) == ["Limit 50 km/h"], "a restriction that nobody breaks is news all the same"
 
 
+def test_a_limit_that_was_told_with_its_border_is_not_told_again() -> None:
+    drive = Drive(speed_mps=40 * KMH)
+    drive.ticks(70)
+    before = len(drive.spoken())
+    drive.tick(fact("jurisdiction", "NLD"), limit_sign("limit:45"))
+    drive.ticks(70)
+    assert drive.spoken()[before:] == ["Now NLD: limit 45 km/h"]
+
+
 def test_an_overspeed_in_the_wet_tells_what_is_safe_with_the_limit() -> None:
     drive = Drive(speed_mps=90 * KMH, road="rural")
     drive.weather = conditions(mu=0.5, factor=0.8, wet=True)
