@@ -9,6 +9,7 @@ past some four fifths of the grip.
 
 import math
 from collections import deque
+from statistics import fmean
 from typing import NamedTuple
 
 from proto.vehicle import Ego
@@ -19,11 +20,19 @@ STIFF, SOFT = 45.0, 18.0
 """C of a stiff summer tyre and of a soft winter tyre (ours, around the 20 to 40 of the literature)."""
 SLIP_ERROR = 0.002
 """What unequal wheel radii and noise leave in a slip averaged over four wheels and half a second."""
+SKEW_S = 0.06
+"""By so much wheel speeds and vehicle speed may be apart in time, over the bus and its filters: while the car brakes,
+that alone looks like slip.
+"""
+STEADY = 0.25
+"""Braking may change by this share within the window: where it comes or goes, slip and deceleration are of different
+moments.
+"""
 MOST_MU = 1.2
 TOLD_UP_TO = 0.85
 """An upper bound above this is a dry road's, and tells nothing."""
 LEAST_BRAKING_MPS2 = 0.7
-LEAST_SPEED_MPS = 6.0
+LEAST_SPEED_MPS = 10.0
 MOST_YAW_RADPS = 0.15
 """In a bend the wheels run on different arcs, and the tyre spends grip sideways."""
 NS = 1_000_000_000
@@ -50,16 +59,22 @@ def mu_of(braking: float, slip: float, stiffness: float) -> float:
     return min(MOST_MU, max(braking, force / x))
 
 
-def friction(braking: float, slip: float) -> Interval:
+def slip_error(braking: float, speed_mps: float) -> float:
+    """How far a measured slip may be from the true one while braking with `braking` (in g)."""
+    return SLIP_ERROR + SKEW_S * braking * G_MPS2 / speed_mps
+
+
+def friction(braking: float, slip: float, error: float = SLIP_ERROR) -> Interval:
     """Where mu lies: the stiff tyre and more slip below, the soft one and less slip above."""
-    low = mu_of(braking, slip + SLIP_ERROR, STIFF)
-    return Interval(low, max(low, mu_of(braking, max(0.0, slip - SLIP_ERROR), SOFT)))
+    low = mu_of(braking, slip + error, STIFF)
+    return Interval(low, max(low, mu_of(braking, max(0.0, slip - error), SOFT)))
 
 
 class _Sample(NamedTuple):
     stamp_ns: int
     braking: float
     slip: float
+    speed_mps: float
 
 
 class Braking:
@@ -78,10 +93,14 @@ class Braking:
         self._samples.append(sample)
         while stamp_ns - self._samples[0].stamp_ns > WINDOW_NS:
             self._samples.popleft()
-        if len(self._samples) >= LEAST_SAMPLES:
-            count = len(self._samples)
-            braking = sum(each.braking for each in self._samples) / count
-            self._last = friction(braking, sum(each.slip for each in self._samples) / count), stamp_ns
+        if len(self._samples) >= LEAST_SAMPLES and self._steady():
+            braking, slip = fmean(each.braking for each in self._samples), fmean(each.slip for each in self._samples)
+            error = slip_error(braking, min(each.speed_mps for each in self._samples))
+            self._last = friction(braking, slip, error), stamp_ns
+
+    def _steady(self) -> bool:
+        braking = [each.braking for each in self._samples]
+        return max(braking) - min(braking) <= STEADY * fmean(braking)
 
     def friction(self, now_ns: int) -> Interval | None:
         """Where mu lies by the last braking; None where that told nothing, or was more than two seconds ago."""
@@ -98,4 +117,4 @@ def _sample(ego: Ego, stamp_ns: int) -> _Sample | None:
     fast = ego.speed_mps >= LEAST_SPEED_MPS
     if not (straight and braked and fast and ego.acceleration_mps2 <= -LEAST_BRAKING_MPS2) or ego.abs_active:
         return None
-    return _Sample(stamp_ns, -ego.acceleration_mps2 / G_MPS2, max(0.0, ego.wheel_slip))
+    return _Sample(stamp_ns, -ego.acceleration_mps2 / G_MPS2, max(0.0, ego.wheel_slip), ego.speed_mps)

@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.vehicle import Ego
-from services.weather.slip import MOST_MU, NS, SLIP_ERROR, SOFT, STIFF, Braking, friction, mu_of, used_share
+from services.weather.slip import MOST_MU, NS, SLIP_ERROR, SOFT, STIFF, Braking, friction, mu_of, slip_error, used_share
 
 STEP_NS = NS // 20
 
@@ -56,7 +56,13 @@ def test_little_braking_tells_nothing_and_strained_tyres_tell_of_ice() -> None:
 
 
 def test_bends_anti_lock_standing_and_doubt_tell_nothing() -> None:
-    for fields in ({"yaw_rate_radps": 0.4}, {"yaw_rate_radps": None}, {"abs_active": True}, {"speed_mps": 2.0}):
+    for fields in (
+        {"speed_mps": 8.0},
+        {"yaw_rate_radps": 0.4},
+        {"yaw_rate_radps": None},
+        {"abs_active": True},
+        {"speed_mps": 2.0},
+    ):
         assert _brake(0.12, 0.05, **fields).friction(10 * STEP_NS) is None
     assert _brake(0.12, 0.05, count=4).friction(4 * STEP_NS) is None, "too short"
 
@@ -66,3 +72,20 @@ def test_what_was_told_is_forgotten_in_two_seconds(braking: float, slip: float) 
     seen = _brake(braking, slip)
     assume(seen.friction(10 * STEP_NS) is not None)
     assert seen.friction(10 * STEP_NS + 3 * NS) is None
+
+
+@given(st.floats(0.15, 0.6), st.floats(0.3, 0.9), st.floats(10.0, 40.0), st.floats(0.0, 0.05))
+def test_speeds_of_different_moments_never_make_a_road_slippery(
+    braking: float, mu: float, speed_mps: float, skew_s: float
+) -> None:
+    assume(braking < 0.9 * mu)
+    true = 3.0 * mu / 30.0 * (1.0 - (1.0 - braking / mu) ** (1.0 / 3.0))
+    measured = true + skew_s * 9.81 * braking / speed_mps
+    assert friction(braking, measured, slip_error(braking, speed_mps)).high >= mu - 1e-9
+
+
+def test_letting_go_of_the_brake_tells_nothing() -> None:
+    seen = Braking()
+    for step in range(10):
+        seen.add(_ego(0.5 - 0.045 * step, 0.06), (step + 1) * STEP_NS)
+    assert seen.friction(10 * STEP_NS) is None
