@@ -1,7 +1,6 @@
 """Fetches a file from its publisher: https only, resumed where it broke off, and no name before the checksum is right."""
 
 import http.client
-import ipaddress
 import os
 import urllib.error
 import urllib.parse
@@ -10,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from drivemcp.addresses import is_loopback, is_private
 from drivemcp.errors import UserError
 from drivemcp.models import ModelRow, digest_of
 
@@ -35,19 +35,8 @@ def fetch(row: ModelRow, target: Path, progress: Progress = lambda done, total: 
 
 def check_address(url: str) -> None:
     """https, or http to this very machine. Raises UserError."""
-    parts = urllib.parse.urlsplit(url)
-    if parts.scheme == "https" and parts.hostname:
-        return
-    if parts.scheme == "http" and _is_loopback(parts.hostname or ""):
-        return
-    raise UserError(f"models are fetched over https, not from {url!r}")
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    if not is_private(url):
+        raise UserError(f"models are fetched over https, not from {url!r}")
 
 
 class _SafeRedirects(urllib.request.HTTPRedirectHandler):
@@ -59,7 +48,7 @@ class _SafeRedirects(urllib.request.HTTPRedirectHandler):
 
 
 def _open(url: str, start: int) -> Any:
-    local = _is_loopback(urllib.parse.urlsplit(url).hostname or "")
+    local = is_loopback(urllib.parse.urlsplit(url).hostname or "")
     proxies = [urllib.request.ProxyHandler({})] if local else []
     opener = urllib.request.build_opener(_SafeRedirects, *proxies)
     headers = {"User-Agent": "drivemcp", "Accept-Encoding": "identity"}

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from socketserver import BaseServer
 from typing import Any, Generic, TypeVar
 
 import msgspec
@@ -16,6 +17,7 @@ from proto.tools import Outcome
 from proto.topics import Topic
 
 M = TypeVar("M", bound=msgspec.Struct)
+S = TypeVar("S", bound=BaseServer)
 WAIT_S = 10.0
 
 
@@ -132,3 +134,16 @@ def bus() -> Iterator[TestBus]:
             yield test_bus
         finally:
             test_bus.close()
+
+
+@contextmanager
+def serving(server: S) -> Iterator[S]:
+    """A local server that answers on a thread of its own until the end of the test."""
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join(5.0)

@@ -7,7 +7,6 @@ gives this very text), otherwise ``abstentions.UNMEASURED``.
 """
 
 import asyncio
-import ipaddress
 import os
 import ssl
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from urllib.parse import SplitResult, urlsplit
 import httpx2
 import msgspec
 
+from drivemcp.addresses import is_loopback
 from drivemcp.errors import MALFORMED, ConfigError
 from services.drivelm.backend import Answer
 from services.drivelm.backends import chat
@@ -126,18 +126,11 @@ def _base(config: OpenaiConfig) -> SplitResult:
         raise ConfigError("drivelm.openai.base_url must be http(s)://host[:port]/path and no more")
     if base.username is not None or base.password is not None:
         raise ConfigError("drivelm.openai.base_url must not hold a password; use drivelm.openai.key_file")
-    if base.scheme == "http" and not config.allow_plain_http and not _is_loopback(host):
+    if base.scheme == "http" and not config.allow_plain_http and not is_loopback(host):
         raise ConfigError(
             "drivelm.openai.base_url: http only to this computer; use https, or set drivelm.openai.allow_plain_http"
         )
     return base
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _key(config: OpenaiConfig) -> str:

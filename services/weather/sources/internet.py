@@ -4,14 +4,13 @@ Caching, conditional requests and stale answers while a service is away are requ
 here is the pace. No tick ever waits for it: what was answered last is there to be read, and ages.
 """
 
-import ipaddress
 import threading
-import urllib.parse
 from collections.abc import Callable
 from typing import Any
 
 import msgspec
 
+from drivemcp.addresses import is_private
 from drivemcp.errors import ConfigError
 from services.weather.observation import Observation
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer, rounded
@@ -135,7 +134,8 @@ def _place(config: InternetConfig) -> Place:
 
 def _session(config: InternetConfig, addresses: list[str]) -> Any:
     for address in addresses:
-        check_address(address)
+        if not is_private(address):
+            raise ConfigError(f"internet.addresses: weather is asked for over https, not at {address!r}")
     from requests_cache import CachedSession
 
     session: Any = CachedSession(
@@ -148,18 +148,3 @@ def _session(config: InternetConfig, addresses: list[str]) -> Any:
     session.headers["User-Agent"] = f"DriveMCP {config.contact}".strip()
     session.trust_env = any(address.startswith("https") for address in addresses)
     return session
-
-
-def check_address(address: str) -> None:
-    """https, or http to this very machine. Raises ConfigError."""
-    parts = urllib.parse.urlsplit(address)
-    if parts.scheme == "https" or (parts.scheme == "http" and _is_loopback(parts.hostname or "")):
-        return
-    raise ConfigError(f"internet.addresses: weather is asked for over https, not at {address!r}")
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -1,7 +1,6 @@
 """Named models: fetched from a server on this machine, verified before their name exists."""
 
 import hashlib
-import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -12,6 +11,7 @@ from drivemcp.cli import run
 from drivemcp.errors import UserError
 from drivemcp.fetching import check_address, fetch
 from drivemcp.models import ModelRow, find_model, load_table, path_of, state_of
+from drivemcp.testing import serving
 
 CONTENT = bytes(range(256)) * 2000
 
@@ -66,13 +66,8 @@ class Page(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def publisher() -> Iterator[Publisher]:
-    server = Publisher()
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
-    thread.start()
-    yield server
-    server.shutdown()
-    server.server_close()
-    thread.join(5.0)
+    with serving(Publisher()) as server:
+        yield server
 
 
 @pytest.fixture

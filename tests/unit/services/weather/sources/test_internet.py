@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from drivemcp.errors import ConfigError
+from drivemcp.testing import serving
 from services.weather.sources.internet import FIRST_BACK_OFF_S, LONGEST_BACK_OFF_S, Asked, Internet, InternetConfig
 from services.weather.sources.provider import NS
 from services.weather.sources.table import providers
@@ -56,13 +57,8 @@ class _Handler(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def station() -> Iterator[Station]:
-    server = Station()
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
-    thread.start()
-    yield server
-    server.shutdown()
-    server.server_close()
-    thread.join(5.0)
+    with serving(Station()) as server:
+        yield server
 
 
 def _config(station: Station, *names: str, **fields: Any) -> InternetConfig:
