@@ -38,8 +38,6 @@ class Grip(NamedTuple):
     notes: tuple[str, ...]
     wet: bool | None
     contradiction: bool
-    film_mm: float
-    """The water counted on."""
 
 
 class _Ground(NamedTuple):
@@ -70,7 +68,6 @@ def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: 
         tuple(_notes(observations, ground, falling=falling)),
         _is_wet(observations, ground),
         contradiction,
-        ground.film_mm,
     )
 
 

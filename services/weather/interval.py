@@ -10,18 +10,9 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def hull(self, other: "Interval") -> "Interval":
-        """The smallest interval that holds both: what two sources that may disagree leave possible."""
-        return Interval(min(self.low, other.low), max(self.high, other.high))
-
     def overlaps(self, other: "Interval") -> bool:
         """Whether both can be true."""
         return self.low <= other.high and other.low <= self.high
-
-    @property
-    def width(self) -> float:
-        """How much is left open."""
-        return self.high - self.low
 
 
 def between(x: float, points: tuple[tuple[float, float], ...]) -> float:
