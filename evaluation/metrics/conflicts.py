@@ -8,6 +8,7 @@ from evaluation.metrics.record import ACT_PAUSE_S, Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import TrueActor, Truth
 from services.arbiter import rss
+from services.simulator.driver_profile import MEDIAN_REACTION_S
 
 EGO_LENGTH_M, EGO_WIDTH_M = 4.6, 1.82
 NEAR_TTC_S, NEAR_PET_S = 1.5, 1.0
@@ -80,7 +81,7 @@ def violates_rss(truth: Truth) -> bool:
     ego = rss.Longitudinal(
         rho_s=RESPONSE_S,
         accel_max_mps2=ACCEL_MAX_MPS2,
-        brake_min_mps2=truth.mu * rss.GRAVITY_MPS2 * truth.brake_share,
+        brake_min_mps2=braking_mps2(truth),
     )
     speed, person = truth.speed_mps, person_ahead(truth)
     if truth.gap_m is not None and truth.closing_mps is not None:
@@ -93,6 +94,17 @@ def violates_rss(truth: Truth) -> bool:
         if truth.gap_m < least:
             return True
     return person is not None and gap_m(person) < rss.stopping_distance_m(speed, ego)
+
+
+def braking_mps2(truth: Truth) -> float:
+    """The deceleration that true grip and brakes allow."""
+    return truth.mu * rss.GRAVITY_MPS2 * truth.brake_share
+
+
+def median_stop_m(speed_mps: float, truth: Truth) -> float:
+    """The median driver's way to a halt: he reacts, then brakes as grip and car allow."""
+    driver = rss.Longitudinal(rho_s=MEDIAN_REACTION_S, accel_max_mps2=0.0, brake_min_mps2=braking_mps2(truth))
+    return rss.stopping_distance_m(speed_mps, driver)
 
 
 def collisions(record: Record) -> int:

@@ -3,13 +3,11 @@
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from evaluation.metrics.conflicts import gap_m, person_ahead, ttc_s
+from evaluation.metrics.conflicts import gap_m, median_stop_m, person_ahead, ttc_s
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
-from services.arbiter.rss import GRAVITY_MPS2
 from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
-from services.simulator.driver_profile import MEDIAN_REACTION_S
 
 ESCALATES = ("warning", "alarm")
 _LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})
@@ -110,8 +108,7 @@ def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
     gap, closing = distance(truth, kind)
     if gap is None or closing <= 0.0:
         return True
-    braking = GRAVITY_MPS2 * truth.mu * truth.brake_share
-    return closing * MEDIAN_REACTION_S + closing**2 / (2.0 * braking) <= gap
+    return median_stop_m(closing, truth) <= gap
 
 
 def _of_school(truth: Truth, said: At[Advisory]) -> bool:

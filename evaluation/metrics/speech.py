@@ -2,13 +2,11 @@
 
 from statistics import quantiles
 
-from evaluation.metrics.conflicts import nearest_ttc_s
+from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s
 from evaluation.metrics.hazards import on_now
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
 from proto.truth import Truth
-from services.arbiter.rss import GRAVITY_MPS2
-from services.simulator.driver_profile import MEDIAN_REACTION_S
 
 FORGOTTEN_S = 60.0
 """Ours: what was said longer ago may be said again."""
@@ -104,8 +102,7 @@ def _approaches(truth: Truth) -> bool:
 def _beyond_sight(truth: Truth, speed_mps: float) -> bool:
     if truth.visibility_m is None:
         return False
-    braking = GRAVITY_MPS2 * truth.mu * truth.brake_share
-    return speed_mps * MEDIAN_REACTION_S + speed_mps**2 / (2.0 * braking) > truth.visibility_m
+    return median_stop_m(speed_mps, truth) > truth.visibility_m
 
 
 def advisory_latencies_s(record: Record) -> tuple[float, ...]:
