@@ -8,7 +8,6 @@ import msgspec
 from proto.weather import Conditions
 from services.weather import advice, wind
 from services.weather.car import Car, sane
-from services.weather.claim import Claim
 from services.weather.film import NO_RAIN_MM_H, WET_FROM_MM, film_claims, surely_at_least_mm
 from services.weather.grip import Grip, fuse
 from services.weather.memory import Memory, hold, hold_car
@@ -45,7 +44,6 @@ class _Picture(NamedTuple):
     """What all sources together leave, at the car's speed and at the speed that advice is worked out for."""
 
     grip: Grip
-    planned_low: float
     sight: float | None
     gust: float | None
     held: tuple[str, ...]
@@ -56,11 +54,18 @@ def assess(
 ) -> Assessed:
     """The conditions at one instant."""
     pieces, held = hold([clean(each) for each in raw], memory, now_ns)
-    driven = hold_car(sane(car), memory, now_ns)
-    claims = film_claims(pieces, now_ns, drying=False)
-    kept = _remember(memory, pieces, claims, sane(car), driven, now_ns)
+    known = sane(car)
+    driven = hold_car(known, memory, now_ns)
+    wet_mm = max((each.warn for each in film_claims(pieces, now_ns, drying=False)), default=0.0)
+    kept = _remember(memory, pieces, wet_mm, known, driven, now_ns)
     reference = advice.reference_speed_mps(driven.speed_mps, limit_mps)
-    picture = _picture(pieces, held, driven, reference, now_ns, kept)
+    fastest = max(reference, driven.speed)
+    picture = _Picture(
+        grip=fuse(pieces, driven, fastest, now_ns, drying=kept.drying(now_ns), left_mm=kept.left_mm(now_ns)),
+        sight=sight_m(pieces, fastest, wet_mm),
+        gust=wind.gust_mps(pieces),
+        held=held,
+    )
     if picture.grip.contradiction:
         kept = msgspec.structs.replace(kept, contradiction_ns=now_ns)
     confidence = _confidence(pieces, now_ns) * (0.5 if kept.doubted(now_ns) else 1.0)
@@ -70,12 +75,11 @@ def assess(
 def _remember(
     memory: Memory,
     pieces: tuple[Observation, ...],
-    claims: list[Claim],
+    wet_mm: float,
     car: Car,
     driven: Car,
     now_ns: int,
 ) -> Memory:
-    wet_mm = max((each.warn for each in claims), default=0.0)
     left_mm = memory.left_mm(now_ns)
     lies = any(surely_at_least_mm(each) >= WET_FROM_MM for each in pieces) and wet_mm >= left_mm
     return msgspec.structs.replace(
@@ -90,28 +94,12 @@ def _remember(
     )
 
 
-def _picture(
-    pieces: Sequence[Observation], held: tuple[str, ...], car: Car, reference_mps: float, now_ns: int, memory: Memory
-) -> _Picture:
-    fastest = max(reference_mps, car.speed)
-    planned = msgspec.structs.replace(car, speed_mps=fastest)
-    drying, left_mm = memory.drying(now_ns), memory.left_mm(now_ns)
-    wet_mm = max((each.warn for each in film_claims(pieces, now_ns, drying=False)), default=0.0)
-    return _Picture(
-        grip=fuse(pieces, car, now_ns, drying=drying, left_mm=left_mm),
-        planned_low=fuse(pieces, planned, now_ns, drying=drying, left_mm=left_mm).mu.low,
-        sight=sight_m(pieces, fastest, wet_mm),
-        gust=wind.gust_mps(pieces),
-        held=held,
-    )
-
-
 def _conditions(
     pieces: Sequence[Observation], picture: _Picture, car: Car, reference_mps: float, confidence: float
 ) -> Conditions:
     grip, sight = picture.grip, picture.sight
     mu_low = round(grip.mu.low, 4)
-    planned = min(mu_low, round(picture.planned_low, 4))
+    planned = min(mu_low, round(grip.planned_low, 4))
     road = advice.Road(planned, sight, wind.wind_speed_mps(planned, picture.gust), car.brakes)
     told = advice.advise(reference_mps, road)
     nothing = not grip.sources and sight is None

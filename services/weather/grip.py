@@ -34,6 +34,8 @@ class Grip(NamedTuple):
     """The fused interval, the sources that spoke, and what they said."""
 
     mu: Interval
+    planned_low: float
+    """Its lower end at the speed that is planned for."""
     sources: tuple[str, ...]
     notes: tuple[str, ...]
     wet: bool | None
@@ -49,21 +51,24 @@ class _Ground(NamedTuple):
     frost: bool
 
 
-def fuse(observations: Sequence[Observation], car: Car, now_ns: int, *, drying: bool, left_mm: float = 0.0) -> Grip:
-    """Grip at the car's speed. Nothing known: careful, and wide."""
+def fuse(
+    observations: Sequence[Observation], car: Car, planned_mps: float, now_ns: int, *, drying: bool, left_mm: float
+) -> Grip:
+    """Grip at the car's speed, and its lower end at the planned one. Nothing known: careful, and wide."""
     ground = _ground(observations, now_ns, drying=drying, left_mm=left_mm)
     falling = _snow_falls(observations, ground)
-    low = min(
-        friction.wet_low(ground.film_mm, car.speed, car.tyre_low or 0.0, _tread(car)),
+    at_any_speed = min(
         _cold_low(ground),
         friction.snow_low(frost.warmest_c(observations, now_ns)) if falling else 1.0,
         *(look.low for each in observations if (look := _look(each)) is not None),
         *(MEASURED_SHARE * each.mu.low for each in observations if each.mu is not None),
     )
+    low, planned_low = (min(_wet_low(ground, car, mps), at_any_speed) for mps in (car.speed, planned_mps))
     high = max(low, _high(observations, now_ns))
     contradiction = _contradict(observations, Interval(low, high))
     return Grip(
         Interval(low, high),
+        planned_low,
         tuple(dict.fromkeys(each.source for each in observations if _speaks(each))),
         tuple(_notes(observations, ground, falling=falling)),
         _is_wet(observations, ground),
@@ -86,8 +91,9 @@ def _look(seen: Observation) -> Interval | None:
     return _LOOKS.get(seen.road) if seen.road is not None else None
 
 
-def _tread(car: Car) -> float:
-    return friction.LEGAL_TREAD_MM if car.tread_mm is None else car.tread_mm
+def _wet_low(ground: _Ground, car: Car, speed_mps: float) -> float:
+    tread_mm = friction.LEGAL_TREAD_MM if car.tread_mm is None else car.tread_mm
+    return friction.wet_low(ground.film_mm, speed_mps, car.tyre_low or 0.0, tread_mm)
 
 
 def _cold_low(ground: _Ground) -> float:
