@@ -144,13 +144,14 @@ def measure(record: Record) -> Metrics:
     detected = understanding.detected(record)
     right, judged = understanding.tool_ticks(record)
     total = _total(detected)
+    braked = conflicts.interventions(record)
     without_truth = Metrics(
         seconds=_seconds(record),
         ticks=len(record.advisories),
         advisory_latency_s=speech.advisory_latencies_s(record),
         sensor_latency_p50_s=speech.percentile(speech.sensor_latencies_s(record), 50),
         sensor_latency_p99_s=speech.percentile(speech.sensor_latencies_s(record), 99),
-        interventions=len(conflicts.interventions(record)),
+        interventions=len(braked),
         messages=len(record.spoken),
         nags=speech.nags(record),
         target_mean_mps=speech.mean_target_mps(record),
@@ -159,7 +160,6 @@ def measure(record: Record) -> Metrics:
         return without_truth
     kinds = law.infractions(record)
     answers = hazards.answers(record)
-    braked = conflicts.interventions(record)
     by_ttc, by_pet = conflicts.near_collisions(record)
     return msgspec.structs.replace(
         without_truth,

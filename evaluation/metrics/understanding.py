@@ -36,7 +36,10 @@ def detected(record: Record) -> dict[str, Scores]:
     """Scores by kind. A stretch of detection that touches an expected one, widened by the kind's tolerance, is right."""
     if not record.truths or not record.traces:
         return {}
-    return {kind: _scores(_stretches(record, kind), rows, TOLERANCES[kind]) for kind, rows in _expected(record).items()}
+    return {
+        kind: _scores(_stretches(record, kind), rows, TOLERANCES[kind])
+        for kind, rows in truth_events.expected(record).items()
+    }
 
 
 def tool_ticks(record: Record) -> tuple[int, int]:
@@ -47,17 +50,13 @@ def tool_ticks(record: Record) -> tuple[int, int]:
     """
     if not record.truths or not record.traces:
         return 0, 0
-    rows, answered, right = _expected(record), dict[str, float](), 0
+    rows, answered, right = truth_events.expected(record), dict[str, float](), 0
     for trace in record.traces:
         truth = record.truth_at(trace.time_s)
         answered.update({call.tool: trace.time_s for call in trace.message.calls if call.status == "ok"})
         if truth is not None:
             right += _has_needed(rows, answered, trace.time_s, truth) and _none_idle(rows, trace)
     return right, len(record.traces)
-
-
-def _expected(record: Record) -> Mapping[str, tuple[Expected, ...]]:
-    return truth_events.expected(record)
 
 
 def _stretches(record: Record, kind: str) -> tuple[Span, ...]:
