@@ -8,6 +8,7 @@ from proto.truth import Truth
 from services.drivelm.facts import public_code
 from services.drivelm.jurisdictions import JURISDICTIONS
 from services.drivelm.parser import statement_of
+from services.rules.units import from_mps
 
 BACKEND = "truth"
 AGAIN_NS = 200_000_000
@@ -17,7 +18,6 @@ FIRST_ID = 3_000_000_000
 """Numbers of the law's own changes, and of stops; signs have those of their posts."""
 STOP_ID, LIGHT_ID = FIRST_ID - 1, FIRST_ID - 2
 HALF_EGO_M = 2.25
-KMH: dict[Unit, float] = {"km/h": 1 / 3.6, "mph": 0.44704}
 ENDS = ("all_end", "zone_end", "led:blank")
 STOPS = {"stop_sign": "stop", "yield": "yield"}
 
@@ -69,7 +69,7 @@ def _number(truth: Truth) -> tuple[str, ...]:
     """The limit in force as a sign's code; none where there is no limit, or no sign could show it."""
     if truth.law_limit_mps is None:
         return ()
-    value = truth.law_limit_mps / KMH[_unit(truth)]
+    value = from_mps(truth.law_limit_mps, _unit(truth))
     return (f"limit:{round(value)}",) if abs(value - round(value)) < 0.1 else ()
 
 
