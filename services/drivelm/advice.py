@@ -8,13 +8,13 @@ import re
 from typing import Literal, NamedTuple
 
 from proto.scene import Unit
+from services.drivelm.grounding import KMH
 from services.drivelm.jurisdictions import allowed_limits
 from services.drivelm.parser import Statement, parse
 from services.drivelm.text import cleaned
 
 Action = Literal["stop", "hazard", "give_way", "limit", "slow", "none"]
 MOST_CHARS, MOST_SENTENCES = 1200, 8
-KMH: dict[str | None, float] = {"km/h": 1.0, "mph": 1.609344, None: 1.0}
 
 
 class Advice(NamedTuple):

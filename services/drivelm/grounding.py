@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from proto.scene import Candidate, Fact
+from proto.scene import Candidate, Fact, Unit
 from services.drivelm.classes import LIGHTS
 from services.drivelm.probes import Probes
 
@@ -33,7 +33,8 @@ CAREFUL = frozenset({"stop", "yield", "no_entry", "town_entry", "calm_street"}) 
     label for label in LIGHTS if label.startswith(("light:red", "light:amber"))
 }
 """What the sign reader sees of these stays as sure as it is, whatever else is read there."""
-_KMH = {"mph": 1.609344}
+KMH: dict[Unit | None, float] = {"km/h": 1.0, "mph": 1.609344, None: 1.0}
+"""Of a unit as posted; what names none is taken for km/h."""
 
 
 class Grounds(NamedTuple):
@@ -139,7 +140,7 @@ def same(mine: Fact, theirs: Fact) -> bool:
 def on_map(fact: Fact, road_class: str) -> Fact:
     """The fact, held where it shows a higher limit than such a road of the map can have."""
     highest = HIGHEST_KMH.get(road_class)
-    if highest is None or fact.value is None or fact.value * _KMH.get(fact.unit or "", 1.0) <= highest:
+    if highest is None or fact.value is None or fact.value * KMH.get(fact.unit, 1.0) <= highest:
         return fact
     return held(fact, f"the map says {road_class}: no limit above {highest:g} km/h")
 
