@@ -1,14 +1,22 @@
 """What is broken in the car, as numbers that its physics reads. Tuples are FL, FR, RL, RR."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+WHEELS = ("fl", "fr", "rl", "rr")
 Four = tuple[float, float, float, float]
 NONE: Four = (0.0, 0.0, 0.0, 0.0)
 SensorKind = Literal["stuck", "noisy", "offset", "missing"]
 UNASSISTED = 0.3
 """What the foot alone gives of the brake pressure; ours, so that UN R13-H's 2.44 m/s2 are met (see braking.py)."""
 SENSOR_KINDS: tuple[SensorKind, ...] = ("stuck", "noisy", "offset", "missing")
+
+
+def four(values: Iterable[float]) -> Four:
+    """One value for each wheel."""
+    front_left, front_right, rear_left, rear_right = values
+    return (front_left, front_right, rear_left, rear_right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +55,10 @@ class Condition:
         """Brake pressure for a foot's force, relative to that with the whole booster."""
         return UNASSISTED + (1.0 - UNASSISTED) * self.booster
 
-    def leaking(self, wheels: tuple[int, ...], bar_per_min: float, to_bar: float) -> "Condition":
-        """This, and those tyres lose air down to `to_bar`."""
-        lost = [bar_per_min if wheel in wheels else now for wheel, now in enumerate(self.leak_bar_per_min)]
-        front_left, front_right, rear_left, rear_right = lost
-        return replace(self, leak_bar_per_min=(front_left, front_right, rear_left, rear_right), leak_to_bar=to_bar)
+    def leaking(self, wheel: int, bar_per_min: float, to_bar: float) -> "Condition":
+        """This, and that tyre loses air down to `to_bar`."""
+        leaks = four(bar_per_min if each == wheel else now for each, now in enumerate(self.leak_bar_per_min))
+        return replace(self, leak_bar_per_min=leaks, leak_to_bar=to_bar)
 
 
 SOUND = Condition()

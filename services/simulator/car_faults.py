@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from services.simulator.car_condition import SENSOR_KINDS, SOUND, Condition, SensorFault
+from services.simulator.car_condition import SENSOR_KINDS, SOUND, WHEELS, Condition, SensorFault
 from services.simulator.car_sensors import SENSORS
 from services.simulator.car_state import CarState
 
@@ -20,7 +20,6 @@ FAST_LEAK_BAR_PER_MIN, SLOW_LEAK_BAR_PER_MIN = 6.0, 0.3
 SOFT_BAR, FLAT_BAR = 1.3, 0.8
 LEAK_TEST_S = 20.0
 """Ours: a real car's second leak test comes with the next drive (two-trip logic of OBD-II)."""
-WHEELS = ("fl", "fr", "rl", "rr")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +56,6 @@ def _no_abs(state: CarState, active: Active) -> CarState:
     return replace(state, abs_fault=True, esc_fault=True, abs_active=False, esc_active=False)
 
 
-def _unlock(condition: Condition, active: Active) -> Condition:
-    return replace(condition, anti_lock=False)
-
-
 def _dead_sensor(condition: Condition, active: Active) -> Condition:
     dead = SensorFault("wheel_fl", "missing", active.severity)
     return replace(condition, anti_lock=False, sensors=(*condition.sensors, dead))
@@ -73,7 +68,7 @@ def _hot_discs(condition: Condition, active: Active) -> Condition:
 
 def _leak(wheel: int, bar_per_min: float, to_bar: float) -> Callable[[Condition, Active], Condition]:
     def breaks(condition: Condition, active: Active) -> Condition:
-        return condition.leaking((wheel,), bar_per_min * active.severity, to_bar)
+        return condition.leaking(wheel, bar_per_min * active.severity, to_bar)
 
     return breaks
 
@@ -167,7 +162,7 @@ _VEHICLE = (
         "The brake control unit fails: no anti-lock, no stability control; locked wheels slide",
         ("C0550",),
         _lamps("abs", "stability"),
-        _unlock,
+        _off("anti_lock"),
         _no_abs,
     ),
     Fault(

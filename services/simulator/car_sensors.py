@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from services.simulator.car_condition import SensorFault
+from services.simulator.car_condition import WHEELS, SensorFault
 from services.simulator.car_state import CarState
 
 
@@ -41,12 +41,12 @@ def _tyre(index: int) -> Sensor:
 
 
 SENSORS: Mapping[str, Sensor] = {
-    **{f"wheel_{wheel}": _wheel(index) for index, wheel in enumerate(("fl", "fr", "rl", "rr"))},
+    **{f"wheel_{wheel}": _wheel(index) for index, wheel in enumerate(WHEELS)},
     "speed": Sensor("speed_mps", None, 0.03, 0.002, 1.5, 4.0, 0.0, still=True),
     "acceleration": Sensor("acceleration_mps2", None, 0.08, 0.05, 1.5, 2.0),
     "yaw_rate": Sensor("yaw_rate_radps", None, 0.003, 0.002, 0.08, 0.12),
     "brake_pressure": Sensor("brake_pressure_bar", None, 0.2, 0.5, 12.0, 25.0, -20.0),
-    **{f"tyre_pressure_{wheel}": _tyre(index) for index, wheel in enumerate(("fl", "fr", "rl", "rr"))},
+    **{f"tyre_pressure_{wheel}": _tyre(index) for index, wheel in enumerate(WHEELS)},
     "outside_temperature": Sensor("outside_temperature_c", None, 0.1, 0.3, 5.0, 15.0),
 }
 
@@ -98,8 +98,9 @@ def read(sensor: Sensor, state: CarState) -> float:
 def without_gaps(told: CarState, state: CarState) -> CarState:
     """`told` with what is missing taken from `state`: for answers that have no way of saying "not available"."""
     values = {name: read(sensor, told) for name, sensor in SENSORS.items()}
-    gaps = {name for name, value in values.items() if math.isnan(value)}
-    return _with(told, {name: read(SENSORS[name], state) if name in gaps else values[name] for name in values})
+    return _with(
+        told, {name: read(SENSORS[name], state) if math.isnan(value) else value for name, value in values.items()}
+    )
 
 
 def _with(state: CarState, told: Mapping[str, float]) -> CarState:

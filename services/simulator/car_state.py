@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from services.simulator import tyres
-from services.simulator.car_condition import SOUND, Condition, Four
+from services.simulator.car_condition import SOUND, Condition, Four, four
 
 TRACK_M = 1.56
 WHEELBASE_M = 2.7
@@ -217,10 +217,9 @@ def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
     along = speed_mps * (1.0 - math.copysign(slip, -controls.acceleration_mps2)) if slip else speed_mps
     across = controls.yaw_rate_radps * TRACK_M / 2.0
     left, right = max(0.0, along - across), max(0.0, along + across)
-    front_left, front_right, rear_left, rear_right = (
+    return four(
         ground / tyres.radius_share(each) for ground, each in zip((left, right, left, right), lacking, strict=True)
     )
-    return (front_left, front_right, rear_left, rear_right)
 
 
 def _slip(used: float, mu: float) -> float:
@@ -256,28 +255,25 @@ def _tyre_heat(before: CarState, speed_mps: float, controls: Controls, lacking: 
     runs up to three times as far above it.
     """
     share = min(1.0, dt_s / 600.0)
-    front_left, front_right, rear_left, rear_right = (
+    return four(
         now + (controls.outside_temperature_c + 0.6 * speed_mps * (1.0 + 2.0 * each) - now) * share
         for now, each in zip(before.tyre_temperature_c, lacking, strict=True)
     )
-    return (front_left, front_right, rear_left, rear_right)
 
 
 def _lost(before: CarState, condition: Condition, dt_s: float) -> Four:
     """Air lost so far as cold pressure; a tyre that does not leak has been mended and filled."""
-    front_left, front_right, rear_left, rear_right = (
+    return four(
         min(nominal - condition.leak_to_bar, lost + leak * dt_s / 60.0) if leak > 0.0 else 0.0
         for nominal, lost, leak in zip(tyres.NOMINAL_BAR, before.tyre_lost_bar, condition.leak_bar_per_min, strict=True)
     )
-    return (front_left, front_right, rear_left, rear_right)
 
 
 def _pressures(filled_c: float, lost_bar: Four, temperature_c: Four) -> Four:
-    front_left, front_right, rear_left, rear_right = (
+    return four(
         tyres.warm_bar(nominal - lost, filled_c, now_c)
         for nominal, lost, now_c in zip(tyres.NOMINAL_BAR, lost_bar, temperature_c, strict=True)
     )
-    return (front_left, front_right, rear_left, rear_right)
 
 
 def _voltage_v(before: CarState, condition: Condition, dt_s: float) -> float:

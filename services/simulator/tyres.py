@@ -10,7 +10,7 @@
 
 import math
 
-from services.simulator.car_condition import Four
+from services.simulator.car_condition import Four, four
 
 NOMINAL_BAR: Four = (2.4, 2.4, 2.6, 2.6)
 """Cold."""
@@ -33,8 +33,7 @@ def warm_bar(cold_bar: float, filled_c: float, now_c: float) -> float:
 
 def lack(pressure_bar: Four) -> Four:
     """How far each tyre is below its nominal pressure, 0 to 1."""
-    fl, fr, rl, rr = (max(0.0, 1.0 - now / of) for now, of in zip(pressure_bar, NOMINAL_BAR, strict=True))
-    return (fl, fr, rl, rr)
+    return four(max(0.0, 1.0 - now / of) for now, of in zip(pressure_bar, NOMINAL_BAR, strict=True))
 
 
 def aquaplaning_mps(film_mm: float, lacking: float = 0.0) -> float:

@@ -11,7 +11,7 @@ from services.simulator.car_state import CarModel, CarState, Controls, parked
 from tests.unit.services.simulator._braking import stopping_m
 
 LACKS = st.floats(0.0, 0.8)
-SOFT = Condition().leaking((3,), 0.05, 0.8)
+SOFT = Condition().leaking(3, 0.05, 0.8)
 
 
 def soft(lacking: float) -> Ability:
@@ -62,7 +62,7 @@ def test_a_slow_leak_loses_what_it_should_beside_what_warmth_gives() -> None:
 
 
 def test_a_soft_tyre_turns_faster_than_the_others() -> None:
-    state = drive(Condition().leaking((3,), 6.0, 1.3), 60.0)
+    state = drive(Condition().leaking(3, 6.0, 1.3), 60.0)
     fl, fr, rl, rr = state.wheel_speeds_mps
     assert fl == fr == rl
     assert rr / fl == pytest.approx(1.0 / (1.0 - 0.02 * (1.0 - state.tyre_pressure_bar[3] / 2.6)), rel=1e-3)
