@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 
-from evaluation.evaluate.plan import TableName
+from evaluation.evaluate.names import TableName
 
 
 class Column(msgspec.Struct, frozen=True, kw_only=True):

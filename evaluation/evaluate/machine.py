@@ -8,10 +8,11 @@ from pathlib import Path
 def machine() -> str:
     """Processor, cores, memory, system, Python."""
     system = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    return f"{_processor()}, {_cores()} cores, {_memory_gib():.0f} GiB, {system}"
+    return f"{_processor()}, {cores()} cores, {_memory_gib():.0f} GiB, {system}"
 
 
-def _cores() -> int:
+def cores() -> int:
+    """That we may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

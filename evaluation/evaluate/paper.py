@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from evaluation.evaluate.plan import TableName
+from evaluation.evaluate.names import TableName
 
 FILE = Path(__file__).parent.parent / "paper.json"
 Numbers = Mapping[str, float]

@@ -3,16 +3,16 @@
 from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
 from evaluation.corruption.spec import CLEAN, PAPER
+from evaluation.evaluate.names import TableName
 from evaluation.methods import ABLATIONS, METHODS, applied
 from evaluation.run.spec import RunSpec, Sensors
 from evaluation.scenarios import Family, generate
 
-TableName = Literal["results", "corruption", "delta", "ablation", "can-fault"]
 FAMILIES: Mapping[Family, str] = MappingProxyType(
     {"urb-rain": "URB-RAIN-MULTILINGUAL", "cross-border": "CROSS-BORDER", "dynamic-vsl": "DYNAMIC-VSL"}
 )
@@ -28,7 +28,6 @@ CURVES: Mapping[str, str] = MappingProxyType(
 FAULTS = ("abs_fault@2", "low_tyre@2")
 """The paper's two, early on: the tyre is down to 1.3 bar about ten seconds later."""
 TEST_SEED = 1001
-QUICK_S = 5.0
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -162,7 +161,6 @@ _ROWS: Mapping[TableName, Callable[[RunSpec], Iterable[Row]]] = MappingProxyType
         "can-fault": _can_fault,
     }
 )
-TABLES: tuple[TableName, ...] = tuple(_ROWS)
 
 
 def with_settings(spec: RunSpec, service: str, settings: dict[str, Any]) -> RunSpec:

@@ -7,8 +7,9 @@ from typing import Any
 import msgspec
 
 from evaluation.evaluate.columns import COLUMNS, Column, columns_of
+from evaluation.evaluate.names import TableName
 from evaluation.evaluate.paper import paper_rows
-from evaluation.evaluate.plan import Row, TableName
+from evaluation.evaluate.plan import Row
 from evaluation.evaluate.store import Kept
 from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors

@@ -58,6 +58,12 @@ def test_help_names_every_command() -> None:
     assert "not installed" not in ran.stdout
 
 
+def test_no_command_waits_for_what_another_one_computes_with() -> None:
+    code = "import sys; from drivemcp.cli import make_parser; make_parser(); print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert not {"numpy", "scipy", "matplotlib", "highway_env"} & set(ran.stdout.split())
+
+
 def test_a_grant_is_signed_with_a_key_that_only_its_owner_reads(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from evaluation.evaluate.moments import Moment
-from evaluation.evaluate.plan import Row, TableName, rows_of
+from evaluation.evaluate.names import TableName
+from evaluation.evaluate.plan import Row, rows_of
 from evaluation.evaluate.store import Kept
 from evaluation.evaluate.tables import Ran, Table, table_of
 

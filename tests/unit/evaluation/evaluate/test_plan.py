@@ -3,8 +3,9 @@
 import msgspec
 import pytest
 
+from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.paper import paper, paper_rows
-from evaluation.evaluate.plan import FAMILIES, TABLES, Amount, TableName, placed, route_m, rows_of, runs_of
+from evaluation.evaluate.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of
 from evaluation.run.spec import run_key
 
 

@@ -10,7 +10,8 @@ from evaluation.evaluate import files
 from evaluation.evaluate.columns import COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
 from evaluation.evaluate.compare import orders
 from evaluation.evaluate.goals import GOALS, judged
-from evaluation.evaluate.plan import TABLES, Row, TableName
+from evaluation.evaluate.names import TABLES, TableName
+from evaluation.evaluate.plan import Row
 from evaluation.evaluate.store import Kept
 from evaluation.evaluate.tables import value_of
 from evaluation.metrics import RATES, Metrics

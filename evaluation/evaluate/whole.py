@@ -1,0 +1,146 @@
+"""What `drivemcp evaluate` does: drive what is missing, measure, write."""
+
+import argparse
+import shlex
+import signal
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from evaluation.drive.command import Screen
+from evaluation.drive.stack import settings_of
+from evaluation.evaluate import files, report
+from evaluation.evaluate.machine import machine
+from evaluation.evaluate.names import QUICK_S, TABLES, TableName
+from evaluation.evaluate.one import run_one
+from evaluation.evaluate.page import page
+from evaluation.evaluate.plan import Amount, Row, Run, rows_of, runs_of, with_settings
+from evaluation.evaluate.pool import Done, Job, Pool
+from evaluation.evaluate.spread import Spread
+from evaluation.evaluate.store import Store
+from evaluation.evaluate.tables import Ran, Table, table_of
+
+REPORT = "report.html"
+
+
+def evaluate(flags: argparse.Namespace) -> int:
+    """Drive, measure, write; the exit status."""
+    screen, folder = Screen(), Path(flags.out)
+    store = Store(folder / "runs")
+    rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
+    runs = runs_of(rows, _amount(flags))
+    keys = {id(run): store.key(run.spec) for run in runs}
+    with store.alone():
+        try:
+            with _interruptible():
+                _drive({keys[id(run)]: run for run in runs}, store, flags, screen)
+        finally:
+            tables = _measured(rows, runs, keys, store)
+            _write(tables, folder, store, flags, screen)
+    return int(any(row.missing for table in tables for row in table.rows))
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """SIGINT and SIGTERM end the driving, whoever started us and however; a shell's background job ignores the first."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    previous = [(number, signal.signal(number, stop)) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        yield
+    finally:
+        for number, handler in previous:
+            signal.signal(number, handler)
+
+
+def _tables(name: str) -> tuple[TableName, ...]:
+    return TABLES if name == "all" else (name,)  # type: ignore[return-value]
+
+
+def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
+    """The table's rows, with the settings that are the user's."""
+    for row in rows_of(name, flags.sensors):
+        spec = row.spec
+        for service, settings in settings_of(flags.set).items():
+            spec = with_settings(spec, service, settings)
+        yield msgspec.structs.replace(row, spec=spec)
+
+
+def _amount(flags: argparse.Namespace) -> Amount:
+    if flags.quick:
+        return Amount(runs=flags.runs or 1, seconds=QUICK_S)
+    return Amount(runs=flags.runs, km=flags.km)
+
+
+def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, screen: Screen) -> None:
+    """Drive the runs that are not there. A run that several rows share is driven once."""
+    jobs = [Job(key, run.spec) for key, run in runs.items() if store.kept(key) is None]
+    screen.say(f"{len(runs)} runs, {len(runs) - len(jobs)} of them are there; in {store.folder}")
+    started_s, failed = time.monotonic(), 0
+    for count, done in enumerate(_ends(jobs, store, flags), 1):
+        store.note(done.key, done.problem)
+        failed += bool(done.problem)
+        if done.problem:
+            screen.say(f"{_named(runs[done.key])} failed: {done.problem.strip().splitlines()[-1]}")
+        screen.live(_progress(count, len(jobs), failed, time.monotonic() - started_s, runs[done.key]))
+    screen.end_live()
+
+
+def _ends(jobs: Sequence[Job], store: Store, flags: argparse.Namespace) -> Iterable[Done]:
+    folder = str(store.folder.resolve())
+    spread = Spread(folder, flags.ray, run_one) if flags.ray else Pool(folder, flags.jobs, run_one)
+    return spread.done(jobs)
+
+
+def _progress(count: int, total: int, failed: int, since_s: float, last: Run) -> str:
+    left_s = since_s / count * (total - count)
+    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
+    left = f"{hours} h {minutes:.0f} min" if hours else f"{minutes:.1f} min"
+    return f"{count} of {total} runs{f', {failed} failed' if failed else ''}; about {left} left; last: {_named(last)}"
+
+
+def _named(run: Run) -> str:
+    return f"{run.row.table}, {run.row.label}, {run.spec.scenario}"
+
+
+def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str], store: Store) -> list[Table]:
+    by_row: dict[tuple[str, str], list[Ran]] = {}
+    for run in runs:
+        key = keys[id(run)]
+        ran = Ran(key=key, number=run.number, seed=run.spec.seed, kept=store.kept(key), problem=store.failed(key))
+        by_row.setdefault((run.row.table, run.row.key), []).append(ran)
+    names = dict.fromkeys(row.table for row in rows)
+    return [
+        table_of(
+            name,
+            [row for row in rows if row.table == name],
+            {key: ran for (table, key), ran in by_row.items() if table == name},
+        )
+        for name in names
+    ]
+
+
+def _write(tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen) -> None:
+    told = report.about(tables, _command(flags), machine(), quick=flags.quick)
+    files.write(folder, tables)
+    (folder / REPORT).write_text(report.html(tables, told, store.folder, folder), encoding="utf-8")
+    if flags.docs:
+        Path(flags.docs).write_text(page(tables, told), encoding="utf-8")
+    missing = f"; {told.missing} are missing: the same command goes on" if told.missing else ""
+    screen.say(f"{told.runs} runs, {told.km:.2f} km{missing}")
+    sys.stdout.write(f"{folder / REPORT}\n")
+
+
+def _command(flags: argparse.Namespace) -> str:
+    words = ["drivemcp", "evaluate", flags.table]
+    for name in ("runs", "km"):
+        words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
+    words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
+    words += [word for setting in flags.set for word in ("--set", setting)]
+    return shlex.join(words)
