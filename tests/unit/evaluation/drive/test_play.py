@@ -9,7 +9,8 @@ import pytest
 
 from drivemcp.cli import run
 from drivemcp.errors import UserError
-from evaluation.drive.play import DECIDING, can_log_of, register
+from evaluation.drive.play import register
+from evaluation.drive.played import DECIDING, can_log_of
 from proto.services import BY_NAME
 from services.player.moments import Options
 from services.player.source import open_recording
