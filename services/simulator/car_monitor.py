@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from services.simulator.car_sensors import SENSORS, read
-from services.simulator.car_state import CarState
+from services.simulator.car_state import STEERING_RATIO, WHEELBASE_M, CarState
 from services.simulator.tyres import NOMINAL_BAR
 
 MISSING_S, WRONG_S = 0.3, 2.0
@@ -95,7 +95,7 @@ class CarMonitor:
         middle = statistics.median(known)
         wrong = {name: abs(value - middle) > WHEEL_MPS + WHEEL_SHARE * middle for name, value in wheels.items()}
         wrong["speed"] = abs(now["speed"] - middle) > SPEED_MPS + SPEED_SHARE * middle
-        steered = middle * math.tan(told.steering_wheel_rad / 15.0) / 2.7
+        steered = middle * math.tan(told.steering_wheel_rad / STEERING_RATIO) / WHEELBASE_M
         wrong["yaw_rate"] = abs(now["yaw_rate"] - steered) > YAW_RADPS
         wrong["acceleration"] = abs(now["acceleration"] - self._change) > ACCELERATION_MPS2
         wrong["brake_pressure"] = told.brake <= 0.01 and now["brake_pressure"] > PRESSURE_BAR

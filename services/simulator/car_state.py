@@ -30,7 +30,6 @@ DISCHARGE_V_PER_S = 0.01
 """Lights, fan and wipers from the battery alone, which gives 12.1 V under them at first; ours."""
 PEDAL_MM, SPONGE_MM = 60.0, 70.0
 """Pedal travel at full braking, and what an empty circuit adds to it."""
-KELVIN = 273.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,10 +235,10 @@ def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition
     """
     braked = controls.brake > 0.01 and not controls.locked
     braking_w = MASS_KG * max(0.0, -controls.acceleration_mps2) * speed_mps if braked else 0.0
-    cooling, air_k = DISC_COOLING_W_PER_K * (1.0 + 0.2 * speed_mps), controls.outside_temperature_c + KELVIN
+    cooling, air_k = DISC_COOLING_W_PER_K * (1.0 + 0.2 * speed_mps), controls.outside_temperature_c + tyres.KELVIN
 
     def disc(now_c: float, share: float) -> float:
-        now_k = now_c + KELVIN
+        now_k = now_c + tyres.KELVIN
         conductance = cooling + DISC_GLOW_W_PER_K4 * (now_k**2 + air_k**2) * (now_k + air_k)
         gained = braking_w * share / 2.0 * dt_s / DISC_HEAT_J_PER_K
         lost = 1.0 - math.exp(-conductance * dt_s / DISC_HEAT_J_PER_K)

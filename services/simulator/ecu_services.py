@@ -4,7 +4,7 @@
 
 from collections.abc import Callable, Mapping
 
-from services.simulator import car_faults, ecu_data
+from services.simulator import car_faults
 from services.simulator.car_state import CarState
 from services.simulator.ecu_data import ENGINE, LOCKED, OWN, PARAMETERS, UNITS, bitmap, code_bytes, unit_of, word
 from services.simulator.ecu_memory import AVAILABLE, CodeMemory
@@ -252,7 +252,7 @@ def _present(unit: int, payload: bytes, state: CarState) -> Answer:
 
 
 def _codes(unit: int, codes: tuple[str, ...]) -> list[str]:
-    return [code for code in codes if ecu_data.unit_of(code) == unit]
+    return [code for code in codes if unit_of(code) == unit]
 
 
 def _obd_codes(payload: bytes, codes: list[str]) -> Answer:

@@ -12,7 +12,7 @@ from services.simulator.car_state import CarState
 from services.simulator.ecu_data import ADDRESSES, BODY, TEST_UNIT, UNITS
 from services.simulator.ecu_memory import CodeMemory
 from services.simulator.ecu_services import LIST_S, NOT_IN_SESSION, NOT_SUPPORTED, OUT_OF_RANGE, PENDING, Services
-from services.simulator.ecu_transport import FUNCTIONAL_11, FUNCTIONAL_29, Line
+from services.simulator.ecu_transport import FUNCTIONAL_11, FUNCTIONAL_29, Line, is_extended
 
 NS = 1_000_000_000
 SILENT_FOR_ALL = frozenset({NOT_SUPPORTED, 0x12, OUT_OF_RANGE, 0x7E, NOT_IN_SESSION})
@@ -63,7 +63,7 @@ class EcuBank:
     def on_frame(self, frame: CanFrame, state: CarState, now_ns: int) -> list[CanFrame]:
         """What the units send at once for this frame; frames that are no request are ignored, broken ones counted."""
         units, data = _ASKED.get(frame.arbitration_id), frame.data
-        if units is None or frame.extended != (frame.arbitration_id > 0x7FF):
+        if units is None or frame.extended != is_extended(frame.arbitration_id):
             return []
         if not data:
             self.malformed += 1

@@ -11,7 +11,6 @@ from services.simulator.scene import Atmosphere
 
 WET_FROM_MM = 0.03
 """A film from which the road counts as wet: water stands on it and spray is thrown up."""
-MU_DRY = Road().dry
 ROAD_OVER_AIR_K, WET_ROAD_OVER_AIR_K = 3.0, 0.5
 DEW_UNDER_AIR_K = 3.0
 GUSTS = 1.5
@@ -72,18 +71,18 @@ class WeatherCourse:
     def at(self, time_s: float) -> Weather:
         """The weather at a time; after the last key it stays."""
         cover = self._covers[min(len(self._covers) - 1, max(0, round(time_s)))]
-        wind = self._value(time_s, "wind_mps")
-        gust = self._value(time_s, "gust_mps")
+        sky, wind_mps = self._sky(time_s, cover.film_mm), self._value(time_s, "wind_mps")
+        gust_mps = self._given(time_s, "gust_mps")
         return Weather(
-            rain_mm_h=self._value(time_s, "rain_mm_h") or 0.0,
-            snow_mm_h=self._value(time_s, "snow_mm_h") or 0.0,
-            visibility_m=self._value(time_s, "visibility_m") or 0.0,
-            air_c=self._value(time_s, "air_c") or 0.0,
-            road_c=self._road_c(time_s, cover.film_mm),
-            dew_point_c=self._dew_c(time_s),
-            cloud=self._value(time_s, "cloud") or 0.0,
-            wind_mps=wind or 0.0,
-            gust_mps=GUSTS * (wind or 0.0) if gust is None else gust,
+            rain_mm_h=sky.rain_mm_h,
+            snow_mm_h=sky.snow_mm_h,
+            visibility_m=sky.visibility_m,
+            air_c=self._value(time_s, "air_c"),
+            road_c=sky.road_c,
+            dew_point_c=sky.dew_point_c,
+            cloud=self._value(time_s, "cloud"),
+            wind_mps=wind_mps,
+            gust_mps=GUSTS * wind_mps if gust_mps is None else gust_mps,
             cover=cover,
             road=self.road,
         )
@@ -106,25 +105,29 @@ class WeatherCourse:
 
     def _sky(self, time_s: float, film_mm: float) -> Sky:
         return Sky(
-            rain_mm_h=self._value(time_s, "rain_mm_h") or 0.0,
-            snow_mm_h=self._value(time_s, "snow_mm_h") or 0.0,
-            visibility_m=self._value(time_s, "visibility_m") or 0.0,
+            rain_mm_h=self._value(time_s, "rain_mm_h"),
+            snow_mm_h=self._value(time_s, "snow_mm_h"),
+            visibility_m=self._value(time_s, "visibility_m"),
             road_c=self._road_c(time_s, film_mm),
             dew_point_c=self._dew_c(time_s),
         )
 
     def _road_c(self, time_s: float, film_mm: float) -> float:
-        given = self._value(time_s, "road_c")
+        given = self._given(time_s, "road_c")
         if given is not None:
             return given
         over = WET_ROAD_OVER_AIR_K if film_mm > WET_FROM_MM else ROAD_OVER_AIR_K
-        return (self._value(time_s, "air_c") or 0.0) + over
+        return self._value(time_s, "air_c") + over
 
     def _dew_c(self, time_s: float) -> float:
-        given = self._value(time_s, "dew_point_c")
-        return (self._value(time_s, "air_c") or 0.0) - DEW_UNDER_AIR_K if given is None else given
+        given = self._given(time_s, "dew_point_c")
+        return self._value(time_s, "air_c") - DEW_UNDER_AIR_K if given is None else given
 
-    def _value(self, time_s: float, field: str) -> float | None:
+    def _value(self, time_s: float, field: str) -> float:
+        """Of a field that no key leaves open."""
+        return self._given(time_s, field) or 0.0
+
+    def _given(self, time_s: float, field: str) -> float | None:
         """Evenly between two keys; a key that leaves it open leaves it open until the next."""
         after = bisect_right(self._times, time_s)
         if after == len(self._keys):

@@ -3,12 +3,13 @@
 import pytest
 
 from services.simulator.plan import DaylightPlan, WeatherPlan
-from services.simulator.weather import MU_DRY, WeatherCourse, atmosphere, friction
+from services.simulator.road_state import Road
+from services.simulator.weather import WeatherCourse, atmosphere, friction
 
 
 def test_friction_falls_with_the_film_and_is_dry_without_one() -> None:
     values = [friction(film / 100) for film in range(0, 150, 5)]
-    assert values[0] == MU_DRY
+    assert values[0] == Road().dry
     assert values == sorted(values, reverse=True)
     assert 0.35 < values[-1] < 0.5
 
