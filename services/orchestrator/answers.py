@@ -39,6 +39,25 @@ def failed(outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
     return tuple(sorted({outcome.tool for outcome in outcomes if not outcome.ok}))
 
 
+def degraded(state: State, outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
+    """What the answer lacks: what the world lacks, and the tools that failed."""
+    return tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
+
+
+def typed(outcome: Outcome, kind: type[S]) -> S | None:
+    """The result as its type; one that breaks its schema is no answer."""
+    try:
+        return msgspec.convert(outcome.result, kind)
+    except msgspec.ValidationError:
+        return None
+
+
+def results(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> list[S]:
+    """What a tool answered, in the order in which it was asked; what is no such answer is left out."""
+    found = (typed(each, kind) for each in outcomes if each.tool == tool and each.ok)
+    return [each for each in found if each is not None]
+
+
 def _note(asked: tuple[Cached, ...], outcome: Outcome, now_ns: int) -> tuple[Cached, ...]:
     stamp_ns = now_ns - int(outcome.age_ms * 1e6)
     entry = Cached(tool=outcome.tool, arguments_sha256=legal.key(outcome.arguments), stamp_ns=stamp_ns, ok=outcome.ok)
@@ -59,16 +78,8 @@ def _take_one(held: Held, state: State, outcome: Outcome) -> Held:
     return held if effect is None else _take_expert(held, state, outcome, effect)
 
 
-def _typed(outcome: Outcome, kind: type[S]) -> S | None:
-    """The result as its type; one that breaks its schema is no answer."""
-    try:
-        return msgspec.convert(outcome.result, kind)
-    except msgspec.ValidationError:
-        return None
-
-
 def _legal(held: Held, state: State, outcome: Outcome) -> Held:
-    answer = _typed(outcome, RulesAnswer)
+    answer = typed(outcome, RulesAnswer)
     if answer is None or not sane_limit(answer):
         return held
     key = legal.key(outcome.arguments)
@@ -94,7 +105,7 @@ def raises(before: RulesAnswer, after: RulesAnswer) -> bool:
 
 
 def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
-    meaning = _typed(outcome, SignMeaning)
+    meaning = typed(outcome, SignMeaning)
     if meaning is None:
         return held
     held = msgspec.structs.replace(held, meaning=meaning)
@@ -105,12 +116,12 @@ def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
 
 
 def _right_of_way(held: Held, state: State, outcome: Outcome) -> Held:
-    answer = _typed(outcome, RulesAnswer)
+    answer = typed(outcome, RulesAnswer)
     return held if answer is None else msgspec.structs.replace(held, right_of_way=answer)
 
 
 def _weather(held: Held, state: State, outcome: Outcome) -> Held:
-    conditions = _typed(outcome, Conditions)
+    conditions = typed(outcome, Conditions)
     if conditions is None or not sane_conditions(conditions):
         return held
     conditions = settle(held.conditions, conditions)
@@ -119,7 +130,7 @@ def _weather(held: Held, state: State, outcome: Outcome) -> Held:
 
 
 def _health(held: Held, state: State, outcome: Outcome) -> Held:
-    health = _typed(outcome, VehicleHealth)
+    health = typed(outcome, VehicleHealth)
     if health is None or not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
         return held
     return msgspec.structs.replace(held, health=health)

@@ -4,7 +4,7 @@ what the driver is told. It advises only: the arbiter is not asked, and nothing 
 An answer that cannot be parsed advises nothing. A limit that was told stands until another one is.
 """
 
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -12,6 +12,7 @@ from proto.decision import Event, Fused, Reason, Urgency
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
+from services.orchestrator.answers import results, typed
 from services.orchestrator.ask import Ask
 from services.orchestrator.direct_context import context
 from services.orchestrator.events import new
@@ -25,7 +26,6 @@ from services.orchestrator.targets import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text, to_mps
 
-S = TypeVar("S")
 PROMPT, RETRIEVE = "answer_prompt", "retrieve"
 DEADLINE_MS = 60.0
 LIMIT, HAZARD = "Which speed limit is in force here?", "Who is ahead in the path and comes nearer?"
@@ -110,21 +110,7 @@ def prompt_call(query: str, state: State, method: Method, outcomes: tuple[Outcom
 
 
 def _passages(outcomes: tuple[Outcome, ...]) -> list[str]:
-    texts = []
-    for outcome in outcomes:
-        found = typed(outcome, RETRIEVE, Retrieved)
-        texts += [passage.excerpt for passage in found.passages] if found is not None else []
-    return texts
-
-
-def typed(outcome: Outcome, tool: str, kind: type[S]) -> S | None:
-    """The result of a tool as its type; None where it did not answer, or not so."""
-    if outcome.tool != tool or not outcome.ok:
-        return None
-    try:
-        return msgspec.convert(outcome.result, kind)
-    except msgspec.ValidationError:
-        return None
+    return [passage.excerpt for found in results(outcomes, RETRIEVE, Retrieved) for passage in found.passages]
 
 
 # -- hearing -------------------------------------------------------------------------------------------------------------
@@ -134,7 +120,7 @@ def _heard(state: State, outcomes: tuple[Outcome, ...], now: tuple[Outcome, ...]
     before_ms = sum(outcome.elapsed_ms for outcome in now if outcome.tool != PROMPT)
     told = [*state.direct.waiting]
     for outcome in outcomes:
-        answer = typed(outcome, PROMPT, PromptAnswer)
+        answer = typed(outcome, PromptAnswer) if outcome.tool == PROMPT and outcome.ok else None
         if answer is not None:
             told.append(_told(state, outcome, answer, before_ms))
     due = [each for each in told if each.due_ns <= state.now_ns and each.action != "none"]

@@ -1,12 +1,12 @@
 """A driver's question under the Direct methods: the front end's answer to its prompt, word for word, or that there is none."""
 
 from proto.scene import PromptAnswer
-from proto.tools import Outcome
 from services.orchestrator import direct
+from services.orchestrator.answers import degraded, results
 from services.orchestrator.ask import Ask
 from services.orchestrator.inputs import Method
 from services.orchestrator.messages import say
-from services.orchestrator.question import Answer, Subject, ToolUse
+from services.orchestrator.question import Answer, Subject, used
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
 
@@ -14,7 +14,7 @@ from services.orchestrator.text import plain
 def direct_answer(question: str, subject: Subject, state: State, method: Method, ask: Ask) -> Answer:
     """One prompt, with passages if the method has them; nothing else is asked, and no target but the one that stands."""
     outcomes = direct.consult(question, state, method, ask)[1]
-    said = next((a for o in outcomes if (a := direct.typed(o, direct.PROMPT, PromptAnswer)) is not None), None)
+    said = next(iter(results(outcomes, direct.PROMPT, PromptAnswer)), None)
     standing = state.direct.limit
     return Answer(
         text=plain(said.text, 400) if said is not None and said.text else say(state.preferences, "ask", "nothing"),
@@ -22,11 +22,7 @@ def direct_answer(question: str, subject: Subject, state: State, method: Method,
         citations=(),
         confidence=max(0.0, min(1.0, said.score)) if said is not None else 0.0,
         target_mps=standing.limit.mps if standing is not None and standing.limit is not None else None,
-        tools=tuple(_use(outcome) for outcome in outcomes),
+        tools=used(outcomes),
         language=state.preferences.language,
-        degraded=tuple(sorted({*state.world.degraded, *(f"tool:{o.tool}" for o in outcomes if not o.ok)})),
+        degraded=degraded(state, outcomes),
     )
-
-
-def _use(outcome: Outcome) -> ToolUse:
-    return ToolUse(tool=outcome.tool, status=outcome.status, elapsed_ms=round(outcome.elapsed_ms, 2))

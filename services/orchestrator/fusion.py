@@ -9,7 +9,7 @@ from typing import Any
 from proto.decision import Event, Fused, Reason
 from proto.rules import Citation
 from proto.tools import Outcome
-from services.orchestrator.answers import failed
+from services.orchestrator.answers import degraded, failed
 from services.orchestrator.matter import Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
@@ -36,8 +36,8 @@ def advise(
 ) -> tuple[Fused, Matter | None, Target]:
     """The advice, the matter that it speaks of, and the target with its bounds."""
     goal = target(state)
-    degraded = tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
-    chosen = choose(matters(state, goal, events, degraded), state)
+    missing = degraded(state, outcomes)
+    chosen = choose(matters(state, goal, events, missing), state)
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
     preferences = state.preferences
@@ -58,7 +58,7 @@ def advise(
         mu_high=conditions.mu_high if conditions is not None else None,
         language=preferences.language,
         unit=preferences.unit,
-        degraded=degraded,
+        degraded=missing,
         new_information=chosen is not None and is_new(chosen, state),
         first_notice=chosen is not None and owes_first_notice(chosen, state),
         muted=preferences.muted,

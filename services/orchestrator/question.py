@@ -1,6 +1,5 @@
 """A driver's question: what it is about, whom to ask, and the answer out of the running drive. Pure."""
 
-import contextlib
 import re
 import tomllib
 from functools import cache
@@ -15,6 +14,7 @@ from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
+from services.orchestrator.answers import degraded, results
 from services.orchestrator.evidence import in_words
 from services.orchestrator.limits import in_force
 from services.orchestrator.messages import distance, drive, phrases, say, speed, word
@@ -185,29 +185,24 @@ def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcom
         citations=tuple(citations.values())[:MOST_CITATIONS],
         confidence=max(0.0, min(1.0, told.confidence)),
         target_mps=goal.mps,
-        tools=tuple(ToolUse(tool=o.tool, status=o.status, elapsed_ms=round(o.elapsed_ms, 2)) for o in outcomes),
+        tools=used(outcomes),
         language=state.preferences.language,
-        degraded=tuple(sorted({*state.world.degraded, *(f"tool:{o.tool}" for o in outcomes if not o.ok)})),
+        degraded=degraded(state, outcomes),
     )
 
 
+def used(outcomes: tuple[Outcome, ...]) -> tuple[ToolUse, ...]:
+    """The tools that were asked, as an answer names them."""
+    return tuple(ToolUse(tool=o.tool, status=o.status, elapsed_ms=round(o.elapsed_ms, 2)) for o in outcomes)
+
+
 def _result(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> S | None:
-    return next(iter(_results(outcomes, tool, kind)), None)
-
-
-def _results(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> list[S]:
-    """What a tool answered, in the order in which it was asked; what is no such answer is left out."""
-    found = []
-    for each in outcomes:
-        if each.tool == tool and each.ok:
-            with contextlib.suppress(msgspec.ValidationError):
-                found.append(msgspec.convert(each.result, kind))
-    return found
+    return next(iter(results(outcomes, tool, kind)), None)
 
 
 def _law_found(outcomes: tuple[Outcome, ...]) -> RulesAnswer | None:
     """The first answer that cites something; without one the first."""
-    found = _results(outcomes, "lookup_rule", RulesAnswer)
+    found = results(outcomes, "lookup_rule", RulesAnswer)
     return next((each for each in found if each.citations), found[0] if found else None)
 
 
