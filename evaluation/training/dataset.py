@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
 from services.simulator.render.stage import Split, random_stage
-from services.simulator.scene import FRONT, TELE, CameraSpec, Scene, SignPost, StaticWorld
+from services.simulator.scene import FRONT, TELE, CameraSpec, Pose, Scene, SignPost, StaticWorld
 from services.simulator.signart import CODES
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
@@ -101,14 +101,8 @@ class Shot:
 
 def _further(scene: Scene, static: StaticWorld, rng: np.random.Generator, split: Split) -> Scene:
     """The ego further along, in another stage's weather; who would stand inside the ego is left out."""
-    way = float(rng.uniform(4.0, 32.0))
+    ego = further_along(scene.ego, float(rng.uniform(4.0, 32.0)), rng)
     c, s = math.cos(scene.ego.yaw_rad), math.sin(scene.ego.yaw_rad)
-    ego = replace(
-        scene.ego,
-        x_m=scene.ego.x_m + c * way,
-        y_m=scene.ego.y_m + s * way,
-        yaw_rad=scene.ego.yaw_rad + float(rng.normal(0, 0.01)),
-    )
     _, other = random_stage(int(rng.integers(1 << 30)), split)
     actors = []
     for actor in scene.actors:
@@ -117,6 +111,16 @@ def _further(scene: Scene, static: StaticWorld, rng: np.random.Generator, split:
         if abs(ahead) > actor.length_m / 2 + 3.5 or aside > actor.width_m / 2 + 1.2:
             actors.append(actor)
     return replace(scene, ego=ego, actors=tuple(actors), atmosphere=other.atmosphere, time_s=float(rng.uniform(0, 100)))
+
+
+def further_along(pose: Pose, way_m: float, rng: np.random.Generator) -> Pose:
+    """So far straight ahead, and not quite as straight as before."""
+    return replace(
+        pose,
+        x_m=pose.x_m + math.cos(pose.yaw_rad) * way_m,
+        y_m=pose.y_m + math.sin(pose.yaw_rad) * way_m,
+        yaw_rad=pose.yaw_rad + float(rng.normal(0, 0.01)),
+    )
 
 
 def jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
@@ -133,11 +137,7 @@ def shot_of(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random
     """A picture as a real camera gives it, with all that is in it."""
     picture = renderer.render(scene, camera)
     objects = rows_of(renderer.render_labels(scene, camera))
-    blurred = _blurred(picture, rng)
-    quality = int(rng.integers(60, 96))
-    done, coded = cv2.imencode(".jpg", cv2.cvtColor(blurred, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not done:
-        raise OSError("the picture could not be coded")
+    jpeg = coded(_blurred(picture, rng), int(rng.integers(60, 96)))
     sky = scene.atmosphere
     note: dict[str, str | float] = {
         "camera": camera.id,
@@ -147,7 +147,15 @@ def shot_of(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random
         "visibility_m": sky.fog_visibility_m,
         "sun_deg": sky.sun_elevation_deg,
     }
-    return Shot(coded.tobytes(), objects, note)
+    return Shot(jpeg, objects, note)
+
+
+def coded(picture: NDArray[np.uint8], quality: int) -> bytes:
+    """RGB as JPEG."""
+    done, jpeg = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise OSError("the picture could not be coded")
+    return jpeg.tobytes()
 
 
 def _blurred(picture: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
@@ -198,9 +206,7 @@ def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
     pictures: list[NDArray[np.uint8]] = []
     objects: list[NDArray[np.float32]] = []
     notes: list[dict[str, str | float]] = []
-    for path in sorted(folder.glob(f"{split}-*.npz")):
-        if path.name.endswith(".part.npz"):
-            continue
+    for path in shards(folder, split):
         for picture, rows, note in shard_frames(path):
             if limit is None or len(pictures) < limit:
                 pictures.append(picture)
@@ -209,6 +215,11 @@ def load_frames(folder: Path, split: Split, limit: int | None = None) -> Frames:
     if not pictures:
         raise FileNotFoundError(f"no {split} frames in {folder}; make some: python -m evaluation.training.dataset")
     return Frames(pictures, objects, notes)
+
+
+def shards(folder: Path, split: str) -> list[Path]:
+    """The files of a split that were written to their end."""
+    return [path for path in sorted(folder.glob(f"{split}-*.npz")) if not path.name.endswith(".part.npz")]
 
 
 def shard_frames(path: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.float32], dict[str, str | float]]]:

@@ -33,14 +33,7 @@ PLANTS = {"tree": TREES, "conifer": CONIFERS, "hedge": HEDGES}
 
 def drive_shots(scenario: str, seed: int, seconds: float, every_s: float) -> Iterator[Shot]:
     """Pictures of both cameras along one drive, at the given interval."""
-    session = Session(
-        load_scenario(data(f"scenarios/{scenario}.toml")),
-        seed,
-        seconds=seconds,
-        epoch_ns=1_000_000_000,
-        dbc=data("vehicles/sim/sim.dbc"),
-        bus="car",
-    )
+    session = session_of(scenario, seed, seconds)
     rng = np.random.default_rng((78, seed))
     static = held_in(session.world.static)
     renderer = Renderer(static, seed)
@@ -57,6 +50,18 @@ def drive_shots(scenario: str, seed: int, seconds: float, every_s: float) -> Ite
         for camera in CAMERAS.values():
             yield shot_of(renderer, scene, jittered(camera, rng), rng, seed)
     renderer.close()
+
+
+def session_of(scenario: str, seed: int, seconds: float) -> Session:
+    """One drive through a shipped scenario."""
+    return Session(
+        load_scenario(data(f"scenarios/{scenario}.toml")),
+        seed,
+        seconds=seconds,
+        epoch_ns=1_000_000_000,
+        dbc=data("vehicles/sim/sim.dbc"),
+        bus="car",
+    )
 
 
 def held_in(static: StaticWorld) -> StaticWorld:

@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 
 from drivemcp.paths import data
 from evaluation.training.bins import Bools, Floats
-from evaluation.training.dataset import shard_frames
+from evaluation.training.dataset import shard_frames, shards
 from evaluation.training.weather_trees import write_trees
-from proto.sensors import Calibration
 from services.perception.camera import Camera
 from services.perception.camera_weather import Card, Margin, Odds
 from services.perception.weather_features import features
 from services.simulator.scene import FRONT
+from services.simulator.sensors import calibration
 from services.simulator.weather import WET_FROM_MM
 
 WET_FROM = 1.0 - float(np.exp(-WET_FROM_MM / 0.1))
@@ -84,7 +84,7 @@ class Pictures:
 
 def read_pictures(folder: Path, split: str) -> Pictures:
     """All shards of a split. Raises FileNotFoundError where there are none."""
-    paths = [path for path in sorted(folder.glob(f"{split}-*.npz")) if not path.name.endswith(".part.npz")]
+    paths = shards(folder, split)
     if not paths:
         raise FileNotFoundError(
             f"no {split} pictures in {folder}; python -m evaluation.training.weather_frames makes some"
@@ -96,12 +96,9 @@ def read_pictures(folder: Path, split: str) -> Pictures:
 
 def camera_of(note: Mapping[str, Any]) -> Camera:
     """The camera of a picture as its calibration tells it."""
-    focal, (wide, high) = float(note["focal_px"]), (FRONT.width_px, FRONT.height_px)
-    calibration = Calibration(
-        fx_px=focal, fy_px=focal, cx_px=wide / 2, cy_px=high / 2, width_px=wide, height_px=high,
-        x_m=FRONT.x_m, z_m=float(note["z_m"]), pitch_rad=float(note["pitch_rad"]),
-    )  # fmt: skip
-    return Camera.of(calibration)
+    focal_px = float(note["focal_px"])
+    mounted = {"z_m": float(note["z_m"]), "pitch_rad": float(note["pitch_rad"])}
+    return Camera.of(msgspec.structs.replace(calibration(FRONT), fx_px=focal_px, fy_px=focal_px, **mounted))
 
 
 def grow(pictures: Pictures) -> dict[str, Any]:

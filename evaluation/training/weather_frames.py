@@ -18,20 +18,16 @@ from itertools import islice
 from pathlib import Path
 from typing import get_args
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from drivemcp.paths import data
-from evaluation.training.dataset import Shot, jittered, write_shard
-from evaluation.training.dataset_drives import held_in
+from evaluation.training.dataset import Shot, coded, further_along, jittered, write_shard
+from evaluation.training.dataset_drives import held_in, session_of
 from evaluation.training.lens import through_lens
 from services.simulator.render import Renderer
 from services.simulator.render.light import KOSCHMIEDER, extinction_per_m, light_of
 from services.simulator.render.stage import Split, random_stage
-from services.simulator.scenario import load_scenario
 from services.simulator.scene import FRONT, Atmosphere, CameraSpec, Scene
-from services.simulator.session import Session
 
 KINDS = ("clear", "overcast", "low_sun", "rain", "fog", "after_rain", "night", "night_wet", "night_rain", "night_fog")
 SHARES = (0.15, 0.10, 0.08, 0.22, 0.15, 0.11, 0.06, 0.04, 0.06, 0.03)
@@ -94,28 +90,14 @@ def stage_shots(seed: int, split: Split, hold: int, renderer: Renderer | None) -
 
 
 def _further(scene: Scene, rng: Rng) -> Scene:
-    way = float(rng.uniform(0.0, 40.0))
-    c, s = math.cos(scene.ego.yaw_rad), math.sin(scene.ego.yaw_rad)
-    ego = replace(
-        scene.ego,
-        x_m=scene.ego.x_m + c * way,
-        y_m=scene.ego.y_m + s * way,
-        yaw_rad=scene.ego.yaw_rad + float(rng.normal(0, 0.01)),
-    )
+    ego = further_along(scene.ego, float(rng.uniform(0.0, 40.0)), rng)
     actors = tuple(a for a in scene.actors if math.hypot(a.pose.x_m - ego.x_m, a.pose.y_m - ego.y_m) > 8.0)
     return replace(scene, ego=ego, actors=actors, time_s=float(rng.uniform(0, 100)))
 
 
 def drive_shots(scenario: str, seed: int, seconds: float, every_s: float, hold: int) -> Iterator[Shot]:
     """Pictures along one drive."""
-    session = Session(
-        load_scenario(data(f"scenarios/{scenario}.toml")),
-        seed,
-        seconds=seconds,
-        epoch_ns=1_000_000_000,
-        dbc=data("vehicles/sim/sim.dbc"),
-        bus="car",
-    )
+    session = session_of(scenario, seed, seconds)
     rng = np.random.default_rng((80, seed))
     static = held_in(session.world.static) if seed >= 1000 else session.world.static
     renderer, skies = Renderer(static, seed), Skies(rng, hold, f"{scenario} {seed}")
@@ -137,12 +119,9 @@ def shot_of(renderer: Renderer, scene: Scene, skies: Skies, rng: Rng) -> Shot:
     camera = jittered(FRONT, rng)
     picture = renderer.render(replace(scene, atmosphere=atmosphere, actors=actors), camera)
     seen = through_lens(exposed(picture, rng), rng, LENS_SHARE)
-    quality = int(rng.integers(65, 96))
-    done, coded = cv2.imencode(".jpg", cv2.cvtColor(seen, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
-    if not done:
-        raise OSError("the picture could not be coded")
+    jpeg = coded(seen, int(rng.integers(65, 96)))
     objects = np.zeros((0, 8), dtype=np.float32)
-    return Shot(coded.tobytes(), objects, _note(kind, atmosphere, camera, place, rng))
+    return Shot(jpeg, objects, _note(kind, atmosphere, camera, place, rng))
 
 
 def _note(kind: str, atmosphere: Atmosphere, camera: CameraSpec, place: str, rng: Rng) -> dict[str, str | float]:

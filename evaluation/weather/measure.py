@@ -58,8 +58,9 @@ def drive(course: WeatherCourse, seed: int, tells: Tells) -> Iterator[Sample]:
         weather = course.at(time_s)
         mu = weather.mu_at(float(speed))
         instant = Instant(weather=weather, speed_mps=float(speed), mu=mu, time_s=time_s, seed=seed)
-        car = Car(speed_mps=float(speed)) if tells(instant) else Car()
-        assessed = assess(tells(instant), car, memory, instant.now_ns)
+        seen = tells(instant)
+        car = Car(speed_mps=float(speed)) if seen else Car()
+        assessed = assess(seen, car, memory, instant.now_ns)
         memory, told = assessed.memory, assessed.conditions
         yield Sample(mu, told.mu_low, told.mu_high, told.speed_factor)
 
