@@ -20,7 +20,8 @@ from evaluation.evaluate.moments import with_pictures, worst_moments
 from evaluation.evaluate.plan import with_settings
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
 from evaluation.metrics import Record, Recorder, from_log, keep, measure
-from evaluation.run.host import RunError, drive
+from evaluation.run.host import drive
+from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec
 from proto.decision import Grant
 from proto.topics import BRAKE

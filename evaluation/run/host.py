@@ -10,13 +10,13 @@ import msgspec
 
 from drivemcp.bus import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
-from drivemcp.errors import DriveMcpError
 from drivemcp.node import Node
 from drivemcp.registry import load_service
 from drivemcp.service import Service
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
 from evaluation.observed.hosted import MODELLED, modelled
+from evaluation.run.ready import RunError, wait_for_tools
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import generate, read_place
 from evaluation.stand_ins.hosted import stood_in
@@ -31,10 +31,6 @@ STALL_S = 120.0
 _CAMERAS: Mapping[str, tuple[str, ...]] = {"rendered": ("front", "tele"), "model": ()}
 
 
-class RunError(DriveMcpError):
-    """A run that did not come to its end."""
-
-
 def drive(spec: RunSpec, folder: Path, observe: Callable[[Node], None] = lambda node: None) -> ScenarioState:
     """Drive one run to its end; its log comes to `folder`. `observe` subscribes to what it wants to see.
 
@@ -45,6 +41,7 @@ def drive(spec: RunSpec, folder: Path, observe: Callable[[Node], None] = lambda 
         try:
             for service in _services(spec):
                 nodes.append(service.start(bus, _config(service, spec, folder)))
+            wait_for_tools(nodes)
             end = _watch(bus, observe, nodes)
             nodes.append(_start_source(bus, spec, folder))
             return end()

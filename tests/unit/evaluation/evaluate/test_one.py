@@ -11,7 +11,7 @@ from evaluation.evaluate import one
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import placed, rows_of
 from evaluation.evaluate.store import LOG, METRICS, Kept, Store
-from evaluation.run.host import RunError
+from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec
 from services.logger.verify import verify
 
