@@ -1,6 +1,7 @@
 """The event table: what is noticed, by which detector g, above which threshold eta, and which tools it routes to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from proto.decision import Event
@@ -17,6 +18,11 @@ LAW_KNOWN, WEATHER_KNOWN = 0.4, 0.3
 """Confidence from which law and weather are known well enough to be spoken of."""
 HELD_OVER_NS = 1_000_000_000
 """An event that pauses for less than this is the same one."""
+
+
+NO_OTHERS: Mapping[str, float] = MappingProxyType({})
+MOVED = (0.5, 1.5)
+"""Shares of the table's threshold between which a setting may move it; farther off it would be another event."""
 
 
 class Signal(NamedTuple):
@@ -39,17 +45,19 @@ class EventRow(NamedTuple):
     tools: tuple[str, ...]
 
 
-def detect_events(state: State, before: State, query: str = "") -> tuple[Event, ...]:
-    """All events above their thresholds now; `since_ns` is when they began."""
+def detect_events(
+    state: State, before: State, query: str = "", thresholds: Mapping[str, float] = NO_OTHERS
+) -> tuple[Event, ...]:
+    """All events above their thresholds now, the table's but for those given; `since_ns` is when they began."""
     found = []
     for row in TABLE:
-        signal = row.detect(state, before, query)
-        if signal.g > row.eta:
+        signal, eta = row.detect(state, before, query), thresholds.get(row.kind, row.eta)
+        if signal.g > eta:
             found.append(
                 Event(
                     kind=row.kind,
                     g=signal.g,
-                    eta=row.eta,
+                    eta=eta,
                     detail=signal.detail[:160],
                     confidence=signal.confidence,
                     since_ns=_since(before, row.kind, signal.detail, state.now_ns),
@@ -240,3 +248,14 @@ TABLE: tuple[EventRow, ...] = (
 """Thresholds are ours; the evaluation's corruption protocol measures what they cost (docs/safety.md)."""
 ETA = {row.kind: row.eta for row in TABLE}
 TOOLS = {row.kind: row.tools for row in TABLE}
+
+
+def out_of_bounds(thresholds: Mapping[str, float]) -> str:
+    """What is wrong with thresholds that somebody has set; empty: nothing."""
+    low, high = MOVED
+    for kind, eta in thresholds.items():
+        if kind not in ETA:
+            return f"thresholds: no event {kind!r}; there are {', '.join(sorted(ETA))}"
+        if not low * ETA[kind] <= eta <= high * ETA[kind]:
+            return f"thresholds.{kind} must lie in [{low * ETA[kind]:g}, {high * ETA[kind]:g}], not {eta:g}"
+    return ""

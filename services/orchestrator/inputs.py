@@ -85,6 +85,8 @@ class Observations(msgspec.Struct, frozen=True, kw_only=True):
     experts: tuple[Expert, ...] = ()
     query: str = ""
     method: Method = Method()
+    thresholds: dict[str, float] = {}
+    """Event -> threshold, where it is another than the table's."""
 
 
 def road_ahead(view: MapView) -> RoadAhead:

@@ -8,7 +8,7 @@ import msgspec
 
 from drivemcp.codehash import code_hash
 from drivemcp.config import ServiceConfig
-from drivemcp.errors import ToolFailed
+from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.received import Received
 from drivemcp.service import Service
@@ -20,7 +20,7 @@ from proto.tools import Outcome
 from proto.topics import Topic
 from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.direct_answer import direct_answer
-from services.orchestrator.events import new
+from services.orchestrator.events import new, out_of_bounds
 from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, finite, road_ahead
 from services.orchestrator.preferences import changed, remembered
 from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
@@ -59,6 +59,8 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """Whether the tools of a tick are asked at once, or one after another."""
     learns: bool = True
     """Whether labels (`feedback`) move the arbiter; they are kept all the same."""
+    thresholds: dict[str, float] = msgspec.field(default_factory=dict)
+    """Event -> threshold, where it is to be another than the table's; bounded by `events.MOVED`."""
 
 
 class LiveAsk:
@@ -218,6 +220,7 @@ class Orchestrator:
             experts=experts(node.catalogue()),
             query=query,
             method=self._method,
+            thresholds=self._config.thresholds,
         )
 
     def _stamped(self, topic: Topic[M]) -> Stamped[M] | None:
@@ -291,6 +294,8 @@ class Orchestrator:
 
 def build(config: OrchestratorConfig, node: Node) -> None:
     """Wire the orchestrator to a node."""
+    if problem := out_of_bounds(config.thresholds):
+        raise ConfigError(problem)
     orchestrator = Orchestrator(config, node)
     node.watch_services()
     quiet: tuple[Topic[Any], ...] = (

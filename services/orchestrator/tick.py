@@ -43,7 +43,7 @@ class Ticked(NamedTuple):
 def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     """The next state and everything on the way to it."""
     state = answers.take(observe(before, seen), seen.late)
-    events = detect_events(state, before, seen.query)
+    events = detect_events(state, before, seen.query, seen.thresholds)
     advised = (direct.advise if seen.method.name == "direct" else _by_tools(before))(state, events, seen, ask)
     state, fused, outcomes = advised.state, advised.fused, advised.outcomes
     request = request_of(state, fused, outcomes, seen)
@@ -62,7 +62,7 @@ def _by_tools(before: State) -> Callable[[State, tuple[Event, ...], Observations
         outcomes = ask.experts(calls) if calls else ()
         state = answers.take(state, outcomes)
         # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
-        now = detect_events(state, before, seen.query) if outcomes else events
+        now = detect_events(state, before, seen.query, seen.thresholds) if outcomes else events
         held = {event.kind for event in now}
         events = (*now, *(event for event in events if event.kind not in held))
         fused, matter, goal = advise(state, now, outcomes)

@@ -8,7 +8,7 @@ import pytest
 from proto.decision import EventKind
 from proto.sensors import StopLine
 from proto.vehicle import Degradation
-from services.orchestrator.events import TABLE
+from services.orchestrator.events import ETA, MOVED, TABLE, out_of_bounds
 from tests.unit.services.orchestrator.support import TICK, Drive, actor, conditions, doubted, fact, limit_sign
 
 
@@ -118,3 +118,25 @@ def test_an_unknown_speed_raises_no_overspeed() -> None:
     drive.ticks(3)
     assert "overspeed" not in kinds(drive)
     assert drive.history[-1][2].world.ego.speed_mps is None
+
+
+def test_another_threshold_raises_an_event_sooner_or_later_and_stands_in_it() -> None:
+    drive = Drive()
+    drive.ticks(2)
+    drive.speed_mps = 14.4  # 3.7 % above 50 km/h; the table's threshold is 5 %
+    drive.tick()
+    assert "overspeed" not in kinds(drive)
+    drive.tick(thresholds={"overspeed": 0.03})
+    assert next(e for e in drive.history[-1][2].events if e.kind == "overspeed").eta == 0.03
+    drive.speed_mps = 15.0
+    drive.tick(thresholds={"overspeed": 0.075})
+    assert kinds(drive) >= {"overspeed"}
+
+
+@pytest.mark.parametrize("kind", sorted(ETA))
+def test_a_threshold_moves_by_half_of_the_tables_at_most(kind: str) -> None:
+    assert [out_of_bounds({kind: ETA[kind] * share}) for share in (*MOVED, 1.0)] == ["", "", ""]
+    assert kind in out_of_bounds({kind: ETA[kind] * 1.6})
+    assert kind in out_of_bounds({kind: ETA[kind] * 0.4})
+    assert kind in out_of_bounds({kind: float("nan")})
+    assert "no event" in out_of_bounds({kind + "_": ETA[kind]})
