@@ -1,0 +1,86 @@
+"""`python -m evaluation.neighbours [--runs N]`: the same traffic with IDM alone and with an RSS-only governor, beside ours."""
+
+import argparse
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import msgspec
+
+from drivemcp.errors import UserError
+from evaluation.drive.command import Screen
+from evaluation.evaluate.machine import cores, machine
+from evaluation.evaluate.pool import Job, Pool
+from evaluation.evaluate.store import Store
+from evaluation.neighbours.drive import key_of, run_any
+from evaluation.neighbours.table import LABELS, cells, markdown, specs
+from evaluation.run.spec import RunSpec
+from evaluation.scenarios import FAMILIES
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Drive what is missing, measure, write; 0: all runs are there, 1: some failed, 2: wrong use."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.neighbours", description=__doc__)
+    parser.add_argument("--runs", type=int, default=4, help="runs a family and row (4)")
+    parser.add_argument("--family", action="append", choices=FAMILIES, help="only this one; may be repeated")
+    parser.add_argument("--seconds", type=float, default=0.0, help="of each run; 0: the whole route")
+    parser.add_argument("--jobs", type=int, default=cores(), help="runs side by side (one a core)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/evaluate"),
+        help="the folder of `drivemcp evaluate`, whose runs are shared",
+    )
+    flags = parser.parse_args(arguments)
+    if flags.runs < 1 or flags.jobs < 1 or flags.seconds < 0.0:
+        parser.error("--runs and --jobs are at least 1, --seconds at least 0")
+    try:
+        return _table(flags, Store(flags.out / "runs"))
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+
+
+def _table(flags: argparse.Namespace, store: Store) -> int:
+    families = flags.family or FAMILIES
+    rows = {
+        (family, label): [(key_of(spec, store), spec) for spec in specs(label, (family,), flags.runs, flags.seconds)]
+        for family in families
+        for label in LABELS
+    }
+    with store.alone():
+        failed = _drive(dict(run for runs in rows.values() for run in runs), store, flags.jobs)
+    measured = {
+        row: [kept.metrics for key, _ in runs if (kept := store.kept(key)) is not None] for row, runs in rows.items()
+    }
+    found = cells(measured)
+    told = f"{flags.runs} runs a family and row, modelled sensors; {machine()}"
+    flags.out.mkdir(parents=True, exist_ok=True)
+    (flags.out / "neighbours.json").write_bytes(msgspec.json.format(msgspec.json.encode({"of": told, "rows": found})))
+    sys.stdout.write(f"{told}\n\n{markdown(found)}\n")
+    return int(failed > 0)
+
+
+def _drive(runs: Mapping[str, RunSpec], store: Store, jobs: int) -> int:
+    """Those that are not there; how many failed."""
+    screen, began_s, failed = Screen(), time.monotonic(), 0
+    waiting: Iterable[Job] = [Job(key, spec) for key, spec in runs.items() if store.kept(key) is None]
+    waiting = sorted(waiting, key=lambda job: int(job.spec.scenario.rpartition("/")[2]))
+    screen.say(f"{len(runs)} runs, {len(runs) - len(waiting)} of them are there; in {store.folder}")
+    for count, done in enumerate(Pool(str(store.folder.resolve()), jobs, run_any).done(waiting), 1):
+        spec = runs[done.key]
+        store.note(done.key, done.problem)
+        failed += bool(done.problem)
+        if done.problem:
+            screen.say(f"{spec.method}, {spec.scenario} failed: {done.problem.strip().splitlines()[-1]}")
+        left_min = (time.monotonic() - began_s) / count * (len(waiting) - count) / 60.0
+        screen.live(
+            f"{count} of {len(waiting)} runs; about {left_min:.1f} min left; last: {spec.method}, {spec.scenario}"
+        )
+    screen.end_live()
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
