@@ -6,7 +6,7 @@ from typing import NamedTuple
 from evaluation.corruption.chance import chance
 from evaluation.observed.card import Card, Finding, Ghost, Ranging, features, own_odds
 from evaluation.observed.fit import SCALE_PX
-from evaluation.observed.noise import Chain, Drift, normal
+from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things
 from proto.sensors import Calibration
@@ -19,8 +19,13 @@ from services.simulator.session import CAMERAS
 
 SCORE_FLOOR = 0.3
 WILD_NS = 500_000_000
+CUT_EDGE_PX, CUT_MEMORY_S = 4.0, 0.3
+"""So far inside the picture's edge ends a box that this edge cuts off: the mean of an exponential distribution. In 241 boxes of
+vehicles of recorded pictures the median was 1, nine in ten 9, 95 in 100 14 px."""
 FAR_M, LIDAR_SIGMA_M = 40.0, (0.15, 0.4)
-"""Sigmas of LiDAR ranges up to a distance, and beyond it, where returns are few."""
+"""Sigmas of LiDAR ranges up to a distance, and beyond it, where returns are few and tell of no sides."""
+SIDE_SIGMA_M, SIDE_MEMORY_S = 0.12, 0.5
+"""How well they tell of a road user's sides: so that tracks of vehicles beside come out as far off as in recorded drives."""
 
 
 class Found(NamedTuple):
@@ -46,7 +51,7 @@ class Eye:
     def look(self, truth: Truth, stamp_ns: int) -> list[Found]:
         """What is found in the picture taken then. Pictures come in the order of their stamps."""
         air = air_of(truth)
-        detections: list[tuple[Detection, str, tuple[float, ...], float]] = []
+        detections: list[tuple[Detection, Thing, tuple[float, ...]]] = []
         for thing in things(truth, self.lens):
             finding = self._card.found.get(f"{self.camera}/{thing.kind}")
             if finding is None or thing.height_px < LEAST_PX:
@@ -54,11 +59,9 @@ class Eye:
             row = features(math.log(thing.full_height_px / SCALE_PX), thing.hidden, thing.cut, air)
             detection = self._detection(thing, finding, row, stamp_ns)
             if detection is not None:
-                detections.append((detection, thing.key, row, thing.depth_m))
+                detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
-        found = [
-            Found(each, self._range(each, key, row, depth, stamp_ns, boxes)) for each, key, row, depth in detections
-        ]
+        found = [Found(each, self._range(each, thing, row, stamp_ns, boxes)) for each, thing, row in detections]
         return [*found, *self._haunted(truth, stamp_ns)]
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
@@ -81,20 +84,34 @@ class Eye:
         score = _share(drawn("score"))
         spec = self.lens.camera
         x0, x1 = max(middle - wide / 2, 0.0), min(middle + wide / 2, float(spec.width_px))
+        inside = -CUT_EDGE_PX * math.log(chance_of(self._drift.at("cut", whose, stamp_ns, CUT_MEMORY_S)))
+        if thing.box[0] <= 0.0:
+            x0 = min(inside, x1)
+        elif thing.box[2] >= spec.width_px:
+            x1 = max(spec.width_px - inside, x0)
         y0, y1 = max(foot - high, 0.0), min(foot, float(spec.height_px))
         if score < SCORE_FLOOR or x1 - x0 < 1.0 or y1 - y0 < 1.0:
             return None
         return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=thing.kind, score=score)
 
     def _range(
-        self, found: Detection, key: str, row: tuple[float, ...], depth_m: float, stamp_ns: int, others: list[Detection]
+        self, found: Detection, thing: Thing, row: tuple[float, ...], stamp_ns: int, others: list[Detection]
     ) -> Range | None:
-        ranging, whose = self._card.ranged[found.kind], f"{self.camera}/{key}"
+        ranging, whose = self._card.ranged[found.kind], f"{self.camera}/{thing.key}"
         if self._chain.at(f"lidar/{whose}", stamp_ns, _share(ranging.lidar.at(row)), ranging.lidar.memory_s):
             off = self._off(ranging, whose, row, stamp_ns)
-            sigma = LIDAR_SIGMA_M[depth_m > FAR_M]
-            return Range(depth_m=max(0.5, depth_m * (1.0 + off)), sigma_m=sigma, source="lidar", returns=5)
+            far = thing.depth_m > FAR_M
+            return Range(
+                depth_m=max(0.5, thing.depth_m * (1.0 + off)), sigma_m=LIDAR_SIGMA_M[far], source="lidar", returns=5,
+                sides_m=None if far else self._sides(thing, whose, stamp_ns),
+            )  # fmt: skip
         return find_range(found, self._camera, None, hiding(found, others))
+
+    def _sides(self, thing: Thing, whose: str, stamp_ns: int) -> tuple[float, float] | None:
+        if thing.sides_m is None:
+            return None
+        off = SIDE_SIGMA_M * self._drift.at("sides", whose, stamp_ns, SIDE_MEMORY_S)
+        return thing.sides_m[0] + off, thing.sides_m[1] + off
 
     def _off(self, ranging: Ranging, whose: str, row: tuple[float, ...], stamp_ns: int) -> float:
         """Share by which a measured range is off; now and then it is another thing's."""

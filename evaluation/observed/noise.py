@@ -17,6 +17,11 @@ def normal(seed: int, *names: str | int) -> float:
     return _NORMAL.inv_cdf(min(max(chance(seed, *names), _EDGE), 1.0 - _EDGE))
 
 
+def chance_of(number: float) -> float:
+    """The share of standard normal numbers that are greater; never 0."""
+    return max(_NORMAL.cdf(-number), _EDGE)
+
+
 class Drift:
     """Standard normal numbers by name, each alike to its last one by how long ago that was."""
 

@@ -40,6 +40,8 @@ class Thing(NamedTuple):
     hidden: float = 0.0
     cut: float = 0.0
     """Share of the box beyond the picture's edges."""
+    sides_m: tuple[float, float] | None = None
+    """Of a road user: where it begins and ends to the right of the camera."""
 
     @property
     def height_px(self) -> float:
@@ -108,7 +110,9 @@ def _user(actor: TrueActor, truth: Truth, lens: Lens) -> Thing | None:
     depth = lens.depth_m(near_m, lens.camera.z_m)
     kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
     us, vs = [u for u, _ in corners], [v for _, v in corners]
-    return _cut(kind, f"actor/{actor.actor_id}", kind, depth, (min(us), min(vs), max(us), max(vs)), lens.camera)
+    shown = _cut(kind, f"actor/{actor.actor_id}", kind, depth, (min(us), min(vs), max(us), max(vs)), lens.camera)
+    middle_m = lens.camera.y_m - actor.y_m
+    return shown._replace(sides_m=(middle_m - half_y, middle_m + half_y)) if shown is not None else None
 
 
 def _signs(truth: Truth, lens: Lens) -> Iterator[Thing | None]:

@@ -21,6 +21,10 @@ ACROSS_SIGMA_M = 0.12
 CUT_SIGMA_SHARE = 0.5
 CUT_SHARE = 0.06
 """A box that ends this share of its width before the picture's edge is cut off by it: detectors draw edges inwards."""
+BESIDE_M, FLANK_SIGMA_M = 0.3, 0.2
+"""A vehicle of which nothing is nearer to the axis stands beside it; how well its returns then say where: its width is a guess."""
+LENGTHWISE = 1.9
+"""What shows more than so many of its widths crosses."""
 SURE_SHARE = 0.15
 """A height is measured, and a body chosen by it, where the range is known to this share."""
 LAGGED = frozenset({"lidar"})
@@ -45,8 +49,9 @@ def sighting_of(
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
     covered = _outer_edge_hidden(detection, camera, hiding)
-    place = _place(detection, found, camera, body, covered=covered)
-    covariance = _covariance(detection, found, camera, place, body, covered=covered)
+    flank_m = _beside_m(detection, found, camera, body, hiding)
+    place = _place(detection, found, camera, body, flank_m, covered=covered)
+    covariance = _covariance(detection, found, camera, place, body, flank_m, covered=covered)
     if found.source not in LAGGED:
         lag = Lag()
     # a fix is where it was at the sweep's time: what was added for the ego's own way is taken off again
@@ -77,7 +82,29 @@ def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[De
     return cut or any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
 
 
-def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, covered: bool) -> Floats:
+def _beside_m(
+    detection: Detection, found: Range, camera: Camera, body: Body, hiding: Sequence[Detection]
+) -> float | None:
+    """How far right of the axis the middle of a vehicle beside it lies, by its returns: half a width beyond the side that is
+    turned to us, which neither the picture's end nor a coarse box can move.
+
+    None where they do not tell: of what reaches across the axis, shows its length (it crosses), or is hidden on that side.
+    """
+    if detection.kind != "vehicle" or found.sides_m is None:
+        return None
+    low, high = found.sides_m
+    right = detection.centre_px[0] > camera.calibration.cx_px
+    side, edge = (low, detection.x0_px) if right else (high, detection.x1_px)
+    beside = side > BESIDE_M if right else side < -BESIDE_M
+    hidden = any(box.x0_px - EDGE_PX <= edge <= box.x1_px + EDGE_PX for box in hiding)
+    if not beside or hidden or high - low > LENGTHWISE * body.width_m:
+        return None
+    return side + (body.width_m / 2 if right else -body.width_m / 2)
+
+
+def _place(
+    detection: Detection, found: Range, camera: Camera, body: Body, flank_m: float | None, *, covered: bool
+) -> Floats:
     """Middle of the near surface on the ground.
 
     Beside our own line we see a vehicle's flank too, and the box's middle lies too far inwards: there the outer edge,
@@ -87,7 +114,9 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, co
     """
     c = camera.calibration
     u = detection.centre_px[0]
-    if detection.kind == "vehicle":
+    if flank_m is not None:
+        u = c.cx_px + c.fx_px * flank_m / found.depth_m
+    elif detection.kind == "vehicle":
         outer = detection.x0_px if u < c.cx_px else detection.x1_px
         half = body.width_m / 2 * c.fx_px / found.depth_m
         whole = EDGE_PX < outer < c.width_px - EDGE_PX
@@ -98,7 +127,7 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, co
             end = detection.x1_px if u < c.cx_px else detection.x0_px
             flank = c.cx_px + (end - c.cx_px) * (found.depth_m + body.length_m / 2) / found.depth_m
             u = flank + (-half if u < c.cx_px else half)
-        elif whole and beside and wide_m < 1.9 * body.width_m:
+        elif whole and beside and wide_m < LENGTHWISE * body.width_m:
             u = corner
     point = camera.eye + camera.ray(u, detection.centre_px[1]) * found.depth_m
     place: Floats = point[:2]
@@ -106,13 +135,22 @@ def _place(detection: Detection, found: Range, camera: Camera, body: Body, *, co
 
 
 def _covariance(
-    detection: Detection, found: Range, camera: Camera, place: Floats, body: Body, *, covered: bool
+    detection: Detection,
+    found: Range,
+    camera: Camera,
+    place: Floats,
+    body: Body,
+    flank_m: float | None,
+    *,
+    covered: bool,
 ) -> Floats:
-    """Range sigma along the line of sight, pixel sigma across it."""
+    """Range sigma along the line of sight, across it that of the returns or of pixels."""
     c = camera.calibration
     across_px = ACROSS_SIGMA_PX + ACROSS_SIGMA_SHARE * detection.width_px
     across = ACROSS_SIGMA_M + across_px * found.depth_m / c.fx_px
-    if covered:
+    if flank_m is not None:
+        across = FLANK_SIGMA_M
+    elif covered:
         across += CUT_SIGMA_SHARE * body.width_m
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

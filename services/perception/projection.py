@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -25,6 +25,8 @@ CLUSTER_GAP_M = 0.8
 CLUSTER_GAP_SHARE = 0.03
 """Returns further apart than the sum of the two (the second of the range) are two surfaces."""
 NEAR_QUANTILE = 0.25
+SIDES_RETURNS, SIDE_QUANTILE = 8, 0.05
+"""So many returns tell how broad a thing is; the outermost of them may be another's."""
 AGREEMENT_SIGMAS = 3.0
 LONELY_SIGMA_M = {1: 1.0, 2: 0.3}
 """One or two returns may come from something else in the box."""
@@ -44,20 +46,23 @@ STANDING = frozenset({"vehicle", "pedestrian"})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Range:
-    """Depth along the camera's axis, its standard deviation, where it comes from, and how many returns support it."""
+    """Depth along the camera's axis, its standard deviation, where it comes from, how many returns support it, between where."""
 
     depth_m: float
     sigma_m: float
     source: RangeSource
     returns: int = 0
+    sides_m: tuple[float, float] | None = None
+    """Where its returns begin and end across the camera's axis, to the right; None: they do not tell."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProjectedSweep:
-    """The returns of a sweep that lie before a camera: pixels (N, 2), depths (N,)."""
+    """The returns of a sweep that lie before a camera: pixels (N, 2), depths (N,), metres to the right of its axis (N,)."""
 
     pixels: Floats
     depths: Floats
+    across: Floats
 
     @staticmethod
     def of(points: Floats, camera: Camera) -> ProjectedSweep:
@@ -65,7 +70,9 @@ class ProjectedSweep:
         standing = points[points[:, 2] > GROUND_CLEARANCE_M, :3]
         pixels, depths = camera.project(standing)
         ahead = depths > 0.5
-        return ProjectedSweep(pixels[ahead], depths[ahead])
+        pixels, depths = pixels[ahead], depths[ahead]
+        c = camera.calibration
+        return ProjectedSweep(pixels, depths, (pixels[:, 0] - c.cx_px) / c.fx_px * depths)
 
     def outside(self, boxes: Sequence[Detection]) -> ProjectedSweep:
         """The returns that lie in none of the boxes."""
@@ -74,7 +81,7 @@ class ProjectedSweep:
             free &= ~_within(
                 box, self.pixels, *(-COVER_PX - COVER_SHARE * size for size in (box.width_px, box.height_px))
             )
-        return ProjectedSweep(self.pixels[free], self.depths[free])
+        return ProjectedSweep(self.pixels[free], self.depths[free], self.across[free])
 
 
 def find_range(
@@ -115,8 +122,17 @@ def lidar_range(detection: Detection, sweep: ProjectedSweep, seen: Range | None)
     enough = max(1 if seen is not None else 2, math.ceil(0.15 * len(depths)))
     for cluster in allowed:
         if len(cluster) >= enough:
-            return _of_cluster(cluster)
+            return replace(_of_cluster(cluster), sides_m=_sides(detection, sweep, cluster))
     return None
+
+
+def _sides(detection: Detection, sweep: ProjectedSweep, cluster: Floats) -> tuple[float, float] | None:
+    """Of the returns in the whole box that lie no nearer and no further than the cluster; too few do not tell."""
+    own = _within(detection, sweep.pixels, 0.0, 0.0) & (sweep.depths >= cluster[0]) & (sweep.depths <= cluster[-1])
+    if own.sum() < SIDES_RETURNS:
+        return None
+    low, high = np.quantile(sweep.across[own], [SIDE_QUANTILE, 1.0 - SIDE_QUANTILE])
+    return float(low), float(high)
 
 
 def seen_through(detection: Detection, sweep: ProjectedSweep, found: Range) -> bool:

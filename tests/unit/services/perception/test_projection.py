@@ -1,6 +1,7 @@
 """Ranges from LiDAR, ground and size on a synthetic scene."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from proto.sensors import Calibration
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
+from services.perception.placing import Lag, sighting_of
 from services.perception.projection import (
     ProjectedSweep,
     find_range,
@@ -90,6 +92,42 @@ def test_the_returns_of_a_nearer_vehicle_are_not_those_of_the_one_it_hides() -> 
     assert found is not None
     assert found.source != "lidar"
     assert found.depth_m == pytest.approx(39.4, rel=0.15)
+
+
+def parked(near_m: float, seed: int) -> Floats:
+    """Returns of a car that stands beside our lane, its inner side 1.9 m right: of that side, and of its rear."""
+    rng = np.random.default_rng(seed)
+    flank = np.column_stack([rng.uniform(near_m, near_m + 4.5, 150), np.full(150, -1.9), rng.uniform(0.3, 1.4, 150)])
+    rear = wall(near_m, 0.9, 60, seed) + np.array([0.0, -2.8, 0.0])
+    return np.concatenate([flank, rear]) + rng.normal(0, 0.03, (210, 3))
+
+
+@pytest.mark.parametrize("near_m", [2.6, 3.5, 5.0, 8.0, 15.0])
+@pytest.mark.parametrize("inwards_px", [0.0, 6.0, 20.0])
+def test_a_parked_car_stays_beside_the_lane_however_the_pictures_end_cuts_its_box(
+    near_m: float, inwards_px: float
+) -> None:
+    near, far = (box_of((x, -3.7, 0.0), (x, -1.9, 1.5)) for x in (near_m, near_m + 4.5))
+    edge = min(max(near.x1_px, far.x1_px), 640.0)
+    low = min(near.y1_px, 360.0)
+    box = replace(near, x0_px=min(near.x0_px, far.x0_px), x1_px=edge - inwards_px, y1_px=low)
+    found = find_range(box, CAMERA, ProjectedSweep.of(parked(near_m, 5), CAMERA))
+    assert found is not None
+    seen = sighting_of(box, found, CAMERA, Lag())
+    assert seen is not None
+    assert seen.fix.place[1] == pytest.approx(-2.8, abs=0.25)
+
+
+def test_a_car_whose_inner_side_is_hidden_is_not_placed_by_the_returns_of_the_rest() -> None:
+    car, before = box_of((20.0, -3.7, 0.0), (20.0, -1.9, 1.5)), box_of((10.0, -1.4, 0.0), (10.0, 0.4, 1.5))
+    shown = wall(20.0, 0.3, 40, 6) + np.array([0.0, -3.4, 0.0])
+    found = find_range(car, CAMERA, ProjectedSweep.of(shown, CAMERA), [before])
+    assert found is not None
+    assert found.sides_m is not None
+    alone, hidden = (sighting_of(car, found, CAMERA, Lag(), hiders) for hiders in ((), (before,)))
+    assert alone is not None
+    assert hidden is not None
+    assert abs(hidden.fix.place[1] + 2.8) < abs(alone.fix.place[1] + 2.8)
 
 
 def test_single_returns_from_rain_before_the_car_do_not_count() -> None:
