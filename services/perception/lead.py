@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,8 @@ FADED = 0.5
 """Who is less sure leads only where nobody surer does: an established track falls below it after 0.6 s unseen."""
 CUT_IN_S = 1.0
 """A body that will reach into the path within this time, at its lateral speed now, is in it."""
+STEEPEST = 0.5
+"""Sideways by forwards of a vehicle that pulls out: 27 degrees."""
 CUT_IN_MPS = 0.4
 """Lateral speeds below this are noise."""
 
@@ -29,15 +32,18 @@ class Placed:
     along_m: float
 
 
-def place(track: Track, model: LaneModel) -> Placed:
-    """The track with lane id, whether its body reaches into the ego's path, and whether its lane is an oncoming one."""
+def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Placed:
+    """The track with lane id, whether its body reaches into the ego's path, and whether its lane is an oncoming one.
+
+    With the ego's speed unknown, everybody may be rolling, and a noisy lateral speed counts in full.
+    """
     lane = model.lane_of(track.x_m, track.y_m)
     along, left = model.ego.place(track.x_m, track.y_m)
     _, ego_left = model.ego.place(0.0, 0.0)
     aside = left - ego_left * max(0.0, 1.0 - along / 30.0)
     against_us = lane is not None and lane.oncoming and track.kind == "vehicle"
     # who keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
-    in_path = along > 0 and not against_us and _reaches(track, aside)
+    in_path = along > 0 and not against_us and _reaches(track, aside, _rolls_mps(track, ego_mps))
     placed = msgspec.structs.replace(
         track,
         lane_id=lane.lane_id if lane else "",
@@ -47,12 +53,19 @@ def place(track: Track, model: LaneModel) -> Placed:
     return Placed(track=placed, along_m=along)
 
 
-def _reaches(track: Track, aside_m: float) -> bool:
+def _rolls_mps(track: Track, ego_mps: float | None) -> float:
+    """How fast it may move sideways: a vehicle does so only while it rolls, and one that is parked not at all."""
+    if track.kind != "vehicle" or ego_mps is None:
+        return math.inf
+    return STEEPEST * abs(track.vx_mps + ego_mps)
+
+
+def _reaches(track: Track, aside_m: float, most_mps: float) -> bool:
     """Whether the body lies, or within a moment will lie, in the strip that the ego needs."""
     free = abs(aside_m) - (EGO_WIDTH_M + track.width_m) / 2 - MARGIN_M
     if free <= 0:
         return True
-    inwards = -track.vy_mps if aside_m > 0 else track.vy_mps
+    inwards = min(-track.vy_mps if aside_m > 0 else track.vy_mps, most_mps)
     return inwards >= CUT_IN_MPS and free - inwards * CUT_IN_S <= 0
 
 

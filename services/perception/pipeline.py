@@ -240,13 +240,14 @@ class Perception:
     def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:
         fresh = self._map is not None and abs(stamp_ns - self._map[0]) <= self.ages.map_ns
         model = lane_model(self._map[1] if self._map is not None and fresh else None)
-        placed = [place(track, model) for track in self.tracker.published()]
+        ego_mps = self._ego_state(stamp_ns).speed_mps
+        placed = [place(track, model, ego_mps) for track in self.tracker.published()]
         tracks = Tracks(
             camera=camera_id,
             frame=frame,
             tracks=tuple(each.track for each in placed),
             lead_track_id=lead_of(placed),
-            ego_speed_used_mps=self._ego_state(stamp_ns).speed_mps,
+            ego_speed_used_mps=ego_mps,
             lidar_used=lidar_used,
         )
         return tracks, model.message()

@@ -19,10 +19,13 @@ ACROSS_SIGMA_PX = 2.0
 ACROSS_SIGMA_SHARE = 0.04
 ACROSS_SIGMA_M = 0.12
 CUT_SIGMA_SHARE = 0.5
-CUT_SHARE = 0.06
-"""A box that ends this share of its width before the picture's edge is cut off by it: detectors draw edges inwards."""
+CUT_SHARE = 0.08
+"""A box that ends this share of its width before the edge of the picture is cut off by it: detectors draw edges inwards (one in ten of 241
+by more)."""
 BESIDE_M, FLANK_SIGMA_M = 0.3, 0.2
 """A vehicle of which nothing is nearer to the axis stands beside it; how well its returns then say where: its width is a guess."""
+NARROW_M = (0.5, 1.0)
+"""What shows both its sides, and so much between them, is a motorcycle; less is one side of something."""
 LENGTHWISE = 1.9
 """What shows more than so many of its widths crosses."""
 SURE_SHARE = 0.15
@@ -49,7 +52,7 @@ def sighting_of(
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
     covered = _outer_edge_hidden(detection, camera, hiding)
-    flank_m = _beside_m(detection, found, camera, body, hiding)
+    flank_m = _beside_m(detection, found, camera, body, hiding, covered=covered)
     place = _place(detection, found, camera, body, flank_m, covered=covered)
     covariance = _covariance(detection, found, camera, place, body, flank_m, covered=covered)
     if found.source not in LAGGED:
@@ -83,7 +86,7 @@ def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[De
 
 
 def _beside_m(
-    detection: Detection, found: Range, camera: Camera, body: Body, hiding: Sequence[Detection]
+    detection: Detection, found: Range, camera: Camera, body: Body, hiding: Sequence[Detection], *, covered: bool
 ) -> float | None:
     """How far right of the axis the middle of a vehicle beside it lies, by its returns: half a width beyond the side that is
     turned to us, which neither the picture's end nor a coarse box can move.
@@ -99,7 +102,9 @@ def _beside_m(
     hidden = any(box.x0_px - EDGE_PX <= edge <= box.x1_px + EDGE_PX for box in hiding)
     if not beside or hidden or high - low > LENGTHWISE * body.width_m:
         return None
-    return side + (body.width_m / 2 if right else -body.width_m / 2)
+    narrow = not covered and NARROW_M[0] < high - low < NARROW_M[1]
+    half_m = (high - low if narrow else body.width_m) / 2
+    return side + (half_m if right else -half_m)
 
 
 def _place(

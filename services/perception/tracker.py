@@ -63,6 +63,9 @@ NOISE: dict[ActorClass, Noise] = {
     "cyclist": Noise(along_mps2=1.5, across_mps2=1.2),
 }
 ACCELERATION_SMOOTHING_S = 0.6
+SPEED_KNOWN_MPS, MOST_MPS2 = 1.2, 9.0
+"""While a speed is less sure than the first (sigma), its changes are the filter's learning, not the road user's doing; beyond the
+second they are nobody's: tyres do not give it."""
 ONCOMING_MPS = -2.0
 BODY_SMOOTHING = 0.15
 DUPLICATE_M = (2.5, 1.0)
@@ -294,11 +297,12 @@ def _faded(track: Tracked, dt_s: float) -> Tracked:
 
 def _moved(track: Tracked, motion: EgoMotion, ego_mps: float | None) -> Tracked:
     estimate = predict(track.estimate, motion, NOISE[track.kind])
-    ground = float(track.estimate.mean[2]) + (motion.speed_before_mps or 0.0) if ego_mps is not None else None
+    known = ego_mps is not None and float(track.estimate.covariance[2, 2]) <= SPEED_KNOWN_MPS**2
+    ground = float(track.estimate.mean[2]) + (motion.speed_before_mps or 0.0) if known else None
     if ground is None or track.ground_vx_mps is None or motion.dt_s <= 0:
         return replace(track, estimate=estimate, ground_vx_mps=ground, ax_mps2=0.0 if ground is None else track.ax_mps2)
     share = min(1.0, motion.dt_s / ACCELERATION_SMOOTHING_S)
-    raw = (ground - track.ground_vx_mps) / motion.dt_s
+    raw = max(-MOST_MPS2, min(MOST_MPS2, (ground - track.ground_vx_mps) / motion.dt_s))
     ax = track.ax_mps2 + share * (raw - track.ax_mps2)
     return replace(track, estimate=estimate, ground_vx_mps=ground, ax_mps2=ax)
 

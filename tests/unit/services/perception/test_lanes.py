@@ -4,6 +4,8 @@ import math
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proto.perception import Track
 from proto.sensors import LanePath, MapView, StopLine
@@ -127,3 +129,21 @@ def test_without_a_usable_lane_there_is_the_straight_corridor(lanes: tuple[LaneP
     message = lane_model(MapView(segment_id="s", lanes=lanes)).message()
     assert message.source == "corridor"
     assert message.stop_line_distance_m is None
+
+
+@given(lateral_mps=st.floats(-3.0, 3.0), ego_mps=st.floats(1.0, 40.0), aside_m=st.sampled_from([-2.8, 2.8]))
+def test_a_parked_vehicle_does_not_cut_in_however_noisy_its_lateral_speed(
+    lateral_mps: float, ego_mps: float, aside_m: float
+) -> None:
+    parked = msgspec.structs.replace(car(1, 30.0, aside_m), vx_mps=-ego_mps, vy_mps=lateral_mps)
+    assert not place(parked, lane_model(None), ego_mps).track.in_ego_path
+
+
+def test_a_vehicle_that_rolls_out_of_its_parking_place_cuts_in() -> None:
+    starting = msgspec.structs.replace(car(1, 20.0, -2.8), vx_mps=-10.0 + 2.5, vy_mps=1.0)
+    assert place(starting, lane_model(None), 10.0).track.in_ego_path
+
+
+def test_without_the_egos_speed_a_lateral_speed_counts_in_full() -> None:
+    parked = msgspec.structs.replace(car(1, 20.0, -2.8), vx_mps=-10.0, vy_mps=1.0)
+    assert place(parked, lane_model(None)).track.in_ego_path
