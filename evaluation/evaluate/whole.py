@@ -36,7 +36,7 @@ def evaluate(flags: argparse.Namespace) -> int:
     keys = {id(run): store.key(run.spec) for run in runs}
     with store.alone():
         try:
-            with _interruptible():
+            with interruptible():
                 _drive({keys[id(run)]: run for run in runs}, store, flags, screen)
         finally:
             tables = _measured(rows, runs, keys, store)
@@ -45,7 +45,7 @@ def evaluate(flags: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _interruptible() -> Iterator[None]:
+def interruptible() -> Iterator[None]:
     """SIGINT and SIGTERM end the driving, whoever started us and however; a shell's background job ignores the first."""
 
     def stop(*_: object) -> None:

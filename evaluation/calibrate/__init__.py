@@ -1,0 +1,1 @@
+"""`drivemcp calibrate`: fits the arbiter's constants and the event thresholds on the calibration split."""

@@ -1,0 +1,165 @@
+"""Feedback over a sequence of drives: whether Delta and c_min keep their bounds, and whether they swing.
+
+Labels come from truth: for each drive, decided again with what feedback has left of Delta and c_min, the driver labels as
+false what braked for nothing, as late what was told late or never, as annoying what was a nag. The next drive begins
+where the last one ended, as the arbiter's own file has it.
+"""
+
+import io
+from collections.abc import Callable, Iterable, Sequence
+from itertools import cycle, islice, pairwise
+from typing import NamedTuple
+
+import msgspec
+
+from drivemcp.errors import UserError
+from evaluation.calibrate.again import again
+from evaluation.calibrate.constants import shipped
+from evaluation.calibrate.recordings import Recording
+from evaluation.metrics import Record
+from evaluation.metrics.conflicts import interventions, is_false
+from evaluation.metrics.hazards import answers
+from evaluation.metrics.speech import nags
+from proto.decision import Feedback
+from services.arbiter.adapt import learn, relax, within_bounds
+from services.arbiter.profiles import Profile
+from services.arbiter.state import Adapted
+from services.orchestrator.ratelimit import Given, admit
+
+LATE_S = 1.0
+"""Ours: who waits longer for a word on a hazard calls it late."""
+
+
+class Label(NamedTuple):
+    """What the driver says, and when in the drive."""
+
+    time_s: float
+    label: str
+
+
+class Drive(NamedTuple):
+    """The labels of one drive, and how long it took."""
+
+    labels: tuple[Label, ...]
+    seconds: float
+
+
+class Moved(NamedTuple):
+    """After a drive; how many labels counted."""
+
+    delta: float
+    c_min: float
+    counted: int
+    given: int
+
+
+Driver = Callable[[Profile, int], Drive]
+"""The labels of a drive with these Delta and c_min, and its number."""
+
+
+def after(adapted: Adapted, drive: Drive, profile: Profile) -> tuple[Adapted, int]:
+    """What a drive's labels leave, and how many of them counted; as orchestrator and arbiter have it."""
+    given, counted = Given(), 0
+    adapted = relax(msgspec.structs.replace(adapted, updated_ns=None), 0, profile)
+    for each in sorted(drive.labels):
+        now_ns = round(each.time_s * 1e9)
+        given, refused = admit(given, now_ns)
+        if not refused:
+            adapted = learn(relax(adapted, now_ns, profile), (Feedback(label=each.label),), profile)  # type: ignore[arg-type]
+            counted += 1
+    return relax(adapted, round(drive.seconds * 1e9), profile), counted
+
+
+def sequence(driver: Driver, profile: Profile, count: int) -> list[Moved]:
+    """Delta and c_min after each of so many drives."""
+    adapted, found = Adapted(delta=profile.delta, c_min=profile.c_min), list[Moved]()
+    for number in range(count):
+        now = msgspec.structs.replace(profile, delta=adapted.delta, c_min=adapted.c_min)
+        drive = driver(now, number)
+        adapted, counted = after(within_bounds(adapted, profile), drive, profile)
+        found.append(Moved(adapted.delta, adapted.c_min, counted, len(drive.labels)))
+    return found
+
+
+def from_truth(recordings: Sequence[Recording], base: Profile, count: int) -> Driver:
+    """Recorded drives one after another, each decided again with the Delta and c_min of its turn."""
+    turns = list(islice(cycle(recordings), count))
+    candidate = shipped(base)
+
+    def driver(profile: Profile, number: int) -> Drive:
+        recording = turns[number]
+        record = again(recording, candidate.moved("c_min", profile.c_min), profile)
+        return Drive(tuple(labels_of(record)), record.truths[-1].time_s)
+
+    return driver
+
+
+def labels_of(record: Record) -> Iterable[Label]:
+    """What a driver who knows the truth would say of a drive."""
+    for braked in interventions(record):
+        if is_false(record, braked):
+            yield Label(braked.to_s, "false_positive")
+    for told in answers(record):
+        if told.response_s is None or told.response_s > LATE_S:
+            yield Label(told.episode.over_s, "late_warning")
+    for _ in range(min(1, nags(record))):  # one word on it a drive
+        yield Label(record.truths[-1].time_s, "annoying")
+
+
+class Swing(NamedTuple):
+    """How a value went from drive to drive."""
+
+    low: float
+    high: float
+    last: float
+    turns: int
+    """Changes of direction by more than a step of feedback."""
+    late_span: float
+    """Highest less lowest in the second half."""
+
+
+def swing(values: Sequence[float], step: float) -> Swing:
+    """Of a value after each drive."""
+    half = values[len(values) // 2 :]
+    return Swing(min(values), max(values), values[-1], _turns(values, step), max(half) - min(half))
+
+
+def _turns(values: Sequence[float], step: float) -> int:
+    """Reversals of at least a step: a value that settles has few, one that hunts has one every other drive."""
+    peaks, way = [values[0]], 0
+    for value in values[1:]:
+        moved = value - peaks[-1]
+        if way * moved > 0:
+            peaks[-1] = value
+        elif abs(moved) > step:
+            peaks.append(value)
+            way = 1 if moved > 0 else -1
+    return sum((b - a) * (c - b) < 0 for (a, b), (_, c) in pairwise(pairwise(peaks)))
+
+
+def svg(found: Sequence[Moved], profile: Profile) -> str:
+    """Delta and c_min after each drive, between their bounds."""
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[calibrate]'") from error
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots(2, 1, sharex=True)
+    rows = (
+        ("Delta", [each.delta for each in found], profile.delta, profile.delta_low, profile.delta_high),
+        ("c_min", [each.c_min for each in found], profile.c_min, profile.c_min_low, profile.c_min_high),
+    )
+    for axis, (name, values, calibrated, low, high) in zip(axes, rows, strict=True):
+        axis.plot(range(1, len(values) + 1), values, marker="o", markersize=3, color="#1f5fa8")
+        axis.axhline(calibrated, color="#9aa5b1", linestyle="--", linewidth=1)
+        for bound in (low, high):
+            axis.axhline(bound, color="#d1780f", linewidth=1)
+        axis.set_ylabel(name)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[-1].set_xlabel("drive; dashed: calibrated, orange: bounds")
+    out = io.StringIO()
+    with rc_context({"svg.fonttype": "none"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    text = out.getvalue()
+    return text[text.index("<svg") :]
