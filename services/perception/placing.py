@@ -24,8 +24,8 @@ CUT_SHARE = 0.08
 by more)."""
 BESIDE_M, FLANK_SIGMA_M = 0.3, 0.2
 """A vehicle of which nothing is nearer to the axis stands beside it; how well its returns then say where: its width is a guess."""
-NARROW_M = (0.5, 1.0)
-"""What shows both its sides, and so much between them, is a motorcycle; less is one side of something."""
+ONE_SIDE_M = 0.5
+"""Returns that lie no further apart across are of one side alone."""
 LENGTHWISE = 1.9
 """What shows more than so many of its widths crosses."""
 SURE_SHARE = 0.15
@@ -88,8 +88,10 @@ def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[De
 def _beside_m(
     detection: Detection, found: Range, camera: Camera, body: Body, hiding: Sequence[Detection], *, covered: bool
 ) -> float | None:
-    """How far right of the axis the middle of a vehicle beside it lies, by its returns: half a width beyond the side that is
-    turned to us, which neither the picture's end nor a coarse box can move.
+    """How far right of the axis the middle of a vehicle beside it lies, by its returns.
+
+    Half-way between its sides, or where the outer one is cut off or hidden, half a width beyond the inner one, which neither
+    the picture's end nor a coarse box can move.
 
     None where they do not tell: of what reaches across the axis, shows its length (it crosses), or is hidden on that side.
     """
@@ -102,8 +104,8 @@ def _beside_m(
     hidden = any(box.x0_px - EDGE_PX <= edge <= box.x1_px + EDGE_PX for box in hiding)
     if not beside or hidden or high - low > LENGTHWISE * body.width_m:
         return None
-    narrow = not covered and NARROW_M[0] < high - low < NARROW_M[1]
-    half_m = (high - low if narrow else body.width_m) / 2
+    whole = not covered and high - low > ONE_SIDE_M
+    half_m = (high - low if whole else body.width_m) / 2
     return side + (half_m if right else -half_m)
 
 

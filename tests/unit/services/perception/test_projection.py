@@ -108,9 +108,9 @@ def test_a_parked_car_stays_beside_the_lane_however_the_pictures_end_cuts_its_bo
     near_m: float, inwards_px: float
 ) -> None:
     near, far = (box_of((x, -3.7, 0.0), (x, -1.9, 1.5)) for x in (near_m, near_m + 4.5))
-    edge = min(max(near.x1_px, far.x1_px), 640.0)
-    low = min(near.y1_px, 360.0)
-    box = replace(near, x0_px=min(near.x0_px, far.x0_px), x1_px=edge - inwards_px, y1_px=low)
+    begin, end = min(near.x0_px, far.x0_px), min(max(near.x1_px, far.x1_px), 640.0)
+    inwards_px = min(inwards_px, 0.08 * (end - begin))
+    box = replace(near, x0_px=begin, x1_px=end - inwards_px, y1_px=min(near.y1_px, 360.0))
     found = find_range(box, CAMERA, ProjectedSweep.of(parked(near_m, 5), CAMERA))
     assert found is not None
     seen = sighting_of(box, found, CAMERA, Lag())
