@@ -13,8 +13,7 @@ import msgspec
 
 from drivemcp.codehash import code_hash
 from drivemcp.errors import UserError
-from evaluation.calibrate.again import again
-from evaluation.calibrate.bench import mean_impact_mps
+from evaluation.calibrate import again, bench, constants, recordings, score
 from evaluation.calibrate.constants import ROWS, Candidate, scaled, shipped, unfit, unscaled
 from evaluation.calibrate.recordings import Recording, load
 from evaluation.calibrate.score import UNFIT, Counts, counts, objective, parts, pooled
@@ -22,8 +21,8 @@ from services.arbiter.profiles import Profile
 
 STEP = 0.15
 """First spread of the search, as a share of the bounds."""
-STAYS = 0.005
-"""A constant whose shipped value costs no more than this share of the objective keeps it: no evidence, no change."""
+STAYS = 0.02
+"""A constant whose shipped value costs no more than this share of the gain keeps it: no evidence, no change."""
 TRIALS = "trials.jsonl"
 Many = Callable[[Candidate], list[Counts]]
 
@@ -74,7 +73,7 @@ class Trials:
     def _tried(self, candidate: Candidate) -> Trial:
         if refused := unfit(candidate, self._base):
             return Trial(candidate=candidate, objective=UNFIT, refused=refused)
-        found = parts(pooled(self._many(candidate)), mean_impact_mps(candidate.profile(self._base)))
+        found = parts(pooled(self._many(candidate)), bench.mean_impact_mps(candidate.profile(self._base)))
         return Trial(candidate=candidate, objective=objective(found), parts=found)
 
     def _lines(self) -> Iterator[Kept]:
@@ -91,7 +90,9 @@ class Trials:
 
 def _digest(logs: Sequence[Path], base: Profile) -> bytes:
     """Of all that a trial's result depends on but the candidate."""
-    digest = hashlib.sha256(code_hash("proto", "services", "evaluation.metrics", "evaluation.calibrate").encode())
+    digest = hashlib.sha256(code_hash("proto", "services", "evaluation.metrics").encode())
+    for module in (again, bench, constants, recordings, score):
+        digest.update(Path(str(module.__file__)).read_bytes())
     digest.update(base.sha256.encode())
     for log in logs:
         digest.update(hashlib.sha256(log.read_bytes()).digest())
@@ -113,19 +114,20 @@ def search(trials: Trials, base: Profile, count: int, seed: int, progress: Calla
             best = min(best, trial, key=lambda each: each.objective)
             progress(tried, best)
         strategy.tell(places, told)
-    best = _put_back(trials, first, best, lambda trial: progress(tried, trial))
+    best = _put_back(trials, first, best, lambda done, trial: progress(tried + done, trial))
     return Found(first, best, tried)
 
 
-def _put_back(trials: Trials, first: Trial, best: Trial, progress: Callable[[Trial], None]) -> Trial:
-    for row in ROWS:
+def _put_back(trials: Trials, first: Trial, best: Trial, progress: Callable[[int, Trial], None]) -> Trial:
+    allowed = STAYS * (first.objective - best.objective)
+    for done, row in enumerate(ROWS, 1):
         before = first.candidate.values[row.name]
         if best.candidate.values[row.name] == before:
             continue
         trial = trials.run(best.candidate.moved(row.name, before))
-        if trial.objective <= best.objective * (1.0 + STAYS):
+        if trial.objective <= best.objective + allowed:
             best = trial
-        progress(best)
+        progress(done, best)
     return best
 
 
@@ -190,7 +192,7 @@ def _asked(pipes: Sequence[Connection], candidate: Candidate) -> list[Counts]:
 
 
 def _counted(drives: Sequence[Recording], candidate: Candidate, base: Profile) -> list[Counts]:
-    return [counts(again(drive, candidate, base)) for drive in drives]
+    return [counts(again.again(drive, candidate, base)) for drive in drives]
 
 
 def _serve(pipe: Connection, logs: list[Path], base: Profile) -> None:

@@ -103,7 +103,7 @@ def _drive(store: Store, wanted: Sequence[RunSpec], flags: argparse.Namespace, s
 
 
 def _search(trials: Trials, base: Profile, flags: argparse.Namespace, screen: Screen) -> Found:
-    began_s, total = time.monotonic(), QUICK_TRIALS if flags.quick else flags.trials
+    began_s, total = time.monotonic(), len(ROWS) + (QUICK_TRIALS if flags.quick else flags.trials)
 
     def progress(count: int, best: Trial) -> None:
         screen.live(f"trial {count} of {total}: best {best.objective:.3f}; {left(count, total, began_s)}")

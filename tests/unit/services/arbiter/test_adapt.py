@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from hypothesis import given
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.decision import Feedback
@@ -62,3 +63,31 @@ def test_a_damaged_or_impossible_file_counts_for_nothing(tmp_path: Path) -> None
     for content in (b"", b"{", b'{"profile":"calibrated","delta":-9,"c_min":0.5}'):
         file.write_bytes(content)
         assert store.load(file, CALIBRATED).delta == CALIBRATED.delta
+
+
+drives = st.lists(
+    st.tuples(st.lists(st.sampled_from(sorted(STEPS)), max_size=20), st.floats(60.0, 7200.0)), max_size=20
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(drives)
+def test_no_sequence_of_drives_kept_in_its_file_leaves_the_bounds(
+    tmp_path_factory: pytest.TempPathFactory, scripted: list[tuple[list[str], float]]
+) -> None:
+    file = tmp_path_factory.mktemp("car") / "arbiter.json"
+    for given_labels, seconds in scripted:
+        adapted = relax(store.load(file, CALIBRATED), 0, CALIBRATED)
+        adapted = learn(adapted, tuple(Feedback(label=label) for label in given_labels), CALIBRATED)  # type: ignore[arg-type]
+        store.save(file, relax(adapted, int(seconds * SECOND), CALIBRATED), CALIBRATED)
+        kept = store.load(file, CALIBRATED)
+        assert CALIBRATED.delta_low <= kept.delta <= CALIBRATED.delta_high
+        assert CALIBRATED.c_min_low <= kept.c_min <= CALIBRATED.c_min_high
+
+
+def test_the_pause_between_two_drives_forgets_nothing_and_driving_does(tmp_path: Path) -> None:
+    file = tmp_path / "arbiter.json"
+    store.save(file, Adapted(delta=0.1, c_min=0.6), CALIBRATED)
+    days_later = relax(store.load(file, CALIBRATED), 10**15, CALIBRATED)
+    assert days_later.delta == 0.1
+    assert relax(days_later, 10**15 + 1800 * SECOND, CALIBRATED).delta > 0.15
