@@ -24,6 +24,8 @@ from services.perception.sizes import PRIORS
 DOUBTED_SHARE = 0.4
 """Of the score that remains."""
 SMALL_PX, TINY_PX = 24.0, 18.0
+HUGE_SHARE = 0.45
+"""Of the picture's height: so large a vehicle's box is a part of what the picture cannot hold, or large in the wider one too."""
 CLOSER = 1.5
 """A camera with this many times the focal length sees what is small here well enough to be the judge of it."""
 TOO_TALL = 1.3
@@ -44,9 +46,15 @@ def doubted(
 
 
 def left_to_another(detection: Detection, found: Range, camera: Camera, others: Sequence[Camera]) -> bool:
-    """Whether a box is tiny here and for another camera to judge; a LiDAR range makes up for its size."""
+    """Whether a box is tiny here, or a vehicle too large for this picture, and for another camera to judge.
+
+    A LiDAR range makes up for a tiny box, not for parts of a lorry that fills the picture: those have returns as well.
+    """
     tiny = detection.kind in STANDING and found.source != "lidar" and detection.height_px < TINY_PX
-    return tiny and seen_closer(detection, found, camera, others)
+    huge = detection.kind == "vehicle" and detection.height_px > HUGE_SHARE * camera.calibration.height_px
+    return (tiny and seen_closer(detection, found, camera, others)) or (
+        huge and seen_wider(detection, found, camera, others)
+    )
 
 
 def too_tall(detection: Detection, camera: Camera) -> bool:
@@ -64,6 +72,14 @@ def seen_closer(detection: Detection, found: Range, camera: Camera, others: Sequ
     place = camera.eye + camera.ray(*detection.centre_px) * found.depth_m
     return any(
         other.calibration.fx_px > CLOSER * camera.calibration.fx_px and in_view(other, place[None]) for other in others
+    )
+
+
+def seen_wider(detection: Detection, found: Range, camera: Camera, others: Sequence[Camera]) -> bool:
+    """Whether a camera of shorter focal length looks there."""
+    place = camera.eye + camera.ray(*detection.centre_px) * found.depth_m
+    return any(
+        CLOSER * other.calibration.fx_px < camera.calibration.fx_px and in_view(other, place[None]) for other in others
     )
 
 

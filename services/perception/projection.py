@@ -40,6 +40,10 @@ COVER_PX, COVER_SHARE = 2.0, 0.05
 """By how much a covering box is widened, for boxes are not exact: pixels, plus a share of its size."""
 BEFORE_PX = 2.0
 """Lower edges nearer to each other than this do not tell who stands before whom."""
+HEIGHT_SLACK_PX = 2.0
+"""By how much a box may be lower than the vehicle in it."""
+THIN_SHARE, BROAD_SHARE = 0.2, 0.4
+"""Of a box's width: a cluster of returns that spans less is a post's, one that spans more a vehicle's."""
 FURTHEST_M = 250.0
 STANDING = frozenset({"vehicle", "pedestrian"})
 
@@ -92,8 +96,20 @@ def find_range(
     Returns inside the boxes that hide a part of it belong to those.
     """
     seen = _weigh(_possible(ground_range(detection, camera), detection, camera), size_range(detection, camera))
-    measured = lidar_range(detection, sweep.outside(hiding), seen) if sweep is not None else None
+    nearest_m = 0.0 if hiding else nearest_possible_m(detection, camera)
+    measured = lidar_range(detection, sweep.outside(hiding), seen, nearest_m) if sweep is not None else None
     return measured or seen
+
+
+def nearest_possible_m(detection: Detection, camera: Camera) -> float:
+    """Nearer than this a whole vehicle's box would be lower than any vehicle: returns from there are of a post before it.
+
+    0 for people, who must not be thought further away than something in their box is, and for boxes that are cut off.
+    """
+    c = camera.calibration
+    if detection.kind != "vehicle" or detection.y0_px <= EDGE_PX or detection.y1_px >= c.height_px - EDGE_PX:
+        return 0.0
+    return PRIORS["vehicle"].possible_m[0] * c.fy_px / (detection.height_px + HEIGHT_SLACK_PX)
 
 
 def hiding(detection: Detection, others: Sequence[Detection]) -> list[Detection]:
@@ -108,22 +124,42 @@ def hiding(detection: Detection, others: Sequence[Detection]) -> list[Detection]
     ]
 
 
-def lidar_range(detection: Detection, sweep: ProjectedSweep, seen: Range | None) -> Range | None:
+def lidar_range(
+    detection: Detection, sweep: ProjectedSweep, seen: Range | None, nearest_m: float = 0.0
+) -> Range | None:
     """From the returns in the inner part of the box: the nearest surface of enough returns that the picture allows.
 
     Rain gives single returns before the object, the background returns behind it; both fall into clusters of their own.
+    None is nearer than `nearest_m`.
     """
     depths = np.sort(sweep.depths[_inside(detection, sweep.pixels)])
     if not len(depths):
         return None
     breaks = np.flatnonzero(np.diff(depths) > CLUSTER_GAP_M + CLUSTER_GAP_SHARE * depths[:-1]) + 1
-    clusters = np.split(depths, breaks)
-    allowed = [cluster for cluster in clusters if seen is None or _agrees(float(cluster[0]), seen)]
     enough = max(1 if seen is not None else 2, math.ceil(0.15 * len(depths)))
-    for cluster in allowed:
-        if len(cluster) >= enough:
-            return replace(_of_cluster(cluster), sides_m=_sides(detection, sweep, cluster))
-    return None
+    allowed = [
+        cluster
+        for cluster in np.split(depths, breaks)
+        if len(cluster) >= enough and cluster[0] >= nearest_m and (seen is None or _agrees(float(cluster[0]), seen))
+    ]
+    if not allowed:
+        return None
+    cluster = _broad(allowed, detection, sweep)
+    return replace(_of_cluster(cluster), sides_m=_sides(detection, sweep, cluster))
+
+
+def _broad(clusters: Sequence[Floats], detection: Detection, sweep: ProjectedSweep) -> Floats:
+    """The nearest cluster; but of a vehicle's box the nearest that spans it, where what is nearer is as thin as a post."""
+    nearest = clusters[0]
+    if detection.kind != "vehicle" or len(clusters) == 1 or _span(nearest, detection, sweep) > THIN_SHARE:
+        return nearest
+    return next((each for each in clusters[1:] if _span(each, detection, sweep) > BROAD_SHARE), nearest)
+
+
+def _span(cluster: Floats, detection: Detection, sweep: ProjectedSweep) -> float:
+    """Across how much of the box's width a cluster's returns lie."""
+    own = _inside(detection, sweep.pixels) & (sweep.depths >= cluster[0]) & (sweep.depths <= cluster[-1])
+    return float(np.ptp(sweep.pixels[own, 0])) / max(detection.width_px, 1.0)
 
 
 def _sides(detection: Detection, sweep: ProjectedSweep, cluster: Floats) -> tuple[float, float] | None:

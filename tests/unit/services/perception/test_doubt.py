@@ -68,6 +68,17 @@ def test_what_is_tiny_here_is_left_to_a_camera_that_looks_closer() -> None:
         assert not left_to_another(box, found, FRONT, [FRONT]), "the other one sees no better"
 
 
+def test_what_overflows_a_close_view_is_left_to_a_wider_one() -> None:
+    lorry, person = (
+        standing(9.0, 0.0, tall, kind, seen_by=TELE) for tall, kind in ((3.0, "vehicle"), (1.7, "pedestrian"))
+    )
+    lasered = Range(depth_m=8.4, sigma_m=0.1, source="lidar")
+    assert left_to_another(lorry, lasered, TELE, [FRONT])
+    assert not left_to_another(lorry, lasered, TELE, []), "nobody else looks"
+    assert not left_to_another(lorry, lasered, FRONT, [TELE]), "the closer view holds even less of it"
+    assert not left_to_another(person, lasered, TELE, [FRONT]), "of people every camera tells"
+
+
 def test_signs_are_no_road_users_and_not_doubted_here() -> None:
     sign = standing(60.0, 4.0, 0.7, "sign", feet_m=2.0)
     found = find_range(sign, FRONT, None)

@@ -130,6 +130,24 @@ def test_a_car_whose_inner_side_is_hidden_is_not_placed_by_the_returns_of_the_re
     assert abs(hidden.fix.place[1] + 2.8) < abs(alone.fix.place[1] + 2.8)
 
 
+@pytest.mark.parametrize("post_m", [14.0, 20.0, 30.0, 40.0])
+def test_a_post_before_a_far_car_does_not_lend_it_its_range(post_m: float) -> None:
+    car = box_of((60.6, -0.9, 0.0), (60.6, 0.9, 1.5))
+    points = np.concatenate([wall(post_m, 0.02, 6, 3), wall(60.6, 0.8, 4, 4)])
+    found = find_range(car, CAMERA, ProjectedSweep.of(points, CAMERA))
+    assert found is not None
+    assert found.depth_m > 50.0, "no vehicle is so low that this box could show it at the post"
+
+
+def test_a_nearer_person_is_never_put_further_away_by_what_stands_behind() -> None:
+    person = box_of((15.0, -0.3, 0.0), (15.0, 0.3, 1.75), "pedestrian")
+    points = np.concatenate([wall(15.0, 0.05, 4, 3), wall(18.0, 0.8, 40, 4)])
+    found = find_range(person, CAMERA, ProjectedSweep.of(points, CAMERA))
+    assert found is not None
+    assert found.source == "lidar"
+    assert found.depth_m < 15.0, "from the camera, which sits ahead of the ego's middle"
+
+
 def test_single_returns_from_rain_before_the_car_do_not_count() -> None:
     drops = np.array([[6.0, 0.0, 1.2], [9.0, 0.1, 1.1], [3.0, -0.05, 1.25]])
     points = np.concatenate([drops, wall(REAR_M, 0.9, 40, 0)])
