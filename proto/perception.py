@@ -45,6 +45,7 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     width_m: float = 1.8
     heading_rad: float = 0.0
     sigma_x_m: float = 1.0
+    sigma_y_m: float = 1.0
     sigma_vx_mps: float = 1.0
     confidence: float = 0.0
     age_s: float = 0.0
@@ -52,6 +53,8 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     lane_id: str = ""
     in_ego_path: bool = False
     oncoming: bool = False
+    clearance_m: float | None = None
+    """Free room between its body and the ego's on the way that the ego's lane takes; below 0 they would meet. None: unknown."""
 
 
 class Tracks(msgspec.Struct, frozen=True, kw_only=True):

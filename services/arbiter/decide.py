@@ -6,6 +6,7 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
+from proto.perception import Track
 from services.arbiter import act, adapt, attention, unfiltered
 from services.arbiter.act import Permission
 from services.arbiter.assess import Numbers, View, each, lateral_violation, metrics, speak_bounds, worst
@@ -150,13 +151,20 @@ def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Si
         n
         for view in views
         for n in each(view, speak_bounds(view, profile), profile)
-        if _hazardous(n, sightings, profile)
+        if _hazardous(n, view, sightings, profile)
     ]
     worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
     return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
 
 
-def _hazardous(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
+def passed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
+    """Whether the ego passes a vehicle that stands or comes towards us, close by; unknown speeds pass nobody."""
+    if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
+        return False
+    return track.oncoming or (ego_mps is not None and abs(ego_mps + track.vx_mps) < profile.stands_mps)
+
+
+def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
     """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
     track = numbers.track
     return (
@@ -167,6 +175,7 @@ def _hazardous(numbers: Numbers, sightings: tuple[Sighting, ...], profile: Profi
         and track.age_s >= profile.act_track_age_s
         and track.unseen_s <= profile.act_unseen_s
         and track.confidence >= profile.hazard_confidence
+        and not passed(track, view.ego_speed_mps, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
 

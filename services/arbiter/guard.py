@@ -61,14 +61,22 @@ def case(
 
 
 def undoubted(track: Track, profile: Profile) -> bool:
-    """Seen now, for long enough, and surely enough to brake for."""
+    """Seen now, for long enough, and surely enough to brake for, and surely in the way."""
     return (
         track.confidence >= profile.act_confidence
         and track.unseen_s <= profile.act_unseen_s
         and track.age_s >= profile.act_track_age_s
         and track.sigma_vx_mps <= profile.speed_known_mps
         and not track.oncoming
+        and meets(track, profile)
     )
+
+
+def meets(track: Track, profile: Profile) -> bool:
+    """Whether its body and the ego's would meet, as far aside as it may be; a person is braked for beside the way too."""
+    if track.kind != "vehicle" or track.clearance_m is None:
+        return True
+    return track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
 
 
 def _undoubted(view: View, profile: Profile) -> tuple[Numbers, ...]:

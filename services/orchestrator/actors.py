@@ -150,5 +150,21 @@ def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     return seconds >= WATCHED_S and (own[0].x_m - own[-1].x_m) / seconds < HARDLY * way.closing_mps
 
 
+STANDS_MPS = 2.0
+
+
+def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
+    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it."""
+    return well_seen(way.track) and not contradicted(gaps, way) and not passed(way)
+
+
+def passed(way: Way) -> bool:
+    """Whether the ego passes a vehicle that stands or comes towards us, close by: it lowers the target, and is no hazard."""
+    track = way.track
+    if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
+        return False
+    return track.oncoming or (way.speed_mps is not None and abs(way.speed_mps) < STANDS_MPS)
+
+
 def _in_path(world: WorldState, track: Track) -> bool:
     return track.in_ego_path or track.track_id == world.lead_track_id

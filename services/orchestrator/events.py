@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from proto.decision import Event
 from services.orchestrator import legal
-from services.orchestrator.actors import lead, pedestrian
+from services.orchestrator.actors import clear, pedestrian, vehicles
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
 from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
@@ -176,7 +176,7 @@ TOLD_OTHERWISE = frozenset({"trouble_codes", "sensors_faulty"})
 
 
 def _closing_lead(state: State, before: State, query: str) -> Signal:
-    way = lead(state.world)
+    way = next((way for way in vehicles(state.world) if clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return NOTHING
     return Signal(1.0 / max(0.05, way.ttc_s), f"track {way.track.track_id}", way.track.confidence)

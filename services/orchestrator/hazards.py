@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, confirmed, contradicted, people, vehicles, well_seen
+from services.orchestrator.actors import Way, clear, confirmed, people, vehicles
 from services.orchestrator.matter import Matter
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
@@ -21,14 +21,9 @@ SPEED_SIGMAS = 3.0
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
-def clear(state: State, way: Way) -> bool:
-    """Whether an actor is seen well enough to be spoken of."""
-    return well_seen(way.track) and not contradicted(state.gaps, way)
-
-
 def person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """People in or near the path, as urgent as the most urgent of them."""
-    judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state, way)]
+    judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state.gaps, way)]
     found = [(way, urgency) for way, urgency in judged if _worth_a_word(state, way, urgency)]
     if not found:
         return
@@ -68,7 +63,7 @@ def _person_urgency(state: State, way: Way) -> Urgency:
 
 def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The vehicle that is met soonest, if soon."""
-    way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state, way)), None)
+    way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return
     close = way.ttc_s < HAZARD_TTC_S

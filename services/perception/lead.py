@@ -43,12 +43,14 @@ def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Place
     aside = left - ego_left * max(0.0, 1.0 - along / 30.0)
     against_us = lane is not None and lane.oncoming and track.kind == "vehicle"
     # who keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
-    in_path = along > 0 and not against_us and _reaches(track, aside, _rolls_mps(track, ego_mps))
+    clearance = abs(aside) - (EGO_WIDTH_M + track.width_m) / 2
+    in_path = along > 0 and not against_us and _reaches(track, aside, clearance, _rolls_mps(track, ego_mps))
     placed = msgspec.structs.replace(
         track,
         lane_id=lane.lane_id if lane else "",
         in_ego_path=in_path,
         oncoming=track.oncoming or against_us,
+        clearance_m=clearance,
     )
     return Placed(track=placed, along_m=along)
 
@@ -60,9 +62,9 @@ def _rolls_mps(track: Track, ego_mps: float | None) -> float:
     return STEEPEST * abs(track.vx_mps + ego_mps)
 
 
-def _reaches(track: Track, aside_m: float, most_mps: float) -> bool:
+def _reaches(track: Track, aside_m: float, clearance_m: float, most_mps: float) -> bool:
     """Whether the body lies, or within a moment will lie, in the strip that the ego needs."""
-    free = abs(aside_m) - (EGO_WIDTH_M + track.width_m) / 2 - MARGIN_M
+    free = clearance_m - MARGIN_M
     if free <= 0:
         return True
     inwards = min(-track.vy_mps if aside_m > 0 else track.vy_mps, most_mps)

@@ -352,6 +352,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
         width_m=track.body.width_m,
         heading_rad=heading,
         sigma_x_m=sigma[0],
+        sigma_y_m=sigma[1],
         sigma_vx_mps=sigma[2],
         confidence=max(0.0, min(1.0, track.sure * (1.0 - 0.7 * unseen_s / COAST_S))),
         age_s=(now_ns - track.born_ns) / 1e9,

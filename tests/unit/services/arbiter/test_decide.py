@@ -1,6 +1,7 @@
 """SILENT, SPEAK or ACT."""
 
 from collections.abc import Callable
+from typing import Any
 
 import msgspec
 import pytest
@@ -172,6 +173,30 @@ def test_no_violation_in_the_own_reading_forbids_act_at_any_delta() -> None:
     slow = with_view(mirror(CRITICAL, profile=eager), ego_speed_mps=5.0)
     assert acts(CRITICAL, mirror(CRITICAL, profile=eager), eager)
     assert not acts(CRITICAL, slow, eager)
+
+
+@given(clearance_m=st.floats(-2.0, 2.0), sigma_m=st.floats(0.0, 1.0))
+def test_act_needs_bodies_that_would_surely_meet(clearance_m: float, sigma_m: float) -> None:
+    aside = request(track(gap_m=15.0, closing_mps=12.0, clearance_m=clearance_m, sigma_y_m=sigma_m))
+    assert acts(aside) == (clearance_m + sigma_m <= -CALIBRATED.act_overlap_m)
+
+
+def test_a_person_beside_the_way_is_braked_for_too() -> None:
+    person = track(gap_m=15.0, closing_mps=12.0, kind="pedestrian", clearance_m=0.2)
+    assert acts(request(None, pedestrian=person))
+
+
+def test_what_is_passed_is_not_shouted_about_and_what_is_met_or_cuts_in_is() -> None:
+    def shouts(**fields: Any) -> bool:
+        lead = track(gap_m=15.0, **fields)
+        quiet = request(lead, fused=fused(new_information=False))
+        return decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard != ""
+
+    assert not shouts(closing_mps=20.0, clearance_m=0.1)
+    assert not shouts(closing_mps=35.0, clearance_m=0.1, oncoming=True)
+    assert shouts(closing_mps=20.0, clearance_m=-0.1)
+    assert shouts(closing_mps=20.0)
+    assert shouts(closing_mps=10.0, clearance_m=0.1)
 
 
 def test_stale_own_tracks_forbid_act() -> None:

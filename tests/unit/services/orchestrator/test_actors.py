@@ -115,3 +115,26 @@ def test_an_actor_more_never_raises_the_target_and_never_removes_a_hazard(
     fewer, more = seen(*tracks[1:], speed_mps=speed_mps), seen(*tracks, speed_mps=speed_mps)
     assert target(more).mps <= target(fewer).mps + 1e-9
     assert hazards(more) >= hazards(fewer)
+
+
+@given(x_m=st.floats(5.0, 60.0), clearance_m=st.floats(0.01, 0.24), ego_mps=st.floats(3.0, 30.0))
+def test_a_parked_car_that_leaves_room_lowers_the_target_like_any_and_is_no_hazard(
+    x_m: float, clearance_m: float, ego_mps: float
+) -> None:
+    parked = car(x_m, -ego_mps, y_m=-2.0, clearance_m=clearance_m)
+    assert hazards(seen(parked, speed_mps=ego_mps)) == set()
+    in_the_way = replace(parked, clearance_m=-0.5)
+    assert target(seen(parked, speed_mps=ego_mps)) == target(seen(in_the_way, speed_mps=ego_mps))
+
+
+@pytest.mark.parametrize("clearance_m", [-0.3, 0.0, None])
+def test_one_that_leaves_none_or_of_which_that_is_unknown_is_a_hazard(clearance_m: float | None) -> None:
+    assert "lead" in hazards(seen(car(20.0, -13.0, clearance_m=clearance_m)))
+
+
+def test_one_that_cuts_in_is_a_hazard_while_there_is_room() -> None:
+    assert "lead" in hazards(seen(car(12.0, -6.0, clearance_m=0.2)))
+
+
+def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
+    assert "lead" in hazards(seen(car(20.0, -13.0, clearance_m=0.2), speed_mps=None))

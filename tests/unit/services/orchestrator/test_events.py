@@ -102,7 +102,9 @@ def test_an_event_keeps_its_beginning_while_it_lasts() -> None:
     drive.ticks(2)
     _closing(drive)
     began = drive.now_ns
-    drive.ticks(5)
+    for tick in range(1, 6):
+        drive.tracks = (actor(20.0 - 0.8 * tick, 8.0),)
+        drive.tick()
     event = next(e for e in drive.history[-1][2].events if e.kind == "closing_lead")
     assert event.since_ns == began
     drive.tracks = ()
@@ -110,6 +112,14 @@ def test_an_event_keeps_its_beginning_while_it_lasts() -> None:
     _closing(drive)
     assert next(e for e in drive.history[-1][2].events if e.kind == "closing_lead").since_ns == drive.now_ns
     assert drive.now_ns - began > 15 * TICK
+
+
+def test_a_lead_that_does_not_come_nearer_though_it_claims_to_is_none() -> None:
+    drive = Drive()
+    drive.ticks(2)
+    _closing(drive)
+    drive.ticks(5)
+    assert "closing_lead" not in {event.kind for event in drive.history[-1][2].events}
 
 
 def test_an_unknown_speed_raises_no_overspeed() -> None:

@@ -147,3 +147,8 @@ def test_a_vehicle_that_rolls_out_of_its_parking_place_cuts_in() -> None:
 def test_without_the_egos_speed_a_lateral_speed_counts_in_full() -> None:
     parked = msgspec.structs.replace(car(1, 20.0, -2.8), vx_mps=-10.0, vy_mps=1.0)
     assert place(parked, lane_model(None)).track.in_ego_path
+
+
+def test_the_clearance_is_the_room_between_the_bodies() -> None:
+    assert place(car(1, 30.0, -2.85), lane_model(None)).track.clearance_m == pytest.approx(1.0)
+    assert place(car(1, 30.0, 0.0), lane_model(None)).track.clearance_m == pytest.approx(-1.85)
