@@ -24,6 +24,12 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")
     parser.add_argument(
+        "--latencies",
+        default="fixed",
+        metavar="FILE",
+        help="what calls take: `fixed`, 4 ms each, for exact repeats anywhere; or the table of `python -m evaluation.latencies measure`",
+    )
+    parser.add_argument(
         "--quick", action="store_true", help=f"one run of {QUICK_S:g} s a row: shows that all of it works"
     )
     parser.add_argument(

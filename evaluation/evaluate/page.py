@@ -27,7 +27,7 @@ def _head(about: About) -> Iterator[str]:
     yield (
         f"{about.runs} runs, {about.km:.2f} km, {about.driven_s / 60:.1f} minutes driven in {about.wall_s / 60:.1f} minutes "
         f"of wall time (all slots together); {about.missing} runs are missing. "
-        f"{about.machine}. Sensors: {about.sensors}. DriveLM backend: {about.backend}.\n"
+        f"{about.machine}. Sensors: {about.sensors}. DriveLM backend: {about.backend}. Latencies: {about.latencies}.\n"
     )
     yield (
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "

@@ -44,9 +44,11 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
     quick: bool
     backend: str
     sensors: str
+    latencies: str
+    """Which modelled latencies calls took: fixed ones, or measured where."""
 
 
-def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool) -> About:
+def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool, latencies: str) -> About:
     """Sums over all runs, each counted once."""
     runs = {run.key: run for table in tables for row in table.rows for run in row.runs}
     kept = [run.kept for run in runs.values() if run.kept is not None]
@@ -55,7 +57,7 @@ def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool) -
         wall_s=sum(each.wall_s for each in kept), driven_s=sum(each.metrics.get("seconds") or 0.0 for each in kept),
         km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
         backend=", ".join(dict.fromkeys(table.backend for table in tables)),
-        sensors=", ".join(dict.fromkeys(table.sensors for table in tables)),
+        sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies,
     )  # fmt: skip
 
 
@@ -80,6 +82,7 @@ def _head(about: About) -> str:
     facts = (
         ("command", f"<code>{escape(about.command)}</code>"), ("machine", escape(about.machine)),
         ("sensors", escape(about.sensors)), ("DriveLM backend", escape(about.backend)),
+        ("latencies", escape(about.latencies)),
         ("driven", f"{driven}, {speed}"),
         ("missing", f"{about.missing} runs" if about.missing else "none"),
     )  # fmt: skip

@@ -23,8 +23,10 @@ from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
+from evaluation.latencies import Latencies, read
 
 REPORT = "report.html"
+FIXED = "fixed"
 
 
 def evaluate(flags: argparse.Namespace) -> int:
@@ -64,12 +66,19 @@ def _tables(name: str) -> tuple[TableName, ...]:
 
 
 def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
-    """The table's rows, with the settings that are the user's."""
+    """The table's rows, with the settings and latencies that are the user's."""
+    measured = _latencies(flags)
+    modelled_ms = measured.modelled_ms() if measured is not None else {}
     for row in rows_of(name, flags.sensors):
-        spec = row.spec
+        spec = msgspec.structs.replace(row.spec, modelled_ms=modelled_ms)
         for service, settings in settings_of(flags.set).items():
             spec = with_settings(spec, service, settings)
         yield msgspec.structs.replace(row, spec=spec)
+
+
+def _latencies(flags: argparse.Namespace) -> Latencies | None:
+    """The measured table; None: fixed. Raises UserError."""
+    return None if flags.latencies == FIXED else read(Path(flags.latencies))
 
 
 def _amount(flags: argparse.Namespace) -> Amount:
@@ -127,7 +136,9 @@ def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str],
 
 
 def _write(tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen) -> None:
-    told = report.about(tables, _command(flags), machine(), quick=flags.quick)
+    measured = _latencies(flags)
+    latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
+    told = report.about(tables, _command(flags), machine(), quick=flags.quick, latencies=latencies)
     files.write(folder, tables)
     (folder / REPORT).write_text(report.html(tables, told, store.folder, folder), encoding="utf-8")
     if flags.docs:
@@ -142,5 +153,6 @@ def _command(flags: argparse.Namespace) -> str:
     for name in ("runs", "km"):
         words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
+    words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
     return shlex.join(words)

@@ -31,8 +31,14 @@ STALL_S = 120.0
 _CAMERAS: Mapping[str, tuple[str, ...]] = {"rendered": ("front", "tele"), "model": ()}
 
 
-def drive(spec: RunSpec, folder: Path, observe: Callable[[Node], None] = lambda node: None) -> ScenarioState:
-    """Drive one run to its end; its log comes to `folder`. `observe` subscribes to what it wants to see.
+def drive(
+    spec: RunSpec,
+    folder: Path,
+    observe: Callable[[Node], None] = lambda node: None,
+    wrapped: Callable[[Service[Any]], Service[Any]] = lambda service: service,
+) -> ScenarioState:
+    """Drive one run to its end; its log comes to `folder`. `observe` subscribes to what it wants to see, `wrapped` may look
+    into a service before it starts.
 
     Raises RunError naming what went wrong, and UserError where the spec is the user's mistake.
     """
@@ -40,7 +46,7 @@ def drive(spec: RunSpec, folder: Path, observe: Callable[[Node], None] = lambda 
         nodes: list[Node] = []
         try:
             for service in _services(spec):
-                nodes.append(service.start(bus, _config(service, spec, folder)))
+                nodes.append(wrapped(service).start(bus, _config(service, spec, folder)))
             wait_for_tools(nodes)
             end = _watch(bus, observe, nodes)
             nodes.append(_start_source(bus, spec, folder))
@@ -73,7 +79,12 @@ def _start_source(bus: Bus, spec: RunSpec, folder: Path) -> Node:
 
 
 def _config(service: Service[Any], spec: RunSpec, folder: Path) -> ServiceConfig:
-    settings: dict[str, Any] = {"lockstep": True, "out_dir": str(folder), **_defaults(service.name, spec, folder)}
+    settings: dict[str, Any] = {
+        "lockstep": True,
+        "modelled_ms": spec.modelled_ms,
+        "out_dir": str(folder),
+        **_defaults(service.name, spec, folder),
+    }
     config: ServiceConfig = msgspec.convert({**settings, **spec.settings.get(service.name, {})}, service.config)
     return config
 

@@ -42,6 +42,8 @@ class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Services that are not started."""
     stand_ins: tuple[StandIn, ...] = ()
     """What is published in place of what the services would (`evaluation/stand_ins`)."""
+    modelled_ms: dict[str, float] = {}
+    """Tool -> what each of its calls takes, ms (`evaluation.latencies`). Tools not named, and without it all: fixed, 4 ms."""
     method: str = "DriveMCP"
     """A label; what it means is in `settings`, `without` and `stand_ins` (`evaluation.methods`)."""
 
