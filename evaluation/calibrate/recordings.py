@@ -38,6 +38,8 @@ class Recording(NamedTuple):
     answers: Mapping[tuple[str, str], tuple[tuple[int, Outcome], ...]]
     """(tool, question) -> (tick, answer)."""
     record: Record
+    sensors: str = "unknown"
+    """With which it was driven, by the spec beside it."""
 
     @property
     def km(self) -> float:
@@ -78,15 +80,21 @@ def load(log: Path) -> Recording:
         steps.append(Step(times.get(trace.tick, number / 10), seen, own, trace.request))
         for call in trace.calls:
             answers.setdefault((call.tool, legal.key(call.arguments)), []).append((trace.tick, call))
-    return Recording(_name(log), tuple(steps), {key: tuple(rows) for key, rows in answers.items()}, record)
+    spec = _spec(log)
+    return Recording(
+        f"{spec.scenario} seed {spec.seed}" if spec is not None else str(log),
+        tuple(steps),
+        {key: tuple(rows) for key, rows in answers.items()},
+        record,
+        spec.sensors if spec is not None else "unknown",
+    )
 
 
-def _name(log: Path) -> str:
+def _spec(log: Path) -> RunSpec | None:
     try:
-        spec = msgspec.json.decode((log.parent / SPEC).read_bytes(), type=RunSpec)
+        return msgspec.json.decode((log.parent / SPEC).read_bytes(), type=RunSpec)
     except (OSError, msgspec.MsgspecError):
-        return str(log)
-    return f"{spec.scenario} seed {spec.seed}"
+        return None
 
 
 def kilometres(recordings: Sequence[Recording]) -> float:

@@ -56,6 +56,7 @@ def calibrate(flags: argparse.Namespace) -> int:
             raise UserError("no drive to calibrate on: all failed; see what they said above")
         recordings = [load(log) for log in logs]
         places, km = tuple(each.name for each in recordings), kilometres(recordings)
+        sensors = ", ".join(sorted({each.sensors for each in recordings}))
         del recordings
         screen.say(f"{len(logs)} drives, {km:.2f} km, decided again with other constants; in {folder}")
         with on_cores(logs, base, flags.jobs) as many:
@@ -66,7 +67,7 @@ def calibrate(flags: argparse.Namespace) -> int:
     taken = found.best.candidate if loop.verdict.taken else found.shipped.candidate
     provenance = Provenance(
         made=datetime.now(UTC).isoformat(timespec="seconds"), code=_code(), command=_command(flags), machine=machine(),
-        places=places, km=km, sensors=flags.sensors, optimiser=optimiser(), seed=flags.seed, trials=found.tried,
+        places=places, km=km, sensors=sensors, optimiser=optimiser(), seed=flags.seed, trials=found.tried,
         objective=files.formula(), before=found.shipped, after=found.best,
         closed_before=loop.before, closed_after=loop.after,
         verdict=f"{'Taken' if loop.verdict.taken else 'The shipped constants stay'}: {loop.verdict.why}.",
@@ -103,12 +104,13 @@ def _drive(store: Store, wanted: Sequence[RunSpec], flags: argparse.Namespace, s
 
 
 def _search(trials: Trials, base: Profile, flags: argparse.Namespace, screen: Screen) -> Found:
-    began_s, total = time.monotonic(), len(ROWS) + (QUICK_TRIALS if flags.quick else flags.trials)
+    began_s, trials_wanted = time.monotonic(), QUICK_TRIALS if flags.quick else flags.trials
 
     def progress(count: int, best: Trial) -> None:
-        screen.live(f"trial {count} of {total}: best {best.objective:.3f}; {left(count, total, began_s)}")
+        total = max(count, trials_wanted + len(ROWS))  # whole generations; then each constant is tried as shipped
+        screen.live(f"trial {count} of about {total}: best {best.objective:.3f}; {left(count, total, began_s)}")
 
-    found = search(trials, base, total, flags.seed, progress)
+    found = search(trials, base, trials_wanted, flags.seed, progress)
     screen.end_live()
     return found
 
