@@ -74,4 +74,4 @@ evaluate: $(VENV)/.full
 	$(BIN)/drivemcp evaluate $(or $(ARGS),all)
 
 clean:
-	rm -rf $(VENV) .venv-peers build dist out .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .venv-peers .venv-langgraph build dist out .mypy_cache .ruff_cache .hypothesis

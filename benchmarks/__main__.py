@@ -1,4 +1,4 @@
-"""`python -m benchmarks [call|parallel|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
+"""`python -m benchmarks [call|parallel|neighbours|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
 
 import argparse
 import os
@@ -12,11 +12,13 @@ from benchmarks.can import can
 from benchmarks.diagnostics import diagnostics
 from benchmarks.drive import stages
 from benchmarks.footprint import footprint
+from benchmarks.neighbours import neighbours
 from benchmarks.subject import make_peers
 
 SECTIONS: dict[str, Callable[[], str]] = {
     "call": tool_call,
     "parallel": parallel,
+    "neighbours": neighbours,
     "drive": stages,
     "can": can,
     "diagnostics": diagnostics,

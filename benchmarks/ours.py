@@ -1,4 +1,4 @@
-"""Subject: one call, or three 20 ms tools in parallel, through our server and client. `python -m benchmarks.ours ENDPOINT MODE COUNT`"""
+"""Subject: one call, one decision, or three 20 ms tools in parallel, through ours. `python -m benchmarks.ours ENDPOINT MODE COUNT`"""
 
 import json
 import subprocess
@@ -7,6 +7,7 @@ import threading
 import time
 from typing import Any
 
+from benchmarks.decision import SNAPSHOT, WANTED, decide, route
 from benchmarks.workload import ARGUMENTS, RESULT, SLOW_MS, TOOL
 from drivemcp.bus import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
@@ -54,7 +55,7 @@ def main() -> None:
             node.open(announce=False)
             if not wait_settled(lambda: TOOL in node.catalogue(), 10.0):
                 raise RuntimeError("the server did not come up")
-            measure = _parallel if mode.startswith("parallel") else _single
+            measure = _MEASURES[mode.partition("-")[0]]
             print(json.dumps({"ms": measure(node, count)}))  # noqa: T201
             node.close()
     finally:
@@ -76,6 +77,21 @@ def _single(node: Node, count: int) -> list[float]:
     return times
 
 
+def _decision(node: Node, count: int) -> list[float]:
+    """Route, ask, decide."""
+    times: list[float] = []
+    for number in range(count + 50):
+        started = time.perf_counter()
+        outcome = node.call(route(SNAPSHOT), {"situation": SNAPSHOT["situation"]}, deadline_ms=1000)
+        advice = decide(SNAPSHOT, outcome.result or {})
+        elapsed = (time.perf_counter() - started) * 1000
+        if advice != WANTED:
+            raise RuntimeError(f"another advice: {advice}")
+        if number >= 50:
+            times.append(elapsed)
+    return times
+
+
 def _parallel(node: Node, count: int) -> list[float]:
     times: list[float] = []
     for number in range(count + 5):
@@ -87,6 +103,9 @@ def _parallel(node: Node, count: int) -> list[float]:
         if number >= 5:
             times.append(elapsed)
     return times
+
+
+_MEASURES = {"direct": _single, "router": _single, "decision": _decision, "parallel": _parallel}
 
 
 if __name__ == "__main__":

@@ -46,6 +46,8 @@ class Answered(msgspec.Struct, frozen=True, kw_only=True):
     events: tuple[str, ...]
     tools: tuple[str, ...]
     """Asked in this tick."""
+    answered: tuple[str, ...]
+    """Tools that gave an answer."""
     kind: str
     directive: str
     target_mps: float | None
@@ -95,6 +97,7 @@ def _ticks(log: Iterator[TraceRecord], method: Method, asker: Node) -> Iterator[
             stamp_ns=trace.stamp_ns,
             events=tuple(event.kind for event in ticked.events),
             tools=tuple(call.tool for call in ticked.calls),
+            answered=tuple(outcome.tool for outcome in ticked.outcomes if outcome.ok),
             kind=ticked.decision.kind,
             directive=ticked.advisory.directive if ticked.decision.kind != "SILENT" else "",
             target_mps=ticked.advisory.target_mps,
@@ -153,3 +156,11 @@ class OpenAsk:
 
 
 TOOLS = frozenset(tool for name in LIVE for tool in BY_NAME[name].tools)
+
+
+if __name__ == "__main__":
+    import sys
+
+    from evaluation.openloop_table import main
+
+    sys.exit(main())

@@ -6,16 +6,19 @@ import pytest
 
 from drivemcp.errors import UserError
 from evaluation.methods import METHODS
+from evaluation.metrics import Recorder, from_log, keep, measure
 from evaluation.openloop import Answered, answers
+from evaluation.openloop_table import OPEN, main, markdown, rows
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("open")
-    drive(RunSpec(scenario="dynamic-vsl", seed=3, seconds=3.0), folder)
+    folder, recorder = tmp_path_factory.mktemp("open"), Recorder()
+    drive(RunSpec(scenario="dynamic-vsl", seed=3, seconds=15.0, sensors="model"), folder, recorder.follow)
     (found,) = folder.glob("**/*.mcap")
+    keep(recorder, found.parent)
     return found
 
 
@@ -38,3 +41,27 @@ def test_each_method_answers_every_snapshot_with_the_tools_it_has(log: Path) -> 
 def test_the_oracle_needs_a_drive_of_its_own(log: Path) -> None:
     with pytest.raises(UserError, match="drive of its own"):
         run(log, "Oracle")
+
+
+def test_the_table_scores_every_method_that_can_be_asked_on_the_same_snapshots(log: Path) -> None:
+    found = {row.label: row for row in rows([log])}
+    assert list(found) == [method.label for method in OPEN]
+    assert {"VLM-Direct", "VLM-Direct+RAG", "DriveMCP"} <= set(found)
+    driven, ours, direct = measure(from_log(log)), found["DriveMCP"], found["VLM-Direct"]
+    assert len({row.ticks for row in found.values()}) == 1
+    assert driven.event_f1 is not None
+    assert ours.event_f1 == pytest.approx(driven.event_f1), "asked again about its own drive, it notices the same"
+    assert ours.tools_right == pytest.approx(driven.correct_tool_rate)
+    assert direct.tools_right is not None
+    assert ours.tools_right is not None
+    assert direct.tools_right < ours.tools_right, "it has no tools to be right with"
+    assert ours.asked_p50_ms is not None
+    assert ours.tick_p50_ms is not None
+    assert 0.0 < ours.tick_p50_ms < ours.asked_p50_ms
+    assert f"| DriveMCP | {ours.ticks} |" in markdown(found.values())
+
+
+def test_a_log_without_truth_is_refused(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (alone := tmp_path / "log.mcap").write_bytes(log.read_bytes())
+    assert main([str(alone)]) == 2
+    assert "no truth lies beside it" in capsys.readouterr().err
