@@ -8,6 +8,8 @@ import msgspec
 
 SLOWER_S = 0.05
 """A mean hazard response that is later by less is none: half a tick."""
+LEAST_HAZARDS = 10
+"""Ours: with fewer on either side, "no worse" says nothing."""
 
 
 class Closed(msgspec.Struct, frozen=True, kw_only=True):
@@ -64,6 +66,9 @@ def verdict(before: Closed, after: Closed) -> Verdict:
     """Worse in nothing that is safety, and better in something."""
     if after.runs < before.runs or not before.runs:
         return Verdict(False, f"only {after.runs} of {before.runs} drives in closed loop came to their end")
+    if min(before.hazards, after.hazards) < LEAST_HAZARDS:
+        met = f"{before.hazards} hazards with the shipped constants and {after.hazards} with the fitted ones"
+        return Verdict(False, f"closed loop met only {met}; below {LEAST_HAZARDS} nothing is proved: more --verify")
     worse = [
         f"{name.replace('_', ' ')} {getattr(before, name)} -> {getattr(after, name)}"
         for name in ("missed", "collisions", "near_collisions", "infractions")

@@ -6,7 +6,9 @@ import pytest
 
 from evaluation.calibrate.verdict import Closed, closed, verdict
 
-BEFORE = Closed(runs=3, km=9.0, hazards=8, missed=1, response_s=0.5, near_collisions=1, false_interventions=12, nags=27)
+BEFORE = Closed(
+    runs=3, km=9.0, hazards=12, missed=1, response_s=0.5, near_collisions=1, false_interventions=12, nags=27
+)
 
 
 def other(**fields: Any) -> Closed:
@@ -27,6 +29,13 @@ def test_fewer_false_interventions_with_nothing_worse_are_taken() -> None:
 )
 def test_one_safety_number_that_is_worse_is_enough(worse: dict[str, Any]) -> None:
     assert not verdict(BEFORE, other(false_interventions=0, **worse)).taken
+
+
+def test_too_few_hazards_prove_nothing() -> None:
+    assert not verdict(other(hazards=9), other(hazards=9, false_interventions=0)).taken
+    found = verdict(BEFORE, other(hazards=9, false_interventions=0))
+    assert not found.taken
+    assert "more --verify" in found.why
 
 
 def test_no_better_is_not_taken_and_neither_is_a_drive_that_failed() -> None:
