@@ -54,6 +54,9 @@ and begins at half of its first. Pictures that follow each other err alike: many
 For our own detector that is a probability, since its scores are."""
 SHOWN_CONFIDENCE = 0.1
 """Tracks less sure than this are not published; they keep their id until they end."""
+UNKNOWN_MPS = 8.0
+"""One sigma of a new vehicle's speed, beside the ego's own speed: half as much of the latter drew oncoming vehicles, known by
+guessed ranges alone, 10 m/s towards standing."""
 BEHIND_M = -8.0
 RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
@@ -261,7 +264,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
     """Its speed is unknown: a person is taken to stand, a vehicle to do anything from coming towards us to going ahead."""
     ego_mps = ego.speed_mps or 0.0
     person = sighting.kind != "vehicle"
-    vx, sigma = (-ego_mps, 1.5) if person else (-0.3 * ego_mps, 8.0 + 0.5 * ego_mps)
+    vx, sigma = (-ego_mps, 1.5) if person else (-0.3 * ego_mps, UNKNOWN_MPS + ego_mps)
     if person and ego.speed_mps is None:
         vx, sigma = -5.0, 8.0
     covariance = np.zeros((4, 4))

@@ -144,6 +144,17 @@ def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() 
     assert abs(track.vx_mps + closing) < 0.4 * abs(guessed_mps + closing)
 
 
+@pytest.mark.parametrize("closing", [0.0, 28.0, 56.0])
+def test_a_few_vague_ranges_tell_a_speed_whichever_way_it_goes(closing: float) -> None:
+    """Followed, standing or oncoming, in eight pictures of the close camera."""
+    tracker = Tracker()
+    for k in range(1, 9):
+        true = 80.0 + closing * (1.6 - 0.2 * k)
+        tracker.step(2 * k * STEP_NS, [sighting(true, 0.0, sigma_m=0.2 * true)], EgoState(28.0, 0.0))
+    (track,) = tracker.published()
+    assert track.vx_mps == pytest.approx(-closing, abs=10.0)
+
+
 def test_what_is_hardly_believed_is_not_shown_and_comes_back_as_itself() -> None:
     tracker = Tracker()
     for k in range(1, 13):
