@@ -37,7 +37,7 @@ ROWS: tuple[Row, ...] = (
     Row("tau_hazard_s", 2.0, 4.0, "s", "ISO 15623 family of forward collision warnings: 2 to 4 s"),
     Row("hazard_confidence", 0.4, 0.7, "1", "from the event's own threshold to what supports ACT"),
     Row("speed_sigmas", 2.0, 4.0, "1", "one in 40 to one in 30,000 measured speeds is so far off by chance"),
-    Row("hazard_repeat_s", 2.0, 4.0, "s", "one spoken phrase; after 4 s a repeat is no nag (evaluation.metrics)"),
+    Row("hazard_repeat_s", 2.0, 6.0, "s", "one spoken phrase to three; after 4 s a repeat is no nag (evaluation.metrics)"),
     Row("budget_messages", 2.0, 6.0, "1", "a limit and what it means are two messages; six in a row are too many"),
     Row("budget_refill_s", 5.0, 30.0, "s", "two to twelve messages a minute in the long run"),
     Row(f"{EVENT}closing_lead", 0.2, 0.33, "1/s", "times to collision of 5 to 3 s: ISO 15623 as above"),

@@ -180,6 +180,8 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
     )
 
 
+ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
+"""Hazards of road users: what they need of the driver is known from gap and closing speed."""
 HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
 """As the orchestrator names them: one hazard that both see is one hazard."""
 
@@ -220,6 +222,8 @@ class _Saying(NamedTuple):
     request: ArbitrationRequest
     hazard: str
     fresh_hazard: bool
+    answered: bool
+    just_spoken: bool
     c_min: float
     messages: float
 
@@ -233,13 +237,15 @@ class _Said(NamedTuple):
 
 Row = tuple[Callable[[_Saying], bool], DecisionKind, str]
 _ROWS: tuple[Row, ...] = (
-    (lambda s: bool(s.hazard) and s.fresh_hazard, "SPEAK", "hazard"),
+    (lambda s: bool(s.hazard) and s.fresh_hazard and not s.answered, "SPEAK", "hazard"),
     (lambda s: s.request.fused.first_notice, "SPEAK", "first notice"),
+    (lambda s: bool(s.hazard) and s.answered, "SILENT", "the driver was told and brakes enough"),
     (lambda s: bool(s.hazard), "SILENT", "the hazard was just told"),
     (lambda s: s.request.fused.muted, "SILENT", "muted by the driver"),
     (lambda s: not s.request.fused.directive, "SILENT", "nothing to say"),
     (lambda s: not s.request.fused.new_information, "SILENT", "nothing new"),
     (lambda s: s.request.fused.confidence < s.c_min, "SILENT", "less sure than c_min"),
+    (lambda s: s.just_spoken, "SILENT", "the last message is still being heard"),
     (lambda s: s.messages < 1.0, "SILENT", "attention budget spent"),
     (lambda s: True, "SPEAK", "new advice"),
 )
@@ -274,13 +280,31 @@ def _say(
         request=request,
         hazard=hazard,
         fresh_hazard=fresh,
+        answered=_answered(weighed, attended, hazard, inputs, profile, alarm=alarm),
+        just_spoken=attention.just_spoken(attended, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
         return _Said(kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns, alarm=alarm), hazard)
+    if kind == "SPEAK":
+        attended = attention.spoken(attended, now_ns)
     return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
+
+
+def _answered(
+    weighed: Weighed, attended: Attention, hazard: str, inputs: Inputs, profile: Profile, *, alarm: bool
+) -> bool:
+    """Whether the driver was told of a road user of late, as gravely as now, and brakes as hard as the worst of them needs."""
+    last = attention.last_told(attended, hazard, inputs.now_ns)
+    view = inputs.reading.view
+    if last is None or (alarm and not last.alarm) or hazard not in ANSWERED or weighed.speak is None:
+        return False
+    if view.ego_speed_mps is None or view.ego_acceleration_mps2 is None:
+        return False
+    needed = act.needed_mps2(weighed.speak, view.ego_speed_mps, profile)
+    return -view.ego_acceleration_mps2 >= max(needed, profile.answer_mps2)
 
 
 def _act_reason(weighed: Weighed, state: ArbiterState) -> str:

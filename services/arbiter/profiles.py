@@ -65,6 +65,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     relax_s: float
     tau_hazard_s: float
     hazard_repeat_s: float
+    speech_gap_s: float
+    answer_mps2: float
     budget_messages: float
     budget_refill_s: float
     actor_floor: float

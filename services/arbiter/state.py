@@ -16,15 +16,23 @@ class Adapted(msgspec.Struct, frozen=True, kw_only=True):
     updated_ns: int | None = None
 
 
+class Told(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """When a hazard was spoken of last, and whether as an alarm."""
+
+    hazard: str
+    stamp_ns: int
+    alarm: bool
+
+
 class Attention(msgspec.Struct, frozen=True, kw_only=True):
-    """How much the driver may still be told, and what hazard was told last."""
+    """How much the driver may still be told, and what he was told."""
 
     messages: float
     refilled_ns: int | None = None
-    hazard: str = ""
-    hazard_ns: int | None = None
-    alarm: bool = False
-    """Whether it was told as an alarm."""
+    hazards: tuple[Told, ...] = ()
+    """One for each hazard."""
+    spoken_ns: int | None = None
+    """When anything was said last."""
 
 
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):

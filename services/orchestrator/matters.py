@@ -246,12 +246,14 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
         return
     if event.detail != "severe" and _told_within(state, "limit", FRICTION_TOLD_S):
         return  # the limit was told with the safe target and its reason
+    # What a lead or a stop asks for now is not what the road does.
+    road_mps = min(bound.mps for bound in target.bounds if bound.why in ("law", "sight"))
     yield Matter(
         topic="friction",
         key=event.detail,
         phrase="friction",
         urgency="warning" if event.detail == "severe" else "advice",
-        values={"target": drive(state.preferences, target.mps)},
+        values={"target": drive(state.preferences, road_mps)},
         repeat_s=180.0,
         confidence=event.confidence,
     )

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proto.decision import ArbitrationRequest, Feedback
+from proto.decision import ArbitrationRequest, Decision, Feedback
 from services.arbiter.act import Permission
 from services.arbiter.decide import decide, redecide
 from services.arbiter.guard import objections
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Pedals
-from services.arbiter.state import Attention, fresh
+from services.arbiter.state import ArbiterState, Attention, fresh
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
     FEW,
@@ -67,13 +67,13 @@ def test_without_a_grant_the_act_is_withheld_and_spoken() -> None:
 
 def test_a_withheld_act_is_said_again_in_its_time_and_not_every_tick() -> None:
     state, spoken, withheld = mirror(CRITICAL).state, 0, 0
-    for tick in range(21):
+    for tick in range(41):
         inputs = mirror(CRITICAL, permission=Permission(), now_ns=10 * SECOND + tick * SECOND // 10)
         verdict = decide(CRITICAL, replace(inputs, state=replace(inputs.state, attention=state.attention)), CALIBRATED)
         state = verdict.state
         spoken += verdict.decision.kind == "SPEAK"
         withheld += verdict.decision.act_withheld == "no grant"
-    assert (spoken, withheld) == (2, 21)
+    assert (spoken, withheld) == (2, 41)
 
 
 @pytest.mark.parametrize(
@@ -265,23 +265,72 @@ def test_silence_is_a_decision_with_a_reason(said: object, reason: str) -> None:
 
 def test_the_attention_budget_runs_out_and_comes_back() -> None:
     state, kinds = mirror(request()).state, []
+    slow = replace(CALIBRATED, budget_refill_s=20.0)
     for tick in range(6):
-        verdict = decide(request(tick=tick), mirror(request(), state=state, now_ns=(10 + tick) * SECOND), CALIBRATED)
+        verdict = decide(request(tick=tick), mirror(request(), state=state, now_ns=(10 + 2 * tick) * SECOND), slow)
         kinds.append(verdict.decision.kind)
         state = verdict.state
     assert kinds == ["SPEAK"] * 4 + ["SILENT"] * 2
-    later = decide(request(), mirror(request(), state=state, now_ns=60 * SECOND), CALIBRATED)
+    later = decide(request(), mirror(request(), state=state, now_ns=60 * SECOND), slow)
     assert later.decision.kind == "SPEAK"
 
 
 def test_a_standing_hazard_is_said_again_but_not_every_tick() -> None:
     asked = request(fused=fused(hazard="closing_lead"))
     state, spoken = mirror(asked).state, 0
-    for tick in range(41):
+    for tick in range(81):
         verdict = decide(asked, mirror(asked, state=state, now_ns=10 * SECOND + tick * SECOND // 10), CALIBRATED)
         spoken += verdict.decision.kind == "SPEAK"
         state = verdict.state
     assert spoken == 3
+
+
+def later(asked: ArbitrationRequest, before: ArbiterState, seconds: float) -> Decision:
+    """What is decided on the same request some time after another decision."""
+    inputs = mirror(asked, now_ns=10 * SECOND + round(seconds * SECOND))
+    return decide(asked, replace(inputs, state=replace(inputs.state, attention=before.attention)), CALIBRATED).decision
+
+
+def test_a_calmer_word_on_a_vehicle_just_told_is_no_news_and_a_graver_one_is() -> None:
+    grave, calm = (request(fused=fused(hazard=hazard)) for hazard in ("closing_lead", "slow_traffic"))
+    assert later(calm, decide(grave, mirror(grave), CALIBRATED).state, 1.0).kind == "SILENT"
+    assert later(grave, decide(calm, mirror(calm), CALIBRATED).state, 1.0).kind == "SPEAK"
+
+
+def test_two_hazards_that_take_turns_are_each_said_in_their_time() -> None:
+    state, spoken = mirror(request()).state, 0
+    for tick in range(21):
+        asked = request(fused=fused(hazard=("closing_lead", "pedestrian")[tick % 2]))
+        verdict = decide(asked, mirror(asked, state=state, now_ns=10 * SECOND + tick * SECOND // 10), CALIBRATED)
+        state, spoken = verdict.state, spoken + (verdict.decision.kind == "SPEAK")
+    assert spoken == 2
+
+
+FAR = track(gap_m=80.0, closing_mps=12.0)
+
+
+@given(braking_mps2=st.floats(-9.0, 2.0))
+def test_a_driver_who_was_told_and_brakes_enough_is_not_told_again(braking_mps2: float) -> None:
+    asked = request(FAR, fused=fused(hazard="closing_lead"))
+    state = decide(asked, mirror(asked), CALIBRATED).state
+    braking = replace(asked, ego_acceleration_mps2=braking_mps2)
+    needed = 12.0**2 / (2.0 * (80.0 - CALIBRATED.d0_m))
+    assert (later(braking, state, 5.0).kind == "SILENT") == (-braking_mps2 >= needed)
+
+
+@given(braking_mps2=st.floats(-9.0, 2.0))
+def test_nobodys_braking_silences_what_was_not_told_or_what_became_graver(braking_mps2: float) -> None:
+    asked = request(FAR, fused=fused(hazard="closing_lead"), ego_acceleration_mps2=braking_mps2)
+    assert decide(asked, mirror(asked), CALIBRATED).decision.kind == "SPEAK"
+    graver = request(FAR, fused=fused(hazard="closing_lead", urgency="alarm"), ego_acceleration_mps2=braking_mps2)
+    assert later(graver, decide(asked, mirror(asked), CALIBRATED).state, 1.0).kind == "SPEAK"
+
+
+def test_advice_waits_for_the_end_of_the_last_message_and_first_notices_do_not() -> None:
+    state = decide(request(), mirror(request()), CALIBRATED).state
+    assert "still being heard" in later(request(), state, 1.0).reason
+    assert later(request(fused=fused(first_notice=True)), state, 1.0).kind == "SPEAK"
+    assert later(request(), state, 2.0).kind == "SPEAK"
 
 
 def test_the_arbiter_warns_of_what_only_it_sees() -> None:
