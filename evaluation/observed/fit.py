@@ -43,6 +43,8 @@ NEAREST_GHOST_M = 3.0
 WILD_SPREADS, WILD_LEAST = 5.0, 0.03
 """A range that is off by more than these spreads and this share is another thing's."""
 LASTING_S = 5.0
+SWEEP_AGE_S = 0.09
+"""By how much the sweep is older than the picture: so far off were the ranges of those that drive, per metre a second."""
 ENOUGH_OF_ONE, MOST_OWN = 10, 2.5
 """Pictures of a thing from which it tells how things differ; and the most that is believed of that."""
 ALIKE, SURE, UNSURE = 0.3, 0.97, 0.6
@@ -228,12 +230,13 @@ def _jitter(rows: Sequence[Look], rest: Floats) -> float:
 
 
 def _range_error(look: Look) -> float:
+    """Share by which a measured range is off; what the thing drove since the sweep the tracker knows of, and it is no error."""
     box, camera = look.box, CAMERAS[look.camera]
     assert box is not None
     assert box.range_m is not None
     u = (box.x0_px + box.x1_px - camera.width_px) / 2 / camera.focal_px
     v = (box.y0_px + box.y1_px - camera.height_px) / 2 / camera.focal_px
-    return box.range_m / math.hypot(1.0, u, v) / look.thing.depth_m - 1.0
+    return (box.range_m / math.hypot(1.0, u, v) + look.thing.ahead_mps * SWEEP_AGE_S) / look.thing.depth_m - 1.0
 
 
 # -- what is not there -----------------------------------------------------------------------------------------------

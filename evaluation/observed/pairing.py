@@ -67,9 +67,19 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
         stray = [
             Stray(boxes.camera, stamp_ns, box)
             for k, box in enumerate(boxes.boxes)
-            if k not in owned and not _untold(boxes.camera, box) and all(misfit(each, box) is None for each in present)
+            if k not in owned and not _untold(boxes.camera, box) and not any(_is_of(each, box) for each in present)
         ]
         yield found, stray
+
+
+def _is_of(thing: Thing, box: Box) -> bool:
+    """Whether a box that has no thing of its own is a second look at this one: on it, or with half of itself over it."""
+    if thing.kind != box.kind:
+        return False
+    wide = min(thing.box[2], box.x1_px) - max(thing.box[0], box.x0_px)
+    high = min(thing.box[3], box.y1_px) - max(thing.box[1], box.y0_px)
+    own = (box.x1_px - box.x0_px) * (box.y1_px - box.y0_px)
+    return misfit(thing, box) is not None or max(wide, 0.0) * max(high, 0.0) > 0.5 * own
 
 
 def _untold(camera: str, box: Box) -> bool:

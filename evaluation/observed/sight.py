@@ -42,6 +42,8 @@ class Thing(NamedTuple):
     """Share of the box beyond the picture's edges."""
     sides_m: tuple[float, float] | None = None
     """Of a road user: where it begins and ends to the right of the camera."""
+    ahead_mps: float = 0.0
+    """How fast it drives the ego's way over ground."""
 
     @property
     def height_px(self) -> float:
@@ -112,7 +114,9 @@ def _user(actor: TrueActor, truth: Truth, lens: Lens) -> Thing | None:
     us, vs = [u for u, _ in corners], [v for _, v in corners]
     shown = _cut(kind, f"actor/{actor.actor_id}", kind, depth, (min(us), min(vs), max(us), max(vs)), lens.camera)
     middle_m = lens.camera.y_m - actor.y_m
-    return shown._replace(sides_m=(middle_m - half_y, middle_m + half_y)) if shown is not None else None
+    if shown is None:
+        return None
+    return shown._replace(sides_m=(middle_m - half_y, middle_m + half_y), ahead_mps=speed[0])
 
 
 def _signs(truth: Truth, lens: Lens) -> Iterator[Thing | None]:
