@@ -61,6 +61,8 @@ class Fused(msgspec.Struct, frozen=True, kw_only=True):
     new_information: bool = False
     first_notice: bool = False
     muted: bool = False
+    ahead_mps: float | None = None
+    """A lower limit that begins ahead, where it is what the message announces."""
 
 
 class SafetyMetrics(msgspec.Struct, frozen=True, kw_only=True):
@@ -150,6 +152,8 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True):
     snapshot_to_advice_ms: float | None = None
     act_withheld: str = ""
     late_tools: tuple[str, ...] = ()
+    ahead_mps: float | None = None
+    """A lower limit that begins ahead, where it is what the message announces: the speed to have come down to by then."""
 
 
 class BrakeCommand(msgspec.Struct, frozen=True, kw_only=True):

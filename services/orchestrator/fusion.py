@@ -62,6 +62,7 @@ def advise(
         new_information=chosen is not None and is_new(chosen, state),
         first_notice=chosen is not None and owes_first_notice(chosen, state),
         muted=preferences.muted,
+        ahead_mps=chosen.ahead_mps if chosen is not None else None,
     )
     return fused, chosen, goal
 

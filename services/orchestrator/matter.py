@@ -30,6 +30,8 @@ class Matter(NamedTuple):
     kind: str = ""
     tells: tuple[str, str] | None = None
     """Slot and key of another matter that is told with this one: it is no news any more."""
+    ahead_mps: float | None = None
+    """The limit that it announces."""
 
     @property
     def slot(self) -> str:

@@ -182,6 +182,7 @@ def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tup
         values={"limit": text, "gap": f"{max(0.0, sign.distance_m or 0.0):.0f}"},
         why=("ahead",),
         confidence=sign.confidence,
+        ahead_mps=to_mps(sign.value, sign.unit or "km/h") if sign.value is not None else None,
     )
 
 

@@ -155,6 +155,7 @@ def advisory_of(
         degraded=fused.degraded,
         act_withheld=decision.act_withheld,
         late_tools=tuple(sorted({o.tool for o in (*outcomes, *seen.late) if o.late or o.status == "timeout"})),
+        ahead_mps=fused.ahead_mps if topic == fused.topic else None,
     )
 
 

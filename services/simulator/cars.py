@@ -120,6 +120,10 @@ class Car(_Grounded, IDMVehicle):  # type: ignore[misc]
         return float(max(clear, 0.2) * (1.0 if between >= 0 else -1.0))
 
 
+CREEPS_MPS = 1.0
+"""Slower, the wheel is held as it is: highway-env's steering divides by the speed, and swings to and fro near standstill."""
+
+
 class Ego(_Grounded, ControlledVehicle):  # type: ignore[misc]
     """The ego: highway-env's steering, our longitudinal command in `command_mps2`."""
 
@@ -131,10 +135,13 @@ class Ego(_Grounded, ControlledVehicle):  # type: ignore[misc]
         self.command_mps2 = 0.0
         self.pull_rad = 0.0
         """By how much soft tyres steer it, positive to the left."""
+        self._steering_rad = 0.0
 
     def act(self, action: object = None) -> None:
-        steering = self.steering_control(self.target_lane_index)
-        Vehicle.act(self, {"steering": steering - self.pull_rad, "acceleration": self.command_mps2})
+        if self.speed >= CREEPS_MPS:
+            self._steering_rad = self.steering_control(self.target_lane_index)
+        steering_rad = self._steering_rad - self.pull_rad
+        Vehicle.act(self, {"steering": steering_rad, "acceleration": self.command_mps2})
 
     def step(self, dt: float) -> None:
         self.hold_to_the_ground(dt)

@@ -39,6 +39,8 @@ class Advice:
     limit_mps: float | None = None
     warns: bool = False
     """Whether it points out a hazard."""
+    ahead_mps: float | None = None
+    """A lower limit that it announces."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +120,9 @@ class Driver:
         self.obeyed += 1
         if advice.limit_mps is not None:
             self._beliefs.append((acts_s, advice.limit_mps))
-        if advice.target_mps is not None:
+        if advice.ahead_mps is not None:
+            self._stand_by(advice.topic, advice.ahead_mps * self.profile.speed_bias, acts_s, ADVICE_HOLDS_S)
+        elif advice.target_mps is not None:
             holds_s = WARNING_HOLDS_S if advice.warns else ADVICE_HOLDS_S
             self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), acts_s, holds_s)
 

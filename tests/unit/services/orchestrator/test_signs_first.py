@@ -73,3 +73,13 @@ def test_the_number_on_an_end_sign_is_no_limit() -> None:
     drive = Drive(road="rural")
     drive.tick(end_sign("limit_end:130", value=130.0))
     assert in_force(drive.state.signs) == ()
+
+
+def test_the_message_of_a_limit_ahead_carries_it_and_no_other_message_does() -> None:
+    drive = Drive(road="rural", speed_mps=25.0)
+    drive.ticks(30)
+    assert drive.history[-1][2].fused.ahead_mps is None
+    drive.tick(limit_sign("limit:50", passed=False, distance_m=70.0))
+    fused = drive.ticks(3).fused
+    assert fused.topic == "ahead"
+    assert fused.ahead_mps == pytest.approx(50 * KMH)

@@ -140,3 +140,10 @@ def test_who_drives_does_not_depend_on_what_he_is_told() -> None:
         told.hear(SLOWER, float(second))
     assert told.profile == alone.profile
     assert [told.distracted(t / 2) for t in range(200)] == [alone.distracted(t / 2) for t in range(200)]
+
+
+def test_who_is_told_of_a_lower_limit_ahead_comes_down_to_it() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic="ahead", target_mps=24.0, ahead_mps=13.9), 0.0)
+    assert driver.wanted_mps(replace(ROAD, time_s=0.5 * CALM.reaction_s)) == 25.0
+    assert driver.wanted_mps(replace(ROAD, time_s=1.1 * CALM.reaction_s)) == pytest.approx(13.9)

@@ -2,7 +2,9 @@
 
 import hashlib
 import math
+from itertools import pairwise
 
+import msgspec
 import pytest
 
 from drivemcp.paths import data
@@ -11,6 +13,7 @@ from services.simulator.braking import ENGINE_DRAG_MPS2, Ability
 from services.simulator.driver import Advice
 from services.simulator.furniture import build_signs
 from services.simulator.moment import Moment
+from services.simulator.plan import BendPlan
 from services.simulator.route import Route
 from services.simulator.scenario import load_scenario
 from services.simulator.world import Inputs, World
@@ -134,6 +137,21 @@ def test_the_ego_stops_for_red_and_goes_on_at_green() -> None:
     assert min(moment.ego.speed_mps for moment in moments) < 0.3
     assert moments[-1].ego.s_m > 160
     assert moments[-1].fact.infractions == 0 or all(m.fact.infraction != "red_light" for m in moments)
+
+
+def test_the_ego_holds_its_wheel_while_it_creeps_to_a_stand_in_a_bend() -> None:
+    lights = "[[lights]]\nat_m = 150\nred_on_approach_m = 120\nred_s = 9"
+    plan = scenario(rest=lights, speed=40, road_class="urban")
+    bends = (BendPlan(length_m=60), BendPlan(length_m=120, radius_m=120), BendPlan(length_m=400))
+    bent = msgspec.structs.replace(plan, road=msgspec.structs.replace(plan.road, bends=bends))
+    egos = [moment.ego for moment in drive(World(bent, 2), 30.0)]
+    swings = [
+        abs(now.yaw_rate_radps - before.yaw_rate_radps)
+        for before, now in pairwise(egos)
+        if 0.0 < before.speed_mps < 0.5
+    ]
+    assert swings
+    assert max(swings) < 0.01
 
 
 def test_traffic_keeps_its_gaps_and_nobody_crashes() -> None:
