@@ -174,7 +174,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and track.sigma_vx_mps <= profile.speed_known_mps
         and track.age_s >= profile.act_track_age_s
         and track.unseen_s <= profile.act_unseen_s
-        and track.confidence >= profile.hazard_confidence
+        and track.confidence >= (profile.act_confidence if track.oncoming else profile.hazard_confidence)
         and not passed(track, view.ego_speed_mps, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )

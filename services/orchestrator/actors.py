@@ -110,6 +110,8 @@ def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
 
 
+CERTAIN = 0.7
+"""As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 YOUNG_S = 0.3
 FAINT = 0.45
 LOST_S = 0.3
@@ -128,8 +130,6 @@ def well_seen(track: Track) -> bool:
     )
 
 
-CERTAIN = 0.7
-"""As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 CONFIRMING = 3
 """Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: 0.2 s at ten ticks a second. Ghosts of
 people last one or two."""
@@ -154,8 +154,13 @@ STANDS_MPS = 2.0
 
 
 def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
-    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it."""
-    return well_seen(way.track) and not contradicted(gaps, way) and not passed(way)
+    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it.
+
+    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it needs to be certain.
+    """
+    track = way.track
+    doubted = track.kind == "vehicle" and track.oncoming and track.confidence < CERTAIN
+    return well_seen(track) and not doubted and not contradicted(gaps, way) and not passed(way)
 
 
 def passed(way: Way) -> bool:

@@ -16,6 +16,7 @@ ADVISED_M = 50.0
 """A person farther away is spoken of only where it is urgent."""
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
+STOP_TOLD_S = 20.0
 SPEED_SIGMAS = 3.0
 """Closing slower than this many standard deviations may be no closing at all."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
@@ -104,11 +105,12 @@ def stop(state: State, target: Target, events: dict[str, Event], degraded: tuple
 def _stop_matter(state: State, stop: Stop) -> Matter:
     ego = state.world.ego.speed_mps
     need = needed_mps2(stop, ego.value) if ego is not None else 0.0
-    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0
+    told = _told_firmly(state, stop)
+    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _brakes(state, need))
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
     return Matter(
         topic="stop",
-        key=f"{stop.why} {'firm' if firm else 'ahead'}",
+        key=f"{stop.why} {'firm' if firm or told else 'ahead'}",
         phrase=stop.why,
         urgency="warning" if firm else "advice",
         values={
@@ -117,9 +119,22 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
         },
         why=(stop.why,),
         hazard=stop.why if firm else "",
-        repeat_s=20.0,
+        repeat_s=STOP_TOLD_S,
         confidence=stop.confidence,
     )
+
+
+def _told_firmly(state: State, stop: Stop) -> bool:
+    """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
+    told = next((each for each in state.memory.spoken if each.topic == "stop"), None)
+    recent = told is not None and state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
+    return recent and told is not None and told.key == f"{stop.why} firm"
+
+
+def _brakes(state: State, need_mps2: float) -> bool:
+    """Whether the ego slows down as hard as the stop needs."""
+    change = state.world.ego.acceleration_mps2
+    return change is not None and -change.value >= need_mps2
 
 
 def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:

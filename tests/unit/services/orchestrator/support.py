@@ -151,6 +151,7 @@ class Drive:
         self.lines: tuple[StopLine, ...] = ()
         self.junction_m: float | None = None
         self.yaw_radps = 0.0
+        self.acceleration_mps2 = 0.0
         self.sight: Lanes | None = None
         self.base = Observations(now_ns=0, **fields)
         self.seq = 0
@@ -166,7 +167,7 @@ class Drive:
 
         tracks = None if self.tracks is None else Tracks(camera="front", frame=self.seq, tracks=self.tracks,
                                                          lead_track_id=self.lead)  # fmt: skip
-        ego = Ego(speed_mps=self.speed_mps, acceleration_mps2=0.0, yaw_rate_radps=self.yaw_radps)
+        ego = Ego(speed_mps=self.speed_mps, acceleration_mps2=self.acceleration_mps2, yaw_rate_radps=self.yaw_radps)
         road = RoadAhead(
             segment_id="s1", stop_lines=self.lines, junction_m=self.junction_m, road_class=self.road,
         )  # fmt: skip

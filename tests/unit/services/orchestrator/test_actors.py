@@ -138,3 +138,10 @@ def test_one_that_cuts_in_is_a_hazard_while_there_is_room() -> None:
 
 def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
     assert "lead" in hazards(seen(car(20.0, -13.0, clearance_m=0.2), speed_mps=None))
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.69, 0.7, 0.95])
+def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confidence: float) -> None:
+    coming = car(60.0, -30.0, oncoming=True, confidence=confidence, clearance_m=-1.0)
+    assert ("lead" in hazards(seen(coming))) == (confidence >= 0.7)
+    assert target(seen(coming)).mps <= target(seen()).mps

@@ -70,3 +70,24 @@ def test_a_passed_line_does_not_hide_the_one_ahead() -> None:
     drive = at_sign(30.0, -1.5, 28.0, speed_mps=5.0)
     (stop,) = stops(drive.state)
     assert stop.room_m == pytest.approx(28.0 - EGO_HALF_M - 1.0)
+
+
+@pytest.mark.parametrize(("braking_mps2", "hazard"), [(0.0, "stop_sign"), (1.0, "stop_sign"), (6.0, "")])
+def test_who_was_told_firmly_and_brakes_enough_is_not_told_again(braking_mps2: float, hazard: str) -> None:
+    drive = at_sign(35.0, 35.0, speed_mps=14.0)
+    assert drive.history[-1][2].fused.hazard == "stop_sign"
+    drive.acceleration_mps2 = -braking_mps2
+    for step in range(1, 4):
+        show(drive, 35.0 - 1.4 * step)
+        fused = drive.tick().fused
+    assert fused.hazard == hazard
+    assert (fused.topic == "stop" and fused.new_information) is False
+
+
+def test_a_calmer_word_on_a_stop_just_told_is_no_news() -> None:
+    drive = at_sign(35.0, 35.0, speed_mps=14.0)
+    drive.ticks(3)
+    before = len(drive.spoken())
+    drive.speed_mps = 6.0
+    drive.ticks(30)
+    assert len(drive.spoken()) == before
