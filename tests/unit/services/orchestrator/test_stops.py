@@ -89,5 +89,5 @@ def test_a_calmer_word_on_a_stop_just_told_is_no_news() -> None:
     drive.ticks(3)
     before = len(drive.spoken())
     drive.speed_mps = 6.0
-    drive.ticks(30)
+    drive.ticks(15)
     assert len(drive.spoken()) == before
