@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from proto.decision import Event
 from services.orchestrator import legal
-from services.orchestrator.actors import clear, pedestrian, vehicles
+from services.orchestrator.actors import clear, confirmed, pedestrian, vehicles
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
 from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
@@ -144,8 +144,10 @@ def _uncertain_sign(state: State, before: State, query: str) -> Signal:
 
 
 def _stop_required(state: State, before: State, query: str) -> Signal:
-    speed = state.world.ego.speed_mps
-    found = stops(state)
+    """A person that is neither certain nor confirmed lowers the target, and is no event yet."""
+    speed, person = state.world.ego.speed_mps, pedestrian(state.world)
+    sure = person is not None and confirmed(state.gaps, person)
+    found = [stop for stop in stops(state) if stop.why != "person" or sure]
     if not found:
         return NOTHING
     # Without a speed there is no deceleration to need: a stop within sight counts.
