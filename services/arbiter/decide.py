@@ -167,6 +167,8 @@ def passed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
 def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
     """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
     track = numbers.track
+    if track.kind == "vehicle" and view.ego_speed_mps is not None and view.ego_speed_mps < profile.standing_mps:
+        return False
     return (
         numbers.ttc_s is not None
         and numbers.ttc_s < profile.tau_hazard_s

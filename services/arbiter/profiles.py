@@ -78,6 +78,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_track_age_s: float
     act_overlap_m: float
     stands_mps: float
+    standing_mps: float
     act_reading_age_s: float
     act_watched_s: float
     act_shrinks: float

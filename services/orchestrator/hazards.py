@@ -17,6 +17,8 @@ ADVISED_M = 50.0
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 STOP_TOLD_S = 20.0
+STANDING_MPS = 1.0
+"""Who is slower has nothing to brake."""
 SPEED_SIGMAS = 3.0
 """Closing slower than this many standard deviations may be no closing at all."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
@@ -64,6 +66,9 @@ def _person_urgency(state: State, way: Way) -> Urgency:
 
 def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The vehicle that is met soonest, if soon."""
+    ego = state.world.ego.speed_mps
+    if ego is not None and ego.value < STANDING_MPS:
+        return
     way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return

@@ -145,3 +145,8 @@ def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confi
     coming = car(60.0, -30.0, oncoming=True, confidence=confidence, clearance_m=-1.0)
     assert ("lead" in hazards(seen(coming))) == (confidence >= 0.7)
     assert target(seen(coming)).mps <= target(seen()).mps
+
+
+@pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (None, True)])
+def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float | None, told: bool) -> None:
+    assert ("lead" in hazards(seen(car(8.0, -2.0), speed_mps=ego_mps))) is told
