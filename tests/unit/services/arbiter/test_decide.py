@@ -199,7 +199,7 @@ def test_what_is_passed_is_not_shouted_about_and_what_is_met_or_cuts_in_is() -> 
     assert shouts(closing_mps=10.0, clearance_m=0.1)
 
 
-@pytest.mark.parametrize(("ego_mps", "told"), [(0.5, False), (0.99, False), (1.0, True), (3.0, True)])
+@pytest.mark.parametrize(("ego_mps", "told"), [(0.2, False), (0.5, False), (1.0, True), (3.0, True)])
 def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float, told: bool) -> None:
     near = track(gap_m=1.0, closing_mps=2.0)
     quiet = request(near, ego_speed_mps=ego_mps, fused=fused(new_information=False))
