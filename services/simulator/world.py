@@ -45,6 +45,8 @@ LIGHTS_BELOW_M = 1500.0
 UNLIT_M, WIPERS_NEEDED_MM_H = 40.0, 0.2
 RECYCLE_EVERY, LAW_EVERY = 10, 5
 END_BEFORE_M = 60.0
+WRECKED_S = 5.0
+"""So long after a collision with a vehicle, in which the ego stands for good, the drive is over."""
 SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "motorway": 150 / 3.6}
 
 
@@ -90,6 +92,7 @@ class World:
         self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0
         self._front_before = self._read_to_m = self.outlook.front_m
+        self._wrecked_s = 0.0
 
     # One step ---------------------------------------------------------------------------------------------------------
 
@@ -262,6 +265,7 @@ class World:
             collision=bool(self.ego.crashed) or self._hits_somebody(motion),
         )
         self._front_before = self.outlook.front_m
+        self._wrecked_s += STEP_S if self.ego.crashed else 0.0
         return Moment(
             step=self._step,
             time_s=self.time_s,
@@ -272,7 +276,7 @@ class World:
             wish=self._wish,
             brake=self.brake,
             fact=fact,
-            ended=motion.s_m > self.route.length_m - END_BEFORE_M,
+            ended=motion.s_m > self.route.length_m - END_BEFORE_M or self._wrecked_s >= WRECKED_S,
         )
 
     def _sight(self, scene: Scene, weather: Weather) -> tuple[Hazard, ...]:

@@ -16,7 +16,7 @@ from services.simulator.moment import Moment
 from services.simulator.plan import BendPlan
 from services.simulator.route import Route
 from services.simulator.scenario import load_scenario
-from services.simulator.world import Inputs, World
+from services.simulator.world import WRECKED_S, Inputs, World
 from tests.unit.services.simulator._scenes import scenario
 
 SHIPPED = ("urb-rain", "cross-border", "dynamic-vsl")
@@ -152,6 +152,15 @@ def test_the_ego_holds_its_wheel_while_it_creeps_to_a_stand_in_a_bend() -> None:
     ]
     assert swings
     assert max(swings) < 0.01
+
+
+def test_a_drive_ends_soon_after_a_collision_with_a_vehicle() -> None:
+    world = World(scenario(), 1)
+    assert not world.step(Inputs()).ended
+    world.ego.crashed = True
+    after = drive(world, 6.0)
+    assert after[0].fact.collision
+    assert next(k for k, moment in enumerate(after) if moment.ended) == pytest.approx(WRECKED_S * 20, abs=2)
 
 
 def test_traffic_keeps_its_gaps_and_nobody_crashes() -> None:
