@@ -1,5 +1,6 @@
 """SILENT, SPEAK or ACT: pure, from the request, the arbiter's own reading, its state, its profile and its grant."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -161,7 +162,9 @@ def passed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
     """Whether the ego passes a vehicle that stands or comes towards us, close by; unknown speeds pass nobody."""
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
-    return track.oncoming or (ego_mps is not None and abs(ego_mps + track.vx_mps) < profile.stands_mps)
+    return track.oncoming or (
+        ego_mps is not None and math.hypot(ego_mps + track.vx_mps, track.vy_mps) < profile.stands_mps
+    )
 
 
 def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:

@@ -1,5 +1,6 @@
 """Who is in the way: gap, closing speed, time to collision, as the orchestrator sees them."""
 
+import math
 from typing import NamedTuple
 
 from proto.perception import Track
@@ -168,7 +169,7 @@ def passed(way: Way) -> bool:
     track = way.track
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
-    return track.oncoming or (way.speed_mps is not None and abs(way.speed_mps) < STANDS_MPS)
+    return track.oncoming or (way.speed_mps is not None and math.hypot(way.speed_mps, track.vy_mps) < STANDS_MPS)
 
 
 def _in_path(world: WorldState, track: Track) -> bool:

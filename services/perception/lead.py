@@ -20,6 +20,8 @@ CUT_IN_S = 1.0
 """A body that will reach into the path within this time, at its lateral speed now, is in it."""
 STEEPEST = 0.5
 """Sideways by forwards of a vehicle that pulls out: 27 degrees."""
+CROSSES_MPS, CROSSES_S = 2.0, 3.0
+"""From this lateral speed on a vehicle crosses: no noise makes so much; and the time within which it then counts as in the path."""
 CUT_IN_MPS = 0.4
 """Lateral speeds below this are noise."""
 
@@ -44,7 +46,7 @@ def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Place
     against_us = lane is not None and lane.oncoming and track.kind == "vehicle"
     # who keeps to an oncoming lane passes beside us; one that leaves it stands in ours, and is in the path then
     clearance = abs(aside) - (EGO_WIDTH_M + track.width_m) / 2
-    in_path = along > 0 and not against_us and _reaches(track, aside, clearance, _rolls_mps(track, ego_mps))
+    in_path = along > 0 and not against_us and _reaches(track, aside, clearance, ego_mps)
     placed = msgspec.structs.replace(
         track,
         lane_id=lane.lane_id if lane else "",
@@ -55,20 +57,27 @@ def place(track: Track, model: LaneModel, ego_mps: float | None = None) -> Place
     return Placed(track=placed, along_m=along)
 
 
+def crosses(track: Track, ego_mps: float | None) -> bool:
+    """Whether a vehicle drives across our way rather than along it; unknown speeds of our own tell nothing."""
+    along_mps = abs(track.vx_mps + ego_mps) if ego_mps is not None else math.inf
+    return track.kind == "vehicle" and abs(track.vy_mps) >= max(CROSSES_MPS, along_mps)
+
+
 def _rolls_mps(track: Track, ego_mps: float | None) -> float:
     """How fast it may move sideways: a vehicle does so only while it rolls, and one that is parked not at all."""
-    if track.kind != "vehicle" or ego_mps is None:
+    if track.kind != "vehicle" or ego_mps is None or abs(track.vy_mps) >= CROSSES_MPS:
         return math.inf
     return STEEPEST * abs(track.vx_mps + ego_mps)
 
 
-def _reaches(track: Track, aside_m: float, clearance_m: float, most_mps: float) -> bool:
+def _reaches(track: Track, aside_m: float, clearance_m: float, ego_mps: float | None) -> bool:
     """Whether the body lies, or within a moment will lie, in the strip that the ego needs."""
     free = clearance_m - MARGIN_M
     if free <= 0:
         return True
-    inwards = min(-track.vy_mps if aside_m > 0 else track.vy_mps, most_mps)
-    return inwards >= CUT_IN_MPS and free - inwards * CUT_IN_S <= 0
+    inwards = min(-track.vy_mps if aside_m > 0 else track.vy_mps, _rolls_mps(track, ego_mps))
+    within_s = CROSSES_S if inwards >= CROSSES_MPS and crosses(track, ego_mps) else CUT_IN_S
+    return inwards >= CUT_IN_MPS and free - inwards * within_s <= 0
 
 
 def lead_of(placed: Sequence[Placed]) -> int | None:

@@ -136,6 +136,10 @@ def test_one_that_cuts_in_is_a_hazard_while_there_is_room() -> None:
     assert "lead" in hazards(seen(car(12.0, -6.0, clearance_m=0.2)))
 
 
+def test_one_that_crosses_is_a_hazard_while_there_is_room() -> None:
+    assert "lead" in hazards(seen(car(30.0, -13.0, clearance_m=5.0, vy_mps=6.0)))
+
+
 def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
     assert "lead" in hazards(seen(car(20.0, -13.0, clearance_m=0.2), speed_mps=None))
 

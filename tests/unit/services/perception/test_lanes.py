@@ -131,7 +131,7 @@ def test_without_a_usable_lane_there_is_the_straight_corridor(lanes: tuple[LaneP
     assert message.stop_line_distance_m is None
 
 
-@given(lateral_mps=st.floats(-3.0, 3.0), ego_mps=st.floats(1.0, 40.0), aside_m=st.sampled_from([-2.8, 2.8]))
+@given(lateral_mps=st.floats(-1.9, 1.9), ego_mps=st.floats(1.0, 40.0), aside_m=st.sampled_from([-2.8, 2.8]))
 def test_a_parked_vehicle_does_not_cut_in_however_noisy_its_lateral_speed(
     lateral_mps: float, ego_mps: float, aside_m: float
 ) -> None:
@@ -152,3 +152,13 @@ def test_without_the_egos_speed_a_lateral_speed_counts_in_full() -> None:
 def test_the_clearance_is_the_room_between_the_bodies() -> None:
     assert place(car(1, 30.0, -2.85), lane_model(None)).track.clearance_m == pytest.approx(1.0)
     assert place(car(1, 30.0, 0.0), lane_model(None)).track.clearance_m == pytest.approx(-1.85)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_vehicle_that_crosses_is_in_the_path_before_it_is_there(side: float) -> None:
+    crossing = msgspec.structs.replace(car(1, 40.0, side * 15.0), vx_mps=-14.0, vy_mps=-side * 6.0)
+    assert place(crossing, lane_model(None), 14.0).track.in_ego_path
+    gone = msgspec.structs.replace(crossing, vy_mps=side * 6.0)
+    assert not place(gone, lane_model(None), 14.0).track.in_ego_path
+    waiting = msgspec.structs.replace(crossing, vy_mps=0.0)
+    assert not place(waiting, lane_model(None), 14.0).track.in_ego_path
