@@ -24,6 +24,8 @@ LEAST_GAP = 0.8
 """Nobody cuts in with less than this share of the gap that his part says."""
 PACES_PER_S = 1.0
 """Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
+PACES_LEAST_MPS = 3.0
+"""It never waits for an ego that stands: behind it, both would stand for good."""
 _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", "motorcycle")
 
 
@@ -193,7 +195,7 @@ class Traffic:
             if change.at_gap_m is None or LEAST_GAP * change.at_gap_m <= gap <= change.at_gap_m:
                 part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
         elif change.paces_m is not None:
-            car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), 0.1)
+            car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), PACES_LEAST_MPS)
 
     def halt_mps2(self, car: Car, dt: float) -> float:
         """What a scripted car's next halt demands; it brakes as late as its plan says."""

@@ -80,6 +80,19 @@ lane_change = { to_lane = 1, when_ego_at_m = 250, paces_m = 55, then_kmh = 75, a
     assert set(before) == {None}, "it drives beside, not ahead"
 
 
+def test_a_car_that_keeps_pace_before_the_ego_does_not_wait_for_it() -> None:
+    pacing = """
+[[vehicles]]
+at_m = 32
+lane = 1
+speed_kmh = 0
+heeds_limits = false
+lane_change = { to_lane = 2, when_ego_at_m = 600, paces_m = 2 }
+"""
+    moments = drive(motorway(pacing, 0), 60.0)
+    assert moments[-1].ego.s_m > 100.0, "behind one that waits, both would stand for good"
+
+
 def motorway(rest: str, speed: float) -> Scenario:
     plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
     return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))
