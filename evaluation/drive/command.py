@@ -222,8 +222,8 @@ def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:
 class Screen:
     """A live line that is redrawn on a terminal, and printed now and then elsewhere."""
 
-    def __init__(self, write: Callable[[str], object] = sys.stderr.write) -> None:
-        self._write = write
+    def __init__(self, write: Callable[[str], object] | None = None) -> None:
+        self._write = write if write is not None else sys.stderr.write
         self._tty = sys.stderr.isatty()
         self._last_s = 0.0
         self._drawn = 0
