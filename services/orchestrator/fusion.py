@@ -13,7 +13,7 @@ from services.orchestrator.answers import degraded, failed
 from services.orchestrator.matter import Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
-from services.orchestrator.state import Spoken, State
+from services.orchestrator.state import State
 from services.orchestrator.targets import Bound, Law, Target, target
 from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text
@@ -79,13 +79,9 @@ def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
     return None
 
 
-def _told(matter: Matter, state: State) -> Spoken | None:
-    return next((each for each in state.memory.spoken if each.topic == matter.slot), None)
-
-
 def is_new(matter: Matter, state: State) -> bool:
     """Whether the topic says something else than last time, or it was said long ago."""
-    told = _told(matter, state)
+    told = state.memory.last(matter.slot)
     if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= matter.repeat_s:
         return True
     # A calmer word on a hazard just told is no news.
@@ -102,7 +98,7 @@ def owes_first_notice(matter: Matter, state: State) -> bool:
     """Whether this episode of an overspeed or a degradation has not been told yet."""
     if matter.first_since_ns is None:
         return False
-    told = _told(matter, state)
+    told = state.memory.last(matter.slot)
     if told is None:
         return True
     if matter.slot == "overspeed":

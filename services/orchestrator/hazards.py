@@ -131,9 +131,10 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
 
 def _told_firmly(state: State, stop: Stop) -> bool:
     """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
-    told = next((each for each in state.memory.spoken if each.topic == "stop"), None)
-    recent = told is not None and state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
-    return recent and told is not None and told.key == f"{stop.why} firm"
+    told = state.memory.last("stop")
+    if told is None or told.key != f"{stop.why} firm":
+        return False
+    return state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
 
 
 def _brakes(state: State, need_mps2: float) -> bool:
@@ -144,7 +145,7 @@ def _brakes(state: State, need_mps2: float) -> bool:
 
 def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The light before which one was told to stop is green."""
-    told = next((each for each in state.memory.spoken if each.topic == "stop"), None)
+    told = state.memory.last("stop")
     light = state.light
     if told is None or not told.key.startswith("red_light") or light is None or light.state != "green":
         return

@@ -187,7 +187,7 @@ def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tup
 
 
 def _told_within(state: State, slot: str, seconds: float) -> bool:
-    told = next((each for each in state.memory.spoken if each.topic == slot), None)
+    told = state.memory.last(slot)
     return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
 
 

@@ -171,6 +171,10 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     noticed: tuple[str, ...] = ()
     """Topics whose first notice was given in this drive."""
 
+    def last(self, slot: str) -> Spoken | None:
+        """The last message on a topic; None: there was none."""
+        return next((each for each in self.spoken if each.topic == slot), None)
+
 
 class Onset(msgspec.Struct, frozen=True, kw_only=True):
     """Since when an event holds."""

@@ -76,7 +76,7 @@ def _reaches(track: Track, aside_m: float, clearance_m: float, ego_mps: float | 
     if free <= 0:
         return True
     inwards = min(-track.vy_mps if aside_m > 0 else track.vy_mps, _rolls_mps(track, ego_mps))
-    within_s = CROSSES_S if inwards >= CROSSES_MPS and crosses(track, ego_mps) else CUT_IN_S
+    within_s = CROSSES_S if crosses(track, ego_mps) else CUT_IN_S
     return inwards >= CUT_IN_MPS and free - inwards * within_s <= 0
 
 
