@@ -20,6 +20,17 @@ def number(low: float, high: float) -> Callable[[str], float]:
     return parse
 
 
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """A whole number in [low, high]."""
+
+    def parse(text: str) -> int:
+        if not text.isascii() or not text.isdecimal() or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {low} to {high}")
+        return int(text)
+
+    return parse
+
+
 def port(text: str) -> int:
     """A TCP port; 0: a free one."""
     if not text.isascii() or not text.isdigit() or int(text) > 65535:

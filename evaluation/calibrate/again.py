@@ -11,6 +11,7 @@ import msgspec
 
 from evaluation.calibrate.constants import Candidate
 from evaluation.calibrate.recordings import Recording, Step
+from evaluation.evaluate.one import GRANT
 from evaluation.metrics import Record
 from evaluation.metrics.record import At, Tick
 from proto.decision import Advisory, ArbitrationRequest, Decision
@@ -25,7 +26,12 @@ from services.orchestrator.routing import Call
 from services.orchestrator.state import State
 from services.orchestrator.tick import tick
 
-GRANTED = Permission(grant_id="evaluation", max_deceleration_mps2=4.0, max_duration_s=2.0, refused="")
+GRANTED = Permission(
+    grant_id=GRANT.grant_id,
+    max_deceleration_mps2=GRANT.max_deceleration_mps2,
+    max_duration_s=GRANT.max_duration_s,
+    refused="",
+)
 
 
 class _Ask:

@@ -1,10 +1,9 @@
 """`drivemcp calibrate`: fit the arbiter's constants and the event thresholds on the calibration split."""
 
 import argparse
-from collections.abc import Callable
-from functools import partial
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import whole
 from evaluation.evaluate.machine import cores
 
 
@@ -38,17 +37,6 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--out", default="out/calibrate", metavar="DIR", help="where drives, trials and results go")
     parser.add_argument("--quick", action="store_true", help="drives of 5 s, four trials: shows that all of it works")
     parser.set_defaults(run=command)
-
-
-def _parse_whole(low: int, high: int, text: str) -> int:
-    if not text.isascii() or not text.isdecimal() or not low <= int(text) <= high:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {low} to {high}")
-    return int(text)
-
-
-def whole(low: int, high: int) -> Callable[[str], int]:
-    """An argparse type: a whole number in [low, high]."""
-    return partial(_parse_whole, low, high)
 
 
 def command(flags: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ from typing import Any
 
 from evaluation.calibrate.constants import Candidate
 from evaluation.evaluate.one import run_one
+from evaluation.evaluate.plan import TEST_SEED
 from evaluation.evaluate.pool import Job, Pool
 from evaluation.evaluate.store import LOG, Store
 from evaluation.methods import METHODS, applied
@@ -17,8 +18,8 @@ from services.orchestrator.events import ETA
 
 NOBODY_BRAKES: Mapping[str, Any] = {"delta": MOST_DELTA}
 """Recorded drives have an arbiter that speaks and never acts: what it does must not hide what another would have had to do."""
-FIRST_SEED = {"calibration": 1, "test": 1001}
-"""Of the run with number 0; as `evaluation.evaluate.plan` has it for the test split."""
+FIRST_SEED = {"calibration": 1, "test": TEST_SEED}
+"""Of the run with number 0."""
 
 
 def specs(

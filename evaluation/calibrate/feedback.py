@@ -5,7 +5,6 @@ false what braked for nothing, as late what was told late or never, as annoying 
 where the last one ended, as the arbiter's own file has it.
 """
 
-import io
 from collections.abc import Callable, Iterable, Sequence
 from itertools import cycle, islice, pairwise
 from typing import NamedTuple
@@ -16,6 +15,7 @@ from drivemcp.errors import UserError
 from evaluation.calibrate.again import again
 from evaluation.calibrate.constants import shipped
 from evaluation.calibrate.recordings import Recording
+from evaluation.evaluate.plots import svg_of
 from evaluation.metrics import Record
 from evaluation.metrics.conflicts import interventions, is_false
 from evaluation.metrics.hazards import answers
@@ -140,7 +140,6 @@ def _turns(values: Sequence[float], step: float) -> int:
 def svg(found: Sequence[Moved], profile: Profile) -> str:
     """Delta and c_min after each drive, between their bounds."""
     try:
-        from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as error:
         raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[calibrate]'") from error
@@ -158,8 +157,4 @@ def svg(found: Sequence[Moved], profile: Profile) -> str:
         axis.set_ylabel(name)
         axis.spines[["top", "right"]].set_visible(False)
     axes[-1].set_xlabel("drive; dashed: calibrated, orange: bounds")
-    out = io.StringIO()
-    with rc_context({"svg.fonttype": "none"}):
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    return text[text.index("<svg") :]
+    return svg_of(figure)

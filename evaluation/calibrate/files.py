@@ -1,6 +1,5 @@
 """What a calibration leaves behind: the profile as the arbiter loads it, with its provenance, and a plot of each constant."""
 
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,6 +10,7 @@ from evaluation.calibrate.constants import BY_NAME, Candidate, Row
 from evaluation.calibrate.score import PARTS
 from evaluation.calibrate.search import Trial
 from evaluation.calibrate.verdict import Closed
+from evaluation.evaluate.plots import svg_of
 from services.arbiter.profiles import FOLDER, parse, read_file
 
 OURS, FAINT = "#1f5fa8", "#9aa5b1"
@@ -116,7 +116,6 @@ Curve = Sequence[tuple[float, Trial]]
 def sensitivity_svg(curves: Mapping[str, Curve], shipped: Candidate, fitted: Candidate) -> str:
     """For each constant the objective over its bounds, the others as fitted; and its parts, weighted, as bands below."""
     try:
-        from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as error:
         raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[calibrate]'") from error
@@ -129,11 +128,7 @@ def sensitivity_svg(curves: Mapping[str, Curve], shipped: Candidate, fitted: Can
         axis.set_axis_off()
     handles, names = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=6, fontsize=7)
-    out = io.StringIO()
-    with rc_context({"svg.fonttype": "none"}):
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    return text[text.index("<svg") :]
+    return svg_of(figure)
 
 
 def _draw(axis: Any, row: Row, curve: Curve, shipped: Candidate, fitted: Candidate) -> None:

@@ -2,7 +2,6 @@
 
 import hashlib
 import multiprocessing
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
@@ -212,9 +211,3 @@ def _serve(pipe: Connection, logs: list[Path], base: Profile) -> None:
             pipe.send(problem or _counted(drives, Candidate(values=values), base))
         except (EOFError, OSError):
             return
-
-
-def left(done: int, total: int, since_s: float) -> str:
-    """How long the rest will take, by what was done so far."""
-    minutes = (time.monotonic() - since_s) / max(1, done) * max(0, total - done) / 60
-    return f"about {minutes:.1f} min left"

@@ -20,9 +20,9 @@ from evaluation.calibrate.constants import ROWS, Candidate
 from evaluation.calibrate.files import Curve, Provenance
 from evaluation.calibrate.recordings import find, kilometres, load
 from evaluation.calibrate.score import PARTS
-from evaluation.calibrate.search import Found, Trial, Trials, left, on_cores, optimiser, search
+from evaluation.calibrate.search import Found, Trial, Trials, on_cores, optimiser, search
 from evaluation.calibrate.verdict import Closed, Verdict, closed, verdict
-from evaluation.drive.command import Screen
+from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.whole import interruptible
@@ -94,7 +94,7 @@ def _drive(store: Store, wanted: Sequence[RunSpec], flags: argparse.Namespace, s
     began_s = time.monotonic()
 
     def progress(count: int, total: int, place: str) -> None:
-        screen.live(f"{what}: {count} of {total} drives; {left(count, total, began_s)}; last: {place}")
+        screen.live(f"{what}: {count} of {total} drives; {time_left(count, total, began_s)}; last: {place}")
 
     problems = drives.driven(store, wanted, flags.jobs, progress)
     screen.end_live()
@@ -108,7 +108,7 @@ def _search(trials: Trials, base: Profile, flags: argparse.Namespace, screen: Sc
 
     def progress(count: int, best: Trial) -> None:
         total = max(count, trials_wanted + len(ROWS))  # whole generations; then each constant is tried as shipped
-        screen.live(f"trial {count} of about {total}: best {best.objective:.3f}; {left(count, total, began_s)}")
+        screen.live(f"trial {count} of about {total}: best {best.objective:.3f}; {time_left(count, total, began_s)}")
 
     found = search(trials, base, trials_wanted, flags.seed, progress)
     screen.end_live()
@@ -158,7 +158,7 @@ def _sweeps(trials: Trials, found: Found, flags: argparse.Namespace, screen: Scr
         for value in values:
             curve.append((value, trials.run(found.best.candidate.moved(name, value))))
             done += 1
-            screen.live(f"sensitivity: {done} of {total}; {left(done, total, began_s)}; {name}")
+            screen.live(f"sensitivity: {done} of {total}; {time_left(done, total, began_s)}; {name}")
         curves[name] = curve
     screen.end_live()
     return curves

@@ -219,6 +219,13 @@ def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:
         sys.stdout.flush()
 
 
+def time_left(done: int, total: int, began_s: float) -> str:
+    """How long the rest will take by what was done since then (monotonic)."""
+    left_s = (time.monotonic() - began_s) / max(1, done) * max(0, total - done)
+    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
+    return f"about {f'{hours} h {minutes:.0f} min' if hours else f'{minutes:.1f} min'} left"
+
+
 class Screen:
     """A live line that is redrawn on a terminal, and printed now and then elsewhere."""
 

@@ -26,7 +26,7 @@ from evaluation.run.spec import RunSpec
 from proto.decision import Grant
 from proto.topics import BRAKE
 
-_GRANT = Grant(
+GRANT = Grant(
     grant_id="evaluation", vehicle="ego", capability=BRAKE.name, max_deceleration_mps2=4.0, max_duration_s=2.0,
     issued_at="2020-01-01T00:00:00+00:00", expires_at="2120-01-01T00:00:00+00:00",
 )  # fmt: skip
@@ -93,7 +93,7 @@ def _pair() -> KeyPair:
 def granted(spec: RunSpec, folder: Path) -> RunSpec:
     """The spec with permission for the simulated car to be braked; where the grant lies is no part of a run's key."""
     file, pair = folder / "grant.json", _pair()
-    file.write_bytes(msgspec.json.encode(sign_grant(_GRANT, pair.private)))
+    file.write_bytes(msgspec.json.encode(sign_grant(GRANT, pair.private)))
     return with_settings(spec, "arbiter", {"grant_file": str(file), "trusted_keys": [pair.public]})
 
 

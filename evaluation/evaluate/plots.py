@@ -22,10 +22,10 @@ def plots_of(table: Table) -> list[tuple[str, str]]:
         if row.row.at is not None:
             curves.setdefault(row.row.group, []).append(row)
     if curves:
-        return [(f"{table.name}: {group}", _svg(_curves(group, rows, columns))) for group, rows in curves.items()]
+        return [(f"{table.name}: {group}", svg_of(_curves(group, rows, columns))) for group, rows in curves.items()]
     groups = dict.fromkeys(row.row.group for row in table.rows)
     return [
-        (f"{table.name}: {group}", _svg(_bars([row for row in table.rows if row.row.group == group], columns)))
+        (f"{table.name}: {group}", svg_of(_bars([row for row in table.rows if row.row.group == group], columns)))
         for group in groups
     ]
 
@@ -103,7 +103,8 @@ def _axes(count: int, height: float, *, share: bool = False) -> tuple["Figure", 
     return figure, axes
 
 
-def _svg(figure: "Figure") -> str:
+def svg_of(figure: "Figure") -> str:
+    """The picture as an element for a page, its letters as text, the same for the same numbers."""
     from matplotlib import rc_context
 
     out = io.StringIO()

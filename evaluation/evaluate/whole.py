@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from evaluation.drive.command import Screen
+from evaluation.drive.command import Screen, time_left
 from evaluation.drive.stack import settings_of
 from evaluation.evaluate import files, report
 from evaluation.evaluate.machine import machine
@@ -97,7 +97,7 @@ def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, scr
         failed += bool(done.problem)
         if done.problem:
             screen.say(f"{_named(runs[done.key])} failed: {done.problem.strip().splitlines()[-1]}")
-        screen.live(_progress(count, len(jobs), failed, time.monotonic() - started_s, runs[done.key]))
+        screen.live(_progress(count, len(jobs), failed, started_s, runs[done.key]))
     screen.end_live()
 
 
@@ -107,11 +107,9 @@ def _ends(jobs: Sequence[Job], store: Store, flags: argparse.Namespace) -> Itera
     return spread.done(jobs)
 
 
-def _progress(count: int, total: int, failed: int, since_s: float, last: Run) -> str:
-    left_s = since_s / count * (total - count)
-    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
-    left = f"{hours} h {minutes:.0f} min" if hours else f"{minutes:.1f} min"
-    return f"{count} of {total} runs{f', {failed} failed' if failed else ''}; about {left} left; last: {_named(last)}"
+def _progress(count: int, total: int, failed: int, began_s: float, last: Run) -> str:
+    left = time_left(count, total, began_s)
+    return f"{count} of {total} runs{f', {failed} failed' if failed else ''}; {left}; last: {_named(last)}"
 
 
 def _named(run: Run) -> str:

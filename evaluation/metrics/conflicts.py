@@ -76,16 +76,19 @@ def is_false(record: Record, intervention: Span) -> bool:
     return not any(violates_rss(truth) for truth in record.truths_between(start - SEES_LATE_S, start + SEES_LATE_S))
 
 
-def violates_rss(truth: Truth) -> bool:
-    """Whether the true gap to the lead, or to a person in the path, is below the RSS distance at the true friction."""
+def violates_rss(truth: Truth, speed_mps: float | None = None) -> bool:
+    """Whether the true gap to the lead, or to a person in the path, is below the RSS distance at the true friction.
+
+    At the ego's own speed, or at the one that is given.
+    """
     ego = rss.Longitudinal(
         rho_s=RESPONSE_S,
         accel_max_mps2=ACCEL_MAX_MPS2,
         brake_min_mps2=braking_mps2(truth),
     )
-    speed, person = truth.speed_mps, person_ahead(truth)
+    speed, person = truth.speed_mps if speed_mps is None else speed_mps, person_ahead(truth)
     if truth.gap_m is not None and truth.closing_mps is not None:
-        lead_mps = speed - truth.closing_mps
+        lead_mps = truth.speed_mps - truth.closing_mps
         least = (
             rss.same_direction_m(speed, lead_mps, ego, LEAD_BRAKE_MPS2)
             if lead_mps >= 0.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import UserError
-from evaluation.drive.command import Screen
+from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate.machine import cores, machine
 from evaluation.evaluate.pool import Job, Pool
 from evaluation.evaluate.store import Store
@@ -74,10 +74,8 @@ def _drive(runs: Mapping[str, RunSpec], store: Store, jobs: int) -> int:
         failed += bool(done.problem)
         if done.problem:
             screen.say(f"{spec.method}, {spec.scenario} failed: {done.problem.strip().splitlines()[-1]}")
-        left_min = (time.monotonic() - began_s) / count * (len(waiting) - count) / 60.0
-        screen.live(
-            f"{count} of {len(waiting)} runs; about {left_min:.1f} min left; last: {spec.method}, {spec.scenario}"
-        )
+        left = time_left(count, len(waiting), began_s)
+        screen.live(f"{count} of {len(waiting)} runs; {left}; last: {spec.method}, {spec.scenario}")
     screen.end_live()
     return failed
 

@@ -15,12 +15,10 @@ from evaluation.metrics import Record, measure
 from evaluation.neighbours.following import Following, FollowingAll
 from evaluation.neighbours.governor import Governed
 from evaluation.run.spec import RunSpec, run_key
-from evaluation.scenarios import generate, read_place
+from evaluation.run.world import world_of
 from proto.truth import Truth
 from services.simulator.conductor import EPOCH_NS
 from services.simulator.driver import Driver
-from services.simulator.plan import Scenario
-from services.simulator.service import find_scenario
 from services.simulator.session import SensorSet, Session
 
 LONGEST_S = 900.0
@@ -36,7 +34,7 @@ NEIGHBOURS: Mapping[str, type[Driver]] = MappingProxyType(
 
 def neighbour_truths(spec: RunSpec, driver: type[Driver] = Driver) -> tuple[Truth, ...]:
     """All of a run's truth; it ends with the route, after a collision, or after a quarter of an hour."""
-    scenario, seed = _scenario(spec)
+    scenario, seed = world_of(spec)
     session = Session(
         scenario, seed, seconds=spec.seconds or LONGEST_S, epoch_ns=EPOCH_NS, dbc=data("vehicles/sim/sim.dbc"), bus="can0",
         present=BLIND, lockstep=True,
@@ -52,13 +50,6 @@ def neighbour_truths(spec: RunSpec, driver: type[Driver] = Driver) -> tuple[Trut
         if truths[-1].collision:
             until_s = min(until_s, truths[-1].time_s + AFTER_COLLISION_S)
     return tuple(truths)
-
-
-def _scenario(spec: RunSpec) -> tuple[Scenario, int]:
-    place = read_place(spec.scenario)
-    if place is None:
-        return find_scenario(spec.scenario), spec.seed
-    return generate(place.family, place.number, place.split), place.world_seed(spec.seed)
 
 
 def key_of(spec: RunSpec, store: Store) -> str:

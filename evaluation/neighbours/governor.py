@@ -2,16 +2,8 @@
 
 import math
 
-from evaluation.metrics.conflicts import (
-    ACCEL_MAX_MPS2,
-    LEAD_BRAKE_MPS2,
-    RESPONSE_S,
-    braking_mps2,
-    gap_m,
-    person_ahead,
-)
+from evaluation.metrics.conflicts import braking_mps2, violates_rss
 from proto.truth import Truth
-from services.arbiter import rss
 from services.simulator.driver import Driver, View, Wish, pedals
 
 FASTEST_MPS = 80.0
@@ -40,28 +32,12 @@ def governed_mps2(speed_mps: float, truth: Truth, dt: float) -> float:
 
 
 def cap_mps(truth: Truth) -> float:
-    """The highest speed at which the gaps to the lead and to a person in the path are RSS distances. 0: none is."""
-    if safe(FASTEST_MPS, truth):
+    """The highest speed at which the gaps to the lead and to a person in the path are RSS distances, by the constants by which
+    interventions are judged. 0: none is."""
+    if not violates_rss(truth, FASTEST_MPS):
         return FASTEST_MPS
     low, high = 0.0, FASTEST_MPS
     for _ in range(_HALVINGS):
         middle = (low + high) / 2.0
-        low, high = (middle, high) if safe(middle, truth) else (low, middle)
+        low, high = (low, middle) if violates_rss(truth, middle) else (middle, high)
     return low
-
-
-def safe(speed_mps: float, truth: Truth) -> bool:
-    """Whether no RSS distance would be undercut at that speed; the constants are those by which interventions are judged."""
-    ego = rss.Longitudinal(rho_s=RESPONSE_S, accel_max_mps2=ACCEL_MAX_MPS2, brake_min_mps2=braking_mps2(truth))
-    person = person_ahead(truth)
-    if person is not None and gap_m(person) < rss.stopping_distance_m(speed_mps, ego):
-        return False
-    if truth.gap_m is None or truth.closing_mps is None:
-        return True
-    lead_mps = truth.speed_mps - truth.closing_mps
-    least_m = (
-        rss.same_direction_m(speed_mps, lead_mps, ego, LEAD_BRAKE_MPS2)
-        if lead_mps >= 0.0
-        else rss.opposite_direction_m(speed_mps, -lead_mps, ego, ego)
-    )
-    return truth.gap_m >= least_m

@@ -14,13 +14,12 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.observed.recording import KEPT, Recording
 from evaluation.run.spec import RunSpec
-from evaluation.scenarios import generate, read_place
+from evaluation.run.world import world_of
 from proto import topics
 from proto.truth import Truth
 from services.logger.reader import messages, topic_of
 from services.simulator.conductor import EPOCH_NS
-from services.simulator.plan import Scenario
-from services.simulator.service import find_scenario, length_s
+from services.simulator.service import length_s
 from services.simulator.session import SensorSet, Session
 
 BUS = "can0"
@@ -55,7 +54,7 @@ def off_mps(told: Recording, speeds: Mapping[int, float]) -> float:
 
 
 def _driven(spec: RunSpec, heard: Mapping[int, list[Any]], until_ns: int) -> list[tuple[int, Truth]]:
-    scenario, seed = _world(spec)
+    scenario, seed = world_of(spec)
     session = Session(
         scenario,
         seed,
@@ -73,13 +72,6 @@ def _driven(spec: RunSpec, heard: Mapping[int, list[Any]], until_ns: int) -> lis
         for message in heard.get(batch.stamp_ns, ()):
             _HEAR[type(message)](session, message, batch.stamp_ns)
     return truths
-
-
-def _world(spec: RunSpec) -> tuple[Scenario, int]:
-    place = read_place(spec.scenario)
-    if place is None:
-        return find_scenario(spec.scenario), spec.seed
-    return generate(place.family, place.number, place.split), place.world_seed(spec.seed)
 
 
 _HEAR: dict[type, Callable[[Session, Any, int], object]] = {
