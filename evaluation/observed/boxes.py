@@ -3,9 +3,11 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from evaluation.corruption.chance import chance
-from evaluation.observed.card import Card, Finding, Ghost, Ranging, features, own_odds
-from evaluation.observed.fit import SCALE_PX
+from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, Ranging, features, own_odds, regime_of
+from evaluation.observed.lines import SCALE_PX
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things
@@ -18,7 +20,6 @@ from services.simulator import sensors
 from services.simulator.session import CAMERAS
 
 SCORE_FLOOR = 0.3
-WILD_NS = 500_000_000
 CUT_EDGE_PX, CUT_MEMORY_S = 4.0, 0.3
 """So far inside the picture's edge ends a box that this edge cuts off: the mean of an exponential distribution. In 241 boxes of
 vehicles of recorded pictures the median was 1, nine in ten 9, 95 in 100 14 px."""
@@ -62,13 +63,14 @@ class Eye:
                 detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
         found = [Found(each, self._range(each, thing, row, stamp_ns, boxes)) for each, thing, row in detections]
-        return [*found, *self._haunted(truth, stamp_ns)]
+        return [*found, *self._haunted(stamp_ns)]
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
         whose = f"{self.camera}/{thing.key}"
-        luck = self._luck.setdefault(thing.key, normal(self._seed, "own", thing.key)) if finding.own else 0.0
-        share = _share(own_odds(finding.seen.at(row), finding.own, luck))
-        if not self._chain.at(whose, stamp_ns, share, finding.seen.memory_s):
+        hidden = thing.hidden >= HALF_HIDDEN
+        seen, luck = finding.hidden if hidden else finding.seen, self._own("hidden" if hidden else "own", thing.key)
+        share = _share(own_odds(seen.odds.at(row), seen.own, luck))
+        if not self._chain.at(whose, stamp_ns, share, seen.odds.memory_s):
             return None
 
         def drawn(what: str) -> float:
@@ -94,12 +96,19 @@ class Eye:
             return None
         return Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=thing.kind, score=score)
 
+    def _own(self, what: str, whose: str) -> float:
+        """A standard normal number that is a thing's for good."""
+        key = f"{what}/{whose}"
+        if key not in self._luck:
+            self._luck[key] = normal(self._seed, what, whose)
+        return self._luck[key]
+
     def _range(
         self, found: Detection, thing: Thing, row: tuple[float, ...], stamp_ns: int, others: list[Detection]
     ) -> Range | None:
-        ranging, whose = self._card.ranged[found.kind], f"{self.camera}/{thing.key}"
+        ranging, whose = self._card.ranged[f"{self.camera}/{found.kind}"], f"{self.camera}/{thing.key}"
         if self._chain.at(f"lidar/{whose}", stamp_ns, _share(ranging.lidar.at(row)), ranging.lidar.memory_s):
-            off = self._off(ranging, whose, row, stamp_ns)
+            off = self._off(ranging, thing, whose, stamp_ns)
             far = thing.depth_m > FAR_M
             return Range(
                 depth_m=max(0.5, thing.depth_m * (1.0 + off)), sigma_m=LIDAR_SIGMA_M[far], source="lidar", returns=5,
@@ -113,17 +122,16 @@ class Eye:
         off = SIDE_SIGMA_M * self._drift.at("sides", whose, stamp_ns, SIDE_MEMORY_S)
         return thing.sides_m[0] + off, thing.sides_m[1] + off
 
-    def _off(self, ranging: Ranging, whose: str, row: tuple[float, ...], stamp_ns: int) -> float:
-        """Share by which a measured range is off; now and then it is another thing's."""
-        wild, error = ranging.wild, ranging.lidar_error
-        if ranging.wild_errors and self._chain.at(f"wild/{whose}", stamp_ns, _share(wild.at(row)), wild.memory_s):
-            luck = chance(self._seed, "wild", whose, stamp_ns // WILD_NS)
-            return ranging.wild_errors[int(luck * len(ranging.wild_errors))]
-        common = error.sigma * self._drift.at("range", whose, stamp_ns, error.memory_s)
-        return error.at(row) + common + ranging.jitter * normal(self._seed, "jitter", whose, stamp_ns)
+    def _off(self, ranging: Ranging, thing: Thing, whose: str, stamp_ns: int) -> float:
+        """Share by which a measured range is off."""
+        regime = regime_of(thing.hidden, thing.cut)
+        errors = ranging.errors[regime]
+        drift = self._drift.at("range", whose, stamp_ns, errors.memory_s)
+        rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift
+        return float(np.interp(rank, SPREADS, errors.quantiles))
 
-    def _haunted(self, truth: Truth, stamp_ns: int) -> list[Found]:
-        """Boxes of nothing: each comes by chance, looks like one that was measured, and grows as the ego drives on."""
+    def _haunted(self, stamp_ns: int) -> list[Found]:
+        """Boxes of nothing: each comes by chance, and is what one that was measured was."""
         clutter = self._card.clutter[self.camera]
         since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
         self._looked_ns = stamp_ns
@@ -131,20 +139,27 @@ class Eye:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
             self._ghosts.append((stamp_ns, clutter.ghosts[which]))
         self._ghosts = [(born, ghost) for born, ghost in self._ghosts if stamp_ns - born <= ghost.seconds * 1e9]
-        return [self._ghost(ghost, truth.speed_mps * (stamp_ns - born) / 1e9) for born, ghost in self._ghosts]
+        return [found for born, ghost in self._ghosts if (found := self._ghost(ghost, born, stamp_ns)) is not None]
 
-    def _ghost(self, ghost: Ghost, driven_m: float) -> Found:
-        away_m = ghost.range_m or 60.0
-        grown = away_m / max(away_m - driven_m, 0.4 * away_m)
-        spec, (x0, y0, x1, y1) = self.lens.camera, ghost.box
-        u, v = spec.width_px / 2, spec.height_px / 2
-        box = [u + (x0 - u) * grown, v + (y0 - v) * grown, u + (x1 - u) * grown, v + (y1 - v) * grown]
-        detection = Detection(
-            x0_px=box[0], y0_px=box[1], x1_px=box[2], y1_px=box[3], kind=ghost.kind, score=ghost.score
-        )
-        if ghost.lidar:
-            return Found(detection, Range(depth_m=away_m / grown, sigma_m=0.4, source="lidar", returns=3))
+    def _ghost(self, ghost: Ghost, born_ns: int, stamp_ns: int) -> Found | None:
+        age = (stamp_ns - born_ns) / 1e9 / ghost.seconds if ghost.seconds else 0.0
+        if age > 0.0 and chance(self._seed, "shown", self.camera, born_ns, stamp_ns) >= ghost.shown:
+            return None
+        x0, y0, x1, y1 = (between(a, b, age) for a, b in zip(ghost.box, ghost.last_box, strict=True))
+        detection = Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=ghost.kind, score=ghost.score)
+        if (
+            ghost.range_m is not None
+            and ghost.last_range_m is not None
+            and chance(self._seed, "ghost/lidar", self.camera, born_ns, stamp_ns) < ghost.lidar
+        ):
+            away_m = between(ghost.range_m, ghost.last_range_m, age)
+            return Found(detection, Range(depth_m=away_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
         return Found(detection, find_range(detection, self._camera, None))
+
+
+def between(first: float, last: float, share: float) -> float:
+    """What lies between two numbers, by its share of the way."""
+    return first + share * (last - first)
 
 
 def _share(odds: float) -> float:

@@ -25,11 +25,21 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
         return sum(weight * feature for weight, feature in zip(self.weights, features, strict=True))
 
 
+class Seen(msgspec.Struct, frozen=True, kw_only=True):
+    """How often a picture has a box of a thing."""
+
+    odds: Line
+    """Log-odds of it."""
+    own: float = 0.0
+    """Standard deviation of the log-odds that are each thing's own, all its pictures and both cameras alike."""
+
+
 class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """How a camera's detector finds one class."""
 
-    seen: Line
-    """Log-odds that a picture has a box of the thing."""
+    seen: Seen
+    hidden: Seen
+    """While it is hidden by half and more."""
     score: Line
     """Log-odds of the box's score."""
     height: Line
@@ -38,37 +48,50 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     """How far the box's middle is to the right of the true one, in true heights."""
     foot: Line
     """How far its lower edge is below the true one, in true heights."""
-    own: float = 0.0
-    """Standard deviation of the log-odds that are each thing's own, all its pictures and both cameras alike."""
     pictures: int = 0
     things: int = 0
 
 
+SPREADS = tuple(step / 5.0 for step in range(-16, 17))
+"""Standard normal numbers: the places of quantiles, close together in the middle and far out alike."""
+
+
+class RangeErrors(msgspec.Struct, frozen=True, kw_only=True):
+    """How far measured ranges are off: (range - true) / true."""
+
+    quantiles: tuple[float, ...]
+    """At the shares below `SPREADS`."""
+    own: float
+    """Share of the variance of ranks that is each thing's own, for good."""
+    memory_s: float
+    """Time in which the rest is forgotten."""
+
+
 class Ranging(msgspec.Struct, frozen=True, kw_only=True):
-    """Where ranges come from and how far they are off, for one class."""
+    """Where ranges come from and how far they are off, for one class in one camera."""
 
     lidar: Line
     """Log-odds that LiDAR measures the range of a box."""
-    lidar_error: Line
-    """(range - true) / true: what a thing's pictures have in common for a while."""
-    jitter: float = 0.0
-    """Standard deviation of what each picture adds to it."""
-    wild: Line
-    """Log-odds that the range is another thing's."""
-    wild_errors: tuple[float, ...] = ()
-    """How far off it is then."""
+    errors: dict[str, RangeErrors] = {}
+    """By what hides the thing, see `regime_of`; empty where LiDAR measured none."""
     pictures: int = 0
 
 
 class Ghost(msgspec.Struct, frozen=True, kw_only=True):
-    """A box that was of nothing, as it began: it is drawn again as it was."""
+    """A box that was of nothing, as it began and as it ended: it is drawn again as it was."""
 
     kind: ObjectClass
     box: tuple[float, float, float, float]
+    last_box: tuple[float, float, float, float]
     score: float
+    lidar: float
+    """Share of its pictures in which LiDAR measured a range."""
     range_m: float | None
-    lidar: bool
+    last_range_m: float | None
+    """By LiDAR, at first and at last; None: never."""
     seconds: float
+    shown: float
+    """Share of the pictures from first to last that had it."""
 
 
 class Clutter(msgspec.Struct, frozen=True, kw_only=True):
@@ -115,7 +138,7 @@ class Card(msgspec.Struct, frozen=True, kw_only=True):
     found: dict[str, Finding]
     """`camera/class`."""
     ranged: dict[str, Ranging]
-    """By class."""
+    """`camera/class`."""
     clutter: dict[str, Clutter]
     """By camera."""
     reading: Reading
@@ -137,10 +160,23 @@ def own_odds(odds: float, own: float, luck: float) -> float:
     return odds * math.sqrt(1.0 + 0.346 * own * own) + own * luck
 
 
+HALF_HIDDEN = 0.5
+
+
 def features(log_px: float, hidden: float, cut: float, air: tuple[float, float, float]) -> tuple[float, ...]:
-    """What lines are functions of: 1, the logarithm of the height in 20 px below and above that, hidden and cut shares,
-    darkness (0 or 1), rain (in 10 mm/h) and fog (1 km by the visibility, to 5)."""
-    return (1.0, min(log_px, 0.0), max(log_px, 0.0), hidden, cut, *air)
+    """What lines are functions of: 1, the logarithm of the height in 20 px below and above that, the hidden share up to
+    a half and beyond it, the cut share, darkness (0 or 1), rain (in 10 mm/h) and fog (1 km by the visibility, to 5)."""
+    covered = min(hidden, HALF_HIDDEN), max(hidden - HALF_HIDDEN, 0.0)
+    return (1.0, min(log_px, 0.0), max(log_px, 0.0), *covered, cut, *air)
 
 
-FEATURES = ("one", "log_px_below", "log_px_above", "hidden", "cut", "dark", "rain", "fog")
+FEATURES = ("one", "log_px_below", "log_px_above", "hidden", "much_hidden", "cut", "dark", "rain", "fog")
+REGIMES = ("free", "covered", "hidden", "cut")
+"""What stands before a thing, as far as its range is concerned."""
+
+
+def regime_of(hidden: float, cut: float) -> str:
+    """Cut by the picture's edge, hidden by half and more, covered by something, or free."""
+    if cut > 0.02:
+        return "cut"
+    return "hidden" if hidden >= HALF_HIDDEN else "covered" if hidden >= 0.05 else "free"

@@ -8,6 +8,7 @@ from evaluation.observed.recording import Recording
 from evaluation.observed.sight import LAMPS_SIZE_M, Lens, Thing, things
 from proto.perception import Box
 from proto.truth import Truth
+from services.perception.projection import STANDING
 from services.simulator.session import CAMERAS
 
 LEAST_PX = 5.0
@@ -17,8 +18,8 @@ REACH_SHARE, REACH_PX = 0.6, 7.0
 SIZE_RATIO = 2.2
 LIGHT_SIZES = 5.0
 """Truth tells no place of lights beside the road: so many sizes aside they may be."""
-LIGHT_TOLD_M = 110.0
-"""Truth tells of no light further away than 120 m."""
+LIGHT_TOLD_M, ACTOR_TOLD_M = 110.0, 110.0
+"""Truth tells of no light further away than 120 m, and of no road user beyond 160 m, which a box may put at less."""
 
 Air = tuple[float, float, float]
 
@@ -83,7 +84,9 @@ def _is_of(thing: Thing, box: Box) -> bool:
 
 
 def _untold(camera: str, box: Box) -> bool:
-    """Whether it may well be a light that is too far away for truth to tell of."""
+    """Whether it may well be a light or a road user that is too far away for truth to tell of."""
+    if box.kind in STANDING:
+        return box.range_m is not None and box.range_m > ACTOR_TOLD_M
     spec, high = CAMERAS[camera], box.y1_px - box.y0_px
     return box.kind == "light" and spec.focal_px * LAMPS_SIZE_M[1] / high > LIGHT_TOLD_M
 

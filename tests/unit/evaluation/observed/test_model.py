@@ -1,5 +1,6 @@
 """Modelled sensors: drawn by seed and by what is asked, shaped as fitted, and carried by production's services."""
 
+import math
 from pathlib import Path
 
 import msgspec
@@ -9,18 +10,20 @@ import pytest
 from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.observed.boxes import Eye
-from evaluation.observed.card import Card, Line, read_card
+from evaluation.observed.card import SPREADS, Card, Line, read_card
+from evaluation.observed.clutter import clutter
 from evaluation.observed.faces import CLASSES
 from evaluation.observed.hosted import CARD, weather_told
 from evaluation.observed.imagined import imagine
 from evaluation.observed.noise import Chain, Drift
-from evaluation.observed.pairing import looks
+from evaluation.observed.pairing import Look, Stray, looks
+from evaluation.observed.ranging import ranging
 from evaluation.observed.recording import Recording, listener, load, save
 from evaluation.observed.regression import linear, logistic, memory_s
-from evaluation.observed.sight import Lens, things
+from evaluation.observed.sight import Lens, Thing, things
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
-from proto.perception import Boxes
+from proto.perception import Box, Boxes
 from proto.truth import TrueActor, Truth
 from services.simulator.session import CAMERAS
 
@@ -138,6 +141,52 @@ def test_boxes_that_were_drawn_are_paired_with_what_they_are_of(card: Card) -> N
     assert followed > 0.8 * 6 * 30
 
 
+def test_range_errors_are_found_again_with_what_is_each_things_own() -> None:
+    random = np.random.default_rng(2)
+    things_own = {number: 0.004 * random.normal() for number in range(60)}
+    told = [
+        look(number, k, (1.0 + things_own[number] + 0.003 * random.normal()) * 30.0)
+        for number in things_own
+        for k in range(30)
+    ]
+    errors = ranging(told).errors["free"]
+    middle = [quantile for step, quantile in zip(SPREADS, errors.quantiles, strict=True) if abs(step) == 1.0]
+    assert np.allclose(middle, (-0.005, 0.005), atol=0.0015), "a spread of 0.005 in all"
+    assert 0.45 < errors.own < 0.8, "16 of 25 parts of the variance"
+
+
+def test_what_hides_a_thing_has_range_errors_of_its_own() -> None:
+    told = [look(1, k, 30.0) for k in range(50)] + [look(2, k, 24.0, hidden=0.7) for k in range(50)]
+    errors = ranging(told).errors
+    assert max(map(abs, errors["free"].quantiles)) < 1e-6
+    assert np.allclose(errors["hidden"].quantiles, -0.2)
+
+
+def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
+    def stray(k: int, x0: float) -> Stray:
+        box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)
+        return Stray("front", NS + k * NS // 10, box)
+
+    told = clutter([[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]], "front", 1.0, 0.1)
+    assert told.per_minute == 2.0
+    moved, single = told.ghosts
+    assert (moved.box[0], moved.last_box[0], moved.seconds) == (100.0, 120.0, 1.0)
+    assert 0.8 < moved.shown < 1.0
+    assert single.seconds == 0.0
+
+
+def look(number: int, k: int, range_m: float, hidden: float = 0.0) -> Look:
+    """A vehicle that stands 30 m ahead in the middle of the picture, with a measured range."""
+    camera, at = CAMERAS["front"], (320.0, 170.0, 340.0, 190.0)
+    thing = Thing("vehicle", f"actor/{number}", "vehicle", 30.0, at, 20.0, hidden)
+    u, v = (330.0 - camera.width_px / 2) / camera.focal_px, (180.0 - camera.height_px / 2) / camera.focal_px
+    box = Box(
+        x0_px=at[0], y0_px=at[1], x1_px=at[2], y1_px=at[3], kind="vehicle", score=0.9,
+        range_m=range_m * math.hypot(1.0, u, v), range_source="lidar",
+    )  # fmt: skip
+    return Look("front", NS + k * NS // 10, thing, (0.0, 0.0, 0.0), box)
+
+
 def test_an_approached_sign_is_believed_rightly_before_it_is_passed(card: Card) -> None:
     believed = 0
     for seed in range(10):
@@ -187,5 +236,5 @@ def test_a_modelled_run_publishes_what_production_would_and_comes_out_alike(tmp_
 
 def test_the_model_is_what_it_says(card: Card) -> None:
     assert {"front/vehicle", "tele/sign"} <= set(card.found)
-    assert all(isinstance(each.seen, Line) and each.pictures > 40 for each in card.found.values())
+    assert all(isinstance(each.seen.odds, Line) and each.pictures > 40 for each in card.found.values())
     assert card.provenance["runs"]
