@@ -23,6 +23,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.training.dataset_people import with_people
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
 from services.simulator.render.stage import Split, random_stage
@@ -61,11 +62,12 @@ class Frames:
 
 
 def render_stage(
-    renderer: Renderer | None, seed: int, split: Split, views: int, boards: float = 0.0
+    renderer: Renderer | None, seed: int, split: Split, views: int, boards: float = 0.0, people: float = 0.0
 ) -> tuple[Renderer, list[Shot]]:
     """Some views of one stage by both cameras; makes the renderer where there is none yet.
 
     `boards`: which share of the posts carries a board (town, border, information) instead, which are rare otherwise.
+    `people`: in which share of the views more people stand where they are hard to see (`dataset_people`).
     """
     static, first = random_stage(seed, split)
     rng = np.random.default_rng((77, seed, split == "test"))
@@ -77,6 +79,8 @@ def render_stage(
     shots = []
     for number in range(views):
         scene = first if number == 0 else _further(first, static, rng, split)
+        if people > 0 and rng.uniform() < people:
+            scene = with_people(scene, split, rng)
         for camera in CAMERAS:
             shots.append(shot_of(renderer, scene, jittered(camera, rng), rng, seed))
     return renderer, shots
@@ -247,6 +251,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="first seed; give processes that share a folder their own")
     parser.add_argument("--views", type=int, default=3, help="places along each stage's road; each gives two pictures")
     parser.add_argument("--boards", type=float, default=0.0, help="share of posts that carry a board instead")
+    parser.add_argument("--people", type=float, default=0.0, help="share of views with people who are hard to see")
     flags = parser.parse_args()
     flags.out.mkdir(parents=True, exist_ok=True)
     renderer: Renderer | None = None
@@ -254,7 +259,7 @@ def main() -> None:
     for first in range(flags.first, flags.first + flags.stages, STAGES_PER_SHARD):
         shots: list[Shot] = []
         for seed in range(first, min(first + STAGES_PER_SHARD, flags.first + flags.stages)):
-            renderer, new = render_stage(renderer, seed, flags.split, flags.views, flags.boards)
+            renderer, new = render_stage(renderer, seed, flags.split, flags.views, flags.boards, flags.people)
             shots += new
         write_shard(flags.out / f"{flags.split}-{first:06d}.npz", shots)
         done += len(shots)

@@ -11,11 +11,13 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from drivemcp.paths import data
 from evaluation.training.dataset import CLASSES, Frames, counted, load_frames
+from evaluation.training.detector_calibration import calibrated
 from evaluation.training.detector_scores import OVERLAP, average_precision, run, tally
 from proto.perception import ObjectClass
 from services.perception.detection import Detection, FloatArray, overlaps
@@ -73,6 +75,14 @@ def _hits(found: list[Detection], rows: FloatArray, kind: ObjectClass, floor: fl
     return [bool(each) for each in best >= OVERLAP]
 
 
+def probable_floors(card: dict[str, Any]) -> dict[str, float]:
+    """The card's floors, which are of raw scores, as the probabilities that the detector tells."""
+    return {
+        kind: round(float(calibrated(np.array([floor]), card["calibration"][kind])[0]), 3)
+        for kind, floor in card["floors"].items()
+    }
+
+
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(prog="python -m evaluation.training.detector_table", description=__doc__)
@@ -80,7 +90,7 @@ def main() -> None:
     parser.add_argument("--model", type=Path, default=data("models/detector.onnx"))
     flags = parser.parse_args()
     frames = load_frames(flags.cache, "test")
-    floors = json.loads(flags.model.with_suffix(".json").read_text(encoding="utf-8"))["floors"]
+    floors = probable_floors(json.loads(flags.model.with_suffix(".json").read_text(encoding="utf-8")))
     lowest = dict.fromkeys(CLASSES, LOWEST_SCORE)
     found = run(load_detector(flags.model, DetectorOptions(score_floor=LOWEST_SCORE, floors=lowest)), frames)
     out = sys.stdout
