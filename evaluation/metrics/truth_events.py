@@ -2,7 +2,8 @@
 
 A measured value wavers about a threshold, so each is two: from 3/4 of it an event may be detected, from 5/4 of it it must
 be. A change is an instant, with a time before and after it in which it may be told. Not scored, for truth has no say in
-them: `uncertain_sign` (a matter of the reading), `stale_fact` (of the system's own memory), `driver_query` (of the driver).
+them: `uncertain_sign` and `place_ahead` (matters of the reading), `stale_fact` (of the system's own memory),
+`driver_query` (of the driver).
 """
 
 import math

@@ -154,6 +154,20 @@ def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
 STANDS_MPS = 2.0
 
 
+STANDING_MPS = 1.0
+SPEED_SIGMAS = 3.0
+
+
+def stands(world: WorldState) -> bool:
+    """Whether the ego is known to have nothing to brake."""
+    return world.ego.speed_mps is not None and world.ego.speed_mps.value < STANDING_MPS
+
+
+def surely_nears(way: Way) -> bool:
+    """Whether an actor comes nearer by more than what may be no closing at all."""
+    return way.closing_mps > SPEED_SIGMAS * way.track.sigma_vx_mps
+
+
 def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it.
 

@@ -13,6 +13,7 @@ from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.conditions import sane_conditions, settle
 from services.orchestrator.limits import SURE
+from services.orchestrator.limits_ahead import PLACES
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
 from services.orchestrator.validity import EXPERT_VALID_NS
@@ -108,6 +109,8 @@ def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
     meaning = typed(outcome, SignMeaning)
     if meaning is None:
         return held
+    if meaning.reading in PLACES:
+        return msgspec.structs.replace(held, place=meaning, place_key=legal.key(outcome.arguments))
     held = msgspec.structs.replace(held, meaning=meaning)
     doubted = bool(outcome.arguments.get("candidates"))
     if not doubted or meaning.limit is None or not math.isfinite(meaning.limit.mps) or meaning.limit.mps < 1.0:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from proto.decision import Event
 from services.orchestrator import legal
-from services.orchestrator.actors import clear, confirmed, pedestrian, vehicles
+from services.orchestrator.actors import clear, confirmed, pedestrian, stands, surely_nears, vehicles
+from services.orchestrator.limits_ahead import places_ahead
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
 from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
@@ -78,7 +79,9 @@ def new(events: tuple[Event, ...], now_ns: int) -> tuple[Event, ...]:
     return tuple(event for event in events if event.since_ns == now_ns)
 
 
-_BY_DETAIL = frozenset({"foreign_sign", "uncertain_sign", "stop_required", "vehicle_fault", "driver_query"})
+_BY_DETAIL = frozenset(
+    {"foreign_sign", "uncertain_sign", "place_ahead", "stop_required", "vehicle_fault", "driver_query"}
+)
 """Kinds of which another detail is another event."""
 
 
@@ -143,6 +146,11 @@ def _uncertain_sign(state: State, before: State, query: str) -> Signal:
     return Signal(1.0 - sign.confidence, f"track {sign.track_id}", sign.confidence)
 
 
+def _place_ahead(state: State, before: State, query: str) -> Signal:
+    sign = next(iter(places_ahead(state)), None)
+    return Signal(sign.confidence, sign.reading, sign.confidence) if sign is not None else NOTHING
+
+
 def _stop_required(state: State, before: State, query: str) -> Signal:
     """A person that is neither certain nor confirmed lowers the target, and is no event yet."""
     speed, person = state.world.ego.speed_mps, pedestrian(state.world)
@@ -178,7 +186,10 @@ TOLD_OTHERWISE = frozenset({"trouble_codes", "sensors_faulty"})
 
 
 def _closing_lead(state: State, before: State, query: str) -> Signal:
-    way = next((way for way in vehicles(state.world) if clear(state.gaps, way)), None)
+    """Who is met soonest, as far as that is sure; a car that stands meets nobody."""
+    if stands(state.world):
+        return NOTHING
+    way = next((way for way in vehicles(state.world) if surely_nears(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return NOTHING
     return Signal(1.0 / max(0.05, way.ttc_s), f"track {way.track.track_id}", way.track.confidence)
@@ -236,6 +247,7 @@ TABLE: tuple[EventRow, ...] = (
     EventRow("dynamic_limit_update", _dynamic_limit, 0.3, ("applicable_limit", "assess_weather")),  # confidence
     EventRow("speed_limit_change", _limit_change, 0.5, ("applicable_limit",)),  # 0 or 1
     EventRow("uncertain_sign", _uncertain_sign, 0.1, ("interpret_sign",)),  # 1 - confidence of the best reading
+    EventRow("place_ahead", _place_ahead, 0.5, ("interpret_sign",)),  # confidence of the reading
     EventRow("stop_required", _stop_required, 0.4, ("right_of_way",)),  # deceleration needed, m/s^2
     EventRow("low_friction", _low_friction, 0.3, ("assess_weather",)),  # 1 - mu / 0.8: wet asphalt 0.25, flooded 0.5
     EventRow(

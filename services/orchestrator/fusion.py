@@ -127,6 +127,11 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
         found[-1:-1] = [
             Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
         ]
+    if chosen is not None and chosen.law is not None:
+        law = chosen.law
+        found[-1:-1] = [
+            Reason(source="rules", text=plain(law.meaning), confidence=law.confidence, citations=law.citations)
+        ]
     doubted = goal.law.answer
     if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
         found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))

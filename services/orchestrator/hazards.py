@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, clear, confirmed, people, vehicles
+from services.orchestrator.actors import Way, clear, confirmed, people, stands, surely_nears, vehicles
 from services.orchestrator.matter import Matter
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
@@ -17,10 +17,6 @@ ADVISED_M = 50.0
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 STOP_TOLD_S = 20.0
-STANDING_MPS = 1.0
-"""Who is slower has nothing to brake."""
-SPEED_SIGMAS = 3.0
-"""Closing slower than this many standard deviations may be no closing at all."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
@@ -66,8 +62,7 @@ def _person_urgency(state: State, way: Way) -> Urgency:
 
 def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The vehicle that is met soonest, if soon."""
-    ego = state.world.ego.speed_mps
-    if ego is not None and ego.value < STANDING_MPS:
+    if stands(state.world):
         return
     way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
@@ -92,7 +87,7 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
 
 
 def _soon_met(way: Way) -> bool:
-    if way.ttc_s is None or way.closing_mps <= SPEED_SIGMAS * way.track.sigma_vx_mps:
+    if way.ttc_s is None or not surely_nears(way):
         return False
     return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
 

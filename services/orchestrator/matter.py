@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from proto.decision import Event, Fused, Urgency
+from proto.rules import SignMeaning
 from proto.tools import Outcome
 from services.orchestrator.routing import Call
 from services.orchestrator.state import State
@@ -32,6 +33,8 @@ class Matter(NamedTuple):
     """Slot and key of another matter that is told with this one: it is no news any more."""
     ahead_mps: float | None = None
     """The limit that it announces."""
+    law: SignMeaning | None = None
+    """What the Rules say of the sign behind which that limit is the law's own."""
 
     @property
     def slot(self) -> str:

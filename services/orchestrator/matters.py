@@ -9,12 +9,13 @@ from proto.vehicle import Degradation
 from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
+from services.orchestrator.limits_ahead import LimitAhead, limits_ahead
 from services.orchestrator.matter import Maker, Matter
 from services.orchestrator.messages import drive, speed, word
-from services.orchestrator.state import SignAhead, State
+from services.orchestrator.state import State
 from services.orchestrator.targets import Target
 from services.orchestrator.text import sentences
-from services.orchestrator.units import limit_text, to_mps
+from services.orchestrator.units import limit_text
 
 
 def matters(state: State, target: Target, events: tuple[Event, ...], degraded: tuple[str, ...]) -> tuple[Matter, ...]:
@@ -169,20 +170,22 @@ def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tup
     limit = target.law.limit
     ego = state.world.ego.speed_mps
     speed_mps = ego.value if ego is not None else None
-    lower = [s for s in state.signs.ahead if _is_lower(s, limit.mps if limit is not None else None, speed_mps)]
+    lower = [
+        each for each in limits_ahead(state) if _is_lower(each, limit.mps if limit is not None else None, speed_mps)
+    ]
     if not lower or _told_within(state, "foreign", 5.0):
         return
-    sign = min(lower, key=lambda each: (each.value or 0.0, each.track_id))
-    text = f"{sign.value:g} {sign.unit or 'km/h'}"
+    ahead = min(lower, key=lambda each: (each.mps, each.sign.track_id))
     yield Matter(
         topic="ahead",
-        key=sign.reading,
+        key=ahead.sign.reading,
         phrase="limit_ahead",
         urgency="info",
-        values={"limit": text, "gap": f"{max(0.0, sign.distance_m or 0.0):.0f}"},
-        why=("ahead",),
-        confidence=sign.confidence,
-        ahead_mps=to_mps(sign.value, sign.unit or "km/h") if sign.value is not None else None,
+        values={"limit": f"{ahead.value:g} {ahead.unit}", "gap": f"{max(0.0, ahead.sign.distance_m or 0.0):.0f}"},
+        why=("ahead",) if ahead.law is None else ("place_ahead",),
+        confidence=ahead.confidence,
+        ahead_mps=ahead.mps,
+        law=ahead.law,
     )
 
 
@@ -191,13 +194,10 @@ def _told_within(state: State, slot: str, seconds: float) -> bool:
     return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
 
 
-def _is_lower(sign: SignAhead, mps: float | None, speed_mps: float | None) -> bool:
-    if sign.kind != "limit" or sign.value is None or sign.scope == "end" or not sign.believed or not sign.own_lane:
-        return False
-    ahead = to_mps(sign.value, sign.unit or "km/h")
+def _is_lower(ahead: LimitAhead, mps: float | None, speed_mps: float | None) -> bool:
     # Only where the ego's own speed would have to fall is it worth a message before the sign.
-    faster = speed_mps is None or speed_mps > ahead + 1.5
-    return sign.distance_m is not None and mps is not None and ahead < mps - 0.5 and faster
+    faster = speed_mps is None or speed_mps > ahead.mps + 1.5
+    return ahead.sign.distance_m is not None and mps is not None and ahead.mps < mps - 0.5 and faster
 
 
 def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:

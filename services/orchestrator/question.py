@@ -17,6 +17,7 @@ from services.orchestrator import legal
 from services.orchestrator.answers import degraded, results
 from services.orchestrator.evidence import in_words
 from services.orchestrator.limits import in_force
+from services.orchestrator.limits_ahead import sign_question
 from services.orchestrator.messages import distance, drive, phrases, say, speed, word
 from services.orchestrator.routing import Call
 from services.orchestrator.state import SignAhead, State
@@ -157,16 +158,7 @@ def _sign_call(state: State) -> tuple[Call, ...]:
     sign = sign_asked_about(state)
     if sign is None:
         return ()
-    here = state.signs.jurisdiction
-    arguments = {
-        "reading": sign.reading,
-        "jurisdiction": here.value if here is not None else None,
-        "language": state.preferences.language,
-        "plates": list(sign.plates),
-        "candidates": [{"reading": c.reading, "confidence": c.confidence} for c in sign.candidates],
-        "home_unit": state.preferences.unit,
-    }
-    return (Call(tool="interpret_sign", arguments=arguments, deadline_ms=DEADLINE_MS),)
+    return (Call(tool="interpret_sign", arguments=sign_question(state, sign), deadline_ms=DEADLINE_MS),)
 
 
 # -- the answer ----------------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from services.orchestrator import legal
 from services.orchestrator.actors import pedestrian
 from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
 from services.orchestrator.inputs import Expert
+from services.orchestrator.limits_ahead import PLACES, places_ahead, sign_question
 from services.orchestrator.state import State
 
 REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
@@ -79,6 +80,8 @@ def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bo
     if tool == "applicable_limit":
         return state.held.legal_key == sha
     if tool == "interpret_sign":
+        if arguments["reading"] in PLACES:
+            return state.held.place_key == sha
         return state.held.meaning is not None and state.held.meaning.reading == arguments["reading"]
     return True
 
@@ -95,25 +98,14 @@ def _language(state: State) -> dict[str, Any]:
 
 
 def _sign(state: State) -> dict[str, Any] | None:
-    """The sign to be explained: a doubted one with all its candidates, else one with a plate in a foreign language."""
+    """The sign to be explained: a doubted one with all its candidates, else the place whose limit is not known yet, else
+    one with a plate in a foreign language."""
     language = state.preferences.language
     doubted = [s for s in state.signs.ahead if not s.believed and s.kind == "limit"]
+    places = [s for s in places_ahead(state) if state.held.place_key != legal.key(sign_question(state, s))][:1]
     foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
-    sign = max(doubted or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
-    if sign is None:
-        return None
-    return {
-        "reading": sign.reading,
-        "jurisdiction": state.signs.jurisdiction.value if state.signs.jurisdiction is not None else None,
-        "language": language,
-        "plates": list(sign.plates),
-        "candidates": [
-            {"reading": c.reading, "confidence": int(c.confidence * 10) / 10}
-            for c in sign.candidates
-            if c.confidence > 0
-        ],
-        "home_unit": state.preferences.unit,
-    }
+    sign = max(doubted or places or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
+    return sign_question(state, sign) if sign is not None else None
 
 
 def _junction(state: State) -> dict[str, Any] | None:

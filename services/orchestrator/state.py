@@ -129,6 +129,10 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     degradation_ns: int | None = None
     health: VehicleHealth | None = None
     meaning: SignMeaning | None = None
+    place: SignMeaning | None = None
+    """Of a sign ahead behind which the law sets a limit of its own: of a town, a calm street."""
+    place_key: str = ""
+    """The question that it answered."""
     right_of_way: RulesAnswer | None = None
     limiters: tuple[Limiter, ...] = ()
     lead_mps: float | None = None

@@ -12,6 +12,7 @@ from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.limits import RESTRICTED_PLATES, SURE, in_force
+from services.orchestrator.limits_ahead import limits_ahead
 from services.orchestrator.state import Lost, State
 from services.orchestrator.stops import stops
 from services.orchestrator.units import to_mps
@@ -183,12 +184,10 @@ def _or_max(mps: float | None) -> float:
 def _ahead(state: State, law: Law) -> list[Bound]:
     """Lower limits that are believed but not yet passed: come down to them in time."""
     found = []
-    for sign in state.signs.ahead:
-        if sign.kind != "limit" or sign.value is None or sign.scope == "end" or not sign.believed or not sign.own_lane:
-            continue
-        mps = to_mps(sign.value, sign.unit or "km/h")
-        room = max(0.0, sign.distance_m) if sign.distance_m is not None else 0.0
-        found.append(Bound(math.sqrt(mps * mps + 2.0 * APPROACH_MPS2 * room), "ahead", "drivelm", sign.confidence))
+    for ahead in limits_ahead(state):
+        room = max(0.0, ahead.sign.distance_m) if ahead.sign.distance_m is not None else 0.0
+        mps = math.sqrt(ahead.mps * ahead.mps + 2.0 * APPROACH_MPS2 * room)
+        found.append(Bound(mps, "ahead", "rules" if ahead.law is not None else "drivelm", ahead.confidence))
     return found
 
 

@@ -40,6 +40,10 @@ def _unsure(d: Drive) -> None:
     d.tick(doubted("limit:60", ("limit:80", 0.4)))
 
 
+def _town(d: Drive) -> None:
+    d.tick(fact("sign", "town_entry", track_id=8, distance_m=50.0))
+
+
 def _stop(d: Drive) -> None:
     d.lines = (StopLine(distance_m=30.0, kind="light"),)
     d.tick(fact("light", "light:red", track_id=4, distance_m=30.0))
@@ -83,7 +87,7 @@ CAUSES: dict[str, Callable[[Drive], None]] = {
     "foreign_sign": _foreign, "jurisdiction_change": _border, "dynamic_limit_update": _gantry,
     "speed_limit_change": _limit, "uncertain_sign": _unsure, "stop_required": _stop, "low_friction": _slippery,
     "vehicle_fault": _fault, "closing_lead": _closing, "vulnerable_road_user": _person, "overspeed": _fast,
-    "stale_fact": _stale, "driver_query": _query,
+    "stale_fact": _stale, "driver_query": _query, "place_ahead": _town,
 }  # fmt: skip
 
 

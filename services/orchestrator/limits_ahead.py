@@ -1,0 +1,78 @@
+"""Limits that begin ahead: numbers on signs, and the law's own limit behind a town sign, for which the Rules are asked."""
+
+import math
+from typing import Any, NamedTuple
+
+from proto.rules import LegalLimit, SignMeaning
+from proto.scene import Unit
+from services.orchestrator import legal
+from services.orchestrator.state import SignAhead, State
+from services.orchestrator.units import to_mps
+
+PLACES = frozenset({"town_entry", "calm_street"})
+"""Signs without a number behind which the law sets a lower limit."""
+LEAST_CONFIDENCE, LEAST_MPS, MOST_MPS = 0.4, 1.0, 45.0
+
+
+class LimitAhead(NamedTuple):
+    """A limit that is believed and not yet passed."""
+
+    sign: SignAhead
+    value: float
+    unit: Unit
+    mps: float
+    confidence: float
+    law: SignMeaning | None = None
+    """What says so, where the sign has no number."""
+
+
+def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
+    """All of the own lane, in the order in which the signs are remembered."""
+    found = (_limit(state, sign) for sign in state.signs.ahead if sign.believed and sign.own_lane)
+    return tuple(limit for limit in found if limit is not None)
+
+
+def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
+    if sign.kind == "limit" and sign.value is not None and sign.scope != "end":
+        unit: Unit = sign.unit or "km/h"
+        return LimitAhead(sign, sign.value, unit, to_mps(sign.value, unit), sign.confidence)
+    law = law_behind(state, sign)
+    if law is None or law.limit is None:
+        return None
+    limit = law.limit
+    return LimitAhead(sign, limit.value, limit.unit, limit.mps, min(sign.confidence, law.confidence), law)
+
+
+def places_ahead(state: State) -> tuple[SignAhead, ...]:
+    """Believed signs of a place, the nearest first."""
+    found = [sign for sign in state.signs.ahead if sign.reading in PLACES and sign.believed and sign.own_lane]
+    return tuple(sorted(found, key=lambda s: (s.distance_m if s.distance_m is not None else math.inf, s.track_id)))
+
+
+def law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
+    """What the Rules said of this sign of a place, here; None: not asked yet, or nothing to go by."""
+    law = state.held.place
+    if law is None or sign.reading not in PLACES or state.held.place_key != legal.key(sign_question(state, sign)):
+        return None
+    return law if law.limit is not None and law.confidence >= LEAST_CONFIDENCE and _sane(law.limit) else None
+
+
+def _sane(limit: LegalLimit) -> bool:
+    return math.isfinite(limit.mps) and LEAST_MPS <= limit.mps <= MOST_MPS and math.isfinite(limit.value)
+
+
+def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:
+    """The arguments of `interpret_sign`: what else a doubted sign may be, too, with confidences rounded down, so that a
+    wavering one is the same question."""
+    here = state.signs.jurisdiction
+    others = () if sign.believed else sign.candidates
+    return {
+        "reading": sign.reading,
+        "jurisdiction": here.value if here is not None else None,
+        "language": state.preferences.language,
+        "plates": list(sign.plates),
+        "candidates": [
+            {"reading": c.reading, "confidence": int(c.confidence * 10) / 10} for c in others if c.confidence > 0
+        ],
+        "home_unit": state.preferences.unit,
+    }
