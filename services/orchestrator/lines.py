@@ -38,6 +38,16 @@ def stop_signs(signs: Signs) -> tuple[SignAhead, ...]:
     return tuple(sorted(found, key=lambda sign: (sign.distance_m or 0.0, sign.first_ns)))
 
 
+SAME_LINE_M = 10.0
+"""Stop signs so close to each other mean one line: one on either side, or one that two cameras place differently."""
+
+
+def beyond(signs: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
+    """Those, of stop signs by their distance, that do not mean the line of the nearest."""
+    first = signs[0].distance_m if signs else None
+    return tuple(s for s in signs[1:] if s.distance_m is None or s.distance_m > (first or 0.0) + SAME_LINE_M)
+
+
 def line_of(sign: SignAhead, stop_m: float | None, stop_kind: str) -> float | None:
     """Where to stand for a stop sign: at the line that a map knows beside it, else at the sign; None: nobody knows."""
     if stop_m is None or stop_kind == "light":

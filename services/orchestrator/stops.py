@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from services.orchestrator.actors import EGO_HALF_M, missed_as, pedestrian
-from services.orchestrator.lines import line_of, stop_signs
+from services.orchestrator.lines import beyond, line_of, stop_signs
 from services.orchestrator.state import State
 
 STANDSTILL_M = 1.0
@@ -54,7 +54,9 @@ def _red(state: State) -> Stop | None:
 
 
 def _sign(state: State) -> Stop | None:
-    signs = stop_signs(state.signs)[0 if state.halted_ns is None else 1 :]
+    signs = stop_signs(state.signs)
+    if state.halted_ns is not None:
+        signs = beyond(signs)
     if not signs:
         return None
     sign = signs[0]

@@ -57,6 +57,15 @@ def test_a_halt_at_one_sign_says_nothing_of_the_next() -> None:
     assert wanted(drive) == ["stop_sign"]
 
 
+def test_a_second_look_at_the_sign_one_has_stopped_for_is_no_second_stop() -> None:
+    drive = at_sign(5.0)
+    drive.tick(fact("sign", "stop", track_id=3, distance_m=8.0))
+    drive.speed_mps = 2.0
+    for _ in range(10):
+        drive.tick()
+        assert wanted(drive) == []
+
+
 def test_without_a_map_the_halt_is_at_the_sign() -> None:
     assert wanted(at_sign(7.0)) == []
     assert wanted(at_sign(20.0)) == ["stop_sign"]
