@@ -82,7 +82,7 @@ class ModelledFrontEnd(FrontEnd):
         camera, region = look.key[0], look.shown.region
         if thing is None or label not in BY_KIND[kind]:
             return self._of_nothing(f"{camera}/{look.key[1]}", kind)
-        row = self._row(label, self._legible_px(kind, region))
+        row = self._row(label, max(region.height_px, region.width_px))
         whose = f"{thing.key}"
         own = normal(self._seed, "face", whose)
         now = self._drift.at("read", f"{camera}/{whose}", self._stamp_ns, MEMORY_S)
@@ -121,7 +121,7 @@ class ModelledFrontEnd(FrontEnd):
         return others[order[0]] if others else OTHER
 
     def _row(self, label: str, px: float) -> Reads:
-        """The table's row at a size, between its neighbours."""
+        """The table's row at a size of the longer side, between its neighbours."""
         head = label.partition(":")[0]
         rows = self._reading.rows.get(head, self._reading.rows["all_signs"])
         px *= self._reading.legible
@@ -136,9 +136,6 @@ class ModelledFrontEnd(FrontEnd):
             sure_right=low.sure_right + share * (high.sure_right - low.sure_right),
             sure_wrong=low.sure_wrong + share * (high.sure_wrong - low.sure_wrong),
         )
-
-    def _legible_px(self, kind: str, region: Region) -> float:
-        return region.height_px if kind in ("light", "panel") else min(region.height_px, region.width_px)
 
     def _thing(self, look: Look, kind: str) -> Thing | None:
         """What the box is of, by truth at the picture's stamp."""

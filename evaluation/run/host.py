@@ -13,6 +13,7 @@ from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from drivemcp.registry import load_service
 from drivemcp.service import Service
+from evaluation.corruption.chance import chance
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
 from evaluation.observed.hosted import MODELLED, modelled
@@ -101,8 +102,13 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
             "lidar": spec.sensors == "rendered",
         }
     if spec.sensors == "model" and name in MODELLED:
-        return {"seed": spec.seed}
+        return {"seed": _drawn_by(spec)}
     return {}
+
+
+def _drawn_by(spec: RunSpec) -> int:
+    """The seed of modelled sensors: of runs with the same seed on other routes they draw other chances."""
+    return int(chance(spec.seed, spec.scenario) * 2**31)
 
 
 def _drive(spec: RunSpec, folder: Path) -> dict[str, Any]:

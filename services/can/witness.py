@@ -21,7 +21,8 @@ RADIUS_SPREAD = 0.01
 """Tyres of one axle differ by so much in rolling radius, a soft one among them."""
 STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
-PRESSED = 0.02
+TOUCHED, PRESSED = 0.005, 0.02
+"""Travel of the brake pedal below which no foot is on it, and from which it tells how much is asked for."""
 SLOPE_SAMPLES = 16
 """Of the speed, over which the deceleration is told."""
 
@@ -170,10 +171,10 @@ def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected
     pedal, full, per = values.get("brake_pedal"), shape.brake_bar_full_pedal, shape.brake_bar_per_mps2
     if pedal is None:
         return {}
-    if pedal < PRESSED:
+    if pedal < TOUCHED:
         return {"brake_pressure_bar": Expected(0.0, 0.0, 4.0)} if values.get("brake_pressure_bar") is not None else {}
     if full is None or per is None or moved.acceleration_mps2 is None or (moved.speed_mps or 0.0) < MOVING_MPS:
         return {}
-    asked, done = pedal * full, max(0.0, -moved.acceleration_mps2) * per
+    asked, done = pedal * full if pedal >= PRESSED else 0.0, max(0.0, -moved.acceleration_mps2) * per
     low, high = min(asked, done), max(asked, done)
     return {"brake_pressure_bar": Expected(low, high, 4.0 + 0.1 * high)}
