@@ -5,7 +5,7 @@ import pytest
 from proto.vehicle import SensorFault
 from services.can.crosscheck import CLEAR_S, CrossChecks
 from services.can.field import Reading
-from services.can.witness import Expected, middle
+from services.can.witness import Expected, Motion, expected, middle
 from tests.unit.services.can.drives import NOMINAL, SHAPE, Drive, Fault, make
 
 NS = 1_000_000_000
@@ -124,3 +124,21 @@ def test_a_seeded_set_is_told_apart_nine_times_in_ten() -> None:
 def test_a_verdict_names_field_kind_and_reason() -> None:
     (fault,) = checked(Drive(7, Fault("missing", "speed_mps", 0.0, 10.0), 20.0)).faults
     assert fault == SensorFault(field="speed_mps", kind="missing", detail="no usable value while the bus is alive")
+
+
+@pytest.mark.parametrize(
+    ("pedal", "pressure_bar", "sound"), [(0.011, 7.0, True), (0.0, 7.0, False), (0.011, 30.0, False)]
+)
+def test_a_foot_that_rests_on_the_pedal_may_brake_as_much_as_the_car_does(
+    pedal: float, pressure_bar: float, *, sound: bool
+) -> None:
+    moved = Motion(speed_mps=10.0, yaw_rate_radps=0.0, acceleration_mps2=-0.65)
+    told = expected({"brake_pedal": pedal, "brake_pressure_bar": pressure_bar}, moved, SHAPE)
+    pressure = told["brake_pressure_bar"]
+    assert (abs(pressure.residual(pressure_bar)) <= pressure.tolerance) is sound
+
+
+def test_a_car_that_creeps_tells_nothing_of_the_pressure_of_a_resting_foot() -> None:
+    moved = Motion(speed_mps=1.0, yaw_rate_radps=0.0, acceleration_mps2=-0.65)
+    values = {"brake_pedal": 0.011, "brake_pressure_bar": 7.0}
+    assert "brake_pressure_bar" not in expected(values, moved, SHAPE)
