@@ -124,7 +124,7 @@ class Eye:
 
     def _off(self, ranging: Ranging, thing: Thing, whose: str, stamp_ns: int) -> float:
         """Share by which a measured range is off."""
-        regime = regime_of(thing.hidden, thing.cut)
+        regime = regime_of(thing.hidden, thing.cut, thing.full_height_px)
         errors = ranging.errors[regime]
         drift = self._drift.at("range", whose, stamp_ns, errors.memory_s)
         rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift

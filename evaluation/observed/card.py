@@ -171,12 +171,14 @@ def features(log_px: float, hidden: float, cut: float, air: tuple[float, float, 
 
 
 FEATURES = ("one", "log_px_below", "log_px_above", "hidden", "much_hidden", "cut", "dark", "rain", "fog")
-REGIMES = ("free", "covered", "hidden", "cut")
-"""What stands before a thing, as far as its range is concerned."""
+REGIMES = (*(f"{size} {what}" for size in ("large", "small") for what in ("free", "covered", "hidden")), "cut")
+"""What a thing looks like, as far as its range is concerned: of small ones the picture cannot tell whose returns they are."""
+LARGE_PX = 25.0
 
 
-def regime_of(hidden: float, cut: float) -> str:
-    """Cut by the picture's edge, hidden by half and more, covered by something, or free."""
+def regime_of(hidden: float, cut: float, full_height_px: float) -> str:
+    """Cut by the picture's edge; else large or small, and hidden by half and more, covered by something, or free."""
     if cut > 0.02:
         return "cut"
-    return "hidden" if hidden >= HALF_HIDDEN else "covered" if hidden >= 0.05 else "free"
+    size = "large" if full_height_px >= LARGE_PX else "small"
+    return f"{size} {'hidden' if hidden >= HALF_HIDDEN else 'covered' if hidden >= 0.05 else 'free'}"

@@ -40,7 +40,9 @@ def ranging(looks: Sequence[Look]) -> Ranging:
 def _alike(looks: Sequence[Look], regime: str) -> Sequence[Look]:
     """Of things that stand, if there are enough: of others it is not known how far they drove since the sweep."""
     for among in ([each for each in looks if abs(each.thing.ahead_mps) < STANDS_MPS], looks):
-        same = [each for each in among if regime_of(each.thing.hidden, each.thing.cut) == regime]
+        same = [
+            each for each in among if regime_of(each.thing.hidden, each.thing.cut, each.thing.full_height_px) == regime
+        ]
         if len(same) >= ENOUGH_ALIKE:
             return same
     return looks

@@ -149,7 +149,7 @@ def test_range_errors_are_found_again_with_what_is_each_things_own() -> None:
         for number in things_own
         for k in range(30)
     ]
-    errors = ranging(told).errors["free"]
+    errors = ranging(told).errors["small free"]
     middle = [quantile for step, quantile in zip(SPREADS, errors.quantiles, strict=True) if abs(step) == 1.0]
     assert np.allclose(middle, (-0.005, 0.005), atol=0.0015), "a spread of 0.005 in all"
     assert 0.45 < errors.own < 0.8, "16 of 25 parts of the variance"
@@ -158,8 +158,8 @@ def test_range_errors_are_found_again_with_what_is_each_things_own() -> None:
 def test_what_hides_a_thing_has_range_errors_of_its_own() -> None:
     told = [look(1, k, 30.0) for k in range(50)] + [look(2, k, 24.0, hidden=0.7) for k in range(50)]
     errors = ranging(told).errors
-    assert max(map(abs, errors["free"].quantiles)) < 1e-6
-    assert np.allclose(errors["hidden"].quantiles, -0.2)
+    assert max(map(abs, errors["small free"].quantiles)) < 1e-6
+    assert np.allclose(errors["small hidden"].quantiles, -0.2)
 
 
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
