@@ -55,6 +55,8 @@ class Motion(NamedTuple):
     yaw_rate_radps: float | None
     acceleration_mps2: float | None
     """From the change of speed; None while it is not yet known."""
+    swing_mps2: float = 0.0
+    """By how much it has changed meanwhile: the change of speed tells of a jerk late."""
 
 
 def middle(values: Iterable[float | None], tolerance: float) -> float | None:
@@ -113,7 +115,13 @@ def motion(values: Values, speeds: Sequence[tuple[float, float]], shape: Shape) 
     """The car's motion; `speeds` is (s, m/s) of the last moments for the slope."""
     rough = middle(centre_speeds(values, None, shape).values(), 1.0)
     yaw = middle(yaw_witnesses(values, rough, shape), 0.05)
-    return Motion(middle(centre_speeds(values, yaw, shape).values(), 1.0), yaw, slope(speeds))
+    return Motion(middle(centre_speeds(values, yaw, shape).values(), 1.0), yaw, slope(speeds), _swing(speeds))
+
+
+def _swing(speeds: Sequence[tuple[float, float]]) -> float:
+    half = len(speeds) // 2
+    before, now = slope(speeds[:half]), slope(speeds[half:])
+    return abs(now - before) if before is not None and now is not None else 0.0
 
 
 def slope(points: Sequence[tuple[float, float]]) -> float | None:
@@ -151,7 +159,8 @@ def _speeds(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
 def _motions(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
     found = {}
     if moved.acceleration_mps2 is not None:
-        found["acceleration_mps2"] = Expected(moved.acceleration_mps2, moved.acceleration_mps2, ACCELERATION_TOLERANCE)
+        tolerance = ACCELERATION_TOLERANCE + moved.swing_mps2
+        found["acceleration_mps2"] = Expected(moved.acceleration_mps2, moved.acceleration_mps2, tolerance)
     if moved.speed_mps is not None:
         turning = yaw_interval(values, moved.speed_mps, shape)
         if turning is not None:

@@ -5,7 +5,7 @@ import pytest
 from proto.vehicle import SensorFault
 from services.can.crosscheck import CLEAR_S, CrossChecks
 from services.can.field import Reading
-from services.can.witness import Expected, Motion, expected, middle
+from services.can.witness import Expected, Motion, expected, middle, motion
 from tests.unit.services.can.drives import NOMINAL, SHAPE, Drive, Fault, make
 
 NS = 1_000_000_000
@@ -136,6 +136,17 @@ def test_a_foot_that_rests_on_the_pedal_may_brake_as_much_as_the_car_does(
     told = expected({"brake_pedal": pedal, "brake_pressure_bar": pressure_bar}, moved, SHAPE)
     pressure = told["brake_pressure_bar"]
     assert (abs(pressure.residual(pressure_bar)) <= pressure.tolerance) is sound
+
+
+@pytest.mark.parametrize(("seconds_ago", "sound"), [(0.3, True), (5.0, False)])
+def test_who_has_just_set_off_is_not_held_against_the_mean_of_the_last_moments(
+    seconds_ago: float, *, sound: bool
+) -> None:
+    started_s = 1.0 - seconds_ago
+    speeds = [(k / 20, 2.0 * max(0.0, k / 20 - started_s)) for k in range(5, 21)]
+    told = expected({}, motion({}, speeds, SHAPE), SHAPE)["acceleration_mps2"]
+    asked = 2.0 if sound else 3.0
+    assert (abs(told.residual(asked)) <= told.tolerance) is sound
 
 
 def test_a_car_that_creeps_tells_nothing_of_the_pressure_of_a_resting_foot() -> None:
