@@ -10,7 +10,7 @@ from proto.decision import Event, Fused, Reason
 from proto.rules import Citation
 from proto.tools import Outcome
 from services.orchestrator.answers import degraded, failed
-from services.orchestrator.matter import Matter
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
 from services.orchestrator.state import State
@@ -91,7 +91,7 @@ def is_new(matter: Matter, state: State) -> bool:
 LEAST_PAUSE_S = 1.0
 """Between two messages on one topic, hazards apart."""
 EPISODE_PAUSE_S = 10.0
-"""Overspeed that comes and goes within this time is one episode."""
+"""A degradation that comes and goes within this time is one episode."""
 
 
 def owes_first_notice(matter: Matter, state: State) -> bool:
@@ -102,7 +102,7 @@ def owes_first_notice(matter: Matter, state: State) -> bool:
     if told is None:
         return True
     if matter.slot == "overspeed":
-        return told.stamp_ns < matter.first_since_ns and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
+        return told.stamp_ns < matter.first_since_ns and state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
     return told.key != matter.key and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
 
 

@@ -10,6 +10,9 @@ from services.orchestrator.routing import Call
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
 
+OVERSPEED_TOLD_S = 60.0
+"""Who drives too fast once more within this time has been told; by more than a fifth he is told at once."""
+
 
 class Matter(NamedTuple):
     """One thing to say."""

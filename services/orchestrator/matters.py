@@ -10,7 +10,7 @@ from services.orchestrator.events import LAW_KNOWN, foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.limits_ahead import LimitAhead, limits_ahead
-from services.orchestrator.matter import Maker, Matter
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
@@ -85,7 +85,7 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
         },
         why=("overspeed",),
         first_since_ns=event.since_ns,
-        repeat_s=20.0,
+        repeat_s=OVERSPEED_TOLD_S,
         confidence=target.law.confidence,
         kind="overspeed",
         tells=("limit", _limit_key(limit)),

@@ -64,7 +64,9 @@ def test_where_nobody_answers_the_sign_itself_counts_once_it_is_passed() -> None
 
 
 @pytest.mark.parametrize(
-    "sign", [town(40.0, believed=False, confidence=0.5), town(40.0, lane_id="offset:1")], ids=["doubted", "of another lane"]
+    "sign",
+    [town(40.0, believed=False, confidence=0.5), town(40.0, lane_id="offset:1")],
+    ids=["doubted", "of another lane"],
 )
 def test_a_sign_that_is_not_ours_to_follow_announces_nothing(sign: Fact) -> None:
     drive = rural(told(50.0))

@@ -242,8 +242,8 @@ def test_who_slows_down_from_far_too_fast_hears_no_calmer_word_on_it() -> None:
     before = len(drive.spoken())
     drive.ticks(40)
     assert drive.spoken()[before:] == []
-    drive.ticks(160)
-    assert drive.spoken()[before:] == ["Slow down: limit 70 km/h"], "who goes on too fast is told again"
+    drive.ticks(560)
+    assert drive.spoken()[before:] == ["Slow down: limit 70 km/h"], "who goes on too fast is told again after a minute"
 
 
 def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_them() -> None:
