@@ -6,22 +6,20 @@ they are counted as such, never as identical.
 """
 
 from collections.abc import Iterable, Iterator
-from functools import cache
 from typing import Literal
 
 import msgspec
 
+from evaluation.replay.at_hand import AtHand, UnknownProfile
 from evaluation.replay.differences import Difference, differences
 from proto.decision import TraceRecord
 from services.arbiter import decide as arbiter
-from services.arbiter import profiles
-from services.arbiter.errors import ProfileError
-from services.arbiter.profiles import Profile
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of
 
 LOCAL = "local"
 """The profile that a decision names which the orchestrator took itself, the arbiter being away."""
+SHIPPED = AtHand()
 _MEASURED = {"event_to_advice_ms": None, "snapshot_to_advice_ms": None}
 
 Status = Literal["identical", "different", "undecidable"]
@@ -37,23 +35,7 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
     """Why it could not be decided again."""
 
 
-class UnknownProfile(LookupError):
-    """The log names a profile that is not at hand with the same content."""
-
-
-@cache
-def profile_of(name: str, sha256: str) -> Profile:
-    """The shipped profile of that name and content. Raises UnknownProfile."""
-    try:
-        profile = profiles.load(name)
-    except (OSError, ProfileError) as error:
-        raise UnknownProfile(f"profile {name!r} is not at hand: {error}") from None
-    if profile.sha256 != sha256:
-        raise UnknownProfile(f"profile {name!r} here has other constants than the log's (SHA-256 {sha256[:12]})")
-    return profile
-
-
-def decide_again(traces: Iterable[TraceRecord]) -> Iterator[Again]:
+def decide_again(traces: Iterable[TraceRecord], at_hand: AtHand = SHIPPED) -> Iterator[Again]:
     """Every tick, in order."""
     before: State | None = None
     last: int | None = None
@@ -63,7 +45,7 @@ def decide_again(traces: Iterable[TraceRecord]) -> Iterator[Again]:
         elif last is None or trace.tick != last + 1:
             before = None
         orchestrator, after = _orchestrator(before, trace)
-        yield _joined(trace.tick, orchestrator, _arbiter(trace))
+        yield _joined(trace.tick, orchestrator, _arbiter(trace, at_hand))
         before, last = after, trace.tick
 
 
@@ -98,12 +80,12 @@ def _orchestrator(before: State | None, trace: TraceRecord) -> tuple[Again, Stat
     return Again(tick=trace.tick, status="different", differences=named), state_of(trace)
 
 
-def _arbiter(trace: TraceRecord) -> Again:
+def _arbiter(trace: TraceRecord, at_hand: AtHand) -> Again:
     logged = trace.decision
     if trace.request is None or logged.profile == LOCAL:
         return Again(tick=trace.tick, status="identical")  # the orchestrator's own rule, decided again above
     try:
-        verdict = arbiter.redecide(trace.request, logged, profile_of(logged.profile, logged.profile_sha256))
+        verdict = arbiter.redecide(trace.request, logged, at_hand.of(logged.profile, logged.profile_sha256))
     except UnknownProfile as error:
         return Again(tick=trace.tick, status="undecidable", why=str(error))
     except msgspec.ValidationError as error:

@@ -11,8 +11,9 @@ import msgspec
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
-from evaluation.replay.again import Again, UnknownProfile, decide_again
+from evaluation.replay.again import Again, decide_again
 from evaluation.replay.against import side_by_side
+from evaluation.replay.at_hand import AtHand, UnknownProfile
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, Otherwise, otherwise
 from proto.decision import TraceRecord
@@ -44,6 +45,14 @@ def replay(subparsers: "Subparsers") -> None:
     parser.add_argument(
         "--against", metavar="FILE", action="append", default=[], help="compare with another drive's log, tick by tick"
     )
+    parser.add_argument(
+        "--profile",
+        metavar="FILE",
+        action="append",
+        default=[],
+        type=Path,
+        help="a profile of the drive's that is not shipped",
+    )
     parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
     parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
     parser.set_defaults(run=command)
@@ -51,12 +60,12 @@ def replay(subparsers: "Subparsers") -> None:
 
 def command(flags: argparse.Namespace) -> int:
     """Replay, or suppose."""
-    paths, others = named(flags.files), named(flags.against)
+    paths, others, at_hand = named(flags.files), named(flags.against), AtHand(flags.profile)
     change = _change(flags)
     if change != Change():
-        return _suppose(traces(paths), change, flags)
+        return _suppose(traces(paths), change, at_hand, flags)
     unsound = [path for path in (*paths, *others) if not _sound(path)]  # each is told
-    ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths)))
+    ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths), at_hand))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
         raise UserError("no traces in this log: nothing to decide again")
@@ -111,9 +120,9 @@ def _book(names: list[str]) -> RuleBook:
     return book
 
 
-def _suppose(log: Iterable[TraceRecord], change: Change, flags: argparse.Namespace) -> int:
+def _suppose(log: Iterable[TraceRecord], change: Change, at_hand: AtHand, flags: argparse.Namespace) -> int:
     try:
-        ticks = list(otherwise(log, change))
+        ticks = list(otherwise(log, change, at_hand))
     except UnknownProfile as error:
         raise UserError(str(error)) from None
     if not ticks:

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
-from evaluation.replay.again import LOCAL, UnknownProfile, profile_of
+from evaluation.replay.again import LOCAL, SHIPPED
+from evaluation.replay.at_hand import AtHand
 from evaluation.replay.differences import Difference, differences
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
 from proto.rules import RulesAnswer, Situation
@@ -47,8 +48,8 @@ class Otherwise(msgspec.Struct, frozen=True, kw_only=True):
 class _Supposed:
     """Answers from the trace, but for what is supposed otherwise."""
 
-    def __init__(self, trace: TraceRecord, change: Change, arbiter_state: ArbiterState | None) -> None:
-        self._recorded, self._trace, self._change = Recorded(trace), trace, change
+    def __init__(self, trace: TraceRecord, change: Change, arbiter_state: ArbiterState | None, at_hand: AtHand) -> None:
+        self._recorded, self._trace, self._change, self._at_hand = Recorded(trace), trace, change, at_hand
         self.arbiter_state = arbiter_state
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
@@ -59,7 +60,7 @@ class _Supposed:
         if self._trace.request is None or logged.profile == LOCAL:
             return None
         change, inputs = self._change, msgspec.convert(logged.own, Inputs)
-        profile = profile_of(logged.profile, logged.profile_sha256)
+        profile = self._at_hand.of(logged.profile, logged.profile_sha256)
         delta = change.delta if change.delta is not None else inputs.delta
         if delta is not None:
             profile = msgspec.structs.replace(profile, delta=delta)
@@ -93,7 +94,7 @@ def _as_sure(answer: RulesAnswer, logged: RulesAnswer) -> RulesAnswer:
     return msgspec.structs.replace(answer, confidence=logged.confidence, degraded=logged.degraded) if same else answer
 
 
-def otherwise(traces: Iterable[TraceRecord], change: Change) -> Iterator[Otherwise]:
+def otherwise(traces: Iterable[TraceRecord], change: Change, at_hand: AtHand = SHIPPED) -> Iterator[Otherwise]:
     """Every tick under the supposition. Ticks before the first known state are passed over. Raises UnknownProfile."""
     state: State | None = None
     arbiter_state: ArbiterState | None = None
@@ -106,7 +107,7 @@ def otherwise(traces: Iterable[TraceRecord], change: Change) -> Iterator[Otherwi
         if state is None:
             state = state_of(trace)
         else:
-            ask = _Supposed(trace, change, arbiter_state)
+            ask = _Supposed(trace, change, arbiter_state, at_hand)
             ticked = tick(state, msgspec.convert(trace.inputs, Observations), ask)
             yield _compared(trace, ticked)
             state, arbiter_state = ticked.state, ask.arbiter_state
@@ -126,6 +127,3 @@ def _compared(trace: TraceRecord, ticked: Ticked) -> Otherwise:
     )
     found = tuple(one for name, logged, new in pairs for one in differences(name, logged, new))
     return Otherwise(tick=trace.tick, logged_kind=told.kind, kind=would.kind, differences=found)
-
-
-__all__ = ["Change", "Otherwise", "UnknownProfile", "otherwise"]

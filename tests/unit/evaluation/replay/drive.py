@@ -16,6 +16,7 @@ from proto.weather import Conditions
 from services.arbiter import profiles
 from services.arbiter.assess import View
 from services.arbiter.decide import Inputs, decide
+from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.state import fresh
 from services.logger import signing
@@ -36,9 +37,9 @@ PROFILE = profiles.load("calibrated")
 class Live:
     """Answers as the services would."""
 
-    def __init__(self, book: RuleBook) -> None:
-        self._book = book
-        self._state = fresh(PROFILE)
+    def __init__(self, book: RuleBook, profile: Profile) -> None:
+        self._book, self._profile = book, profile
+        self._state = fresh(profile)
         self.reading = Reading()
         self.now_ns = 0
 
@@ -46,8 +47,8 @@ class Live:
         return tuple(self._answer(call) for call in calls)
 
     def arbiter(self, request: ArbitrationRequest) -> Decision | None:
-        inputs = Inputs(reading=self.reading, state=self._state, now_ns=self.now_ns, delta=PROFILE.delta)
-        verdict = decide(request, inputs, PROFILE)
+        inputs = Inputs(reading=self.reading, state=self._state, now_ns=self.now_ns, delta=self._profile.delta)
+        verdict = decide(request, inputs, self._profile)
         self._state = verdict.state
         return verdict.decision
 
@@ -98,11 +99,11 @@ CONDITIONS = Conditions(
 )
 
 
-def drive(ticks: int) -> list[TraceRecord]:
+def drive(ticks: int, profile: Profile = PROFILE) -> list[TraceRecord]:
     """The traces of a drive."""
     book, refused = load_book([data(f"rulepacks/{name}") for name in ("DEU-v1", "GBR-v1")])
     assert not refused
-    live, state, traces = Live(book), State(), []
+    live, state, traces = Live(book, profile), State(), []
     for i in range(ticks):
         seen = observations(i)
         live.now_ns = seen.now_ns

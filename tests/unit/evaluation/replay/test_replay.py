@@ -13,6 +13,7 @@ from evaluation.replay.again import decide_again
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, otherwise
 from proto.decision import TraceRecord
+from services.arbiter import profiles
 from services.rules.book import load_book
 from tests.unit.evaluation.replay.drive import drive, write_log
 
@@ -46,6 +47,45 @@ def test_the_drive_says_and_asks_something(recorded: list[TraceRecord]) -> None:
 def test_every_tick_of_a_log_is_decided_again_the_same(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert _run(str(log)) == 0
     assert capsys.readouterr().out == "130 ticks, 130 identical decisions, 0 different\n"
+
+
+@pytest.fixture(scope="module")
+def own_profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The shipped profile with another constant, as a calibration writes one."""
+    path = tmp_path_factory.mktemp("profile") / "mine.toml"
+    shipped = (profiles.FOLDER / "calibrated.toml").read_text(encoding="utf-8")
+    path.write_text(shipped + "\n# fitted elsewhere\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def own_log(own_profile: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("own")
+    write_log(folder / "drive.mcap", drive(40, profiles.load(own_profile)), folder / "secrets")
+    return folder / "drive.mcap"
+
+
+def test_a_log_made_with_a_profile_of_ones_own_is_decided_again_with_its_file(
+    own_log: Path, own_profile: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(str(own_log), "--profile", str(own_profile)) == 0
+    assert capsys.readouterr().out == "40 ticks, 40 identical decisions, 0 different\n"
+    assert _run(str(own_log), "--profile", str(own_profile), "--delta", "0.6") == 0
+
+
+def test_without_that_file_nothing_is_claimed_and_it_is_asked_for(
+    own_log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _run(str(own_log)) == 1
+    assert "--profile FILE" in capsys.readouterr().out
+    with pytest.raises(UserError, match="--profile FILE"):
+        _run(str(own_log), "--delta", "0.6")
+
+
+def test_a_file_that_is_no_profile_is_named(log: Path, tmp_path: Path) -> None:
+    (tmp_path / "none.toml").write_text("name = 'none'\n")
+    with pytest.raises(UserError, match=r"none\.toml"):
+        _run(str(log), "--profile", str(tmp_path / "none.toml"))
 
 
 def _other_target(trace: TraceRecord) -> TraceRecord:
