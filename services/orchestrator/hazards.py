@@ -110,7 +110,7 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
     return Matter(
         topic="stop",
-        key=f"{stop.why} {'firm' if firm or told else 'ahead'}",
+        key=f"{_hazard(stop)} {'firm' if firm or told else 'ahead'}",
         phrase=stop.why,
         urgency="warning" if firm else "advice",
         values={
@@ -118,16 +118,21 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
             "state": word(state.preferences, light if light in ("red", "red_amber", "amber") else "red"),
         },
         why=(stop.why,),
-        hazard=stop.why if firm else "",
+        hazard=_hazard(stop) if firm else "",
         repeat_s=STOP_TOLD_S,
         confidence=stop.confidence,
     )
 
 
+def _hazard(stop: Stop) -> str:
+    """A line is no other hazard once its sign is read."""
+    return "stop_sign" if stop.why == "stop_line" else stop.why
+
+
 def _told_firmly(state: State, stop: Stop) -> bool:
     """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
     told = state.memory.last("stop")
-    if told is None or told.key != f"{stop.why} firm":
+    if told is None or told.key != f"{_hazard(stop)} firm":
         return False
     return state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
 

@@ -60,6 +60,30 @@ SIGN_TO_LINE_M = 20.0
 """How far a sign may stand from its line, with the error of its range."""
 
 
+def unexplained_line(state: State) -> float | None:
+    """Where a map knows a stop line that no sign and no light explains (yet); None: there is none."""
+    if state.stop_kind != "stop_line" or state.stop_m is None or state.light is not None:
+        return None
+    explained = any(line_of(sign, state.stop_m, state.stop_kind) == state.stop_m for sign in stop_signs(state.signs))
+    return None if explained else state.stop_m
+
+
+def halted_at_line(state: State, line: tuple[float | None, str], ego: Stamped[Ego] | None, now_ns: int) -> int | None:
+    """When the ego last stood at the stop line that a map knows; None once it is past it, or was never there."""
+    at_m, kind = line
+    if at_m is None or kind != "stop_line":
+        return None
+    room = at_m - EGO_HALF_M
+    if room <= AT_LINE_M and _stands(ego):
+        return now_ns
+    return state.line_halted_ns if room <= AT_LINE_M + CREEP_M else None
+
+
+def _stands(ego: Stamped[Ego] | None) -> bool:
+    speed = number(ego.message.speed_mps) if ego is not None else None
+    return speed is not None and abs(speed) < STANDING_MPS
+
+
 def halted(
     state: State, signs: Signs, line: tuple[float | None, str], ego: Stamped[Ego] | None, now_ns: int
 ) -> int | None:
@@ -70,7 +94,6 @@ def halted(
         return None
     room = at_m - EGO_HALF_M
     within = AT_LINE_M if at_m == line[0] else AT_SIGN_M
-    speed = number(ego.message.speed_mps) if ego is not None else None
-    if room <= within and speed is not None and abs(speed) < STANDING_MPS:
+    if room <= within and _stands(ego):
         return now_ns
     return state.halted_ns if room <= within + CREEP_M else None

@@ -17,7 +17,7 @@ from services.orchestrator.conditions import settle
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.lights import light_ahead
 from services.orchestrator.limits import value_kmh
-from services.orchestrator.lines import halted, stop_line
+from services.orchestrator.lines import halted, halted_at_line, stop_line
 from services.orchestrator.motion import Motion, motion_of
 from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
 from services.orchestrator.validity import MOST_PLAUSIBLE, SECOND, VALID_NS, confidence_at, fresh, number
@@ -45,6 +45,7 @@ def observe(state: State, seen: Observations) -> State:
         stop_m=line[0],
         stop_kind=line[1],
         halted_ns=halted(state, signs, line, ego, seen.now_ns),
+        line_halted_ns=halted_at_line(state, line, ego, seen.now_ns),
         held=held,
         preferences=seen.preferences if seen.preferences is not None else state.preferences,
         missing=_missing(state, degraded(seen), seen.now_ns),

@@ -234,7 +234,9 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """Distance to the stop line, moved along when the map is silent."""
     stop_kind: str = ""
     halted_ns: int | None = None
-    """When the ego last stood at the line ahead."""
+    """When the ego last stood at the line of the stop sign ahead."""
+    line_halted_ns: int | None = None
+    """The same of the stop line that a map knows."""
     held: Held = Held()
     memory: Memory = Memory()
     onsets: tuple[Onset, ...] = ()

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from services.orchestrator.actors import EGO_HALF_M, missed_as, pedestrian
-from services.orchestrator.lines import beyond, line_of, stop_signs
+from services.orchestrator.lines import beyond, line_of, stop_signs, unexplained_line
 from services.orchestrator.state import State
 
 STANDSTILL_M = 1.0
@@ -13,13 +13,15 @@ PERSON_M = 3.0
 COMFORT_MPS2 = 2.0
 """Braking that nobody minds; the approach speed to a stop is sqrt(2 a d)."""
 UNKNOWN_STOP_M = 60.0
+LINE_CONFIDENCE = 0.7
+"""Of a stop line that a map knows and nothing was seen of."""
 
 
 class Stop(NamedTuple):
     """One reason to stop. `room_m` from the front bumper to where the ego shall stand."""
 
     why: str
-    """`red_light`, `stop_sign`, `person`"""
+    """`red_light`, `stop_sign`, `stop_line`, `person`"""
     room_m: float
     confidence: float
     track_id: int = 0
@@ -32,7 +34,7 @@ class Stop(NamedTuple):
 
 def stops(state: State) -> tuple[Stop, ...]:
     """All of them, the nearest first."""
-    found = [stop for stop in (_red(state), _sign(state), _person(state)) if stop is not None]
+    found = [stop for stop in (_red(state), _sign(state), _line(state), _person(state)) if stop is not None]
     return tuple(sorted(found, key=lambda stop: (stop.room_m, stop.why)))
 
 
@@ -63,6 +65,15 @@ def _sign(state: State) -> Stop | None:
     distance = line_of(sign, state.stop_m, state.stop_kind)
     room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
     return Stop("stop_sign", room, sign.confidence) if room > -EGO_HALF_M - 2.0 else None
+
+
+def _line(state: State) -> Stop | None:
+    """A line that a map knows, before what asks for it can be read. A light that is found there explains it."""
+    distance = unexplained_line(state)
+    if distance is None or state.line_halted_ns is not None:
+        return None
+    room = distance - EGO_HALF_M - STANDSTILL_M
+    return Stop("stop_line", room, LINE_CONFIDENCE) if room > -EGO_HALF_M - 2.0 else None
 
 
 def _person(state: State) -> Stop | None:

@@ -100,3 +100,51 @@ def test_a_calmer_word_on_a_stop_just_told_is_no_news() -> None:
     drive.speed_mps = 6.0
     drive.ticks(15)
     assert len(drive.spoken()) == before
+
+
+def at_line(line_m: float, speed_mps: float = 14.0, kind: str = "stop_line") -> Drive:
+    drive = Drive(speed_mps=speed_mps)
+    show(drive, line_m, kind=kind)
+    drive.ticks(15)
+    return drive
+
+
+@pytest.mark.parametrize(
+    ("kind", "stop"), [("stop_line", ["stop_line"]), ("light", []), ("yield_line", []), ("crossing", [])]
+)
+def test_a_stop_line_that_a_map_knows_is_stopped_at_before_its_sign_can_be_read(kind: str, stop: list[str]) -> None:
+    drive = at_line(60.0, kind=kind)
+    assert wanted(drive) == stop
+    assert ("Stop at the line" in drive.spoken()) is bool(stop)
+
+
+def test_its_sign_takes_its_place_once_it_is_read() -> None:
+    drive = at_line(50.0)
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=52.0))
+    assert wanted(drive) == ["stop_sign"]
+    drive.ticks(20)
+    alone = at_line(50.0)
+    alone.ticks(21)
+    assert drive.spoken() == alone.spoken(), "the sign is no news"
+
+
+def test_a_light_explains_it() -> None:
+    drive = at_line(50.0)
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=52.0))
+    assert wanted(drive) == []
+
+
+def test_who_has_stood_at_it_may_go_on_whether_or_not_the_sign_is_read_then() -> None:
+    drive = at_line(EGO_HALF_M + 1.0, speed_mps=0.0)
+    assert wanted(drive) == []
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=EGO_HALF_M + 2.0))
+    drive.speed_mps = 2.0
+    for step in range(1, 16):
+        show(drive, EGO_HALF_M + 1.0 - 0.2 * step)
+        drive.tick()
+        assert wanted(drive) == []
+
+
+@pytest.mark.parametrize("line_m", [8.0, 40.0, 120.0])
+def test_a_line_never_raises_the_target(line_m: float) -> None:
+    assert at_line(line_m).target_mps <= at_line(line_m, kind="yield_line").target_mps
