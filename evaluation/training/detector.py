@@ -22,6 +22,7 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import torch
 from torch import Tensor
 
@@ -36,7 +37,7 @@ from evaluation.training.dataset import (
     write_shard,
 )
 from evaluation.training.detector_batches import SCALES, SHAPES, SOUGHT, SOUGHT_SHARE, Batch, batches
-from evaluation.training.detector_net import DetectorNet, ExportNet, sides_px
+from evaluation.training.detector_net import DetectorNet, ExportNet, grown, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
 from services.perception.detection import Detection
 from services.perception.detector import DetectorOptions
@@ -105,6 +106,7 @@ def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
     """The averaged network after the run, and its steps. Continues from `plan.state` where that file exists."""
     torch.manual_seed(plan.seed)
     net = DetectorNet(len(CLASSES))
+    net.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     if plan.start is not None:
         _begin_with(net, torch.load(plan.start, weights_only=True)["average"])
     average = copy.deepcopy(net)
@@ -135,11 +137,11 @@ def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
 
 
 def _begin_with(net: DetectorNet, weights: dict[str, Tensor]) -> None:
-    """Take over what fits: a layer of another shape, or a new one, starts afresh."""
+    """Take over what fits; what is new or wider starts afresh beside it."""
     own = net.state_dict()
-    fitting = {name: value for name, value in weights.items() if name in own and own[name].shape == value.shape}
-    _say(f"{len(fitting)} of {len(own)} tensors taken over")
-    net.load_state_dict(own | fitting)
+    widened, taken = grown(own, weights)
+    _say(f"{taken} of {len(own)} tensors taken over")
+    net.load_state_dict(widened)
 
 
 def _progress(step: int, spent_s: float, plan: Plan) -> float:
@@ -149,9 +151,10 @@ def _progress(step: int, spent_s: float, plan: Plan) -> float:
 def _learn(net: DetectorNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
     pictures = torch.from_numpy(batch.pictures).float().contiguous(memory_format=torch.channels_last)
     goal = batch.targets
-    logits, raw = net(pictures)
-    heat = heat_loss(logits, torch.from_numpy(goal.heat), torch.from_numpy(goal.mask))
-    sides = sides_loss(raw, torch.from_numpy(goal.sides), torch.from_numpy(goal.weight))
+    with torch.autocast("cpu", dtype=torch.bfloat16):
+        logits, raw = net(pictures)
+    heat = heat_loss(logits.float(), torch.from_numpy(goal.heat), torch.from_numpy(goal.mask))
+    sides = sides_loss(raw.float(), torch.from_numpy(goal.sides), torch.from_numpy(goal.weight))
     optimiser.zero_grad(set_to_none=True)
     (heat + SIDES_WEIGHT * sides).backward()  # type: ignore[no-untyped-call]
     torch.nn.utils.clip_grad_norm_(net.parameters(), 10.0)
@@ -270,6 +273,7 @@ def main() -> None:
     parser.add_argument("--choose", type=Path, help="with --only-measure: frames never trained on, to choose with")
     flags = parser.parse_args()
     torch.set_num_threads(flags.threads)
+    cv2.setNumThreads(1)  # batches are made on a thread of their own; more would only take time from the network's
     with tempfile.TemporaryDirectory() as scratch:
         cache = flags.cache or _rendered(Path(scratch), flags.frames)
         plan = Plan(

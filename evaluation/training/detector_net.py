@@ -36,7 +36,7 @@ class ConvBlock(nn.Sequential):
 
 
 class Residual(nn.Module):
-    """A bottleneck of half the width beside the identity."""
+    """A bottleneck of half the width beside the identity, which it is at first: one more changes nothing until it learns."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
@@ -45,6 +45,7 @@ class Residual(nn.Module):
             nn.Conv2d(channels // 2, channels, 3, padding=1, bias=False),
             nn.BatchNorm2d(channels),
         )
+        nn.init.zeros_(self.body[-1].weight)  # type: ignore[arg-type]
 
     def forward(self, features: Tensor) -> Tensor:
         """`features` (N, C, H, W) refined, same shape."""
@@ -57,7 +58,7 @@ class DetectorNet(nn.Module):
     `sides_px` of the raw sides are the distances from the cell's centre to the left, top, right and bottom of the box.
     """
 
-    def __init__(self, classes: int, widths: tuple[int, int, int, int, int] = (16, 16, 64, 96, 128)) -> None:
+    def __init__(self, classes: int, widths: tuple[int, int, int, int, int] = (16, 32, 64, 96, 128)) -> None:
         super().__init__()
         stem, w4, w8, w16, w32 = widths
         self.stem = ConvBlock(3, stem, stride=2)
@@ -70,9 +71,12 @@ class DetectorNet(nn.Module):
         self.lateral16 = ConvBlock(w16, neck, kernel=1)
         self.smooth16 = Residual(neck)
         self.smooth8 = Residual(neck)
+        self.refine8 = Residual(neck)
         self.lateral4 = ConvBlock(w4, HEAD, kernel=1)
         self.down4 = ConvBlock(neck, HEAD, kernel=1)
         self.smooth4 = ConvBlock(HEAD, HEAD)
+        self.heat4 = Residual(HEAD)
+        self.sides4 = Residual(HEAD)
         self.heat = nn.Conv2d(HEAD, classes, 1)
         self.sides = nn.Conv2d(HEAD, 4, 1)
         nn.init.constant_(self.heat.bias, -4.6)  # type: ignore[arg-type]
@@ -90,9 +94,9 @@ class DetectorNet(nn.Module):
         c16 = self.stage16(c8)
         c32 = self.stage32(c16)
         p16 = self.smooth16(self.lateral16(c16) + _double(self.lateral32(c32)))
-        p8 = self.smooth8(c8 + _double(p16))
+        p8 = self.refine8(self.smooth8(c8 + _double(p16)))
         p4 = self.smooth4(self.lateral4(c4) + _double(self.down4(p8)))
-        return self.heat(p4), self.sides(p4)
+        return self.heat(self.heat4(p4)), self.sides(self.sides4(p4))
 
 
 class ExportNet(nn.Module):
@@ -110,6 +114,24 @@ class ExportNet(nn.Module):
         heat = torch.sigmoid(logits)
         peak = functional.max_pool2d(heat, 3, 1, 1)
         return heat * (heat >= peak), sides_px(raw)
+
+
+def grown(own: dict[str, Tensor], weights: dict[str, Tensor]) -> tuple[dict[str, Tensor], int]:
+    """`own` with another network's weights, as far as they go, and how many tensors those are.
+
+    Where ours is the wider one, the old outputs do not listen to the new inputs at first: the network says what it said.
+    """
+    out, taken = dict(own), 0
+    for name, value in weights.items():
+        mine = own.get(name)
+        if mine is None or mine.ndim != value.ndim or any(a < b for a, b in zip(mine.shape, value.shape, strict=True)):
+            continue
+        mine = mine.clone()
+        if value.ndim > 1:
+            mine[: len(value)] = 0.0
+        mine[tuple(slice(size) for size in value.shape)] = value
+        out[name], taken = mine, taken + 1
+    return out, taken
 
 
 def sides_px(raw: Tensor) -> Tensor:

@@ -139,3 +139,27 @@ def test_shards_give_back_what_was_rendered(tmp_path: Path) -> None:
     assert all((shot.objects == rows_).all() for shot, rows_ in zip(shots, frames.objects, strict=True))
     assert sum(map(len, frames.objects)) > 3
     assert all((rows_[:, 3] > rows_[:, 1]).all() and (rows_[:, 5] <= 1.01).all() for rows_ in frames.objects)
+
+
+def test_a_grown_network_says_what_the_smaller_one_said() -> None:
+    torch = pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
+    from evaluation.training.detector_net import DetectorNet, grown
+
+    torch.manual_seed(1)
+    small, large = DetectorNet(len(CLASSES), (16, 16, 64, 96, 128)).eval(), DetectorNet(len(CLASSES)).eval()
+    for layer in small.modules():
+        if isinstance(layer, torch.nn.BatchNorm2d):
+            torch.nn.init.uniform_(layer.weight, 0.5, 1.5)
+            torch.nn.init.uniform_(layer.running_mean, -0.5, 0.5)
+    torch.nn.init.normal_(small.heat.weight)
+    torch.nn.init.normal_(small.sides.weight)
+    weights, taken = grown(large.state_dict(), small.state_dict())
+    large.load_state_dict(weights)
+    picture = torch.rand(1, 3, 96, 160) * 255
+    with torch.no_grad():
+        before, after = small(picture), large(picture)
+    assert taken == len(small.state_dict())
+    assert sum(p.numel() for p in large.parameters()) > sum(p.numel() for p in small.parameters())
+    for told, said in zip(after, before, strict=True):
+        assert torch.allclose(told, said, atol=1e-3)
+        assert float(said.std()) > 0.01
