@@ -158,6 +158,18 @@ STANDING_MPS = 1.0
 SPEED_SIGMAS = 3.0
 
 
+CRAWL_MPS, QUEUED_M = 5.0, 2.0
+
+
+def met(world: WorldState) -> tuple[Way, ...]:
+    """The vehicles that may be met, in the order of `vehicles`: in a crawling queue the next one, which hides the others."""
+    ways, ego = vehicles(world), world.ego.speed_mps
+    nearest_m = min((way.gap_m for way in ways if way.track.in_ego_path and well_seen(way.track)), default=math.inf)
+    if ego is None or ego.value >= CRAWL_MPS:
+        return ways
+    return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
+
+
 def stands(world: WorldState) -> bool:
     """Whether the ego is known to have nothing to brake."""
     return world.ego.speed_mps is not None and world.ego.speed_mps.value < STANDING_MPS

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from proto.decision import Event
 from services.orchestrator import legal
-from services.orchestrator.actors import clear, confirmed, pedestrian, stands, surely_nears, vehicles
+from services.orchestrator.actors import clear, confirmed, met, pedestrian, stands, surely_nears
 from services.orchestrator.limits_ahead import places_ahead
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
@@ -189,7 +189,7 @@ def _closing_lead(state: State, before: State, query: str) -> Signal:
     """Who is met soonest, as far as that is sure; a car that stands meets nobody."""
     if stands(state.world):
         return NOTHING
-    way = next((way for way in vehicles(state.world) if surely_nears(way) and clear(state.gaps, way)), None)
+    way = next((way for way in met(state.world) if surely_nears(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return NOTHING
     return Signal(1.0 / max(0.05, way.ttc_s), f"track {way.track.track_id}", way.track.confidence)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, clear, confirmed, people, stands, surely_nears, vehicles
+from services.orchestrator.actors import Way, clear, confirmed, met, people, stands, surely_nears
 from services.orchestrator.matter import Matter
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
@@ -64,7 +64,7 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
     """The vehicle that is met soonest, if soon."""
     if stands(state.world):
         return
-    way = next((way for way in vehicles(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
+    way = next((way for way in met(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return
     close = way.ttc_s < HAZARD_TTC_S

@@ -154,3 +154,22 @@ def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confi
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (None, True)])
 def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float | None, told: bool) -> None:
     assert ("lead" in hazards(seen(car(8.0, -2.0), speed_mps=ego_mps))) is told
+
+
+@pytest.mark.parametrize(("speed_mps", "warned"), [(2.2, False), (8.0, True), (None, True)])
+def test_in_a_crawling_queue_the_next_car_hides_the_others_from_the_words_and_not_from_the_target(
+    speed_mps: float | None, *, warned: bool
+) -> None:
+    behind_it = car(20.0, -9.0, 2)
+    state = seen(car(10.0, 0.0), behind_it, speed_mps=speed_mps)
+    assert ("lead" in hazards(state)) is warned
+    alone = seen(car(10.0, 0.0), speed_mps=speed_mps)
+    assert target(state).mps <= target(alone).mps
+
+
+def test_in_a_crawling_queue_the_next_car_itself_is_warned_of() -> None:
+    assert "lead" in hazards(seen(LEAD, car(20.0, -1.0, 2), speed_mps=4.0))
+
+
+def test_a_car_that_is_hardly_seen_hides_nobody() -> None:
+    assert "lead" in hazards(seen(car(10.0, 0.0, confidence=0.3), car(14.0, -5.0, 2), speed_mps=4.0))
