@@ -37,7 +37,7 @@ def fast(from_s: float, to_s: float, share: float, seconds: float = 20.0) -> tup
 
 def test_all_kinds_that_truth_has_a_say_in_are_scored_and_the_others_named() -> None:
     kinds = {row.kind for row in TABLE}
-    assert set(truth_events.KINDS) == kinds - {"uncertain_sign", "stale_fact", "driver_query"}
+    assert set(truth_events.KINDS) == kinds - {"uncertain_sign", "place_ahead", "stale_fact", "driver_query"}
 
 
 def test_a_detection_that_touches_an_event_is_a_hit_and_each_event_counts_once() -> None:
