@@ -154,3 +154,18 @@ def test_a_threshold_moves_by_half_of_the_tables_at_most(kind: str) -> None:
     assert kind in out_of_bounds({kind: ETA[kind] * 0.4})
     assert kind in out_of_bounds({kind: float("nan")})
     assert "no event" in out_of_bounds({kind + "_": ETA[kind]})
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "sigma_mps", "raised"), [(12.0, 0.3, True), (0.1, 0.3, False), (12.0, 2.5, False), (None, 0.3, True)]
+)
+def test_closing_lead_takes_a_car_that_moves_and_a_speed_that_is_sure(
+    speed_mps: float | None, sigma_mps: float, *, raised: bool
+) -> None:
+    drive = Drive()
+    drive.ticks(2)
+    drive.speed_mps = speed_mps
+    for tick in range(5):
+        drive.tracks = (actor(12.0 - 0.5 * tick, 5.0, sigma_vx_mps=sigma_mps),)
+        drive.tick()
+    assert ("closing_lead" in {event.kind for event in drive.history[-1][2].events}) is raised
