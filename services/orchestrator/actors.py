@@ -151,22 +151,20 @@ def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     return seconds >= WATCHED_S and (own[0].x_m - own[-1].x_m) / seconds < HARDLY * way.closing_mps
 
 
-STANDS_MPS = 2.0
-
-
 STANDING_MPS = 1.0
+"""Who is slower has nothing to brake."""
 SPEED_SIGMAS = 3.0
-
-
+"""Closing slower than this many standard deviations may be no closing at all."""
 CRAWL_MPS, QUEUED_M = 5.0, 2.0
+"""Below this speed one crawls in a queue; so much farther than the nearest is still beside it."""
 
 
 def met(world: WorldState) -> tuple[Way, ...]:
     """The vehicles that may be met, in the order of `vehicles`: in a crawling queue the next one, which hides the others."""
     ways, ego = vehicles(world), world.ego.speed_mps
-    nearest_m = min((way.gap_m for way in ways if way.track.in_ego_path and well_seen(way.track)), default=math.inf)
     if ego is None or ego.value >= CRAWL_MPS:
         return ways
+    nearest_m = min((way.gap_m for way in ways if way.track.in_ego_path and well_seen(way.track)), default=math.inf)
     return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
 
 
@@ -188,6 +186,9 @@ def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     track = way.track
     doubted = track.kind == "vehicle" and track.oncoming and track.confidence < CERTAIN
     return well_seen(track) and not doubted and not contradicted(gaps, way) and not passed(way)
+
+
+STANDS_MPS = 2.0
 
 
 def passed(way: Way) -> bool:

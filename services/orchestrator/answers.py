@@ -81,7 +81,7 @@ def _take_one(held: Held, state: State, outcome: Outcome) -> Held:
 
 def _legal(held: Held, state: State, outcome: Outcome) -> Held:
     answer = typed(outcome, RulesAnswer)
-    if answer is None or not sane_limit(answer):
+    if answer is None or not legal.sane_limit(answer):
         return held
     key = legal.key(outcome.arguments)
     if key != legal.key(legal.situation_arguments(state)):
@@ -89,13 +89,6 @@ def _legal(held: Held, state: State, outcome: Outcome) -> Held:
     if held.legal is not None and raises(held.legal, answer) and answer.confidence < SURE / 2.0:
         return held
     return msgspec.structs.replace(held, legal=answer, legal_key=key, legal_ns=state.now_ns)
-
-
-def sane_limit(answer: RulesAnswer) -> bool:
-    """A limit that a road can have, with a confidence that is one."""
-    if not (math.isfinite(answer.confidence) and 0.0 <= answer.confidence <= 1.0):
-        return False
-    return answer.limit is None or (math.isfinite(answer.limit.mps) and 1.0 <= answer.limit.mps <= 45.0)
 
 
 def raises(before: RulesAnswer, after: RulesAnswer) -> bool:

@@ -15,8 +15,8 @@ from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_N
 FRESH_NS = 1_500_000_000
 """For how long a change counts as news; longer than a lost tick, shorter than a message."""
 DRY_MU = 0.8
-LAW_KNOWN, WEATHER_KNOWN = 0.4, 0.3
-"""Confidence from which law and weather are known well enough to be spoken of."""
+WEATHER_KNOWN = 0.3
+"""Confidence from which the weather is known well enough to be spoken of."""
 HELD_OVER_NS = 1_000_000_000
 """An event that pauses for less than this is the same one."""
 
@@ -206,7 +206,7 @@ def _overspeed(state: State, before: State, query: str) -> Signal:
     speed, answer = state.world.ego.speed_mps, state.held.legal
     if speed is None or answer is None or answer.limit is None or answer.limit.advisory:
         return NOTHING
-    if answer.confidence < LAW_KNOWN:
+    if answer.confidence < legal.LAW_KNOWN:
         return NOTHING  # nobody drives too fast by a law that is a guess; the target is careful all the same
     confidence = min(speed.confidence, answer.confidence)
     return Signal(speed.value / max(0.5, answer.limit.mps) - 1.0, f"{answer.limit.value:g}", confidence)

@@ -1,17 +1,20 @@
 """The question to the Rules, made of what is believed; coarse, so that a stretch of road is one question."""
 
 import hashlib
+import math
 from typing import Any, Literal, cast, get_args
 
 import msgspec
 
-from proto.rules import PostedLimit, Situation
+from proto.rules import PostedLimit, RulesAnswer, SignMeaning, Situation
 from proto.weather import Conditions
 from services.orchestrator.limits import in_force
 from services.orchestrator.state import State
 
 VISIBILITY_STEPS_M = (2000.0, 1000.0, 500.0, 300.0, 200.0, 150.0, 100.0, 75.0, 50.0, 25.0, 0.0)
 RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
+LAW_KNOWN = 0.4
+"""Confidence from which the law is known well enough to be spoken of."""
 ROAD_TYPES: frozenset[str] = frozenset(get_args(RoadType))
 
 
@@ -62,3 +65,11 @@ def situation_arguments(state: State) -> dict[str, Any]:
     """The arguments of `applicable_limit`."""
     arguments: dict[str, Any] = {"situation": msgspec.to_builtins(situation(state))}
     return arguments
+
+
+def sane_limit(answer: RulesAnswer | SignMeaning) -> bool:
+    """A limit that a road can have, with a confidence that is one."""
+    if not (math.isfinite(answer.confidence) and 0.0 <= answer.confidence <= 1.0):
+        return False
+    limit = answer.limit
+    return limit is None or (math.isfinite(limit.value) and math.isfinite(limit.mps) and 1.0 <= limit.mps <= 45.0)

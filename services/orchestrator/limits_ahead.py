@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from proto.rules import LegalLimit, SignMeaning
+from proto.rules import SignMeaning
 from proto.scene import Unit
 from services.orchestrator import legal
 from services.orchestrator.state import SignAhead, State
@@ -11,7 +11,6 @@ from services.orchestrator.units import to_mps
 
 PLACES = frozenset({"town_entry", "calm_street"})
 """Signs without a number behind which the law sets a lower limit."""
-LEAST_CONFIDENCE, LEAST_MPS, MOST_MPS = 0.4, 1.0, 45.0
 
 
 class LimitAhead(NamedTuple):
@@ -54,11 +53,7 @@ def law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
     law = state.held.place
     if law is None or sign.reading not in PLACES or state.held.place_key != legal.key(sign_question(state, sign)):
         return None
-    return law if law.limit is not None and law.confidence >= LEAST_CONFIDENCE and _sane(law.limit) else None
-
-
-def _sane(limit: LegalLimit) -> bool:
-    return math.isfinite(limit.mps) and LEAST_MPS <= limit.mps <= MOST_MPS and math.isfinite(limit.value)
+    return law if law.limit is not None and law.confidence >= legal.LAW_KNOWN and legal.sane_limit(law) else None
 
 
 def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:

@@ -73,15 +73,7 @@ def halted_at_line(state: State, line: tuple[float | None, str], ego: Stamped[Eg
     at_m, kind = line
     if at_m is None or kind != "stop_line":
         return None
-    room = at_m - EGO_HALF_M
-    if room <= AT_LINE_M and _stands(ego):
-        return now_ns
-    return state.line_halted_ns if room <= AT_LINE_M + CREEP_M else None
-
-
-def _stands(ego: Stamped[Ego] | None) -> bool:
-    speed = number(ego.message.speed_mps) if ego is not None else None
-    return speed is not None and abs(speed) < STANDING_MPS
+    return _stood(at_m, AT_LINE_M, state.line_halted_ns, ego, now_ns)
 
 
 def halted(
@@ -92,8 +84,13 @@ def halted(
     at_m = line_of(sign, *line) if sign is not None else None
     if at_m is None:
         return None
-    room = at_m - EGO_HALF_M
     within = AT_LINE_M if at_m == line[0] else AT_SIGN_M
-    if room <= within and _stands(ego):
+    return _stood(at_m, within, state.halted_ns, ego, now_ns)
+
+
+def _stood(at_m: float, within_m: float, before_ns: int | None, ego: Stamped[Ego] | None, now_ns: int) -> int | None:
+    """When the ego last stood within a distance of a place, as long as it has not left that."""
+    room, speed = at_m - EGO_HALF_M, number(ego.message.speed_mps) if ego is not None else None
+    if room <= within_m and speed is not None and abs(speed) < STANDING_MPS:
         return now_ns
-    return state.halted_ns if room <= within + CREEP_M else None
+    return before_ns if room <= within_m + CREEP_M else None

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from proto.decision import Event
 from proto.rules import LegalLimit
 from proto.vehicle import Degradation
-from services.orchestrator.events import LAW_KNOWN, foreign_plate
+from services.orchestrator.events import foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
+from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import LimitAhead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter
 from services.orchestrator.messages import drive, speed, word
