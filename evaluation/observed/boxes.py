@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evaluation.corruption.chance import chance
-from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, Ranging, features, own_odds, regime_of
-from evaluation.observed.lines import SCALE_PX
+from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, Ranging, own_odds, regime_of
+from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things
@@ -57,7 +57,7 @@ class Eye:
             finding = self._card.found.get(f"{self.camera}/{thing.kind}")
             if finding is None or thing.height_px < LEAST_PX:
                 continue
-            row = features(math.log(thing.full_height_px / SCALE_PX), thing.hidden, thing.cut, air)
+            row = row_of(thing, air)
             detection = self._detection(thing, finding, row, stamp_ns)
             if detection is not None:
                 detections.append((detection, thing, row))
@@ -107,7 +107,9 @@ class Eye:
         self, found: Detection, thing: Thing, row: tuple[float, ...], stamp_ns: int, others: list[Detection]
     ) -> Range | None:
         ranging, whose = self._card.ranged[f"{self.camera}/{found.kind}"], f"{self.camera}/{thing.key}"
-        if self._chain.at(f"lidar/{whose}", stamp_ns, _share(ranging.lidar.at(row)), ranging.lidar.memory_s):
+        if ranging.errors and self._chain.at(
+            f"lidar/{whose}", stamp_ns, _share(ranging.lidar.at(row)), ranging.lidar.memory_s
+        ):
             off = self._off(ranging, thing, whose, stamp_ns)
             far = thing.depth_m > FAR_M
             return Range(

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from evaluation.observed.card import Line, features
-from evaluation.observed.pairing import Look
+from evaluation.observed.pairing import Air, Look
 from evaluation.observed.regression import Floats, linear, logistic, memory_s
+from evaluation.observed.sight import Thing
 
 SCALE_PX = 20.0
 RIDGE = np.array([1e-3, 1.0, 1.0, 1.0, 1.0, 1.0, 20.0, 20.0, 20.0])
@@ -17,15 +18,14 @@ SHAPE_RIDGE = np.array([1e-3, 1.0, 1.0, 1.0, 1.0, 1.0, 1e6, 1e6, 1e6])
 """Where boxes lie depends on no weather."""
 
 
-def row_of(look: Look) -> tuple[float, ...]:
+def row_of(thing: Thing, air: Air) -> tuple[float, ...]:
     """The features of a thing in a picture."""
-    thing = look.thing
-    return features(math.log(max(thing.full_height_px, 1.0) / SCALE_PX), thing.hidden, thing.cut, look.air)
+    return features(math.log(max(thing.full_height_px, 1.0) / SCALE_PX), thing.hidden, thing.cut, air)
 
 
 def rows_of(looks: Sequence[Look]) -> Floats:
     """One row for each look."""
-    return np.array([row_of(each) for each in looks])
+    return np.array([row_of(each.thing, each.air) for each in looks])
 
 
 def measure(looks: Sequence[Look], x: Floats, y: Floats) -> Line:

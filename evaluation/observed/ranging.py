@@ -1,6 +1,7 @@
 """How far measured ranges are off: by what hides a thing, the errors that recorded ones had, and for how long they last."""
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from statistics import NormalDist
 
@@ -63,8 +64,9 @@ def _errors(looks: Sequence[Look]) -> RangeErrors:
 
 def _own(looks: Sequence[Look], ranks: Floats) -> tuple[float, Floats]:
     """Share of the variance that lies between things, and what is left within them (one-way analysis of variance)."""
-    keys = [(each.camera, each.thing.key) for each in looks]
-    places = {key: np.array([k for k, each in enumerate(keys) if each == key]) for key in set(keys)}
+    places: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for k, each in enumerate(looks):
+        places[each.camera, each.thing.key].append(k)
     rests = ranks.copy()
     for where in places.values():
         rests[where] -= ranks[where].mean()

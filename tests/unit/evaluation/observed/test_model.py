@@ -211,6 +211,19 @@ def test_weather_that_no_run_had_is_not_told(card: Card) -> None:
     assert weather_told((), truth(1.0), 1) is None
 
 
+def test_a_class_whose_range_lidar_never_measured_gets_none_by_lidar(card: Card) -> None:
+    ranged = {
+        name: msgspec.structs.replace(
+            each, errors={}, lidar=msgspec.structs.replace(each.lidar, weights=(9.0,) + 8 * (0.0,))
+        )
+        for name, each in card.ranged.items()
+    }
+    eye = Eye(msgspec.structs.replace(card, ranged=ranged), "front", 1)
+    found = [each for k in range(20) for each in eye.look(truth(k / 10, car(1, 25.0)), NS + k * NS // 10)]
+    assert found
+    assert all(each.range is None or each.range.source != "lidar" or each.range.returns == 3 for each in found)
+
+
 def test_a_file_that_is_no_model_is_named(tmp_path: Path) -> None:
     path = tmp_path / "observed.json"
     path.write_text("{}")
