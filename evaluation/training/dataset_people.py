@@ -13,6 +13,7 @@ import numpy as np
 
 from services.simulator.render.stage import FAMILIES, SIZES, Split
 from services.simulator.scene import Actor, Pose, Scene
+from services.simulator.sensors import in_ego_frame
 
 UPRIGHT = ("lamp", "post", "tree", "conifer")
 NEAREST_M, FARTHEST_M = 5.0, 42.0
@@ -38,17 +39,20 @@ def with_people(scene: Scene, split: Split, rng: np.random.Generator) -> Scene:
         heading = scene.ego.yaw_rad + float(rng.choice([0.0, 0.5, 1.0, 1.5])) * math.pi
         for _ in range(int(rng.choice([1, 2, 3, 4, 5], p=[0.45, 0.25, 0.14, 0.1, 0.06]))):
             pose = _near(middle, heading, rng)
-            if all(_clear_of(pose, each) for each in vehicles) and _distance_m(scene.ego, pose) > NEAREST_M - 1.0:
+            if (
+                all(_clear_of(pose, each) for each in vehicles)
+                and math.dist((pose.x_m, pose.y_m), (scene.ego.x_m, scene.ego.y_m)) > NEAREST_M - 1.0
+            ):
                 added.append(_person(first + len(added), pose, split, rng))
     return replace(scene, actors=scene.actors + tuple(added))
 
 
 def _in_sight(ego: Pose, poses: list[Pose]) -> list[Pose]:
-    return [pose for pose in poses if _ahead_m(ego, pose) > abs(_aside_m(ego, pose)) / WIDE and _fits(ego, pose)]
+    return [pose for pose in poses if _is_in_sight(*in_ego_frame(ego, pose.x_m, pose.y_m))]
 
 
-def _fits(ego: Pose, pose: Pose) -> bool:
-    return NEAREST_M < _ahead_m(ego, pose) < FARTHEST_M
+def _is_in_sight(ahead_m: float, aside_m: float) -> bool:
+    return NEAREST_M < ahead_m < FARTHEST_M and abs(aside_m) < WIDE * ahead_m
 
 
 def _beside(ego: Pose, poses: list[Pose], rng: np.random.Generator) -> Pose | None:
@@ -99,17 +103,5 @@ def _person(id_: int, pose: Pose, split: Split, rng: np.random.Generator) -> Act
 
 
 def _clear_of(pose: Pose, vehicle: Actor) -> bool:
-    ahead, aside = _ahead_m(vehicle.pose, pose), _aside_m(vehicle.pose, pose)
+    ahead, aside = in_ego_frame(vehicle.pose, pose.x_m, pose.y_m)
     return abs(ahead) > vehicle.length_m / 2 + 0.3 or abs(aside) > vehicle.width_m / 2 + 0.3
-
-
-def _distance_m(ego: Pose, pose: Pose) -> float:
-    return math.hypot(pose.x_m - ego.x_m, pose.y_m - ego.y_m)
-
-
-def _ahead_m(ego: Pose, pose: Pose) -> float:
-    return math.cos(ego.yaw_rad) * (pose.x_m - ego.x_m) + math.sin(ego.yaw_rad) * (pose.y_m - ego.y_m)
-
-
-def _aside_m(ego: Pose, pose: Pose) -> float:
-    return math.cos(ego.yaw_rad) * (pose.y_m - ego.y_m) - math.sin(ego.yaw_rad) * (pose.x_m - ego.x_m)
