@@ -10,7 +10,7 @@ from services.simulator.cars import Car, Ego, body
 from services.simulator.cross_section import Direction
 from services.simulator.kinematics import FREE, bend_speed_mps, stopping_mps2
 from services.simulator.plan import HaltPlan, Scenario, VehiclePlan
-from services.simulator.roadway import direction_of, lane_index, lane_of
+from services.simulator.roadway import LaneIndex, direction_of, lane_index, lane_of
 from services.simulator.route import Route
 from services.simulator.scene import ActorKind
 
@@ -22,6 +22,8 @@ FASTER_PER_LANE = 0.05
 NEAR_M = 80.0
 LEAST_GAP = 0.8
 """Nobody cuts in with less than this share of the gap that his part says."""
+BESIDE_M, BESIDE_S = 4.0, 1.5
+"""Nor where another car of that lane is so near, bumper to bumper, or closes up within so long."""
 PACES_PER_S = 1.0
 """Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
 PACES_LEAST_MPS = 3.0
@@ -192,10 +194,23 @@ class Traffic:
         gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
         if self.ego.s_m >= change.when_ego_at_m:
             car.keeps_mps = min(car.keeps_mps, change.then_kmh / 3.6 if change.then_kmh else FREE)
-            if change.at_gap_m is None or LEAST_GAP * change.at_gap_m <= gap <= change.at_gap_m:
+            due = change.at_gap_m is None or LEAST_GAP * change.at_gap_m <= gap <= change.at_gap_m
+            if due and self._room_beside(car, lane_index("forward", change.to_lane)):
                 part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
         elif change.paces_m is not None:
             car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), PACES_LEAST_MPS)
+
+    def _room_beside(self, car: Car, lane: LaneIndex) -> bool:
+        """Whether no other car of the traffic in that lane is beside it, nor closes up: the two would collide and stand for good."""
+        for other in self.cars:
+            if other is car or lane not in (other.lane_index, other.target_lane_index):
+                continue
+            away = other.s_m - car.s_m
+            closing_mps = float(other.speed - car.speed) * (1.0 if away < 0.0 else -1.0)
+            clear_m = abs(away) - (car.LENGTH + other.LENGTH) / 2
+            if clear_m < BESIDE_M + BESIDE_S * max(closing_mps, 0.0):
+                return False
+        return True
 
     def halt_mps2(self, car: Car, dt: float) -> float:
         """What a scripted car's next halt demands; it brakes as late as its plan says."""

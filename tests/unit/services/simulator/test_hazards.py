@@ -93,6 +93,34 @@ lane_change = { to_lane = 2, when_ego_at_m = 600, paces_m = 2 }
     assert moments[-1].ego.s_m > 100.0, "behind one that waits, both would stand for good"
 
 
+def test_nobody_cuts_in_where_another_drives() -> None:
+    crowded = """
+[[vehicles]]
+at_m = 80
+lane = 2
+speed_kmh = 20
+keeps_kmh = 20
+heeds_limits = false
+lane_change = { to_lane = 1, when_ego_at_m = 30 }
+[[vehicles]]
+kind = "van"
+at_m = 81
+lane = 1
+speed_kmh = 20
+keeps_kmh = 20
+heeds_limits = false
+halts = [{ at_m = 150, hold_s = 6 }]
+"""
+    world, changing = World(motorway(crowded, 20), 1), list[float]()
+    for _ in range(600):
+        world.step()
+        assert not any(car.crashed for car in world.traffic.cars), "they would stand for good"
+        changing += [
+            world.time_s for car in world.traffic.parts if car.target_lane_index[2] == 1 and car.lane_index[2] == 2
+        ]
+    assert changing, "it does so once the other has stayed behind"
+
+
 def motorway(rest: str, speed: float) -> Scenario:
     plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
     return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))
