@@ -92,7 +92,7 @@ void main() {
     if (cell > 0.62) c += vec3(0.75, 0.55, 0.28) * (0.25 + cell * 0.6) * (0.5 + texel.g);
 #endif
   }
-  c += base * v_kind.x * 2.2;
+  c = max(c + base * v_kind.x * 2.2, 0.1 * c);  // an unlit lamp swallows light, never more than nine tenths of it
   colour = vec4(sqrt(fogged(c, dist)), 1.0);
 }
 """

@@ -172,6 +172,20 @@ def test_a_traffic_light_shines_in_its_state_s_colour_and_place(
     assert peak == pytest.approx(row, abs=0.15)
 
 
+@pytest.mark.parametrize("sky", [Atmosphere(cloud=1.0), Atmosphere(fog_visibility_m=80.0), Atmosphere(night=True)])
+def test_an_unlit_lamp_has_its_own_colour_or_none_never_the_opposite(
+    renderer: Renderer, plain: StaticWorld, sky: Atmosphere
+) -> None:
+    light = TrafficLight(id=8, pose=Pose(x_m=9.0, y_m=-2.0, yaw_rad=math.pi), height_m=2.0, state="off")
+    subject = scene(replace(plain, lights=(light,)), atmosphere=sky)
+    left, top, right, bottom = (int(v) for v in labels_by_id(renderer, subject)[8].box_px)
+    head = renderer.render(subject, FRONT)[top:bottom, left:right].astype(float)
+    middle = head[:, int(0.4 * head.shape[1]) : int(0.6 * head.shape[1]) + 1].mean(axis=1)
+    red, green = (middle[int(share * len(head))] - middle[int(0.36 * len(head))] for share in (0.21, 0.79))
+    assert red[0] - red[2] > -3  # beside the housing between the lamps
+    assert green[1] - green[0] > -3
+
+
 def test_fog_takes_contrast_and_night_takes_light(renderer: Renderer, plain: StaticWorld) -> None:
     def picture(atmosphere: Atmosphere) -> np.ndarray:
         return renderer.render(scene(plain, car(1, 40.0), atmosphere=atmosphere), FRONT).astype(float)
