@@ -10,16 +10,19 @@ import argparse
 import hashlib
 import json
 import logging
+import shlex
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.reader_samples import Source
-from evaluation.training.reader_scores import Measured, score_table
+from evaluation.training.reader_scores import Measured, score_table, sure_from
 from evaluation.training.reader_tracks import track_table
 from services.drivelm.classes import READER_CLASSES
 from services.drivelm.reader import Reader
@@ -28,11 +31,16 @@ _log = logging.getLogger("reader")
 Crops = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]
 """Crops, class indexes, sizes in pixels."""
 FONT_FOLDERS = (Path("/usr/share/fonts"),)
+SCORED_SEED = 1
+"""Scores are of the same crops whatever the seed of training."""
+EACH = 150
+"""Faces of a class in training: as many as there are letterings, so that a class is met in most of them."""
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Make crops, train, calibrate, export, score."""
     options = _options(arguments)
+    options.command = shlex.join(["python", "-m", "evaluation.training.reader", *(arguments or sys.argv[1:])])
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", stream=sys.stderr)
     cv2.setNumThreads(1)
     crops, labels = _training_crops(options)
@@ -41,16 +49,24 @@ def main(arguments: list[str] | None = None) -> int:
     from evaluation.training import reader_fit
 
     started = time.monotonic()
-    rendered = crops_of(options.rendered)
-    more = None if rendered is None else (rendered[0], rendered[1])
-    network = reader_fit.fit((crops, labels), more, options.steps, options.batch, options.seed)
+    rendered = _joined(options.rendered)
+    rate = 3e-3 if options.start is None else 1.5e-3
+    before = None if options.start is None else hashlib.sha256(options.start.read_bytes()).hexdigest()
+    network = reader_fit.fit((crops, labels), rendered, options.steps, options.batch, options.seed, rate, options.start)
     _log.info("trained in %.0f s", time.monotonic() - started)
     fresh = Source("train", options.seed + 7, options.fonts, each=12)
     held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))
     temperature = reader_fit.temperature(network, held[0], held[1])
     options.out.mkdir(parents=True, exist_ok=True)
     reader_fit.export(network, temperature, options.out / "reader.onnx")
-    _write_card(options, temperature, time.monotonic() - started, fresh.letters.keys())
+    recipe = {
+        "command": options.command,
+        "started_from": before,
+        "letterings": sorted(fresh.letters),
+        "rendered_crops": 0 if rendered is None else len(rendered[0]),
+        "training_s": round(time.monotonic() - started),
+    }
+    _write_card(options, temperature, recipe)
     return 0
 
 
@@ -65,8 +81,12 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--calibration", type=int, default=6000)
     parser.add_argument("--tests", type=int, default=8000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--rendered", type=Path, help="crops of rendered pictures (reader_rendered) to train on too")
-    parser.add_argument("--rendered-test", type=Path, help="such crops of the split test, to score")
+    parser.add_argument("--start", type=Path, help="an exported reader to train further; else from nothing")
+    parser.add_argument(
+        "--rendered", type=Path, nargs="*", default=(), help="crops of rendered pictures to train on too"
+    )
+    parser.add_argument("--rendered-test", type=Path, help="such crops of the split test (reader_rendered), to score")
+    parser.add_argument("--lights-test", type=Path, help="such crops of lights alone (reader_rendered --lights)")
     parser.add_argument("--only-crops", action="store_true")
     options = parser.parse_args(arguments)
     options.fonts = tuple(options.fonts)
@@ -81,6 +101,12 @@ def crops_of(path: Path | None) -> Crops | None:
         return stored["crops"], stored["labels"], stored["sizes"]
 
 
+def _joined(paths: Sequence[Path]) -> tuple[NDArray[np.uint8], NDArray[np.int64]] | None:
+    """Crops and classes of several such files."""
+    found = [stored for path in paths if (stored := crops_of(path)) is not None]
+    return (np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])) if found else None
+
+
 def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Crops from the cache, or drawn now: half of them in easy conditions, half in the full mixture."""
     folder: Path = options.cache
@@ -88,7 +114,7 @@ def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDA
     if labels_file.is_file():
         return np.load(crops_file, mmap_mode="r"), np.load(labels_file)
     folder.mkdir(parents=True, exist_ok=True)
-    source = Source("train", options.seed, options.fonts)
+    source = Source("train", options.seed, options.fonts, each=EACH)
     chance = np.random.default_rng([options.seed, 2])
     shape = (options.crops, 48, 48, 3)
     crops = np.lib.format.open_memmap(crops_file, mode="w+", dtype=np.uint8, shape=shape)
@@ -104,54 +130,57 @@ def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDA
     return crops, labels
 
 
-def _write_card(options: argparse.Namespace, temperature: float, took_s: float, letters: object) -> None:
+def _write_card(options: argparse.Namespace, temperature: float, recipe: dict[str, Any]) -> None:
     """The model's card: classes, recipe, scores on held-out letterings, digest."""
     path: Path = options.out / "reader.onnx"
-    card = {
+    card: dict[str, Any] = {
         "classes": list(READER_CLASSES),
         "crop_px": 48,
         "input": "float32 N x 3 x 48 x 48, RGB, 0..255",
         "output": "probabilities N x classes, temperature included",
         "temperature": round(temperature, 4),
         "seed": options.seed,
-        "recipe": {
-            "command": f"python -m evaluation.training.reader --crops {options.crops} --steps {options.steps} "
-            f"--batch {options.batch} --seed {options.seed}",
-            "letterings": sorted(letters),  # type: ignore[call-overload]
-            "rendered_crops": _count(options.rendered),
-            "training_s": round(took_s),
-        },
+        "recipe": recipe,
         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "size_bytes": path.stat().st_size,
         "licence": "Apache-2.0; trained only on signs drawn by this project",
     }
     text = json.dumps(card, indent=1)
     (options.out / "reader.json").write_text(text + "\n", encoding="utf-8")
-    reader = Reader.load(path)
-    source = Source("test", options.seed, options.fonts, each=10)
-    measured = held_out(reader, source, options.seed, options.tests, crops_of(options.rendered_test))
-    tables = {name: {"crops": len(each.labels), **score_table(each)} for name, each in measured.items()}
-    card["scores"] = {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}
-    card |= {f"scores_{name}": table for name, table in tables.items()}
-    card["tracks"] = track_table(reader, source, 300, options.seed)
+    card |= scores(Reader.load(path), options)
     (options.out / "reader.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     _log.info("%s", json.dumps(card["scores"], indent=1))
 
 
-def held_out(reader: Reader, source: Source, seed: int, tests: int, rendered: Crops | None) -> dict[str, Measured]:
+def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
+    """The card's tables: single crops of each kind, and whole approaches."""
+    tune = Source("tune", SCORED_SEED, options.fonts, each=10)
+    sure = sure_from(read_by(reader, tune.batch(options.tests, np.random.default_rng([SCORED_SEED, 13]))))
+    source = Source("test", SCORED_SEED, options.fonts, each=10)
+    more = crops_of(options.rendered_test), crops_of(options.lights_test)
+    measured = held_out(reader, source, SCORED_SEED, options.tests, *more)
+    tables = {name: {"crops": len(each.labels), **score_table(each, sure)} for name, each in measured.items()}
+    found: dict[str, Any] = {"scores": {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}}
+    found |= {f"scores_{name}": table for name, table in tables.items()}
+    return found | {"tracks": track_table(reader, source, 300, SCORED_SEED)}
+
+
+def read_by(reader: Reader, crops: Crops) -> Measured:
+    """What it makes of them."""
+    return Measured(reader.probabilities(crops[0]), *crops[1:])
+
+
+def held_out(
+    reader: Reader, source: Source, seed: int, tests: int, rendered: Crops | None, lights: Crops | None = None
+) -> dict[str, Measured]:
     """What it makes of hard crops, of half as many clean ones, and of rendered ones where there are any."""
     sets = {
         "hard": source.batch(tests, np.random.default_rng([seed, 5])),
         "clean": source.batch(tests // 2, np.random.default_rng([seed, 6]), hard=0.0),
+        "rendered": rendered,
+        "rendered_lights": lights,
     }
-    if rendered is not None:
-        sets["rendered"] = rendered
-    return {name: Measured(reader.probabilities(each[0]), *each[1:]) for name, each in sets.items()}
-
-
-def _count(path: Path | None) -> int:
-    stored = crops_of(path)
-    return 0 if stored is None else len(stored[0])
+    return {name: read_by(reader, each) for name, each in sets.items() if each is not None}
 
 
 if __name__ == "__main__":

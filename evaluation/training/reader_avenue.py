@@ -66,7 +66,7 @@ def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = (), signs:
     line = np.array([(-60.0, 0.0), (length + 200, 0.0)])
     lanes = tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
     ground = [Strip(surface="verge", centre_m=line + np.array([0.0, y]), width_m=9.0) for y in (-6.3, 9.8)]
-    scenery = _scenery(length, chance)
+    scenery = scenery_along(length, chance)
     static = StaticWorld(
         road=Road(lanes=lanes, strips=tuple(ground)),
         signs=tuple(posts),
@@ -137,7 +137,8 @@ def _light(index: int, x: float, chance: Chance) -> TrafficLight:
     return TrafficLight(id=30_000 + index, pose=pose, state=state, arm_m=arm, height_m=2.7 if not arm else 4.8)
 
 
-def _scenery(length: float, chance: Chance) -> tuple[Scenery, ...]:
+def scenery_along(length: float, chance: Chance) -> tuple[Scenery, ...]:
+    """Trees, houses and posts along both sides of the road."""
     kinds = ("tree", "conifer", "house", "tower", "lamp", "post", "hedge")
     things = []
     for x in np.arange(0.0, length + 80, 9.0):

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from evaluation.training.reader_net import ReaderNet
+from evaluation.training.reader_net import ReaderNet, levelled
 from services.drivelm.classes import READER_CLASSES
 
 _log = logging.getLogger("reader")
 
 
 Crops = tuple[NDArray[np.uint8], NDArray[np.int64]]
-COSTLY = 5.0
+COSTLY = 10.0
 """What the probability of a green lamp costs where the lamp is red, beside its cross entropy."""
 _RED, _GREEN = (
     torch.tensor([name.startswith(start) for name in READER_CLASSES]) for start in ("light:red", "light:green")
@@ -26,12 +26,21 @@ RENDERED_SHARE = 0.3
 """Share of each batch that comes from rendered pictures, where there are any."""
 
 
-def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int, peak_rate: float = 3e-3) -> ReaderNet:
-    """Train for ``steps`` batches with one rising and falling learning rate; ends with averaged weights."""
+def fit(
+    drawn: Crops,
+    rendered: Crops | None,
+    steps: int,
+    batch: int,
+    seed: int,
+    peak_rate: float = 3e-3,
+    start: Path | None = None,
+) -> ReaderNet:
+    """Train for ``steps`` batches with one rising and falling learning rate, from nothing or from an exported network;
+    ends with averaged weights."""
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     chance = np.random.default_rng([seed, 4])
-    network = ReaderNet(len(READER_CLASSES))
+    network = ReaderNet(len(READER_CLASSES)) if start is None else resumed(start, drawn[0][:2000])
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     decay = torch.optim.swa_utils.get_ema_multi_avg_fn(0.995)  # type: ignore[no-untyped-call]
     average = torch.optim.swa_utils.AveragedModel(network, multi_avg_fn=decay, use_buffers=True)
@@ -54,6 +63,44 @@ def fit(drawn: Crops, rendered: Crops | None, steps: int, batch: int, seed: int,
     trained = average.module.eval()
     assert isinstance(trained, ReaderNet)
     return trained
+
+
+def resumed(path: Path, crops: NDArray[np.uint8]) -> ReaderNet:
+    """The exported network, to be trained further: its scores, with the normalisation that the export folded away
+    measured again on some crops."""
+    import onnx
+
+    stored = {part.name: torch.tensor(onnx.numpy_helper.to_array(part)) for part in onnx.load(path).graph.initializer}
+    network = ReaderNet(len(READER_CLASSES)).eval()
+    with torch.no_grad():
+        seen = levelled(torch.from_numpy(np.array(crops)).permute(0, 3, 1, 2).float())
+        for name, block in network.features.named_children():
+            if isinstance(block, nn.Sequential):
+                weight = stored[f"network.features.{name}.0.weight"]
+                _unfold(block, weight, stored[f"network.features.{name}.0.weight_bias"], seen)
+            seen = block(seen)
+        last = network.head[2]
+        assert isinstance(last, nn.Linear)
+        last.weight.copy_(stored["network.head.2.weight"])
+        last.bias.copy_(stored["network.head.2.bias"])
+    return network
+
+
+def _unfold(block: nn.Sequential, weight: Tensor, bias: Tensor, seen: Tensor) -> None:
+    """Weights of the size that training knows, and a normalisation that gives the folded convolution's values."""
+    convolution, norm = block[0], block[1]
+    assert isinstance(convolution, nn.Conv2d)
+    assert isinstance(norm, nn.BatchNorm2d)
+    assert norm.running_mean is not None
+    assert norm.running_var is not None
+    scale = 1 / (weight.pow(2).mean() * weight[0].numel()).sqrt()
+    convolution.weight.copy_(weight * scale)
+    out = convolution(seen)
+    mean, spread = out.mean(dim=(0, 2, 3)), out.var(dim=(0, 2, 3), unbiased=False)
+    norm.running_mean.copy_(mean)
+    norm.running_var.copy_(spread)
+    norm.weight.copy_((spread + norm.eps).sqrt() / scale)
+    norm.bias.copy_(bias + mean / scale)
 
 
 def loss_of(scores: Tensor, labels: Tensor) -> Tensor:

@@ -26,6 +26,9 @@ _LIT: tuple[Paint, Paint, Paint] = ((255, 45, 35), (255, 190, 50), (50, 255, 140
 _TURNS_DEG = {"left": 270.0, "straight": 0.0, "right": 90.0}
 _FILTER_SHARE = 0.15
 """Of the round reds, how many have a green arrow lit beside them: what they say is red."""
+_DARK, _SUNLIT, _SUNLIT_SHARE = (0.08, 0.22), (0.22, 0.6), 0.35
+"""What share of its lit colour an unlit lamp shows; in how many heads the low sun stands on the lamps, lit or not."""
+_HALO_SHARE, _VISOR_SHARE = 0.35, 0.35
 
 
 class Lamp(NamedTuple):
@@ -44,8 +47,15 @@ def draw_head(label: str, chance: Chance) -> Picture:
     width = int(chance.integers(38, 56))
     picture = _housing(width, chance)
     radius = int(chance.uniform(0.2, 0.4) * width)
-    for index, lit in enumerate(_LAMPS[colour]):
-        _draw(picture, Lamp(width // 2, int(HEIGHT_PX * (0.18 + 0.32 * index)), radius, index, way), lit, chance)
+    lamps = [Lamp(width // 2, int(HEIGHT_PX * (0.18 + 0.32 * index)), radius, index, way) for index in range(3)]
+    unlit = chance.uniform(*(_SUNLIT if chance.random() < _SUNLIT_SHARE else _DARK))
+    visor = chance.uniform(0.1, 0.35) if chance.random() < _VISOR_SHARE else 0.0
+    halo = chance.uniform(0.1, 0.45) if chance.random() < _HALO_SHARE else 0.0
+    for lamp, lit in zip(lamps, _LAMPS[colour], strict=True):
+        _draw(picture, lamp, lit, chance, unlit * chance.uniform(0.85, 1.0))
+        _shade(picture, lamp, visor)
+    for lamp, lit in zip(lamps, _LAMPS[colour], strict=True):
+        _shine(picture, lamp, halo if lit else 0.0)
     return (
         _with_filter(picture, radius, chance) if label == "light:red" and chance.random() < _FILTER_SHARE else picture
     )
@@ -79,11 +89,10 @@ def _with_filter(head: Picture, radius: int, chance: Chance) -> Picture:
     return picture
 
 
-def _draw(picture: Picture, lamp: Lamp, lit: bool, chance: Chance) -> None:
+def _draw(picture: Picture, lamp: Lamp, lit: bool, chance: Chance, unlit: float = 0.1) -> None:
     base = _LIT[lamp.colour]
     if not lit or lamp.way:
-        share = chance.uniform(0.08, 0.22) if not lit else 0.04
-        _disc(picture, lamp, lamp.radius, _shaded(base, share, 12))
+        _disc(picture, lamp, lamp.radius, _shaded(base, 0.04 if lit else unlit, 12))
     if not lit:
         return
     noise = chance.normal(0, 8, 3)
@@ -110,6 +119,25 @@ def _arrow(picture: Picture, lamp: Lamp, colour: Paint) -> None:
     seen = shape[y0 - top : y0 - top + part.shape[0], x0 - left : x0 - left + part.shape[1]]
     share = seen[..., 3:].astype(np.float32) / 255
     part[...] = (part * (1 - share) + seen[..., :3] * share).astype(np.uint8)
+
+
+def _shade(picture: Picture, lamp: Lamp, share: float) -> None:
+    """The visor's shadow, or the visor seen from below: the upper part of the lamp is dark."""
+    if share:
+        height = max(1, round(2 * share * lamp.radius))
+        top = lamp.y - lamp.radius
+        axes = (round(1.1 * lamp.radius), height)
+        dark = tuple(int(part) for part in picture[2, 2, :3])
+        cv2.ellipse(picture, (lamp.x, top), axes, 0, 0, 360, (*dark, 255), -1, cv2.LINE_AA)
+
+
+def _shine(picture: Picture, lamp: Lamp, strength: float) -> None:
+    """Light scattered around a lit lamp, by lens and by haze."""
+    if strength:
+        rows, columns = np.mgrid[: picture.shape[0], : picture.shape[1]]
+        far = ((rows - lamp.y) ** 2 + (columns - lamp.x) ** 2) / (1.6 * lamp.radius) ** 2
+        light = strength * np.exp(-far)[..., None] * np.array(_LIT[lamp.colour], np.float32)
+        picture[..., :3] = np.clip(picture[..., :3] + light, 0, 255).astype(np.uint8)
 
 
 def _disc(picture: Picture, lamp: Lamp, radius: int, colour: Paint) -> None:

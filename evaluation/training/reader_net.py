@@ -31,8 +31,13 @@ class ReaderNet(nn.Module):
         self.head = nn.Sequential(nn.Flatten(), nn.Dropout(0.15), nn.Linear(128 * places, classes))
 
     def forward(self, crops: Tensor) -> Tensor:
-        """Scores before softmax. Each crop is scaled by its own mean and spread, so exposure and fog matter less."""
-        mean = crops.mean(dim=(1, 2, 3), keepdim=True)
-        spread = (crops - mean).pow(2).mean(dim=(1, 2, 3), keepdim=True).sqrt()
-        scores: Tensor = self.head(self.features((crops - mean) / (spread + 6.0)))
+        """Scores before softmax."""
+        scores: Tensor = self.head(self.features(levelled(crops)))
         return scores
+
+
+def levelled(crops: Tensor) -> Tensor:
+    """Each crop scaled by its own mean and spread, so exposure and fog matter less."""
+    mean = crops.mean(dim=(1, 2, 3), keepdim=True)
+    spread = (crops - mean).pow(2).mean(dim=(1, 2, 3), keepdim=True).sqrt()
+    return (crops - mean) / (spread + 6.0)

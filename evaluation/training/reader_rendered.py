@@ -1,6 +1,7 @@
 """Labelled crops out of rendered pictures, for training beside the drawn ones, and for scoring.
 
-``python -m evaluation.training.reader_rendered --out FILE --frames N --split train`` (needs the extra ``simulator``).
+``python -m evaluation.training.reader_rendered --out FILE --frames N --split train`` (needs the extra ``simulator``);
+``--lights``: an avenue of nothing but traffic lights, one crop of each (see ``reader_avenue_lights``).
 """
 
 import argparse
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.reader_avenue import Frame, class_of, drive
+from evaluation.training.reader_avenue_lights import drive_lights
 from evaluation.training.reader_degrade import jittered
 from services.drivelm import plates
 from services.drivelm.classes import OTHER, READER_CLASSES
@@ -80,10 +82,13 @@ def _touch(a: Region, b: Region) -> bool:
     return a.x0_px < b.x1_px and b.x0_px < a.x1_px and a.y0_px < b.y1_px and b.y0_px < a.y1_px
 
 
-def collect(split: str, seed: int, frames: int) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]:
-    """Crops, class indexes and sizes out of ``frames`` rendered pictures."""
+def collect(
+    split: str, seed: int, frames: int, lights: bool = False
+) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]:
+    """Crops, class indexes and sizes out of ``frames`` rendered pictures; of ``lights`` alone, each once in a picture."""
     chance = np.random.default_rng([seed, 51])
-    samples = [sample for frame in drive(split, seed, frames) for sample in samples_of(frame, chance)]
+    driven, variants = (drive_lights, 1) if lights else (drive, _VARIANTS)
+    samples = [sample for frame in driven(split, seed, frames) for sample in samples_of(frame, chance, variants)]
     index = {label: number for number, label in enumerate(READER_CLASSES)}
     return (
         np.stack([sample.crop for sample in samples]),
@@ -99,9 +104,10 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=1500)
     parser.add_argument("--split", choices=("train", "test"), default="train")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--lights", action="store_true", help="traffic lights alone")
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    crops, labels, sizes = collect(options.split, options.seed, options.frames)
+    crops, labels, sizes = collect(options.split, options.seed, options.frames, options.lights)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     np.savez(options.out, crops=crops, labels=labels, sizes=sizes)
     return 0

@@ -31,14 +31,20 @@ _MIXED_UP = frozenset(
 _MIXED_UP_FACTOR = 1.4
 
 
+_APART = {"train": 0, "test": 1000, "tune": 2000}
+"""Added to the seed, so that no two splits draw the same faces."""
+
+
 class Source:
-    """Draws crops of one split; ``train`` and ``test`` share no lettering, and half of the backgrounds' families."""
+    """Draws crops of one split; no two share a lettering, ``train`` and ``test`` half of the backgrounds' families.
+    ``tune``, for thresholds, stands before backgrounds like those of training."""
 
     def __init__(self, split: str, seed: int, font_folders: tuple[Path, ...], each: int = 60) -> None:
         self.letters = letterings(split, font_folders, seed)
-        self.faces = draw_bank(drawable(), self.letters, each, seed + (1000 if split == "test" else 0))
-        self.odd = odd_faces(self.letters, 12 * each, seed + (1000 if split == "test" else 0))
-        self.grounds = background_bank(split, 400, seed)
+        self.faces = draw_bank(drawable(), self.letters, each, seed + _APART[split])
+        self.odd = odd_faces(self.letters, 12 * each, seed + _APART[split])
+        tuning = split == "tune"
+        self.grounds = background_bank("train" if tuning else split, 400, seed + (_APART[split] if tuning else 0))
         self._labels = drawable()
         self._share = np.array([share_of(label) for label in self._labels])
 

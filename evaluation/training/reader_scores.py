@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from evaluation.training.bins import Bins, binned
 from services.drivelm.classes import READER_CLASSES
+from services.drivelm.evidence import CLEAR
 
 _SIZES_PX = ((9, 14), (14, 20), (20, 24), (24, 30), (30, 45), (45, 76))
 LEGIBLE_PX = 24
@@ -21,6 +22,9 @@ _DISC_SHARES = {
 """What share of a face's longer side its disc is (its symbol, number, lamp), by the start of the class. Boards of words have none."""
 SURE = 0.9
 """A single crop counts as sure from here; the drive believes only several agreeing crops (see ``services.drivelm``)."""
+SURELY_WRONG = 0.002
+"""Of all crops of signs, at most so many may be read wrong by a reader that is sure."""
+_THRESHOLDS = np.round(np.arange(SURE, 0.995, 0.005), 3)
 _GROUPS = {
     "limit": "limit:",
     "limit_board": "limit_board:",
@@ -43,8 +47,28 @@ class Measured(NamedTuple):
         return binned(self.probabilities.max(axis=1), self.probabilities.argmax(axis=1) == self.labels)
 
 
-def score_table(measured: Measured) -> dict[str, Any]:
-    """Rows by size for all signs and for each group, and how often ``other`` is taken for a sign with certainty."""
+def sure_from(measured: Measured) -> float:
+    """The least confidence, ``SURE`` or more, from which at most ``SURELY_WRONG`` of these crops are read wrong, with one
+    standard deviation of that count to spare. For crops that are neither trained on nor scored."""
+    signs = measured.labels != 0
+    for threshold in _THRESHOLDS.tolist():
+        wrong = int(_sure(measured, signs, threshold, right=False).sum())
+        if wrong + np.sqrt(wrong) <= SURELY_WRONG * signs.sum():
+            break
+    return float(threshold)
+
+
+def _sure(measured: Measured, chosen: NDArray[np.bool_], threshold: float, right: bool) -> NDArray[np.bool_]:
+    """Which of the chosen crops are read with more confidence than the threshold, and right, or wrong."""
+    best, top = measured.probabilities[chosen].argmax(axis=1), measured.probabilities[chosen].max(axis=1, initial=0)
+    return np.asarray(((best == measured.labels[chosen]) == right) & (top > threshold) & (best != 0))
+
+
+def score_table(measured: Measured, threshold: float | None = None) -> dict[str, Any]:
+    """Rows by size for all signs and for each group, and how often ``other`` is taken for a sign with certainty.
+
+    ``threshold``: the confidence of ``sure_from``; what is right and wrong from there is added.
+    """
     names = np.array(READER_CLASSES)
     signs = measured.labels != 0
     table: dict[str, Any] = {"all_signs": _rows(measured, signs)}
@@ -53,7 +77,10 @@ def score_table(measured: Measured) -> dict[str, Any]:
     table["right_when_legible"] = _right(measured, signs & (measured.sizes_px >= LEGIBLE_PX))
     table["right_discs_when_legible"] = _right(measured, _discs_px(measured, names) >= LEGIBLE_PX)
     table["light_state"] = _light_state(measured, names)
-    table["surely_wrong"] = _surely_wrong(measured, signs)
+    table["surely_wrong"] = _share(_sure(measured, signs, SURE, right=False))
+    if threshold is not None:
+        shares = {name: _share(_sure(measured, signs, threshold, name == "right")) for name in ("right", "wrong")}
+        table["sure"] = {"from": threshold, **shares, "right_at_0.9": _share(_sure(measured, signs, SURE, right=True))}
     table["green_for_red"] = _taken_for(measured, "light:red", "light:green")
     other = measured.probabilities[~signs]
     table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}
@@ -89,17 +116,13 @@ def _right(measured: Measured, chosen: NDArray[np.bool_]) -> float | None:
     return _share(measured.probabilities[chosen].argmax(axis=1) == measured.labels[chosen])
 
 
-def _surely_wrong(measured: Measured, chosen: NDArray[np.bool_]) -> float | None:
-    best, top = measured.probabilities[chosen].argmax(axis=1), measured.probabilities[chosen].max(axis=1, initial=0)
-    return _share((best != measured.labels[chosen]) & (top > SURE) & (best != 0))
-
-
 def _taken_for(measured: Measured, true_start: str, read_start: str) -> dict[str, Any]:
-    """How many crops of some classes are read as some others, sure or not."""
+    """How many crops of some classes are read as some others: however unsure, and so clearly that it counts on a drive."""
     names = np.array(READER_CLASSES)
     true = np.char.startswith(names[measured.labels], true_start)
     read = np.char.startswith(names[measured.probabilities[true].argmax(axis=1)], read_start)
-    return {"crops": int(true.sum()), "taken": int(read.sum())}
+    clearly = read & (measured.probabilities[true].max(axis=1, initial=0) >= CLEAR)
+    return {"crops": int(true.sum()), "taken": int(read.sum()), "clearly": int(clearly.sum())}
 
 
 def _share(flags: NDArray[np.bool_]) -> float | None:

@@ -32,3 +32,6 @@ def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -
         expected = torch.softmax(network(torch.from_numpy(batch)) / 1.7, dim=1).numpy()
     assert got.shape == (5, len(READER_CLASSES))
     assert np.allclose(got, expected, atol=1e-4)
+    with torch.no_grad():
+        resumed = reader_fit.resumed(tmp_path / "reader.onnx", crops)(torch.from_numpy(batch))
+    assert np.allclose(torch.softmax(resumed / 1.7, dim=1).numpy(), got, atol=1e-4)

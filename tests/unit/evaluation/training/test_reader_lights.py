@@ -41,6 +41,13 @@ def test_left_and_right_arrows_point_apart_and_the_others_are_even(colour: str) 
     assert abs(_lean(f"light:{colour}")) < 0.1
 
 
+def test_unlit_lamps_stay_darker_than_lit_ones_even_where_the_sun_stands_on_them() -> None:
+    for seed in range(60):
+        off, green = (draw_head(f"light:{state}", np.random.default_rng(seed))[..., :3] for state in ("off", "green"))
+        x, y = off.shape[1] // 2, round(0.85 * HEIGHT_PX)
+        assert int(off[y, x, 1]) < int(green[y, x, 1]) - 15
+
+
 def test_some_round_reds_have_a_green_arrow_beside_them_and_nothing_else_has() -> None:
     wide = {
         label: sum(draw_head(label, np.random.default_rng(seed)).shape[1] > 60 for seed in range(80))

@@ -1,14 +1,19 @@
 """What the reader learns from: every class can be drawn, splits share nothing, labels and scores are honest."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from evaluation.training.reader_avenue import avenue, class_of
+from evaluation.training.reader_avenue_lights import light_avenue
 from evaluation.training.reader_degrade import any_conditions, jittered, view
 from evaluation.training.reader_faces import Face, drawable, orders
-from evaluation.training.reader_fonts import TEST_STYLES, letterings
+from evaluation.training.reader_fonts import TEST_STEMS, TEST_STYLES, TRAIN_STEMS, TUNE_STEMS, letterings
 from evaluation.training.reader_samples import Source
-from evaluation.training.reader_scores import Measured, score_table
+from evaluation.training.reader_scores import SURE, SURELY_WRONG, Measured, score_table, sure_from
 from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
 from services.drivelm.crops import Region
@@ -30,6 +35,11 @@ def test_train_and_test_share_no_lettering() -> None:
     train, test = letterings("train", ()), letterings("test", ())
     assert set(test) == {f"stroke-{style}" for style in TEST_STYLES}
     assert not set(train) & set(test)
+
+
+def test_letterings_for_thresholds_are_neither_trained_on_nor_scored() -> None:
+    assert not set(TUNE_STEMS) & {*TRAIN_STEMS, *TEST_STEMS}
+    assert not letterings("tune", ())
 
 
 def test_a_batch_has_crops_labels_and_sizes_and_is_the_same_for_the_same_seed(source: Source) -> None:
@@ -86,6 +96,33 @@ def test_an_avenue_has_unique_ids_and_a_sign_for_every_place() -> None:
     assert len(world.signs) + len(world.gantries) + len(world.lights) == 15
 
 
+def test_an_avenue_of_lights_shows_every_state_with_ids_of_their_own_and_splits_differ() -> None:
+    train, test = (light_avenue(split, 3).static.lights for split in ("train", "test"))
+    assert len({light.id for light in train}) == len(train) > 10
+    assert {light.state for light in (*train, *test)} == {"red", "red_amber", "amber", "green", "off"}
+    assert [light.pose for light in train] != [light.pose for light in test]
+
+
+def _read(right: int, wrong: Sequence[float]) -> Measured:
+    """So many crops of a stop sign read right for certain, and some read as yield with given confidences."""
+    stop, give_way = (READER_CLASSES.index(name) for name in ("stop", "yield"))
+    probabilities = np.zeros((right + len(wrong), len(READER_CLASSES)), np.float32)
+    probabilities[:right, stop] = 1.0
+    probabilities[right:, give_way] = wrong
+    count = len(probabilities)
+    return Measured(probabilities, np.full(count, stop), np.full(count, 20, np.float32))
+
+
+@given(st.lists(st.floats(0.5, 0.99), max_size=40))
+def test_from_the_tuned_threshold_on_few_enough_are_wrong(wrong: list[float]) -> None:
+    measured = _read(2000, wrong)
+    threshold = sure_from(measured)
+    told = score_table(measured, threshold)["sure"]
+    assert threshold >= SURE
+    assert told["wrong"] <= SURELY_WRONG or threshold >= 0.99
+    assert told["right"] <= told["right_at_0.9"]
+
+
 def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
     labels = np.arange(10) % 4
     perfect = np.full((10, len(READER_CLASSES)), 0.0, np.float32)
@@ -109,7 +146,7 @@ def test_a_red_read_as_green_is_counted() -> None:
     read = np.zeros((4, len(READER_CLASSES)), np.float32)
     read[np.arange(4), [red, green, green, green]] = 0.6
     table = score_table(Measured(read, labels, np.full(4, 12, np.float32)))
-    assert table["green_for_red"] == {"crops": 3, "taken": 2}
+    assert table["green_for_red"] == {"crops": 3, "taken": 2, "clearly": 0}
     assert table["light_state"]["crops"] == 0  # lamps of three pixels
     near = score_table(Measured(read, labels, np.full(4, 60, np.float32)))
     assert near["light_state"] == {"crops": 4, "right": 0.5}
