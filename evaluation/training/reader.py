@@ -43,6 +43,9 @@ def main(arguments: list[str] | None = None) -> int:
     options.command = shlex.join(["python", "-m", "evaluation.training.reader", *(arguments or sys.argv[1:])])
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", stream=sys.stderr)
     cv2.setNumThreads(1)
+    if options.only_scores:
+        _add_scores(options)
+        return 0
     crops, labels = _training_crops(options)
     if options.only_crops:
         return 0
@@ -88,6 +91,7 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--rendered-test", type=Path, help="such crops of the split test (reader_rendered), to score")
     parser.add_argument("--lights-test", type=Path, help="such crops of lights alone (reader_rendered --lights)")
     parser.add_argument("--only-crops", action="store_true")
+    parser.add_argument("--only-scores", action="store_true", help="measure the reader in --out again")
     options = parser.parse_args(arguments)
     options.fonts = tuple(options.fonts)
     return options
@@ -145,17 +149,27 @@ def _write_card(options: argparse.Namespace, temperature: float, recipe: dict[st
         "size_bytes": path.stat().st_size,
         "licence": "Apache-2.0; trained only on signs drawn by this project",
     }
-    text = json.dumps(card, indent=1)
-    (options.out / "reader.json").write_text(text + "\n", encoding="utf-8")
+    _write(card, options.out)
+    _add_scores(options)
+
+
+def _add_scores(options: argparse.Namespace) -> None:
+    """Score the reader in the folder, into its card."""
+    path: Path = options.out / "reader.onnx"
+    card = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
     card |= scores(Reader.load(path), options)
-    (options.out / "reader.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    _write(card, options.out)
     _log.info("%s", json.dumps(card["scores"], indent=1))
+
+
+def _write(card: dict[str, Any], folder: Path) -> None:
+    (folder / "reader.json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 
 def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
     """The card's tables: single crops of each kind, and whole approaches."""
     tune = Source("tune", SCORED_SEED, options.fonts, each=10)
-    sure = sure_from(read_by(reader, tune.batch(options.tests, np.random.default_rng([SCORED_SEED, 13]))))
+    sure = sure_from(read_by(reader, tune.batch(2 * options.tests, np.random.default_rng([SCORED_SEED, 13]))))
     source = Source("test", SCORED_SEED, options.fonts, each=10)
     more = crops_of(options.rendered_test), crops_of(options.lights_test)
     measured = held_out(reader, source, SCORED_SEED, options.tests, *more)

@@ -24,6 +24,7 @@ SURE = 0.9
 """A single crop counts as sure from here; the drive believes only several agreeing crops (see ``services.drivelm``)."""
 SURELY_WRONG = 0.002
 """Of all crops of signs, at most so many may be read wrong by a reader that is sure."""
+SMALL_PX = 20
 _THRESHOLDS = np.round(np.arange(SURE, 0.995, 0.005), 3)
 _GROUPS = {
     "limit": "limit:",
@@ -47,27 +48,46 @@ class Measured(NamedTuple):
         return binned(self.probabilities.max(axis=1), self.probabilities.argmax(axis=1) == self.labels)
 
 
-def sure_from(measured: Measured) -> float:
-    """The least confidence, ``SURE`` or more, from which at most ``SURELY_WRONG`` of these crops are read wrong, with one
+class Sure(NamedTuple):
+    """The confidence from which a crop counts as sure, of faces below ``SMALL_PX`` and of all larger ones."""
+
+    small: float
+    large: float
+
+    def of(self, sizes_px: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The one for each of the sizes."""
+        return np.where(sizes_px < SMALL_PX, self.small, self.large).astype(np.float32)
+
+
+def sure_from(measured: Measured) -> Sure:
+    """The least confidences, ``SURE`` or more, from which at most ``SURELY_WRONG`` of these crops are read wrong, with one
     standard deviation of that count to spare. For crops that are neither trained on nor scored."""
     signs = measured.labels != 0
+    small = measured.sizes_px < SMALL_PX
+    return Sure(_least(measured, signs & small), _least(measured, signs & ~small))
+
+
+def _least(measured: Measured, chosen: NDArray[np.bool_]) -> float:
     for threshold in _THRESHOLDS.tolist():
-        wrong = int(_sure(measured, signs, threshold, right=False).sum())
-        if wrong + np.sqrt(wrong) <= SURELY_WRONG * signs.sum():
+        wrong = int(_sure(measured, chosen, threshold, right=False).sum())
+        if wrong + np.sqrt(wrong) <= SURELY_WRONG * chosen.sum():
             break
     return float(threshold)
 
 
-def _sure(measured: Measured, chosen: NDArray[np.bool_], threshold: float, right: bool) -> NDArray[np.bool_]:
-    """Which of the chosen crops are read with more confidence than the threshold, and right, or wrong."""
+def _sure(
+    measured: Measured, chosen: NDArray[np.bool_], threshold: float | NDArray[np.float32], right: bool
+) -> NDArray[np.bool_]:
+    """Which of the chosen crops are read with more confidence than the threshold (or each than its own), and right, or
+    wrong."""
     best, top = measured.probabilities[chosen].argmax(axis=1), measured.probabilities[chosen].max(axis=1, initial=0)
     return np.asarray(((best == measured.labels[chosen]) == right) & (top > threshold) & (best != 0))
 
 
-def score_table(measured: Measured, threshold: float | None = None) -> dict[str, Any]:
+def score_table(measured: Measured, sure: Sure | None = None) -> dict[str, Any]:
     """Rows by size for all signs and for each group, and how often ``other`` is taken for a sign with certainty.
 
-    ``threshold``: the confidence of ``sure_from``; what is right and wrong from there is added.
+    ``sure``: the confidences of ``sure_from``; what is right and wrong from there is added.
     """
     names = np.array(READER_CLASSES)
     signs = measured.labels != 0
@@ -78,9 +98,10 @@ def score_table(measured: Measured, threshold: float | None = None) -> dict[str,
     table["right_discs_when_legible"] = _right(measured, _discs_px(measured, names) >= LEGIBLE_PX)
     table["light_state"] = _light_state(measured, names)
     table["surely_wrong"] = _share(_sure(measured, signs, SURE, right=False))
-    if threshold is not None:
-        shares = {name: _share(_sure(measured, signs, threshold, name == "right")) for name in ("right", "wrong")}
-        table["sure"] = {"from": threshold, **shares, "right_at_0.9": _share(_sure(measured, signs, SURE, right=True))}
+    if sure is not None:
+        own = sure.of(measured.sizes_px[signs])
+        shares = {name: _share(_sure(measured, signs, own, name == "right")) for name in ("right", "wrong")}
+        table["sure"] = {**sure._asdict(), **shares, "right_at_0.9": _share(_sure(measured, signs, SURE, right=True))}
     table["green_for_red"] = _taken_for(measured, "light:red", "light:green")
     other = measured.probabilities[~signs]
     table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}

@@ -103,24 +103,33 @@ def test_an_avenue_of_lights_shows_every_state_with_ids_of_their_own_and_splits_
     assert [light.pose for light in train] != [light.pose for light in test]
 
 
-def _read(right: int, wrong: Sequence[float]) -> Measured:
+def _read(right: int, wrong: Sequence[float], size_px: float = 30) -> Measured:
     """So many crops of a stop sign read right for certain, and some read as yield with given confidences."""
     stop, give_way = (READER_CLASSES.index(name) for name in ("stop", "yield"))
     probabilities = np.zeros((right + len(wrong), len(READER_CLASSES)), np.float32)
     probabilities[:right, stop] = 1.0
     probabilities[right:, give_way] = wrong
     count = len(probabilities)
-    return Measured(probabilities, np.full(count, stop), np.full(count, 20, np.float32))
+    return Measured(probabilities, np.full(count, stop), np.full(count, size_px, np.float32))
 
 
-@given(st.lists(st.floats(0.5, 0.99), max_size=40))
+@given(st.lists(st.floats(0.5, 0.98), max_size=40))
 def test_from_the_tuned_threshold_on_few_enough_are_wrong(wrong: list[float]) -> None:
     measured = _read(2000, wrong)
-    threshold = sure_from(measured)
-    told = score_table(measured, threshold)["sure"]
-    assert threshold >= SURE
-    assert told["wrong"] <= SURELY_WRONG or threshold >= 0.99
+    told = score_table(measured, sure_from(measured))["sure"]
+    assert told["large"] >= SURE
+    assert told["wrong"] <= SURELY_WRONG
     assert told["right"] <= told["right_at_0.9"]
+
+
+def test_small_faces_have_a_threshold_of_their_own() -> None:
+    small, large = _read(500, [0.96] * 9, size_px=12), _read(500, [0.92] * 9)
+    probabilities = np.concatenate([small.probabilities, large.probabilities])
+    sizes = np.concatenate([small.sizes_px, large.sizes_px])
+    both = Measured(probabilities, np.full(len(sizes), small.labels[0]), sizes)
+    sure = sure_from(both)
+    assert sure.small > 0.95 > sure.large > 0.91
+    assert score_table(both, sure)["sure"]["wrong"] == 0.0
 
 
 def test_scores_count_sure_mistakes_and_a_perfect_reader_has_none() -> None:
