@@ -19,6 +19,7 @@ from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
+from services.perception.lookback import Sweeps
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range, hiding
@@ -71,6 +72,7 @@ class Perception:
     _levellings: dict[str, Levelling] = field(default_factory=dict)
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
+    _sweep_before: tuple[int, Floats] | None = None
     _ego: tuple[int, Ego] | None = None
     _map: tuple[int, MapView] | None = None
 
@@ -87,7 +89,8 @@ class Perception:
 
     def sweep(self, stamp_ns: int, sweep: LidarSweep) -> None:
         """Take a LiDAR sweep. Raises Malformed."""
-        self._sweep = (stamp_ns, open_sweep(sweep))
+        points = open_sweep(sweep)
+        self._sweep_before, self._sweep = self._sweep, (stamp_ns, points)
 
     def ego(self, stamp_ns: int, ego: Ego) -> None:
         """Take the ego's motion."""
@@ -197,6 +200,14 @@ class Perception:
         speed_mps = self._ego_state(stamp_ns).speed_mps or 0.0
         return speed_mps * (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
 
+    def _sweeps(self, stamp_ns: int) -> Sweeps | None:
+        """The last two sweeps; None where there are no two."""
+        if self._sweep is None or self._sweep_before is None:
+            return None
+        (latest_ns, latest), (before_ns, before) = self._sweep, self._sweep_before
+        turned_rad = (self._ego_state(stamp_ns).yaw_rate_radps or 0.0) * (latest_ns - before_ns) / 1e9
+        return Sweeps(latest, before, (stamp_ns - latest_ns) / 1e9, (stamp_ns - before_ns) / 1e9, turned_rad)
+
     def _ego_state(self, stamp_ns: int) -> EgoState:
         if self._ego is None or abs(stamp_ns - self._ego[0]) > self.ages.ego_ns:
             return EgoState()
@@ -226,7 +237,8 @@ class Perception:
         def sees(x_m: float, y_m: float) -> bool:
             return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))
 
-        moving = self.tracker.step(stamp_ns, [each for _, each in movers], self._ego_state(stamp_ns), sees)
+        sightings = [each for _, each in movers]
+        moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
         for (index, _), owner in zip(movers, moving, strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]

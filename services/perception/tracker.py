@@ -27,6 +27,7 @@ from services.perception.kalman import (
     update,
     widened,
 )
+from services.perception.lookback import Sweeps, fix_before
 from services.perception.sizes import PERSON, Body
 
 GATE = 13.8
@@ -130,17 +131,18 @@ class Tracker:
         sightings: Sequence[Sighting],
         ego: EgoState,
         sees: Callable[[float, float], bool] = lambda x_m, y_m: True,
+        sweeps: Sweeps | None = None,
     ) -> list[int]:
         """Move all tracks to `stamp_ns` and take the sightings in. Returns the track id of each sighting.
 
         A picture older than the last one (another camera's) is taken in without moving time backwards. `sees`: whether
-        a place lies in the picture's view; a track outside it is not missed.
+        a place lies in the picture's view; a track outside it is not missed. `sweeps`: the last two, where there are.
         """
         self._advance(stamp_ns, ego)
         tracks = list(self.tracks)
         owners = [0] * len(sightings)
         for left, right in _pairs(tracks, sightings):
-            tracks[left] = _hit(tracks[left], sightings[right], self._now_ns)
+            tracks[left] = _hit(tracks[left], sightings[right], self._now_ns, sweeps)
             owners[right] = tracks[left].track_id
         for right, sighting in enumerate(sightings):
             if not owners[right]:
@@ -225,7 +227,7 @@ def _as_far(mean: Floats, place: Floats) -> bool:
     return 1.0 / MOST_FACTOR <= ours / theirs <= MOST_FACTOR
 
 
-def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
+def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None) -> Tracked:
     share = BODY_SMOOTHING
     body = Body(
         length_m=track.body.length_m + share * (sighting.body.length_m - track.body.length_m),
@@ -234,7 +236,7 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
     hits, sure = track.hits + 1, _believed(track, sighting.score, now_ns)
     return replace(
         track,
-        estimate=update(_ready(track, sighting.fix), sighting.fix),
+        estimate=_taken_in(track, sighting.fix, sweeps),
         body=body,
         seen_ns=now_ns,
         hits=hits,
@@ -247,6 +249,13 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int) -> Tracked:
 def _believed(track: Tracked, score: float, now_ns: int) -> float:
     passed_s = max(LEAST_STEP_S, (now_ns - track.seen_ns) / 1e9)
     return min(MOST_SURE, track.sure + (1.0 - math.exp(-passed_s / BELIEVING_S)) * (score - track.sure))
+
+
+def _taken_in(track: Tracked, fix: Fix, sweeps: Sweeps | None) -> Estimate:
+    """The estimate with the fix; with the first measured one also where the same thing was a sweep before, which tells its speed."""
+    estimate = update(_ready(track, fix), fix)
+    before = fix_before(estimate, fix, sweeps) if sweeps is not None and _scales(track, fix) else None
+    return update(estimate, before) if before is not None else estimate
 
 
 def _ready(track: Tracked, fix: Fix) -> Estimate:

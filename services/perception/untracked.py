@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from proto.perception import Track
+from services.perception.lookback import Sweeps
 from services.perception.tracker import BIRTH_SHARE, EgoState, Sighting, Tracker, as_message
 
 
@@ -16,10 +17,11 @@ class Untracked(Tracker):
         sightings: Sequence[Sighting],
         ego: EgoState,
         sees: Callable[[float, float], bool] = lambda x_m, y_m: True,
+        sweeps: Sweeps | None = None,
     ) -> list[int]:
         """As a tracker does, all that was seen before forgotten."""
         self.tracks = ()
-        return super().step(stamp_ns, sightings, ego, sees)
+        return super().step(stamp_ns, sightings, ego, sees, sweeps)
 
     def published(self) -> list[Track]:
         """Everything that this picture shows."""
