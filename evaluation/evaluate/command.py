@@ -20,6 +20,14 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("table", choices=(*TABLES, "all"), metavar="TABLE", help=", ".join((*TABLES, "all")))
     parser.add_argument("--runs", type=_count, help="runs a row (4, or as many as --km takes)")
     parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
+    parser.add_argument(
+        "--km-of",
+        type=_method_km,
+        action="append",
+        default=[],
+        metavar="METHOD=KM",
+        help="more kilometres for one method's rows of the results table: DriveMCP=100",
+    )
     parser.add_argument("--jobs", type=_count, default=cores(), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")
@@ -51,6 +59,13 @@ def _count(text: str) -> int:
     if value < 1:
         raise argparse.ArgumentTypeError(f"at least 1, not {value}")
     return value
+
+
+def _method_km(text: str) -> tuple[str, float]:
+    method, equals, km = text.rpartition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"METHOD=KM, not {text!r}")
+    return method, number(0.001, 100_000.0)(km)
 
 
 def command(flags: argparse.Namespace) -> int:

@@ -63,6 +63,8 @@ class Amount(msgspec.Struct, frozen=True, kw_only=True):
     """So many; unset: 4, or as many as `km` takes."""
     km: float | None = None
     """At least so far, by the length of the routes."""
+    km_of: Mapping[str, float] = {}
+    """The same for single methods of the results table, where it is more."""
     seconds: float = 0.0
     """Of each run; 0: to the end of its route."""
 
@@ -174,7 +176,7 @@ def runs_of(rows: Iterable[Row], amount: Amount) -> tuple[Run, ...]:
     runs = [
         Run(row=row, number=number, spec=placed(row, number, amount.seconds))
         for row in rows
-        for number in range(_needed(row.family, amount))
+        for number in range(_needed(row, amount))
     ]
     return tuple(sorted(runs, key=lambda run: run.number))
 
@@ -189,12 +191,21 @@ def placed(row: Row, number: int, seconds: float) -> RunSpec:
     return msgspec.structs.replace(spec, corruption=f"{spec.corruption},seed={number + 1}")
 
 
-def _needed(family: Family, amount: Amount) -> int:
+def _needed(row: Row, amount: Amount) -> int:
+    more_km = amount.km_of.get(row.key.rpartition("/")[2]) if row.table == "results" else None
+    return max(_all_need(row.family, amount), _for_km(row.family, more_km) if more_km is not None else 0)
+
+
+def _all_need(family: Family, amount: Amount) -> int:
     if amount.km is None:
         return amount.runs or DEFAULT_RUNS
+    return max(amount.runs or 1, _for_km(family, amount.km))
+
+
+def _for_km(family: Family, km: float) -> int:
     driven_m = 0.0
     for number in count():
-        if driven_m >= amount.km * 1000 and number >= (amount.runs or 1):
+        if driven_m >= km * 1000:
             return number
         driven_m += route_m(family, number)
     raise AssertionError

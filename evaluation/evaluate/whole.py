@@ -11,6 +11,7 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
 from evaluation.drive.stack import settings_of
 from evaluation.evaluate import files, report
@@ -24,6 +25,7 @@ from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
 from evaluation.latencies import Latencies, read
+from evaluation.methods import METHODS
 
 REPORT = "report.html"
 FIXED = "fixed"
@@ -84,7 +86,10 @@ def _latencies(flags: argparse.Namespace) -> Latencies | None:
 def _amount(flags: argparse.Namespace) -> Amount:
     if flags.quick:
         return Amount(runs=flags.runs or 1, seconds=QUICK_S)
-    return Amount(runs=flags.runs, km=flags.km)
+    unknown = [method for method, _ in flags.km_of if method not in METHODS]
+    if unknown:
+        raise UserError(f"--km-of: there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
+    return Amount(runs=flags.runs, km=flags.km, km_of=dict(flags.km_of))
 
 
 def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, screen: Screen) -> None:

@@ -55,6 +55,16 @@ def test_kilometres_are_reached_by_the_length_of_the_routes() -> None:
     assert sum(lengths) >= 5000 > sum(lengths[:-1])
 
 
+def test_one_method_may_drive_farther_than_the_others_of_the_results_alone() -> None:
+    rows = [*rows_of("results", "model"), *rows_of("ablation", "model")]
+    runs = runs_of(rows, Amount(runs=1, km_of={"DriveMCP": 6.0}))
+    many = {run.row.key for run in runs if run.number > 0}
+    assert many == {f"{family}/DriveMCP" for family in FAMILIES}
+    for family in FAMILIES:
+        lengths = [route_m(family, run.number) for run in runs if run.row.key == f"{family}/DriveMCP"]
+        assert sum(lengths) >= 6000 > sum(lengths[:-1])
+
+
 def test_modelled_sensors_have_no_row_without_tracking() -> None:
     assert "No tracking" not in {row.key for row in rows_of("ablation", "model")}
 
