@@ -44,6 +44,8 @@ HEIGHT_SLACK_PX = 2.0
 """By how much a box may be lower than the vehicle in it."""
 THIN_SHARE, BROAD_SHARE = 0.2, 0.4
 """Of a box's width: a cluster of returns that spans less is a post's, one that spans more a vehicle's."""
+POST_PX = 2.0
+"""Returns of a post lie no further aside of each other, and go on by more than this above or below a box behind it."""
 FURTHEST_M = 250.0
 STANDING = frozenset({"vehicle", "pedestrian"})
 
@@ -140,7 +142,10 @@ def lidar_range(
     allowed = [
         cluster
         for cluster in np.split(depths, breaks)
-        if len(cluster) >= enough and cluster[0] >= nearest_m and (seen is None or _agrees(float(cluster[0]), seen))
+        if len(cluster) >= enough
+        and cluster[0] >= nearest_m
+        and (seen is None or _agrees(float(cluster[0]), seen))
+        and not _post(cluster, detection, sweep)
     ]
     if not allowed:
         return None
@@ -154,6 +159,18 @@ def _broad(clusters: Sequence[Floats], detection: Detection, sweep: ProjectedSwe
     if detection.kind != "vehicle" or len(clusters) == 1 or _span(nearest, detection, sweep) > THIN_SHARE:
         return nearest
     return next((each for each in clusters[1:] if _span(each, detection, sweep) > BROAD_SHARE), nearest)
+
+
+def _post(cluster: Floats, detection: Detection, sweep: ProjectedSweep) -> bool:
+    """Whether returns in a vehicle's box are a post's before it: thin, and as many again above and below the box, within its height."""
+    if detection.kind != "vehicle" or _span(cluster, detection, sweep) > THIN_SHARE:
+        return False
+    there = (sweep.depths >= cluster[0] - CLUSTER_GAP_M) & (sweep.depths <= cluster[-1] + CLUSTER_GAP_M)
+    columns = sweep.pixels[there & _inside(detection, sweep.pixels), 0]
+    beside = (sweep.pixels[:, 0] >= columns.min() - POST_PX) & (sweep.pixels[:, 0] <= columns.max() + POST_PX)
+    rows = sweep.pixels[there & beside, 1]
+    beyond = np.maximum(detection.y0_px - rows, rows - detection.y1_px)
+    return bool(((beyond > POST_PX) & (beyond < detection.height_px)).sum() >= len(cluster))
 
 
 def _span(cluster: Floats, detection: Detection, sweep: ProjectedSweep) -> float:

@@ -34,8 +34,8 @@ GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
 SWERVE_GATE, SWERVE_M = 60.0, 2.5
 """A confirmed track left without a fix takes a measured one that is left over as well, this near: it swerved or braked
-harder than its noise allows for. Squared Mahalanobis distance, and metres. Not after a drop-out: then it would take
-what stands beside it."""
+harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
+could stand: else it would take what stands beside it."""
 SURE_SHARE = 0.03
 """A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
 SCALE_SIGMA = 0.2
@@ -217,8 +217,14 @@ def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
 
 def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
     apart_m = math.hypot(*(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist())
-    followed = track.confirmed and not track.missed
+    followed = track.confirmed and (not track.missed or _one_body(track, sighting))
     return followed and _measured(sighting.fix) and squared <= SWERVE_GATE and apart_m <= SWERVE_M
+
+
+def _one_body(track: Tracked, sighting: Sighting) -> bool:
+    """Whether two bodies could not stand there: what is seen would lie in the track's own."""
+    along_m, across_m = np.abs(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist()
+    return bool(along_m < track.body.length_m and across_m < (track.body.width_m + sighting.body.width_m) / 2)
 
 
 def _as_far(mean: Floats, place: Floats) -> bool:

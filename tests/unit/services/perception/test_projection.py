@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from proto.sensors import Calibration
 from services.perception.camera import Camera, Floats
@@ -137,6 +139,35 @@ def test_a_post_before_a_far_car_does_not_lend_it_its_range(post_m: float) -> No
     found = find_range(car, CAMERA, ProjectedSweep.of(points, CAMERA))
     assert found is not None
     assert found.depth_m > 50.0, "no vehicle is so low that this box could show it at the post"
+
+
+@pytest.mark.parametrize("post_m", [24.0, 30.0, 41.0])
+def test_a_post_alone_before_a_lorry_beyond_the_lidars_reach_does_not_lend_it_its_range(post_m: float) -> None:
+    """Its returns go on above and below the lorry's box."""
+    lorry = box_of((110.0, -1.25, 0.0), (110.0, 1.25, 3.4))
+    post = np.array([(post_m, 0.0, z) for z in np.arange(0.4, 2.7, post_m * 0.0135)])
+    found = find_range(lorry, CAMERA, ProjectedSweep.of(post, CAMERA))
+    assert found is not None
+    assert found.source != "lidar"
+    assert found.depth_m > post_m + 10.0
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    near_m=st.floats(8.0, 60.0),
+    aside_m=st.floats(-0.6, 0.6),
+    heights_m=st.lists(st.floats(0.35, 1.3), min_size=2, max_size=8),
+    half_m=st.sampled_from([0.35, 0.9]),
+)
+def test_a_vehicle_of_which_one_column_of_returns_came_back_is_no_post(
+    near_m: float, aside_m: float, heights_m: list[float], half_m: float
+) -> None:
+    vehicle = box_of((near_m, -half_m, 0.0), (near_m, half_m, 1.5))
+    column = np.array([(near_m, aside_m * half_m, z) for z in heights_m])
+    found = find_range(vehicle, CAMERA, ProjectedSweep.of(column, CAMERA))
+    assert found is not None
+    assert found.source == "lidar"
+    assert found.depth_m == pytest.approx(near_m - CALIBRATION.x_m, rel=0.02)
 
 
 def test_a_nearer_person_is_never_put_further_away_by_what_stands_behind() -> None:

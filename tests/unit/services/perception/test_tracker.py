@@ -131,6 +131,16 @@ def test_after_a_drop_out_what_stands_beside_is_not_taken_for_it() -> None:
     assert tracker.step(17 * STEP_NS, [sighting(20.0, 0.0, sigma_m=0.2)], EgoState(20.0, 0.0)) == [1]
 
 
+@pytest.mark.parametrize(("off_m", "aside_m"), [(-1.9, 1.5), (-1.5, -1.8), (2.2, 1.0)])
+def test_one_that_swerves_and_brakes_while_unseen_comes_back_as_itself(off_m: float, aside_m: float) -> None:
+    """Two vehicles cannot stand in each other: what is seen there is the same one."""
+    tracker = Tracker()
+    for k in range(1, 21):
+        tracker.step(k * STEP_NS, [sighting(20.0, 0.0, sigma_m=0.05)] if k < 17 else [], EgoState(20.0, 0.0))
+    back = sighting(20.0 + off_m, aside_m, sigma_m=0.05)
+    assert tracker.step(21 * STEP_NS, [back], EgoState(20.0, 0.0)) == [1]
+
+
 def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() -> None:
     """A small car seems a quarter further away than it is in every picture, and closes in as much faster."""
     tracker, closing = Tracker(), 40.0
