@@ -93,13 +93,16 @@ def _soon_met(way: Way) -> bool:
 
 
 def stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """The nearest red light or stop sign."""
-    if "stop_required" not in events:
-        return
-    for stop in stops(state):
-        if stop.why != "person":
-            yield _stop_matter(state, stop)
-            return
+    """The nearest red light or stop sign; and who drives off below a light that he alone can see shall look at it."""
+    due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
+    if due:
+        yield _stop_matter(state, due[0])
+    elif state.light is not None and state.light.lost_at_line and not stands(state.world):
+        values = {"state": _lamp(state, state.light.state)}
+        yield Matter(
+            topic="stop", key="light_lost", phrase="light_lost", urgency="advice", values=values, why=("light_lost",),
+            confidence=0.3,
+        )  # fmt: skip
 
 
 def _stop_matter(state: State, stop: Stop) -> Matter:
@@ -115,13 +118,17 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
         urgency="warning" if firm else "advice",
         values={
             "gap": f"{max(0.0, stop.room_m):.0f}",
-            "state": word(state.preferences, light if light in ("red", "red_amber", "amber") else "red"),
+            "state": _lamp(state, light),
         },
         why=(stop.why,),
         hazard=_hazard(stop) if firm else "",
         repeat_s=STOP_TOLD_S,
         confidence=stop.confidence,
     )
+
+
+def _lamp(state: State, light: str) -> str:
+    return word(state.preferences, light if light in ("red", "red_amber", "amber") else "red")
 
 
 def _hazard(stop: Stop) -> str:

@@ -2,6 +2,8 @@
 
 Which way the ego goes is not known, so an arrow's red or amber counts as red or amber, and its green permits nothing:
 it only ends the red of its own lamp. Where a round red stands beside arrows, no arrow ends it.
+
+Who stands at the line has the lamp above the pictures: what it shows then is unknown, neither red nor green.
 """
 
 import math
@@ -28,6 +30,8 @@ LAMPS_APART_M = 15.0
 NEXT_JUNCTION_M = 80.0
 """A red light so far behind a green one is of another junction: 17 m/s still come to a stand there at 2 m/s²."""
 LIGHT_PASSED_M = -3.0
+LOST_NS, AT_LINE_M = 3 * SECOND, 12.0
+"""A light that the ego stands before, so near and unseen for so long, is out of the pictures."""
 
 
 def light_ahead(
@@ -58,12 +62,16 @@ def _still_ahead(light: Light, motion: Motion, ego: Stamped[Ego] | None, now_ns:
     age_ns = now_ns - light.seen_ns
     if light.state in _PERMISSION and age_ns > GREEN_LASTS_NS:
         return None
+    speed = number(ego.message.speed_mps) if ego is not None else None
+    stands = speed is not None and speed < STANDING_MPS
     if light.distance_m is None:
         # Nothing tells when it is passed; while the ego stands it is not.
-        speed = number(ego.message.speed_mps) if ego is not None else None
-        return None if age_ns > RED_LASTS_NS and speed is not None and speed >= STANDING_MPS else light
+        return None if age_ns > RED_LASTS_NS and speed is not None and not stands else light
     moved = light.distance_m - motion.travelled_m
-    return msgspec.structs.replace(light, distance_m=moved) if moved >= LIGHT_PASSED_M else None
+    if moved < LIGHT_PASSED_M:
+        return None
+    lost = light.lost_at_line or (stands and age_ns > LOST_NS and moved <= AT_LINE_M)
+    return msgspec.structs.replace(light, distance_m=moved, lost_at_line=lost)
 
 
 def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:

@@ -111,7 +111,7 @@ def _sign(state: State) -> dict[str, Any] | None:
 def _junction(state: State) -> dict[str, Any] | None:
     """Only where a sign, a light or a crossing gives the law something to go by."""
     person = pedestrian(state.world)
-    light = state.light
+    light = state.light if state.light is not None and not state.light.lost_at_line else None
     signs = tuple(s.reading for s in state.signs.ahead if s.believed and s.reading in JUNCTION_SIGNS)
     if state.stop_kind == "crossing" and "crossing" not in signs:
         signs = (*signs, "crossing")

@@ -92,6 +92,8 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     track_id: int
     arrow: str = ""
     """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, which is for every way."""
+    lost_at_line: bool = False
+    """The ego stood right before it while no camera had seen it for a while: it may have changed, and nobody knows."""
 
 
 class Limiter(msgspec.Struct, frozen=True, kw_only=True):

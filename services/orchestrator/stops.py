@@ -45,7 +45,7 @@ def needed_mps2(stop: Stop, speed_mps: float) -> float:
 
 def _red(state: State) -> Stop | None:
     light = state.light
-    if light is None or light.state not in ("red", "red_amber", "amber"):
+    if light is None or light.lost_at_line or light.state not in ("red", "red_amber", "amber"):
         return None
     line = state.stop_m if state.stop_kind in ("light", "stop_line", "crossing") else None
     distance = line if line is not None else light.distance_m

@@ -38,6 +38,8 @@ H_SLOPE = 0.4
 UNKNOWN_BRAKES = 0.8
 """As the arbiter's profile reckons with an envelope that was never observed."""
 LEAST_BRAKES, MOST_HEADWAY = 0.1, 3.0
+LOST_LIGHT_MPS = 20 * KMH
+"""Over a junction whose light is not in view."""
 LEAST_FACTOR = 0.2
 HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
@@ -97,6 +99,7 @@ def target(state: State) -> Target:
     found += [b._replace(mps=b.mps * factor, factor=factor) for b in _ahead(state, law)]
     found += _doubts(state, law, factor)
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence, track_id=s.track_id) for s in stops(state)]
+    found += _lost_light(state)
     headway = headway_factor(state)
     found += _following(vehicles(state.world), headway)
     found += _blind(state)
@@ -256,6 +259,12 @@ def headway_factor(state: State) -> float:
     if state.held.health is not None and h is not None and h > 0.1:
         vehicle = max(vehicle, state.held.health.headway_factor)
     return max(weather, vehicle, *(each.headway_factor for each in state.held.limiters), 1.0)
+
+
+def _lost_light(state: State) -> list[Bound]:
+    """A light that one stands too near to see may be red still: over the junction as over one whose light is out."""
+    light = state.light
+    return [Bound(LOST_LIGHT_MPS, "light_lost", "drivelm", 0.3)] if light is not None and light.lost_at_line else []
 
 
 def _blind(state: State) -> list[Bound]:

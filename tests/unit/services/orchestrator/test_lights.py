@@ -145,3 +145,34 @@ def test_no_other_lamp_ends_a_red_that_was_just_seen(ticks: list[list[tuple[Fact
     for each in ticks:
         show(drive, *each, (lamp("red"), 0))
         assert state(drive) in ("red", "amber")
+
+
+def test_who_drives_off_below_a_light_out_of_view_is_told_to_look_and_not_to_stop() -> None:
+    drive = at_red(distance_m=3.0, speed_mps=0.0)
+    drive.ticks(20)
+    assert drive.target_mps == 0.0, "it was red a moment ago"
+    drive.ticks(20)
+    drive.speed_mps = 1.2
+    ticked = drive.ticks(3)
+    assert ticked.fused.directive == "Make sure the light is green"
+    assert not ticked.fused.hazard
+    assert 0.0 < drive.target_mps <= 20 / 3.6
+    assert not any(event.kind == "stop_required" for event in ticked.events)
+
+
+def test_a_light_out_of_view_is_red_again_once_it_is_seen_so() -> None:
+    drive = at_red(distance_m=3.0, speed_mps=0.0)
+    drive.ticks(40)
+    drive.tick(lamp("red", distance_m=3.0))
+    assert drive.target_mps == 0.0
+
+
+@FEW
+@given(st.floats(0.6, 20.0), st.floats(0.0, 60.0), st.integers(1, 60))
+def test_a_red_stands_for_who_comes_to_it_however_long_it_is_out_of_view(
+    speed: float, distance_m: float, ticks: int
+) -> None:
+    drive = at_red(distance_m=distance_m, speed_mps=speed)
+    drive.ticks(ticks)
+    light = drive.state.light
+    assert light is None or not light.lost_at_line
