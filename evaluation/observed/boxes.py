@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from evaluation.corruption.chance import chance
-from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, Ranging, own_odds, regime_of
+from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, GhostBox, Ranging, own_odds, regime_of
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things
+from proto.perception import ObjectClass
 from proto.sensors import Calibration
 from proto.truth import Truth
 from services.perception.camera import Camera
@@ -27,6 +28,9 @@ FAR_M, LIDAR_SIGMA_M = 40.0, (0.15, 0.4)
 """Sigmas of LiDAR ranges up to a distance, and beyond it, where returns are few and tell of no sides."""
 SIDE_SIGMA_M, SIDE_MEMORY_S = 0.12, 0.5
 """How well they tell of a road user's sides: so that tracks of vehicles beside come out as far off as in recorded drives."""
+
+SAME_NS = 40_000_000
+"""Pictures of a camera come 0.1 s and more apart: so near in age it is the same picture of a box of nothing."""
 
 
 class Found(NamedTuple):
@@ -140,28 +144,22 @@ class Eye:
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
             self._ghosts.append((stamp_ns, clutter.ghosts[which]))
-        self._ghosts = [(born, ghost) for born, ghost in self._ghosts if stamp_ns - born <= ghost.seconds * 1e9]
-        return [found for born, ghost in self._ghosts if (found := self._ghost(ghost, born, stamp_ns)) is not None]
+        self._ghosts = [
+            (born, ghost) for born, ghost in self._ghosts if stamp_ns - born <= ghost.boxes[-1].after_s * 1e9 + SAME_NS
+        ]
+        return [self._drawn(ghost.kind, box) for born, ghost in self._ghosts for box in _shown(ghost, stamp_ns - born)]
 
-    def _ghost(self, ghost: Ghost, born_ns: int, stamp_ns: int) -> Found | None:
-        age = (stamp_ns - born_ns) / 1e9 / ghost.seconds if ghost.seconds else 0.0
-        if age > 0.0 and chance(self._seed, "shown", self.camera, born_ns, stamp_ns) >= ghost.shown:
-            return None
-        x0, y0, x1, y1 = (between(a, b, age) for a, b in zip(ghost.box, ghost.last_box, strict=True))
-        detection = Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=ghost.kind, score=ghost.score)
-        if (
-            ghost.range_m is not None
-            and ghost.last_range_m is not None
-            and chance(self._seed, "ghost/lidar", self.camera, born_ns, stamp_ns) < ghost.lidar
-        ):
-            away_m = between(ghost.range_m, ghost.last_range_m, age)
-            return Found(detection, Range(depth_m=away_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
-        return Found(detection, find_range(detection, self._camera, None))
+    def _drawn(self, kind: ObjectClass, ghost: GhostBox) -> Found:
+        x0, y0, x1, y1 = ghost.box
+        detection = Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=kind, score=ghost.score)
+        if ghost.range_m is None:
+            return Found(detection, find_range(detection, self._camera, None))
+        return Found(detection, Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
 
 
-def between(first: float, last: float, share: float) -> float:
-    """What lies between two numbers, by its share of the way."""
-    return first + share * (last - first)
+def _shown(ghost: Ghost, age_ns: int) -> list[GhostBox]:
+    """Its box in the picture of that age, if that had one."""
+    return [each for each in ghost.boxes if abs(each.after_s * 1e9 - age_ns) <= SAME_NS]
 
 
 def _share(odds: float) -> float:

@@ -77,21 +77,23 @@ class Ranging(msgspec.Struct, frozen=True, kw_only=True):
     pictures: int = 0
 
 
+class GhostBox(msgspec.Struct, frozen=True, kw_only=True):
+    """What one picture had of it."""
+
+    after_s: float
+    """Since the first picture that had it."""
+    box: tuple[float, float, float, float]
+    score: float
+    range_m: float | None
+    """By LiDAR; None: it measured none."""
+
+
 class Ghost(msgspec.Struct, frozen=True, kw_only=True):
-    """A box that was of nothing, as it began and as it ended: it is drawn again as it was."""
+    """A box that was of nothing, picture by picture: it is drawn again as it was."""
 
     kind: ObjectClass
-    box: tuple[float, float, float, float]
-    last_box: tuple[float, float, float, float]
-    score: float
-    lidar: float
-    """Share of its pictures in which LiDAR measured a range."""
-    range_m: float | None
-    last_range_m: float | None
-    """By LiDAR, at first and at last; None: never."""
-    seconds: float
-    shown: float
-    """Share of the pictures from first to last that had it."""
+    boxes: tuple[GhostBox, ...]
+    """In the order of time."""
 
 
 class Clutter(msgspec.Struct, frozen=True, kw_only=True):

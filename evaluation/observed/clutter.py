@@ -1,24 +1,20 @@
-"""Boxes of nothing: which came, how long they stayed, and how they moved in the picture meanwhile."""
+"""Boxes of nothing: which came, and how they went on from picture to picture."""
 
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from evaluation.observed.card import Clutter, Ghost
+from evaluation.observed.card import Clutter, Ghost, GhostBox
 from evaluation.observed.pairing import Stray
 from proto.perception import Box
 
 NEAREST_GHOST_M = 3.0
-JOINED_S, JOINED_SIZES, JOINED_PX = 0.45, 0.6, 3.0
+JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
 """Boxes of nothing are one where the next comes within so many seconds and lies within so many of its sizes and pixels."""
 
 
-def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: float, period_s: float) -> Clutter:
-    """Of one camera's pictures, which come each `period_s`."""
-    ghosts = [
-        _ghost(chain, period_s) for strays in runs for chain in _chains([s for s in strays if s.camera == camera])
-    ]
+def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: float) -> Clutter:
+    """Of one camera's pictures."""
+    ghosts = [_ghost(chain) for strays in runs for chain in _chains([s for s in strays if s.camera == camera])]
     return Clutter(per_minute=round(len(ghosts) / max(minutes, 1e-9), 4), ghosts=tuple(ghosts))
 
 
@@ -45,21 +41,18 @@ def _apart_px(a: Box, b: Box) -> float:
     return math.hypot(a.x0_px + a.x1_px - b.x0_px - b.x1_px, a.y0_px + a.y1_px - b.y0_px - b.y1_px) / 2
 
 
-def _ghost(chain: Sequence[Stray], period_s: float) -> Ghost:
-    first, last = chain[0].box, chain[-1].box
-    seconds = (chain[-1].stamp_ns - chain[0].stamp_ns) / 1e9
-    ranges = [_away(each.box) for each in chain if each.box.range_source == "lidar"]
-    return Ghost(
-        kind=first.kind,
-        box=_edges(first),
-        last_box=_edges(last),
-        score=round(float(np.mean([each.box.score for each in chain])), 3),
-        lidar=round(len(ranges) / len(chain), 3),
-        range_m=ranges[0] if ranges else None,
-        last_range_m=ranges[-1] if ranges else None,
-        seconds=round(seconds, 2),
-        shown=round(min(1.0, len(chain) / (seconds / period_s + 1.0)), 3),
+def _ghost(chain: Sequence[Stray]) -> Ghost:
+    began_ns = chain[0].stamp_ns
+    boxes = (
+        GhostBox(
+            after_s=round((each.stamp_ns - began_ns) / 1e9, 3),
+            box=_edges(each.box),
+            score=round(each.box.score, 3),
+            range_m=_away(each.box) if each.box.range_source == "lidar" else None,
+        )
+        for each in chain
     )
+    return Ghost(kind=chain[0].box.kind, boxes=tuple(boxes))
 
 
 def _edges(box: Box) -> tuple[float, float, float, float]:

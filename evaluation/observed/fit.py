@@ -54,7 +54,7 @@ def fit(recordings: Sequence[Recording], *, legible: float = 1.0) -> Card:
     return Card(
         found=_found(seen),
         ranged=_ranged(seen),
-        clutter={name: clutter(stray, name, minutes, _period_s(recordings, name)) for name in CAMERAS},
+        clutter={name: clutter(stray, name, minutes) for name in CAMERAS},
         reading=reading(legible),
         weather=tuple(row for recording in recordings for row in _weather(recording)),
         provenance=provenance(recordings, seen),
@@ -201,15 +201,6 @@ def _weather(recording: Recording) -> Iterable[LooksLike]:
         truth = truths.get(stamp_ns)
         if truth is not None and truth.visibility_m is not None:
             yield LooksLike(weather=weather_name(truth), open_m=round(truth.visibility_m, 1), told=told)
-
-
-def _period_s(recordings: Sequence[Recording], camera: str) -> float:
-    """Between a camera's pictures."""
-    steps: list[int] = []
-    for recording in recordings:
-        stamps = sorted(stamp_ns for stamp_ns, boxes in recording.boxes if boxes.camera == camera)
-        steps += np.diff(stamps).tolist()
-    return float(np.median(steps)) / 1e9 if steps else 0.1
 
 
 def _minutes(recording: Recording) -> float:

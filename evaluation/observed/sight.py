@@ -6,6 +6,7 @@ usual size, one below the other on their post. Model and fit share this geometry
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from proto.perception import ObjectClass
@@ -23,6 +24,9 @@ LAMPS_ASIDE_M, LAMP_BEHIND_M, LAMPS_SIZE_M = (("near", 2.4), ("far", 5.6)), 1.0,
 LEFT_HAND = frozenset({"GBR"})
 NEAREST_M = 1.5
 MOVING_MPS = 1.0
+WHOLLY = 0.95
+"""Hidden by so much, nothing shows: a car before another leaves no more of it than what boxes are wider than bodies."""
+Box4 = tuple[float, float, float, float]
 _PERSON_M = SIZES_M["pedestrian"][2]
 _HEIGHTS_M = sorted((length, height) for kind, (length, _, height) in SIZES_M.items() if kind != "pedestrian")
 PANEL_WIDE_M = 1.2
@@ -35,7 +39,7 @@ class Thing(NamedTuple):
     key: str
     code: str
     depth_m: float
-    box: tuple[float, float, float, float]
+    box: Box4
     full_height_px: float
     hidden: float = 0.0
     cut: float = 0.0
@@ -71,22 +75,34 @@ class Lens:
 
 
 def things(truth: Truth, lens: Lens) -> list[Thing]:
-    """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box."""
+    """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box. Who is
+    wholly hidden does not show: a box there is of who hides him."""
     users = [thing for actor in truth.actors if (thing := _user(actor, truth, lens)) is not None]
     still = [thing for thing in (*_signs(truth, lens), *_lamps(truth, lens)) if thing is not None]
-    return [thing._replace(hidden=hidden(thing, users)) for thing in (*users, *still)]
+    seen = (thing._replace(hidden=hidden(thing, users)) for thing in (*users, *still))
+    return [thing for thing in seen if thing.hidden < WHOLLY]
 
 
 def hidden(thing: Thing, users: Sequence[Thing]) -> float:
     """Share of the box that nearer vehicles cover."""
     x0, y0, x1, y1 = thing.box
-    area, covered = max((x1 - x0) * (y1 - y0), 1e-6), 0.0
-    for other in users:
-        if other.kind == "vehicle" and other.depth_m < thing.depth_m - 0.5:
-            wide = min(x1, other.box[2]) - max(x0, other.box[0])
-            high = min(y1, other.box[3]) - max(y0, other.box[1])
-            covered += max(wide, 0.0) * max(high, 0.0)
-    return min(1.0, covered / area)
+    nearer = (each.box for each in users if each.kind == "vehicle" and each.depth_m < thing.depth_m - 0.5)
+    parts = [(max(x0, box[0]), max(y0, box[1]), min(x1, box[2]), min(y1, box[3])) for box in nearer]
+    covered = _union([part for part in parts if part[0] < part[2] and part[1] < part[3]])
+    return min(1.0, covered / max((x1 - x0) * (y1 - y0), 1e-6))
+
+
+def _union(parts: Sequence[Box4]) -> float:
+    """The area of rectangles that may lie on each other: strip by strip between their sides."""
+    sides = sorted({side for x0, _, x1, _ in parts for side in (x0, x1)})
+    area = 0.0
+    for left, right in pairwise(sides):
+        reached = -math.inf
+        strip = sorted((y0, y1) for x0, y0, x1, y1 in parts if x0 <= left and right <= x1)
+        for y0, y1 in strip:
+            area += (right - left) * max(y1 - max(y0, reached), 0.0)
+            reached = max(reached, y1)
+    return area
 
 
 def body_height_m(actor: TrueActor) -> float:
@@ -162,9 +178,7 @@ def _face(
     return _cut(kind, key, code, depth, (u - wide, v - high, u + wide, v + high), lens.camera)
 
 
-def _cut(
-    kind: ObjectClass, key: str, code: str, depth: float, box: tuple[float, float, float, float], camera: CameraSpec
-) -> Thing | None:
+def _cut(kind: ObjectClass, key: str, code: str, depth: float, box: Box4, camera: CameraSpec) -> Thing | None:
     x0, y0, x1, y1 = box
     inside = max(x0, 0.0), max(y0, 0.0), min(x1, float(camera.width_px)), min(y1, float(camera.height_px))
     if inside[2] - inside[0] < 2.0 or inside[3] - inside[1] < 2.0:

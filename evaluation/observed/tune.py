@@ -11,8 +11,8 @@ from evaluation.observed.imagined import imagine
 from evaluation.observed.recording import Recording
 
 TRIED = (1.0, 1.25, 1.5, 1.75, 2.0)
-SEEDS = (1,)
-MISSED_M = 30.0
+SEEDS = (1, 2, 3)
+MISSED_M = 10.0
 """What a tenth of the signs believed more or less weighs beside metres of where the first belief comes."""
 
 

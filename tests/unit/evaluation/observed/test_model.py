@@ -63,10 +63,18 @@ def drawn(truths: list[tuple[int, Truth]]) -> Recording:
 
 def test_a_nearer_car_hides_the_one_behind_it() -> None:
     lens = Lens(CAMERAS["front"])
-    near, far = sorted(things(truth(0.0, car(1, 15.0), car(2, 40.0)), lens), key=lambda each: each.depth_m)
+    near, far = sorted(things(truth(0.0, car(1, 15.0), car(2, 40.0, 2.5)), lens), key=lambda each: each.depth_m)
     assert near.hidden == 0.0
-    assert far.hidden > 0.6
+    assert 0.6 < far.hidden < 0.8
     assert near.height_px > 2 * far.height_px
+    covered = things(truth(0.0, car(1, 15.0), car(2, 40.0, 2.5), car(3, 15.2, 0.1)), lens)
+    again = next(each for each in covered if each.key == far.key)
+    assert again.hidden < 0.85, "two that stand on each other hide nothing twice"
+
+
+def test_who_is_wholly_hidden_does_not_show() -> None:
+    queue = truth(0.0, car(1, 12.0), car(2, 22.0), car(3, 32.0))
+    assert [each.key for each in things(queue, Lens(CAMERAS["front"]))] == ["actor/1"]
 
 
 def test_what_is_drawn_depends_on_seed_and_thing_alone(card: Card) -> None:
@@ -167,12 +175,12 @@ def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> N
         box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)
         return Stray("front", NS + k * NS // 10, box)
 
-    told = clutter([[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]], "front", 1.0, 0.1)
+    told = clutter([[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]], "front", 1.0)
     assert told.per_minute == 2.0
     moved, single = told.ghosts
-    assert (moved.box[0], moved.last_box[0], moved.seconds) == (100.0, 120.0, 1.0)
-    assert 0.8 < moved.shown < 1.0
-    assert single.seconds == 0.0
+    assert [each.after_s for each in moved.boxes] == [round(0.1 * k, 3) for k in range(11) if k != 5]
+    assert [each.box[0] for each in moved.boxes] == [100.0 + 2.0 * k for k in range(11) if k != 5]
+    assert len(single.boxes) == 1
 
 
 def look(number: int, k: int, range_m: float, hidden: float = 0.0) -> Look:
