@@ -6,7 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 from evaluation.corruption.chance import chance
-from evaluation.observed.card import HALF_HIDDEN, SPREADS, Card, Finding, Ghost, GhostBox, Ranging, own_odds, regime_of
+from evaluation.observed.card import (
+    HALF_HIDDEN,
+    SPREADS,
+    Card,
+    Finding,
+    Ghost,
+    GhostBox,
+    Ranging,
+    own_odds,
+    pace_of,
+    regime_of,
+)
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
@@ -67,7 +78,7 @@ class Eye:
                 detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
         found = [Found(each, self._range(each, thing, row, stamp_ns, boxes)) for each, thing, row in detections]
-        return [*found, *self._haunted(stamp_ns)]
+        return [*found, *self._haunted(truth.speed_mps, stamp_ns)]
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
         whose = f"{self.camera}/{thing.key}"
@@ -136,9 +147,9 @@ class Eye:
         rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift
         return float(np.interp(rank, SPREADS, errors.quantiles))
 
-    def _haunted(self, stamp_ns: int) -> list[Found]:
-        """Boxes of nothing: each comes by chance, and is what one that was measured was."""
-        clutter = self._card.clutter[self.camera]
+    def _haunted(self, speed_mps: float, stamp_ns: int) -> list[Found]:
+        """Boxes of nothing: each comes by chance, and is what one that was measured at such a speed was."""
+        clutter = self._card.clutter[self.camera][pace_of(speed_mps)]
         since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
         self._looked_ns = stamp_ns
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:

@@ -96,11 +96,20 @@ class Ghost(msgspec.Struct, frozen=True, kw_only=True):
     """In the order of time."""
 
 
+PACES_MPS = (1.0, 8.0, 16.0, 25.0, math.inf)
+"""What a box of nothing does in the picture depends on how fast the ego goes: upper ends of speeds that are taken together."""
+
+
 class Clutter(msgspec.Struct, frozen=True, kw_only=True):
-    """Boxes of nothing in one camera's pictures."""
+    """Boxes of nothing in one camera's pictures, while the ego goes at one of `PACES_MPS`."""
 
     per_minute: float
     ghosts: tuple[Ghost, ...]
+
+
+def pace_of(speed_mps: float) -> int:
+    """Which of `PACES_MPS`."""
+    return next(k for k, end in enumerate(PACES_MPS) if speed_mps < end)
 
 
 class LooksLike(msgspec.Struct, frozen=True, kw_only=True):
@@ -141,8 +150,8 @@ class Card(msgspec.Struct, frozen=True, kw_only=True):
     """`camera/class`."""
     ranged: dict[str, Ranging]
     """`camera/class`."""
-    clutter: dict[str, Clutter]
-    """By camera."""
+    clutter: dict[str, tuple[Clutter, ...]]
+    """By camera, one for each of `PACES_MPS`."""
     reading: Reading
     weather: tuple[LooksLike, ...]
     provenance: dict[str, object] = {}

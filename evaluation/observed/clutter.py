@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from evaluation.observed.card import Clutter, Ghost, GhostBox
+from evaluation.observed.card import Clutter, Ghost, GhostBox, pace_of
 from evaluation.observed.pairing import Stray
 from proto.perception import Box
 
@@ -12,10 +12,17 @@ JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
 """Boxes of nothing are one where the next comes within so many seconds and lies within so many of its sizes and pixels."""
 
 
-def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: float) -> Clutter:
-    """Of one camera's pictures."""
-    ghosts = [_ghost(chain) for strays in runs for chain in _chains([s for s in strays if s.camera == camera])]
-    return Clutter(per_minute=round(len(ghosts) / max(minutes, 1e-9), 4), ghosts=tuple(ghosts))
+def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: Sequence[float]) -> tuple[Clutter, ...]:
+    """Of one camera's pictures. `minutes`: how long the ego went at each of `PACES_MPS`."""
+    chains = [chain for strays in runs for chain in _chains([s for s in strays if s.camera == camera])]
+    return tuple(
+        _at_pace([_ghost(chain) for chain in chains if pace_of(chain[0].speed_mps) == pace], driven)
+        for pace, driven in enumerate(minutes)
+    )
+
+
+def _at_pace(ghosts: Sequence[Ghost], minutes: float) -> Clutter:
+    return Clutter(per_minute=round(len(ghosts) / minutes, 4) if minutes > 0.0 else 0.0, ghosts=tuple(ghosts))
 
 
 def _chains(strays: Sequence[Stray]) -> list[list[Stray]]:

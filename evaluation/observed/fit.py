@@ -14,6 +14,7 @@ from drivemcp.paths import data
 from evaluation.observed.card import (
     FEATURES,
     HALF_HIDDEN,
+    PACES_MPS,
     Card,
     Finding,
     Line,
@@ -22,6 +23,7 @@ from evaluation.observed.card import (
     Reading,
     Reads,
     Seen,
+    pace_of,
 )
 from evaluation.observed.clutter import clutter
 from evaluation.observed.lines import chains, measure, odds, rows_of, shares_of
@@ -50,11 +52,10 @@ def fit(recordings: Sequence[Recording], *, legible: float = 1.0) -> Card:
         rows = list(looks(recording))
         seen += [look for found, _ in rows for look in found]
         stray.append([each for _, strays in rows for each in strays])
-    minutes = sum(_minutes(recording) for recording in recordings)
     return Card(
         found=_found(seen),
         ranged=_ranged(seen),
-        clutter={name: clutter(stray, name, minutes) for name in CAMERAS},
+        clutter={name: clutter(stray, name, _minutes_at_pace(recordings)) for name in CAMERAS},
         reading=reading(legible),
         weather=tuple(row for recording in recordings for row in _weather(recording)),
         provenance=provenance(recordings, seen),
@@ -201,6 +202,14 @@ def _weather(recording: Recording) -> Iterable[LooksLike]:
         truth = truths.get(stamp_ns)
         if truth is not None and truth.visibility_m is not None:
             yield LooksLike(weather=weather_name(truth), open_m=round(truth.visibility_m, 1), told=told)
+
+
+def _minutes_at_pace(recordings: Sequence[Recording]) -> list[float]:
+    minutes = [0.0 for _ in PACES_MPS]
+    for recording in recordings:
+        for _, truth in recording.truths:
+            minutes[pace_of(truth.speed_mps)] += _minutes(recording) / len(recording.truths)
+    return minutes
 
 
 def _minutes(recording: Recording) -> float:

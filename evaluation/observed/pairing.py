@@ -40,6 +40,8 @@ class Stray(NamedTuple):
     camera: str
     stamp_ns: int
     box: Box
+    speed_mps: float = 0.0
+    """Of the ego."""
 
 
 def air_of(truth: Truth, rain_mm_h: float = 0.0) -> Air:
@@ -66,7 +68,7 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
             for k, thing in enumerate(present)
         ]
         stray = [
-            Stray(boxes.camera, stamp_ns, box)
+            Stray(boxes.camera, stamp_ns, box, truth.speed_mps)
             for k, box in enumerate(boxes.boxes)
             if k not in owned and not _untold(boxes.camera, box) and not any(_is_of(each, box) for each in present)
         ]

@@ -173,9 +173,12 @@ def test_what_hides_a_thing_has_range_errors_of_its_own() -> None:
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
     def stray(k: int, x0: float) -> Stray:
         box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)
-        return Stray("front", NS + k * NS // 10, box)
+        return Stray("front", NS + k * NS // 10, box, 10.0)
 
-    told = clutter([[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]], "front", 1.0)
+    runs = [[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]]
+    paces = clutter(runs, "front", [1.0, 0.0, 1.0, 2.0, 0.0])
+    assert [len(each.ghosts) for each in paces] == [0, 0, 2, 0, 0], "at 10 m/s"
+    told = paces[2]
     assert told.per_minute == 2.0
     moved, single = told.ghosts
     assert [each.after_s for each in moved.boxes] == [round(0.1 * k, 3) for k in range(11) if k != 5]
