@@ -176,3 +176,13 @@ def test_a_red_stands_for_who_comes_to_it_however_long_it_is_out_of_view(
     drive.ticks(ticks)
     light = drive.state.light
     assert light is None or not light.lost_at_line
+
+
+@FEW
+@given(st.floats(7.5, 60.0), st.integers(31, 90))
+def test_a_red_stands_for_who_stands_in_a_queue_before_it_and_sees_it_no_more(distance_m: float, ticks: int) -> None:
+    drive = at_red(distance_m=distance_m, speed_mps=0.0)
+    drive.ticks(ticks)
+    assert state(drive) == "red"
+    assert drive.state.light is not None
+    assert not drive.state.light.lost_at_line
