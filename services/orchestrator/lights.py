@@ -30,7 +30,7 @@ LAMPS_APART_M = 15.0
 NEXT_JUNCTION_M = 80.0
 """A red light so far behind a green one is of another junction: 17 m/s still come to a stand there at 2 m/s²."""
 LIGHT_PASSED_M = -3.0
-LOST_NS, AT_LINE_M = 3 * SECOND, 7.0
+LOST_NS, AT_LINE_M = SECOND, 7.0
 """A light that the ego stands before, so near and unseen for so long, is out of the pictures."""
 
 

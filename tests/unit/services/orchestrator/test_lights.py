@@ -149,9 +149,9 @@ def test_no_other_lamp_ends_a_red_that_was_just_seen(ticks: list[list[tuple[Fact
 
 def test_who_drives_off_below_a_light_out_of_view_is_told_to_look_and_not_to_stop() -> None:
     drive = at_red(distance_m=3.0, speed_mps=0.0)
-    drive.ticks(20)
+    drive.ticks(5)
     assert drive.target_mps == 0.0, "it was red a moment ago"
-    drive.ticks(20)
+    drive.ticks(10)
     drive.speed_mps = 1.2
     ticked = drive.ticks(3)
     assert ticked.fused.directive == "Make sure the light is green"
