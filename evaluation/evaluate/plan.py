@@ -46,6 +46,8 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     at: float | None = None
     """Where on the curve."""
     note: str = ""
+    adapts: bool = False
+    """Each of its runs begins as labels on the runs before it have left the arbiter (`labelled.py`)."""
 
 
 class Run(msgspec.Struct, frozen=True, kw_only=True):
@@ -127,8 +129,15 @@ def _ablation(base: RunSpec) -> Iterable[Row]:
                 table="ablation", key=key, label=method.label, family="cross-border", spec=applied(method, base),
                 paper=_ABLATED.get(key, ""), group="Ablations", note=method.note,
             )  # fmt: skip
+    yield Row(
+        table="ablation", key=ADAPTING, label=ADAPTING, family="cross-border", spec=applied(METHODS[OURS], base),
+        group="Ablations", adapts=True,
+        note="Ours: the runs as a sequence of drives. After each, a driver who knows the truth labels it; the next begins with the "
+        "Delta and c_min that this leaves. The first run is DriveMCP's own; in all other rows nobody labels anything.",
+    )  # fmt: skip
 
 
+ADAPTING = "Feedback over the runs"
 RENDERED_ONLY = ("No tracking", "No grounding guard")
 """Modelled sensors have neither boxes to track nor readings to guard."""
 _ABLATED = {

@@ -54,7 +54,8 @@ def _no_feedback() -> str:
     return (
         "Feedback. All parameters are fixed during the paper's evaluation, so that taking adaptation away changes nothing; the "
         f"ablation table has {rows['no_feedback_adaptation']['infractions_per_10km']:g} against "
-        f"{rows['full']['infractions_per_10km']:g} infractions per 10 km. Here the row can differ only where labels are given."
+        f"{rows['full']['infractions_per_10km']:g} infractions per 10 km. Here that row can differ only where labels are given; "
+        "the row of feedback over the runs has them."
     )
 
 

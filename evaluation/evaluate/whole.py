@@ -15,6 +15,7 @@ from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
 from evaluation.drive.stack import settings_of
 from evaluation.evaluate import files, report
+from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.one import run_one
@@ -37,13 +38,12 @@ def evaluate(flags: argparse.Namespace) -> int:
     store = Store(folder / "runs")
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
     runs = runs_of(rows, _amount(flags))
-    keys = {id(run): store.key(run.spec) for run in runs}
     with store.alone():
         try:
             with interruptible():
-                _drive({keys[id(run)]: run for run in runs}, store, flags, screen)
+                _drive_in_turn(runs, store, flags, screen)
         finally:
-            tables = _measured(rows, runs, keys, store)
+            tables = _measured(rows, runs, _keys(runs, store), store)
             _write(tables, folder, store, flags, screen)
     return int(any(row.missing for table in tables for row in table.rows))
 
@@ -92,6 +92,26 @@ def _amount(flags: argparse.Namespace) -> Amount:
     return Amount(runs=flags.runs, km=flags.km, km_of=dict(flags.km_of))
 
 
+def _keys(runs: Sequence[Run], store: Store) -> dict[int, str]:
+    """By `id`, of the runs that are known by now."""
+    return {run: store.key(spec) for run, spec in specs_of(runs, store).items()}
+
+
+def _drive_in_turn(runs: Sequence[Run], store: Store, flags: argparse.Namespace, screen: Screen) -> None:
+    """Drive what is missing; a row that adapts has its next run only once the last one is driven."""
+    tried: set[str] = set()
+    while True:
+        specs = specs_of(runs, store)
+        known = {store.key(specs[id(run)]): run for run in runs if id(run) in specs}
+        ready = {
+            key: msgspec.structs.replace(run, spec=specs[id(run)]) for key, run in known.items() if key not in tried
+        }
+        if not ready:
+            return
+        _drive(ready, store, flags, screen)
+        tried |= ready.keys()
+
+
 def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, screen: Screen) -> None:
     """Drive the runs that are not there. A run that several rows share is driven once."""
     jobs = [Job(key, run.spec) for key, run in runs.items() if store.kept(key) is None]
@@ -124,7 +144,7 @@ def _named(run: Run) -> str:
 def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str], store: Store) -> list[Table]:
     by_row: dict[tuple[str, str], list[Ran]] = {}
     for run in runs:
-        key = keys[id(run)]
+        key = keys.get(id(run), "")
         ran = Ran(key=key, number=run.number, seed=run.spec.seed, kept=store.kept(key), problem=store.failed(key))
         by_row.setdefault((run.row.table, run.row.key), []).append(ran)
     names = dict.fromkeys(row.table for row in rows)
@@ -155,6 +175,7 @@ def _command(flags: argparse.Namespace) -> str:
     words = ["drivemcp", "evaluate", flags.table]
     for name in ("runs", "km"):
         words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
+    words += [word for method, km in flags.km_of for word in ("--km-of", f"{method}={km:g}")]
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]

@@ -44,12 +44,16 @@ def learn(adapted: Adapted, feedback: tuple[Feedback, ...], profile: Profile) ->
     return adapted
 
 
-def within_bounds(adapted: Adapted, profile: Profile) -> Adapted:
-    """A stored value under today's profile: one outside the bounds (another profile, a damaged file) is calibrated."""
-    good = (
+def is_within_bounds(adapted: Adapted, profile: Profile) -> bool:
+    """Whether both values lie between those of the profile."""
+    return (
         profile.delta_low <= adapted.delta <= profile.delta_high
         and profile.c_min_low <= adapted.c_min <= profile.c_min_high
     )
-    return Adapted(
-        delta=adapted.delta if good else profile.delta, c_min=adapted.c_min if good else profile.c_min, updated_ns=None
-    )
+
+
+def within_bounds(adapted: Adapted, profile: Profile) -> Adapted:
+    """A stored value under today's profile: one outside the bounds (another profile, a damaged file) is calibrated."""
+    if is_within_bounds(adapted, profile):
+        return Adapted(delta=adapted.delta, c_min=adapted.c_min)
+    return Adapted(delta=profile.delta, c_min=profile.c_min)

@@ -17,12 +17,13 @@ from proto.decision import ArbitrationRequest, Decision, Grant
 from proto.topics import Topic
 from services.arbiter import store
 from services.arbiter.act import Permission
+from services.arbiter.adapt import is_within_bounds
 from services.arbiter.decide import Inputs, Verdict, decide
 from services.arbiter.errors import ProfileError
 from services.arbiter.explain import Explanation, explain
 from services.arbiter.profiles import Profile, load, reachability
 from services.arbiter.reading import Latest, M, Reading, read
-from services.arbiter.state import ArbiterState, fresh
+from services.arbiter.state import Adapted, ArbiterState, fresh
 from services.arbiter.unfiltered import Filter, check
 
 MOST_DELTA = 2.0
@@ -37,6 +38,8 @@ class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
     profile: str = "calibrated"
     delta: float | None = None
     state_file: str = ""
+    learnt: tuple[float, float] | None = None
+    """Delta and c_min as feedback on earlier drives left them, instead of what a file has; within the profile's bounds."""
     filter: Filter = "full"
     """What the arbiter holds back: all that it judges unfit, or, for the evaluation, less (`unfiltered.py`)."""
 
@@ -98,6 +101,9 @@ class Arbiter:
 
     def _begin(self) -> ArbiterState:
         state = fresh(self.profile)
+        if self._config.learnt is not None:
+            delta, c_min = self._config.learnt
+            return msgspec.structs.replace(state, adapted=Adapted(delta=delta, c_min=c_min))
         if self._file is None:
             return state
         return msgspec.structs.replace(state, adapted=store.load(self._file, self.profile))
@@ -170,6 +176,12 @@ def _profile(config: ArbiterConfig) -> Profile:
         profile = load(config.profile)
     except (ProfileError, OSError) as error:
         raise ConfigError(f"profile {config.profile!r} of the arbiter: {error}") from None
+    if config.learnt is not None and not is_within_bounds(
+        Adapted(delta=config.learnt[0], c_min=config.learnt[1]), profile
+    ):
+        raise ConfigError(
+            f"learnt = {list(config.learnt)} lies outside the bounds of Delta and c_min in {config.profile!r}"
+        )
     if config.delta is None:
         return profile
     high = MOST_DELTA if config.lockstep else profile.delta_high

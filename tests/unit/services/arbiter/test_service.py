@@ -167,7 +167,16 @@ def test_feedback_outlives_the_service(tmp_path: Path) -> None:
             assert outcome.result["metrics"]["delta"] == pytest.approx(0.2 - 0.02 * count, abs=1e-3)
 
 
-@pytest.mark.parametrize("settings", [{"profile": "nowhere"}, {"delta": 0.9}])
+def test_a_drive_may_begin_with_what_earlier_ones_have_left(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, ArbiterConfig(out_dir=str(tmp_path), learnt=(0.1, 0.6)))
+        metrics = arbitrate(b, b.node("probe")).metrics
+        assert (metrics.delta, metrics.c_min) == pytest.approx((0.1, 0.6), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "settings", [{"profile": "nowhere"}, {"delta": 0.9}, {"learnt": (0.9, 0.5)}, {"learnt": (0.1, 1.0)}]
+)
 def test_a_profile_that_is_none_is_a_users_mistake(settings: dict[str, object]) -> None:
     with bus() as b, pytest.raises(ConfigError):
         b.start(SERVICE, msgspec.convert(settings, ArbiterConfig))

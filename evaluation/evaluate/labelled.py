@@ -1,0 +1,38 @@
+"""Rows that adapt: each run begins with the Delta and c_min that labels on the runs before it have left. Labels are scripted,
+from truth: what a driver who knows it would say of each drive (`evaluation.calibrate.feedback`).
+"""
+
+from collections.abc import Iterator, Sequence
+
+from evaluation.calibrate.feedback import Drive, after, labels_of
+from evaluation.evaluate.plan import Run, with_settings
+from evaluation.evaluate.store import LOG, Store
+from evaluation.metrics import from_log
+from evaluation.run.spec import RunSpec
+from services.arbiter.profiles import load
+from services.arbiter.state import Adapted
+
+CALIBRATED = "calibrated"
+
+
+def specs_of(runs: Sequence[Run], store: Store) -> dict[int, RunSpec]:
+    """What is to be driven, by the run's `id`. Of a row that adapts only the runs whose predecessors are driven."""
+    found = {id(run): run.spec for run in runs if not run.row.adapts}
+    for key in dict.fromkeys((run.row.table, run.row.key) for run in runs if run.row.adapts):
+        found.update(_in_turn([run for run in runs if (run.row.table, run.row.key) == key], store))
+    return found
+
+
+def _in_turn(runs: Sequence[Run], store: Store) -> Iterator[tuple[int, RunSpec]]:
+    adapted: Adapted | None = None
+    for run in sorted(runs, key=lambda each: each.number):
+        learnt = None if adapted is None else [round(adapted.delta, 6), round(adapted.c_min, 6)]
+        spec = run.spec if learnt is None else with_settings(run.spec, "arbiter", {"learnt": learnt})
+        yield id(run), spec
+        key = store.key(spec)
+        if store.kept(key) is None:
+            return
+        profile = load(spec.settings.get("arbiter", {}).get("profile", CALIBRATED))
+        record = from_log(store.path(key) / LOG)
+        drive = Drive(tuple(labels_of(record)), record.truths[-1].time_s)
+        adapted, _ = after(adapted or Adapted(delta=profile.delta, c_min=profile.c_min), drive, profile)
