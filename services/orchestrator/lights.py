@@ -70,7 +70,8 @@ def _still_ahead(light: Light, motion: Motion, ego: Stamped[Ego] | None, now_ns:
     moved = light.distance_m - motion.travelled_m
     if moved < LIGHT_PASSED_M:
         return None
-    lost = light.lost_at_line or (stands and age_ns > LOST_NS and moved <= AT_LINE_M)
+    out_of_view = stands and age_ns > LOST_NS and moved <= AT_LINE_M and light.state not in _PERMISSION
+    lost = light.lost_at_line or out_of_view
     return msgspec.structs.replace(light, distance_m=moved, lost_at_line=lost)
 
 

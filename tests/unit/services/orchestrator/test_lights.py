@@ -186,3 +186,12 @@ def test_a_red_stands_for_who_stands_in_a_queue_before_it_and_sees_it_no_more(di
     assert state(drive) == "red"
     assert drive.state.light is not None
     assert not drive.state.light.lost_at_line
+
+
+def test_a_green_that_leaves_the_pictures_wears_off_and_asks_nobody_to_look() -> None:
+    drive = Drive(speed_mps=0.0)
+    drive.tick(lamp("green", distance_m=3.0))
+    for _ in range(40):
+        ticked = drive.tick()
+        assert drive.state.light is None or not drive.state.light.lost_at_line
+        assert "light" not in ticked.fused.directive
