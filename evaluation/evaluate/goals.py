@@ -138,12 +138,25 @@ def _against(results: Table) -> Iterator[Judged]:
             found=f"{told(response, RESPONSE)} against {told(other, RESPONSE)}",
             verdict=_no_worse(response, other),
         )  # fmt: skip
-        mine, floor = _collided(ours), _collided(rows[f"{family}/No-assistant"])
-        yield Judged(
-            what=f"{name}, {COLLISIONS.title}", bound="none that No-assistant does not have",
-            found=f"runs {sorted(mine)} against {sorted(floor)}" if mine or floor else "none in either",
-            verdict="missed" if mine - floor else "holds in the mean, not proven" if ours.km else "not measured",
-        )  # fmt: skip
+        yield _collisions(name, ours, rows[f"{family}/No-assistant"])
+
+
+def _collisions(name: str, ours: TableRow, floor: TableRow) -> Judged:
+    """Of the runs that both drove; where only ours did, nobody knows what the driver alone would have met."""
+    both = _driven(ours) & _driven(floor)
+    mine, other, alone = _collided(ours) & both, _collided(floor) & both, _collided(ours) - both
+    found = f"runs {sorted(mine)} against {sorted(other)}" if mine or other else "none in either"
+    found += f", of {len(both)} that both drove" + (
+        f"; in {sorted(alone)}, which DriveMCP alone drove" if alone else ""
+    )
+    return Judged(
+        what=f"{name}, {COLLISIONS.title}", bound="none that No-assistant does not have", found=found,
+        verdict="missed" if mine - other else "holds in the mean, not proven" if both and not alone else "not measured",
+    )  # fmt: skip
+
+
+def _driven(row: TableRow) -> set[int]:
+    return {run.number for run in row.runs if run.kept is not None}
 
 
 def _no_worse(ours: Value, other: Value) -> Verdict:

@@ -96,6 +96,16 @@ def test_a_collision_that_no_assistant_does_not_have_misses_the_goal() -> None:
     assert verdicts["CROSS-BORDER, collisions"] == "missed"
 
 
+def test_a_collision_where_nobody_drove_without_assistant_is_not_judged() -> None:
+    def made(row: Row, number: int) -> Kept | None:
+        ours = row.spec.method == "DriveMCP"
+        return kept(collisions=int(ours and number == 1)) if ours or number == 0 else None
+
+    (told,) = (each for each in judged([table("results", made)]) if each.what == "CROSS-BORDER, collisions")
+    assert told.verdict == "not measured"
+    assert "[1], which DriveMCP alone drove" in told.found
+
+
 def test_every_goal_names_a_row_and_a_column() -> None:
     for goal in GOALS:
         made = table(goal.table, lambda row, number: None)  # type: ignore[arg-type]
