@@ -10,8 +10,13 @@ from services.orchestrator.state import GapSeen
 EGO_HALF_M = 2.25
 NEAR_PATH_M = 3.0
 LOOK_AHEAD_M = 120.0
+WITHIN_S, SURELY_WITHIN_S, WALKS_MPS = 2.0, 3.0, 1.0
+"""Who walks towards the path and reaches it so soon, crosses it; who surely walks, sooner told of: at 54 km/h two seconds are
+one reaction and too little braking."""
 FLOOR = 0.15
 """Below this confidence perception itself says that there is probably nothing."""
+CERTAIN = 0.7
+"""As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 PERSON_ON_MOTORWAY = 0.5
 """A person on a motorway is implausible; one that is doubted there bounds nothing."""
 
@@ -70,8 +75,10 @@ def crosses(track: Track) -> bool:
         return False
     if track.in_ego_path:
         return True
-    towards = track.vy_mps * track.y_m < 0.0 and abs(track.vy_mps) > 0.4
-    return towards and abs(track.y_m) - 2.0 * abs(track.vy_mps) < NEAR_PATH_M / 2.0
+    sideways = abs(track.vy_mps)
+    towards = track.vy_mps * track.y_m < 0.0 and sideways > 0.4
+    within_s = SURELY_WITHIN_S if sideways >= WALKS_MPS and track.confidence >= CERTAIN else WITHIN_S
+    return towards and abs(track.y_m) - within_s * sideways < NEAR_PATH_M / 2.0
 
 
 def way(world: WorldState, track: Track) -> Way:
@@ -111,8 +118,6 @@ def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
 
 
-CERTAIN = 0.7
-"""As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 YOUNG_S = 0.3
 FAINT = 0.45
 LOST_S = 0.3

@@ -10,6 +10,7 @@ from proto.observed import Observed
 from proto.perception import Track
 from proto.world import EgoState, WorldState
 from services.orchestrator import legal
+from services.orchestrator.actors import crosses
 from services.orchestrator.matters import matters
 from services.orchestrator.state import Held, State
 from services.orchestrator.targets import target
@@ -173,3 +174,22 @@ def test_in_a_crawling_queue_the_next_car_itself_is_warned_of() -> None:
 
 def test_a_car_that_is_hardly_seen_hides_nobody() -> None:
     assert "lead" in hazards(seen(car(10.0, 0.0, confidence=0.3), car(14.0, -5.0, 2), speed_mps=4.0))
+
+
+def walker(y_m: float, vy_mps: float, confidence: float) -> Track:
+    return car(
+        40.0, -15.0, kind="pedestrian", length_m=0.5, y_m=y_m, vy_mps=vy_mps, confidence=confidence, in_ego_path=False
+    )
+
+
+def test_who_surely_walks_to_the_road_is_told_of_three_seconds_before() -> None:
+    assert crosses(walker(5.5, -1.4, 0.8)), "in the way in 2.9 s"
+    assert not crosses(walker(5.5, -1.4, 0.6)), "a doubted one is waited for"
+    assert not crosses(walker(4.0, -0.9, 0.8)), "who only sways is not walking"
+    assert not crosses(walker(5.5, 1.4, 0.8)), "he walks away"
+
+
+@given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 0.85))
+def test_who_is_surer_crosses_no_less(y_m: float, vy_mps: float, confidence: float, more: float) -> None:
+    surer = min(1.0, confidence + more)
+    assert crosses(walker(y_m, vy_mps, surer)) >= crosses(walker(y_m, vy_mps, confidence))
