@@ -80,6 +80,10 @@ class ProjectedSweep:
         c = camera.calibration
         return ProjectedSweep(pixels, depths, (pixels[:, 0] - c.cx_px) / c.fx_px * depths)
 
+    def part(self, chosen: NDArray[np.bool_]) -> ProjectedSweep:
+        """The chosen returns alone."""
+        return ProjectedSweep(self.pixels[chosen], self.depths[chosen], self.across[chosen])
+
     def outside(self, boxes: Sequence[Detection]) -> ProjectedSweep:
         """The returns that lie in none of the boxes."""
         free = np.ones(len(self.depths), dtype=np.bool_)
@@ -87,7 +91,7 @@ class ProjectedSweep:
             free &= ~_within(
                 box, self.pixels, *(-COVER_PX - COVER_SHARE * size for size in (box.width_px, box.height_px))
             )
-        return ProjectedSweep(self.pixels[free], self.depths[free], self.across[free])
+        return self.part(free)
 
 
 def find_range(
@@ -134,7 +138,8 @@ def lidar_range(
     Rain gives single returns before the object, the background returns behind it; both fall into clusters of their own.
     None is nearer than `nearest_m`.
     """
-    depths = np.sort(sweep.depths[_inside(detection, sweep.pixels)])
+    inner = sweep.part(_inside(detection, sweep.pixels))
+    depths = np.sort(inner.depths)
     if not len(depths):
         return None
     breaks = np.flatnonzero(np.diff(depths) > CLUSTER_GAP_M + CLUSTER_GAP_SHARE * depths[:-1]) + 1
@@ -145,43 +150,48 @@ def lidar_range(
         if len(cluster) >= enough
         and cluster[0] >= nearest_m
         and (seen is None or _agrees(float(cluster[0]), seen))
-        and not _post(cluster, detection, sweep)
+        and not _post(cluster, detection, inner, sweep)
     ]
     if not allowed:
         return None
-    cluster = _broad(allowed, detection, sweep)
+    cluster = _broad(allowed, detection, inner)
     return replace(_of_cluster(cluster), sides_m=_sides(detection, sweep, cluster))
 
 
-def _broad(clusters: Sequence[Floats], detection: Detection, sweep: ProjectedSweep) -> Floats:
+def _broad(clusters: Sequence[Floats], detection: Detection, inner: ProjectedSweep) -> Floats:
     """The nearest cluster; but of a vehicle's box the nearest that spans it, where what is nearer is as thin as a post."""
     nearest = clusters[0]
-    if detection.kind != "vehicle" or len(clusters) == 1 or _span(nearest, detection, sweep) > THIN_SHARE:
+    if detection.kind != "vehicle" or len(clusters) == 1 or _span(nearest, detection, inner) > THIN_SHARE:
         return nearest
-    return next((each for each in clusters[1:] if _span(each, detection, sweep) > BROAD_SHARE), nearest)
+    return next((each for each in clusters[1:] if _span(each, detection, inner) > BROAD_SHARE), nearest)
 
 
-def _post(cluster: Floats, detection: Detection, sweep: ProjectedSweep) -> bool:
+def _post(cluster: Floats, detection: Detection, inner: ProjectedSweep, sweep: ProjectedSweep) -> bool:
     """Whether returns in a vehicle's box are a post's before it: thin, and as many again above and below the box, within its height."""
-    if detection.kind != "vehicle" or _span(cluster, detection, sweep) > THIN_SHARE:
+    if detection.kind != "vehicle" or _span(cluster, detection, inner) > THIN_SHARE:
         return False
-    there = (sweep.depths >= cluster[0] - CLUSTER_GAP_M) & (sweep.depths <= cluster[-1] + CLUSTER_GAP_M)
-    columns = sweep.pixels[there & _inside(detection, sweep.pixels), 0]
+    columns = inner.pixels[_as_deep(inner, cluster, CLUSTER_GAP_M), 0]
     beside = (sweep.pixels[:, 0] >= columns.min() - POST_PX) & (sweep.pixels[:, 0] <= columns.max() + POST_PX)
-    rows = sweep.pixels[there & beside, 1]
+    rows = sweep.pixels[beside & _as_deep(sweep, cluster, CLUSTER_GAP_M), 1]
     beyond = np.maximum(detection.y0_px - rows, rows - detection.y1_px)
     return bool(((beyond > POST_PX) & (beyond < detection.height_px)).sum() >= len(cluster))
 
 
-def _span(cluster: Floats, detection: Detection, sweep: ProjectedSweep) -> float:
+def _span(cluster: Floats, detection: Detection, inner: ProjectedSweep) -> float:
     """Across how much of the box's width a cluster's returns lie."""
-    own = _inside(detection, sweep.pixels) & (sweep.depths >= cluster[0]) & (sweep.depths <= cluster[-1])
-    return float(np.ptp(sweep.pixels[own, 0])) / max(detection.width_px, 1.0)
+    own = _as_deep(inner, cluster)
+    return float(np.ptp(inner.pixels[own, 0])) / max(detection.width_px, 1.0)
+
+
+def _as_deep(sweep: ProjectedSweep, cluster: Floats, slack_m: float = 0.0) -> NDArray[np.bool_]:
+    """Which returns lie no nearer and no further than the cluster."""
+    found: NDArray[np.bool_] = (sweep.depths >= cluster[0] - slack_m) & (sweep.depths <= cluster[-1] + slack_m)
+    return found
 
 
 def _sides(detection: Detection, sweep: ProjectedSweep, cluster: Floats) -> tuple[float, float] | None:
     """Of the returns in the whole box that lie no nearer and no further than the cluster; too few do not tell."""
-    own = _within(detection, sweep.pixels, 0.0, 0.0) & (sweep.depths >= cluster[0]) & (sweep.depths <= cluster[-1])
+    own = _within(detection, sweep.pixels, 0.0, 0.0) & _as_deep(sweep, cluster)
     if own.sum() < SIDES_RETURNS:
         return None
     low, high = np.quantile(sweep.across[own], [SIDE_QUANTILE, 1.0 - SIDE_QUANTILE])
