@@ -216,15 +216,12 @@ def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
 
 
 def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
-    apart_m = math.hypot(*(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist())
-    followed = track.confirmed and (not track.missed or _one_body(track, sighting))
-    return followed and _measured(sighting.fix) and squared <= SWERVE_GATE and apart_m <= SWERVE_M
-
-
-def _one_body(track: Tracked, sighting: Sighting) -> bool:
-    """Whether two bodies could not stand there: what is seen would lie in the track's own."""
+    if not (track.confirmed and squared <= SWERVE_GATE and _measured(sighting.fix)):
+        return False
     along_m, across_m = np.abs(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist()
-    return bool(along_m < track.body.length_m and across_m < (track.body.width_m + sighting.body.width_m) / 2)
+    # Two bodies cannot stand in each other: what is seen in the track's own is the same one.
+    one_body = along_m < track.body.length_m and across_m < (track.body.width_m + sighting.body.width_m) / 2
+    return math.hypot(along_m, across_m) <= SWERVE_M and (not track.missed or one_body)
 
 
 def _as_far(mean: Floats, place: Floats) -> bool:
