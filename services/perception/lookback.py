@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from services.perception.kalman import Estimate, Fix, Floats
+from services.perception.projection import GROUND_CLEARANCE_M
 
-ABOVE_M = (0.25, 3.0)
+ABOVE_M = (GROUND_CLEARANCE_M, 3.0)
 """Returns from between these heights are of bodies."""
 HALF_WIDTH_M = 1.2
 """To either side of a thing's middle."""
