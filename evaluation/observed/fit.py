@@ -52,10 +52,11 @@ def fit(recordings: Sequence[Recording], *, legible: float = 1.0) -> Card:
         rows = list(looks(recording))
         seen += [look for found, _ in rows for look in found]
         stray.append([each for _, strays in rows for each in strays])
+    minutes = _minutes_at_pace(recordings)
     return Card(
         found=_found(seen),
         ranged=_ranged(seen),
-        clutter={name: clutter(stray, name, _minutes_at_pace(recordings)) for name in CAMERAS},
+        clutter={name: clutter(stray, name, minutes) for name in CAMERAS},
         reading=reading(legible),
         weather=tuple(row for recording in recordings for row in _weather(recording)),
         provenance=provenance(recordings, seen),

@@ -40,7 +40,7 @@ class Stray(NamedTuple):
     camera: str
     stamp_ns: int
     box: Box
-    speed_mps: float = 0.0
+    speed_mps: float
     """Of the ego."""
 
 
