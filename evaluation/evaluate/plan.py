@@ -201,7 +201,7 @@ def placed(row: Row, number: int, seconds: float) -> RunSpec:
 
 
 def _needed(row: Row, amount: Amount) -> int:
-    more_km = amount.km_of.get(row.key.rpartition("/")[2]) if row.table == "results" else None
+    more_km = amount.km_of.get(row.spec.method) if row.table == "results" else None
     return max(_all_need(row.family, amount), _for_km(row.family, more_km) if more_km is not None else 0)
 
 
