@@ -89,9 +89,14 @@ def from_truth(recordings: Sequence[Recording], base: Profile, count: int) -> Dr
     def driver(profile: Profile, number: int) -> Drive:
         recording = turns[number]
         record = again(recording, candidate.moved("c_min", profile.c_min), profile)
-        return Drive(tuple(labels_of(record)), record.truths[-1].time_s)
+        return labelled(record)
 
     return driver
+
+
+def labelled(record: Record) -> Drive:
+    """A drive with the labels of who knows its truth."""
+    return Drive(tuple(labels_of(record)), record.truths[-1].time_s)
 
 
 def labels_of(record: Record) -> Iterable[Label]:

@@ -3,8 +3,10 @@ from truth: what a driver who knows it would say of each drive (`evaluation.cali
 """
 
 from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
 
-from evaluation.calibrate.feedback import Drive, after, labels_of
+from evaluation.calibrate.feedback import Drive, after, labelled
 from evaluation.evaluate.plan import Run, with_settings
 from evaluation.evaluate.store import LOG, Store
 from evaluation.metrics import from_log
@@ -33,6 +35,11 @@ def _in_turn(runs: Sequence[Run], store: Store) -> Iterator[tuple[int, RunSpec]]
         if store.kept(key) is None:
             return
         profile = load(spec.settings.get("arbiter", {}).get("profile", CALIBRATED))
-        record = from_log(store.path(key) / LOG)
-        drive = Drive(tuple(labels_of(record)), record.truths[-1].time_s)
+        drive = _drive(store.path(key) / LOG)
         adapted, _ = after(adapted or Adapted(delta=profile.delta, c_min=profile.c_min), drive, profile)
+
+
+@cache
+def _drive(log: Path) -> Drive:
+    """Of a run that is there; it takes most of a second, and each run that follows begins with it."""
+    return labelled(from_log(log))
