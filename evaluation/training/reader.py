@@ -21,8 +21,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.training.reader_fonts import letterings
 from evaluation.training.reader_samples import Source
-from evaluation.training.reader_scores import Measured, score_table, sure_from
+from evaluation.training.reader_scores import Measured, Sure, score_table, sure_from
 from evaluation.training.reader_tracks import track_table
 from services.drivelm.classes import READER_CLASSES
 from services.drivelm.reader import Reader
@@ -168,8 +169,7 @@ def _write(card: dict[str, Any], folder: Path) -> None:
 
 def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
     """The card's tables: single crops of each kind, and whole approaches."""
-    tune = Source("tune", SCORED_SEED, options.fonts, each=10)
-    sure = sure_from(read_by(reader, tune.batch(2 * options.tests, np.random.default_rng([SCORED_SEED, 13]))))
+    sure = tuned(reader, options.tests, options.fonts)
     source = Source("test", SCORED_SEED, options.fonts, each=10)
     more = crops_of(options.rendered_test), crops_of(options.lights_test)
     measured = held_out(reader, source, SCORED_SEED, options.tests, *more)
@@ -177,6 +177,14 @@ def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
     found: dict[str, Any] = {"scores": {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}}
     found |= {f"scores_{name}": table for name, table in tables.items()}
     return found | {"tracks": track_table(reader, source, 300, SCORED_SEED)}
+
+
+def tuned(reader: Reader, tests: int, fonts: tuple[Path, ...]) -> Sure | None:
+    """From where a crop counts as sure; None where there is no lettering to choose that on (`TUNE_STEMS`)."""
+    if not letterings("tune", fonts):
+        return None
+    tune = Source("tune", SCORED_SEED, fonts, each=10)
+    return sure_from(read_by(reader, tune.batch(2 * tests, np.random.default_rng([SCORED_SEED, 13]))))
 
 
 def read_by(reader: Reader, crops: Crops) -> Measured:

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivemcp.paths import data
+from evaluation.training.reader import tuned
 from evaluation.training.reader_avenue import avenue, class_of
 from evaluation.training.reader_avenue_lights import light_avenue
 from evaluation.training.reader_degrade import any_conditions, jittered, view
@@ -17,6 +19,7 @@ from evaluation.training.reader_scores import SURE, SURELY_WRONG, Measured, scor
 from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
 from services.drivelm.crops import Region
+from services.drivelm.reader import Reader
 from services.simulator.render import Label
 from services.simulator.render.labels import LabelKind
 
@@ -40,6 +43,10 @@ def test_train_and_test_share_no_lettering() -> None:
 def test_letterings_for_thresholds_are_neither_trained_on_nor_scored() -> None:
     assert not set(TUNE_STEMS) & {*TRAIN_STEMS, *TEST_STEMS}
     assert not letterings("tune", ())
+
+
+def test_without_letterings_for_thresholds_none_are_chosen() -> None:
+    assert tuned(Reader.load(data("models/reader.onnx")), 10, ()) is None
 
 
 def test_a_batch_has_crops_labels_and_sizes_and_is_the_same_for_the_same_seed(source: Source) -> None:
