@@ -40,6 +40,7 @@ from services.simulator.signart.lettering import STYLES
 Chance = np.random.Generator
 SPACING_M = 45.0
 _TOWARDS_DRIVER = float(np.pi)
+_STATES: tuple[LightState, ...] = ("red", "red_amber", "amber", "green", "off")
 _PLATE_CODES = tuple(plate for plate in PLATES if plate != "plate:end")
 
 
@@ -63,12 +64,9 @@ def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = (), signs:
             lights.append(_light(index, x, chance))
         else:
             posts.append(_post(index, x, split, chance, only or _chosen(signs, chance)))
-    line = np.array([(-60.0, 0.0), (length + 200, 0.0)])
-    lanes = tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
-    ground = [Strip(surface="verge", centre_m=line + np.array([0.0, y]), width_m=9.0) for y in (-6.3, 9.8)]
     scenery = scenery_along(length, chance)
     static = StaticWorld(
-        road=Road(lanes=lanes, strips=tuple(ground)),
+        road=straight_road(length),
         signs=tuple(posts),
         gantries=tuple(gantries),
         lights=tuple(lights),
@@ -76,6 +74,14 @@ def avenue(count: int, split: str, seed: int, only: tuple[str, ...] = (), signs:
         seed=seed,
     )
     return Avenue(static, length)
+
+
+def straight_road(length_m: float) -> Road:
+    """Two lanes between verges, from before the first place to beyond the last."""
+    line = np.array([(-60.0, 0.0), (length_m + 200, 0.0)])
+    lanes = tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
+    ground = tuple(Strip(surface="verge", centre_m=line + np.array([0.0, y]), width_m=9.0) for y in (-6.3, 9.8))
+    return Road(lanes=lanes, strips=ground)
 
 
 def _font(split: str, chance: Chance) -> int:
@@ -130,11 +136,15 @@ def _gantry(index: int, x: float, split: str, chance: Chance) -> Gantry:
 
 
 def _light(index: int, x: float, chance: Chance) -> TrafficLight:
-    states: tuple[LightState, ...] = ("red", "red_amber", "amber", "green", "off")
-    state = states[int(chance.integers(len(states)))]
+    state = any_state(chance)
     pose = Pose(x_m=x, y_m=-3.0, yaw_rad=_TOWARDS_DRIVER + float(chance.normal(0, 0.05)))
     arm = float(chance.choice([0.0, 0.0, 2.5]))
     return TrafficLight(id=30_000 + index, pose=pose, state=state, arm_m=arm, height_m=2.7 if not arm else 4.8)
+
+
+def any_state(chance: Chance) -> LightState:
+    """What a light shows."""
+    return _STATES[int(chance.integers(len(_STATES)))]
 
 
 def scenery_along(length: float, chance: Chance) -> tuple[Scenery, ...]:

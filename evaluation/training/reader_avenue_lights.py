@@ -8,12 +8,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from evaluation.training.reader_avenue import Avenue, Chance, Frame, any_atmosphere, frame_at, scenery_along
+from evaluation.training.reader_avenue import (
+    Avenue,
+    Chance,
+    Frame,
+    any_atmosphere,
+    any_state,
+    frame_at,
+    scenery_along,
+    straight_road,
+)
 from services.simulator.render import Renderer
-from services.simulator.scene import FRONT, TELE, Lane, LightState, Pose, Road, StaticWorld, Strip, TrafficLight
+from services.simulator.scene import FRONT, TELE, Pose, StaticWorld, TrafficLight
 
 ROWS = 5
-_STATES: tuple[LightState, ...] = ("red", "red_amber", "amber", "green", "off")
 _SPACING_M, _FRAMES_EACH, _LATERAL_M = 32.0, 15, (-3.2, 6.8)
 
 
@@ -21,12 +29,9 @@ def light_avenue(split: str, seed: int) -> Avenue:
     """A road with heads right, left and above every 32 m."""
     chance = np.random.default_rng([seed, 83, len(split)])
     length = (ROWS + 2) * _SPACING_M
-    line = np.array([(-60.0, 0.0), (length + 200, 0.0)])
-    lanes = tuple(Lane(centre_m=line + np.array([0.0, y]), left="dashed", right="edge") for y in (0.0, 3.5))
-    ground = tuple(Strip(surface="verge", centre_m=line + np.array([0.0, y]), width_m=9.0) for y in (-6.3, 9.8))
     heads = [head for row in range(ROWS) for head in _row(row, (row + 2) * _SPACING_M, chance)]
     static = StaticWorld(
-        road=Road(lanes=lanes, strips=ground),
+        road=straight_road(length),
         lights=tuple(heads),
         scenery=scenery_along(length, chance),
         seed=seed,
@@ -36,7 +41,7 @@ def light_avenue(split: str, seed: int) -> Avenue:
 
 def _row(row: int, x_m: float, chance: Chance) -> Iterator[TrafficLight]:
     for place, y in enumerate((*_LATERAL_M, _LATERAL_M[0])):
-        state = _STATES[int(chance.integers(len(_STATES)))]
+        state = any_state(chance)
         above = place == len(_LATERAL_M)
         x = x_m + float(chance.uniform(-8, 8)) + (4.0 if above else 0.0)
         yaw = float(np.pi + np.clip(chance.normal(0, 0.15), -0.45, 0.45))
@@ -49,17 +54,13 @@ def _row(row: int, x_m: float, chance: Chance) -> Iterator[TrafficLight]:
 def drive_lights(split: str, seed: int, frames: int) -> Iterator[Frame]:
     """Frames at places of their own, three of four through the tele camera, a new sky for each third."""
     chance = np.random.default_rng([seed, 89])
-    renderer, world, sky = None, light_avenue(split, seed), any_atmosphere(chance, split)
+    world, sky = light_avenue(split, seed), any_atmosphere(chance, split)
+    renderer = Renderer(world.static)
     for number in range(frames):
-        if number % _FRAMES_EACH == 0:
-            if renderer is not None:
-                renderer.close()
+        if number and number % _FRAMES_EACH == 0:
             world = light_avenue(split, seed + 7919 * (number // _FRAMES_EACH))
-            renderer = Renderer(world.static)
         if number % 3 == 0:
             sky = any_atmosphere(chance, split)
-        assert renderer is not None
         x_m = float(chance.uniform(0, world.length_m - _SPACING_M))
         yield frame_at(renderer, world.static, x_m, TELE if number % 4 else FRONT, sky, chance)
-    if renderer is not None:
-        renderer.close()
+    renderer.close()
