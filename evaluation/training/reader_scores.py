@@ -126,10 +126,9 @@ def _rows(measured: Measured, chosen: NDArray[np.bool_]) -> list[dict[str, Any]]
     rows = []
     for low, high in _SIZES_PX:
         part = chosen & (measured.sizes_px >= low) & (measured.sizes_px < high)
-        best, top = measured.probabilities[part].argmax(axis=1), measured.probabilities[part].max(axis=1, initial=0)
-        right, sure = best == measured.labels[part], (top > SURE) & (best != 0)
-        row = {"px": f"{low}-{high}", "crops": int(part.sum()), "right": _share(right)}
-        rows.append({**row, "sure_right": _share(right & sure), "sure_wrong": _share(~right & sure)})
+        row = {"px": f"{low}-{high}", "crops": int(part.sum()), "right": _right(measured, part)}
+        sure = {f"sure_{name}": _share(_sure(measured, part, SURE, name == "right")) for name in ("right", "wrong")}
+        rows.append({**row, **sure})
     return rows
 
 
