@@ -9,7 +9,7 @@ from highway_env.vehicle.kinematics import Vehicle
 from highway_env.vehicle.objects import RoadObject
 
 from services.simulator.kinematics import FREE, clip_by_grip
-from services.simulator.roadway import LaneIndex, RouteLane, lane_of
+from services.simulator.roadway import LaneIndex, RouteLane, direction_of, lane_of
 from services.simulator.scene import ActorKind
 from services.simulator.spine import Array
 
@@ -112,6 +112,12 @@ class Car(_Grounded, IDMVehicle):  # type: ignore[misc]
     def step(self, dt: float) -> None:
         self.hold_to_the_ground(dt)
         super().step(dt)
+
+    def handle_collisions(self, other: RoadObject, dt: float = 0) -> None:
+        """None with who comes the other way: both keep to their lanes, but in a bend a lorry, rigid here, reaches over the line,
+        and two that had touched would stand for good."""
+        if not (isinstance(other, Car) and direction_of(other.lane_index) != direction_of(self.lane_index)):
+            super().handle_collisions(other, dt)
 
     def lane_distance_to(self, other: RoadObject, lane: RouteLane | None = None) -> float:
         """Bumper to bumper along the lane, signed; highway-env measures from centre to centre."""

@@ -24,6 +24,8 @@ LEAST_GAP = 0.8
 """Nobody cuts in with less than this share of the gap that his part says."""
 BESIDE_M, BESIDE_S = 4.0, 1.5
 """Nor where another car of that lane is so near, bumper to bumper, or closes up within so long."""
+LEAVES_MPS2 = 4.0
+"""Who leaves the lane does so at the latest where he would have to brake so hard for what is ahead; where he cannot, he brakes."""
 PACES_PER_S = 1.0
 """Speed by which a car that keeps pace with the ego makes up for each metre that it is off."""
 PACES_LEAST_MPS = 3.0
@@ -190,15 +192,22 @@ class Traffic:
         change = part.plan.lane_change
         if change is None or part.changed:
             return
-        car.blind = change.paces_m is None
+        late = change.paces_m is None and self._runs_up(car)
+        car.blind = change.paces_m is None and not late
         gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
-        if self.ego.s_m >= change.when_ego_at_m:
+        if late or self.ego.s_m >= change.when_ego_at_m:
             car.keeps_mps = min(car.keeps_mps, change.then_kmh / 3.6 if change.then_kmh else FREE)
             due = change.at_gap_m is None or LEAST_GAP * change.at_gap_m <= gap <= change.at_gap_m
             if due and self._room_beside(car, lane_index("forward", change.to_lane)):
                 part.changed, car.blind, car.target_lane_index = True, False, lane_index("forward", change.to_lane)
         elif change.paces_m is not None:
             car.target_speed = max(float(self.ego.speed) + PACES_PER_S * (change.paces_m - gap), PACES_LEAST_MPS)
+
+    def _runs_up(self, car: Car) -> bool:
+        """Whether it has come so near to what drives or stands ahead that it has to do something about it."""
+        ahead, _ = self.road.neighbour_vehicles(car, car.lane_index)
+        closing_mps = float(car.speed - ahead.speed) if ahead is not None else 0.0
+        return closing_mps > 0.0 and closing_mps**2 > 2.0 * LEAVES_MPS2 * car.lane_distance_to(ahead)
 
     def _room_beside(self, car: Car, lane: LaneIndex) -> bool:
         """Whether no other car of the traffic in that lane is beside it, nor closes up: the two would collide and stand for good."""

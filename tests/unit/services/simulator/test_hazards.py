@@ -121,6 +121,31 @@ halts = [{ at_m = 150, hold_s = 6 }]
     assert changing, "it does so once the other has stayed behind"
 
 
+@pytest.mark.parametrize("beside", ["", "[[vehicles]]\nat_m = 60\nlane = 2\nspeed_kmh = 80\nkeeps_kmh = 80\n"])
+def test_a_lorry_that_the_ego_falls_behind_of_never_drives_into_what_stands(beside: str) -> None:
+    rest = """
+[[vehicles]]
+kind = "lorry"
+at_m = 60
+lane = 1
+speed_kmh = 80
+keeps_kmh = 80
+lane_change = { to_lane = 2, when_ego_at_m = 900 }
+[[vehicles]]
+at_m = 400
+lane = 1
+speed_kmh = 0
+stands_s = 9
+"""
+    world = World(motorway(rest + beside, 20), 1)
+    for _ in range(600):
+        world.step()
+        assert not any(car.crashed for car in world.traffic.cars), "they would stand for good"
+    (lorry,) = [car for car in world.traffic.cars if car.body.kind == "lorry"]
+    assert lorry.lane_index[2] == 2, "it has left the lane"
+    assert lorry.s_m > 420.0, "and drives on"
+
+
 def motorway(rest: str, speed: float) -> Scenario:
     plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
     return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))

@@ -57,6 +57,31 @@ def test_after_the_border_one_drives_on_the_left() -> None:
     assert min(after) > 1.3
 
 
+def test_lorries_that_meet_in_a_bend_pass_each_other() -> None:
+    lorries = """
+[[vehicles]]
+kind = "lorry"
+at_m = 40
+speed_kmh = 40
+halts = [{ at_m = 110, hold_s = 60 }]
+[[vehicles]]
+kind = "lorry"
+at_m = 330
+direction = "oncoming"
+speed_kmh = 40
+"""
+    plan = scenario(rest=lorries, road_class="urban", speed=20)
+    bend = BendPlan(length_m=400.0, radius_m=70.0, turn="right")
+    world = World(msgspec.structs.replace(plan, road=msgspec.structs.replace(plan.road, bends=(bend,))), 1)
+    met = False
+    for _ in range(500):
+        world.step()
+        ours, theirs = sorted(world.traffic.parts, key=lambda car: car.lane_index, reverse=True)
+        met = met or abs(ours.s_m - theirs.s_m) < 4.0
+        assert not ours.crashed, "it would stand for good"
+    assert met
+
+
 def test_signs_stand_on_the_side_on_which_one_drives_and_face_the_driver() -> None:
     rest = '[[signs]]\nat_m = 150\ncodes = ["limit:70"]\n[[signs]]\nat_m = 500\ncodes = ["limit:50"]'
     right, left = build_signs(Route(scenario(rest=rest, road="changeover_m = 300")), 1)
