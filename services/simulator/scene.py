@@ -227,7 +227,7 @@ class CameraSpec:
 
 
 FRONT = CameraSpec(id="front", fov_deg=70.0, pitch_rad=math.radians(-2.0))
-TELE = CameraSpec(id="tele", fov_deg=25.0, pitch_rad=math.radians(1.0))
+TELE = CameraSpec(id="tele", fov_deg=18.0, pitch_rad=math.radians(1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
