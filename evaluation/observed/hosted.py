@@ -59,7 +59,7 @@ class Blind:
 
     name = "modelled"
 
-    def detect(self, rgb: np.ndarray[Any, Any]) -> list[Detection]:
+    def detect(self, rgb: np.ndarray[Any, Any], *, closer: bool = False) -> list[Detection]:
         return []
 
 

@@ -47,7 +47,7 @@ class _Known:
     answers: Iterator[Sequence[Detection]]
     name: str = "kept"
 
-    def detect(self, rgb: Picture) -> list[Detection]:
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         return list(next(self.answers))
 
 
@@ -59,9 +59,9 @@ class Noting:
     found: list[list[Detection]] = field(default_factory=list)
     name: str = "noting"
 
-    def detect(self, rgb: Picture) -> list[Detection]:
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """As the detector does."""
-        self.found.append(self.detector.detect(rgb))
+        self.found.append(self.detector.detect(rgb, closer=closer))
         return list(self.found[-1])
 
 

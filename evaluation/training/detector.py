@@ -188,7 +188,7 @@ def _save(
 
 
 def export(net: DetectorNet, path: Path) -> None:
-    """Write the network as one ONNX file for pictures of 640 x 360, padded below to 640 x 384."""
+    """Write the network as one ONNX file for pictures of any size, multiples of 32: the whole one, and its enlarged middle."""
     picture = torch.zeros(1, HEIGHT_PX, WIDTH_PX, 3, dtype=torch.uint8)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the newer exporter would need a further package
@@ -199,6 +199,11 @@ def export(net: DetectorNet, path: Path) -> None:
             dynamo=False,
             input_names=["picture"],
             output_names=["heat", "sides_px"],
+            dynamic_axes={
+                "picture": {1: "height", 2: "width"},
+                "heat": {2: "rows", 3: "columns"},
+                "sides_px": {2: "rows", 3: "columns"},
+            },
             opset_version=17,
         )
 

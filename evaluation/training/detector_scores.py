@@ -12,6 +12,7 @@ from evaluation.training.dataset import CLASSES, Frames, counted
 from proto.perception import ObjectClass
 from services.perception.detection import Detection, overlaps
 from services.perception.detector import Detector
+from services.simulator.scene import FRONT
 
 OVERLAP = 0.5
 
@@ -50,8 +51,11 @@ def best_floor(tally: Tally, recall_weight: float = 1.0) -> float:
 
 
 def run(detector: Detector, frames: Frames) -> list[list[Detection]]:
-    """Detections in every frame."""
-    return [detector.detect(picture) for picture in frames.pictures]
+    """Detections in every frame; those of the front camera are looked at closer, as in the car."""
+    return [
+        detector.detect(picture, closer=note["camera"] == FRONT.id)
+        for picture, note in zip(frames.pictures, frames.notes, strict=True)
+    ]
 
 
 def tally(found: Sequence[Sequence[Detection]], frames: Frames, kind: ObjectClass, overlap: float = OVERLAP) -> Tally:

@@ -16,6 +16,7 @@ from services.perception.detection import Detection
 
 Floats = NDArray[np.float64]
 ASSUMED_FOV_RAD = math.radians(60.0)
+WIDE_RAD = math.radians(50.0)
 """Horizontal field of view taken for a camera that never sent a calibration: that of a usual dashcam."""
 PITCH_SIGMA_RAD = math.radians(0.3)
 """Nodding of a car on its springs about the calibrated pitch (our estimate)."""
@@ -65,6 +66,10 @@ class Camera:
         numbers = (c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.x_m, c.y_m, c.z_m, c.pitch_rad, c.yaw_rad, *c.distortion)
         possible = all(map(math.isfinite, numbers)) and min(c.fx_px, c.fy_px, c.z_m, c.width_px, c.height_px) > 0
         return possible and len(c.distortion) in DISTORTION_COUNTS and self._straightens()
+
+    def is_wide(self) -> bool:
+        """Whether it sees `WIDE_RAD` and more from side to side: what is far is small in its pictures."""
+        return self.calibration.width_px / 2 / self.calibration.fx_px >= math.tan(WIDE_RAD / 2)
 
     def scaled(self, width_px: int, height_px: int) -> Camera:
         """The same camera for pictures of another size than the calibrated one."""

@@ -6,6 +6,7 @@ from typing import Any, get_args
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
 from services.perception.detection import Detection, FloatArray, detections, suppress
@@ -16,20 +17,35 @@ STRIDE_PX = 4
 """The same number stands in `evaluation/training/detector_net.py`, held by a test."""
 AS_IT_IS = (1.0, 0.0)
 """Slope and offset of a class whose scores nobody calibrated."""
+CANVAS_PX = (384, 640)
+"""Height and width of what a net for pictures of any size is given."""
 _MOST = 100
+MIDDLE = (0.3, 124 / 360, 0.7, 220 / 360)
+"""What is looked at closer: left, top, right and bottom as shares of the picture, about the horizon of a level camera."""
+CLOSER_PX = (192, 512)
+"""Height and width of that then: twice as large in our pictures."""
+CUT_PX = 3.0
+"""What comes so near to the middle's edge there may go on beyond it: the whole picture shows it better."""
+
+
+_Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
 
 
 class CentreDetector:
     """The exported net: input uint8 (1, H, W, 3) RGB, outputs `heat` at peaks (1, K, H/4, W/4) and `sides_px`.
 
     Its card may hold `calibration`: slope and offset that make a class's scores probabilities. Floors are of the raw heat.
+    A net for pictures of any size, multiples of 32, can look closer; one for a single size does not.
     """
 
     def __init__(self, session: Any, card: dict[str, Any], options: DetectorOptions, *, name: str) -> None:
         self.name = name
         self._session = session
         self._input = session.get_inputs()[0].name
-        _, self._height, self._width, _ = session.get_inputs()[0].shape
+        _, height, width, _ = session.get_inputs()[0].shape
+        self._any_size = not isinstance(height, int)
+        size: tuple[int, int] = CANVAS_PX if self._any_size else (height, width)
+        self._height, self._width = size
         self._options = options
         self._classes: tuple[ObjectClass, ...] = tuple(card.get("classes", CLASSES))
         if not set(self._classes) <= set(CLASSES):
@@ -40,9 +56,22 @@ class CentreDetector:
         curves = [card.get("calibration", {}).get(kind, AS_IT_IS) for kind in self._classes]
         self._curves = np.array(curves, dtype=np.float32).reshape(-1, 2)
 
-    def detect(self, rgb: Picture) -> list[Detection]:
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """See `Detector`."""
         canvas, scale = self._fit(rgb)
+        boxes, scores, kinds = self._found(canvas)
+        boxes /= scale
+        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:
+            more, their_scores, their_kinds = self._closer(rgb)
+            boxes, scores = np.concatenate([boxes, more]), np.concatenate([scores, their_scores])
+            kinds = np.concatenate([kinds, their_kinds])
+        kept = suppress(boxes, scores, kinds, self._options.overlap_limit)
+        names = [self._classes[kinds[index]] for index in kept]
+        sure = _probabilities(scores[kept], self._curves[kinds[kept]])
+        return detections(boxes[kept], sure, names, (rgb.shape[1], rgb.shape[0]))
+
+    def _found(self, canvas: Picture) -> _Found:
+        """Boxes in pixels of the canvas, raw scores and classes, not yet suppressed."""
         heat, spread = self._session.run(["heat", "sides_px"], {self._input: canvas})
         kinds, rows, columns = np.nonzero(heat[0] >= self._floors)
         scores = heat[0][kinds, rows, columns]
@@ -51,11 +80,19 @@ class CentreDetector:
             kinds, rows, columns, scores = kinds[best], rows[best], columns[best], scores[best]
         sides = spread[0][:, rows, columns]
         centres = np.stack([columns, rows]).astype(np.float32) * STRIDE_PX + STRIDE_PX / 2
-        boxes = np.concatenate([centres - sides[:2], centres + sides[2:]]).T / scale
-        kept = suppress(boxes.astype(np.float32), scores, kinds, self._options.overlap_limit)
-        names = [self._classes[kinds[index]] for index in kept]
-        sure = _probabilities(scores[kept], self._curves[kinds[kept]])
-        return detections(boxes[kept].astype(np.float32), sure, names, (rgb.shape[1], rgb.shape[0]))
+        boxes = np.concatenate([centres - sides[:2], centres + sides[2:]]).T
+        return boxes.astype(np.float32), scores, kinds
+
+    def _closer(self, rgb: Picture) -> _Found:
+        """What the enlarged middle shows, in pixels of the whole picture; nothing that its edge may have cut."""
+        height, width = rgb.shape[:2]
+        left, top, right, bottom = np.rint(np.multiply(MIDDLE, (width, height, width, height))).astype(int).tolist()
+        rows, columns = CLOSER_PX
+        middle = cv2.resize(rgb[top:bottom, left:right], (columns, rows), interpolation=cv2.INTER_CUBIC)
+        boxes, scores, kinds = self._found(middle[None].astype(np.uint8, copy=False))
+        whole = ((boxes[:, :2] >= CUT_PX) & (boxes[:, 2:] <= (columns - CUT_PX, rows - CUT_PX))).all(axis=1)
+        stretch = np.array([(right - left) / columns, (bottom - top) / rows] * 2, np.float32)
+        return boxes[whole] * stretch + np.array([left, top] * 2, np.float32), scores[whole], kinds[whole]
 
     def _fit(self, rgb: Picture) -> tuple[Picture, float]:
         """The picture in the upper left corner of the net's canvas, scaled down or up to fit, and the scale."""

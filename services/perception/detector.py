@@ -25,8 +25,11 @@ class Detector(Protocol):
 
     name: str
 
-    def detect(self, rgb: Picture) -> list[Detection]:
-        """Objects in `rgb`, best first; boxes in its pixels."""
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
+        """Objects in `rgb`, best first; boxes in its pixels.
+
+        `closer`: the middle is looked at once more, enlarged, by a detector that can do so at little cost.
+        """
         ...
 
 

@@ -115,7 +115,7 @@ class Perception:
         picture = open_picture(frame)
         self._check_stamp(camera_id, stamp_ns)
         camera = self._camera(camera_id, frame)
-        found = self.detector.detect(picture)
+        found = self.detector.detect(picture, closer=camera.is_wide())
         camera = self._levelled(camera_id, found, camera)
         points = self._points(stamp_ns)
         sweep = ProjectedSweep.of(points, camera) if points is not None else None

@@ -5,11 +5,16 @@ import math
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drivemcp.paths import data
+from services.perception.detection import Detection, overlaps
 from services.perception.detector import Picture
 from services.perception.loading import load_detector
+from services.simulator.render.context import RendererUnavailable
+from services.simulator.render.renderer import Renderer
+from services.simulator.scene import FRONT, Actor, Lane, Pose, Road, Scene, StaticWorld
 
 
 def with_curve(folder: Path, slope: float, offset: float) -> Path:
@@ -30,3 +35,52 @@ def test_the_cards_curve_bends_scores_and_moves_no_box(street: Picture, tmp_path
     for before, after in zip(plain, bent, strict=True):
         odds = math.log(before.score / (1 - before.score))
         assert after.score == pytest.approx(1 / (1 + math.exp(-(2.0 * odds + 0.5))), abs=1e-3)
+
+
+def of_people(found: list[Detection]) -> np.typing.NDArray[np.float32]:
+    people = [(d.x0_px, d.y0_px, d.x1_px, d.y1_px) for d in found if d.kind == "pedestrian"]
+    return np.array(people, dtype=np.float32).reshape(-1, 4)
+
+
+def test_a_closer_look_finds_people_that_are_small_each_once_and_where_they_are() -> None:
+    line = np.array([(x, 0.0) for x in np.arange(-20.0, 200.0, 5.0)])
+    static = StaticWorld(road=Road(lanes=(Lane(centre_m=line, left="dashed", right="edge"),)))
+    try:
+        renderer = Renderer(static)
+    except RendererUnavailable as error:
+        pytest.skip(str(error))
+    detector, plain, closer = load_detector(data("models/detector.onnx")), 0, 0
+    for look in range(20):
+        place = Pose(x_m=24.0 + look, y_m=-3.0 if look % 2 else 2.5, yaw_rad=1.5 * look)
+        person = Actor(
+            id=1, kind="pedestrian", pose=place, length_m=0.5, width_m=0.5, height_m=1.75, look_seed=look
+        )  # fmt: skip
+        scene = Scene(static=static, ego=Pose(x_m=0.0, y_m=0.0), actors=(person,))
+        picture, (label,) = renderer.render(scene, FRONT), renderer.render_labels(scene, FRONT)
+        there = np.array([label.box_px], dtype=np.float32)
+        with_closer = of_people(detector.detect(picture, closer=True))
+        plain += bool((overlaps(there, of_people(detector.detect(picture))) >= 0.5).any())
+        closer += bool((overlaps(there, with_closer) >= 0.5).any())
+        assert len(with_closer) <= 1, "one that was seen twice is still one"
+    renderer.close()
+    assert closer > plain
+    assert closer >= 15
+
+
+def test_what_the_whole_picture_shows_well_stays_where_it_is(street: Picture) -> None:
+    detector = load_detector(data("models/detector.onnx"))
+    plain, closer = detector.detect(street), detector.detect(street, closer=True)
+    assert sorted(each.kind for each in closer) == sorted(each.kind for each in plain)
+    for before, after in zip(by_kind(plain), by_kind(closer), strict=True):
+        edges = [(each.x0_px, each.y0_px, each.x1_px, each.y1_px) for each in (before, after)]
+        assert float(overlaps(*np.array(edges, dtype=np.float32)[:, None])[0, 0]) > 0.7
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 300), (4, 4), (5, 700), (37, 20), (1080, 1920)])
+def test_pictures_of_any_size_are_looked_at_closer(size: tuple[int, int]) -> None:
+    grey = np.full((*size, 3), 110, np.uint8)
+    assert load_detector(data("models/detector.onnx")).detect(grey, closer=True) == []
+
+
+def by_kind(found: list[Detection]) -> list[Detection]:
+    return sorted(found, key=lambda each: (each.kind, each.x0_px))

@@ -36,7 +36,7 @@ class Told:
     name: str = "told"
     found: list[Detection] = field(default_factory=list)
 
-    def detect(self, rgb: Picture) -> list[Detection]:
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """As told."""
         return self.found
 
