@@ -36,7 +36,7 @@ class Approach:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageTrack:
-    """Centre and logarithm of the size with their changes per second, at `stamp_ns`."""
+    """Centre and logarithm of the size with their changes per second, those of a turning camera left out, at `stamp_ns`."""
 
     track_id: int
     kind: ObjectClass
@@ -51,13 +51,15 @@ class ImageTrack:
     blind: bool = False
     """Seen once, and nothing told how it would move."""
 
-    def at(self, stamp_ns: int) -> ImageTrack:
-        """Where it is expected then: what is approached at a steady speed grows and moves as one over its distance."""
+    def at(self, stamp_ns: int, turn_px_s: float = 0.0) -> ImageTrack:
+        """Where it is expected then: what is approached at a steady speed grows and moves as one over its distance, and all
+        moves aside as the camera turns.
+        """
         dt = (stamp_ns - self.stamp_ns) / 1e9
         nearer = 1.0 / max(1.0 - max(self.growth_per_s, 0.0) * dt, NEAREST_SHARE)
         return replace(
             self,
-            u_px=self.u_px + self.du_px_s * dt * nearer,
+            u_px=self.u_px + (self.du_px_s * nearer + turn_px_s) * dt,
             v_px=self.v_px + self.dv_px_s * dt * nearer,
             log_size=self.log_size + (math.log(nearer) if self.growth_per_s > 0 else self.growth_per_s * dt),
             du_px_s=self.du_px_s * nearer**2,
@@ -74,20 +76,27 @@ class ImageTracker:
         self.tracks: tuple[ImageTrack, ...] = ()
 
     def step(
-        self, stamp_ns: int, detections: Sequence[Detection], approaches: Sequence[Approach | None] | None = None
+        self,
+        stamp_ns: int,
+        detections: Sequence[Detection],
+        approaches: Sequence[Approach | None] | None = None,
+        turn_px_s: float = 0.0,
     ) -> list[int]:
-        """The track id of each detection of the picture taken at `stamp_ns`; `approaches` help new tracks."""
+        """The track id of each detection of the picture taken at `stamp_ns`; `approaches` help new tracks.
+
+        `turn_px_s`: how fast what is far moves to the right, because the ego turns to the left.
+        """
         known = approaches if approaches is not None else [None] * len(detections)
         tracks = [track for track in self.tracks if 0 <= (stamp_ns - track.stamp_ns) / 1e9 <= KEEP_S]
         pairs = greedy(
             (cost, left, right)
             for left, track in enumerate(tracks)
             for right, detection in enumerate(detections)
-            for cost in _costs(track, detection, stamp_ns)
+            for cost in _costs(track, detection, stamp_ns, turn_px_s)
         )
         owners = [0] * len(detections)
         for left, right in pairs:
-            tracks[left] = _follow(tracks[left], detections[right], stamp_ns)
+            tracks[left] = _follow(tracks[left], detections[right], stamp_ns, turn_px_s)
             owners[right] = tracks[left].track_id
         for right, detection in enumerate(detections):
             if not owners[right]:
@@ -101,11 +110,11 @@ def _size(detection: Detection) -> float:
     return math.sqrt(max(detection.width_px * detection.height_px, 1.0))
 
 
-def _costs(track: ImageTrack, detection: Detection, stamp_ns: int) -> Iterator[float]:
+def _costs(track: ImageTrack, detection: Detection, stamp_ns: int, turn_px_s: float) -> Iterator[float]:
     dt = (stamp_ns - track.stamp_ns) / 1e9
     if track.kind != detection.kind or dt <= 0:
         return
-    expected = track.at(stamp_ns)
+    expected = track.at(stamp_ns, turn_px_s)
     size = math.exp(min(expected.log_size, 8.0))
     loose = 1.0 + REACH_GROWTH_PER_S * dt
     u, v = detection.centre_px
@@ -134,10 +143,10 @@ def _born(track_id: int, detection: Detection, stamp_ns: int, approach: Approach
     )
 
 
-def _follow(track: ImageTrack, detection: Detection, stamp_ns: int) -> ImageTrack:
+def _follow(track: ImageTrack, detection: Detection, stamp_ns: int, turn_px_s: float) -> ImageTrack:
     """Alpha-beta steps; the second hit of a blind track sets the velocities outright."""
     dt = (stamp_ns - track.stamp_ns) / 1e9
-    expected = track.at(stamp_ns)
+    expected = track.at(stamp_ns, turn_px_s)
     gain = 1.0 if track.blind else VELOCITY_GAIN
     u, v = detection.centre_px
     off_u, off_v = u - expected.u_px, v - expected.v_px

@@ -243,9 +243,11 @@ class Perception:
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
         tracker = self._stills.setdefault(camera_id, ImageTracker(self.tracker.ids))
-        speed_mps = self._ego_state(stamp_ns).speed_mps
-        approaches = [_approach(ranges[i], speed_mps, camera) for i in still]
-        for index, owner in zip(still, tracker.step(stamp_ns, [detections[i] for i in still], approaches), strict=True):
+        ego = self._ego_state(stamp_ns)
+        approaches = [_approach(ranges[i], ego.speed_mps, camera) for i in still]
+        turn_px_s = (ego.yaw_rate_radps or 0.0) * camera.calibration.fx_px
+        standing = tracker.step(stamp_ns, [detections[i] for i in still], approaches, turn_px_s)
+        for index, owner in zip(still, standing, strict=True):
             owners[index] = owner
         return owners
 

@@ -1,6 +1,10 @@
 """Signs keep their track ids while they grow and move out of the picture."""
 
 import itertools
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
 
 from services.perception.detection import Detection
 from services.perception.image_tracks import Approach, ImageTracker
@@ -32,6 +36,22 @@ def test_two_signs_on_one_post_keep_apart() -> None:
         distance = 70.0 - 14.0 * k * 0.2
         seen.add(tuple(tracker.step(k * STEP_NS, [sign_at(distance, 4.0, 1.1), sign_at(distance, 4.0, 0.45, 0.4)])))
     assert seen == {(1, 2)}
+
+
+@given(radps=st.floats(-0.2, 0.2), speed_mps=st.floats(5.0, 25.0))
+def test_stacked_signs_keep_their_ids_in_a_bend(radps: float, speed_mps: float) -> None:
+    """The ego turns as steadily as it drives; by 0.2 rad/s the tele camera moves 80 px aside from picture to picture."""
+    tracker, seen = ImageTracker(itertools.count(1)), set()
+    for k in range(1, 13):
+        distance, turned_px = 90.0 - speed_mps * k * 0.2, 2020.0 * radps * k * 0.2
+        both = [aside(sign_at(distance, 1.0, height_m), turned_px) for height_m in (1.1, 0.45)]
+        told = [Approach(growth_per_s=speed_mps / distance, u_px=320, v_px=180)] * 2
+        seen.add(tuple(tracker.step(k * STEP_NS, both, told, 2020.0 * radps)))
+    assert seen == {(1, 2)}
+
+
+def aside(sign: Detection, px: float) -> Detection:
+    return replace(sign, x0_px=sign.x0_px + px, x1_px=sign.x1_px + px)
 
 
 def test_a_lower_face_never_takes_the_track_of_an_upper_one_that_fails() -> None:
