@@ -131,6 +131,17 @@ def test_of_a_cut_log_what_can_be_read_is_replayed_and_the_cut_is_told(tmp_path:
     assert path.name in log.notes[-1]
 
 
+def test_a_log_whose_header_lacks_what_its_version_needs_ends_and_says_so(tmp_path: Path) -> None:
+    path = write(tmp_path / "drive.trc", drive(0.1))
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    assert any(line.startswith(";$COLUMNS") for line in lines)
+    path.write_text("".join(line for line in lines if not line.startswith(";$COLUMNS")), encoding="utf-8")
+    log = RecordedLog(path)
+    assert list(log) == []
+    assert "drive.trc" in log.notes[-1]
+    assert "header" in log.notes[-1]
+
+
 @settings(max_examples=60, deadline=None)
 @given(noise=st.binary(max_size=300), where=st.floats(0, 1), ending=st.sampled_from(CLASSIC))
 def test_no_bytes_break_the_reading_and_none_invent_a_frame_that_is_none(
