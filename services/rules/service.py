@@ -171,6 +171,7 @@ def _follow(node: Node, shelf: Shelf) -> None:
     change = shelf.look()
     if change is None:
         return
+    _describe(node, shelf)  # before it is told: who hears of it finds it in the health
     for reason in change.refused:
         node.log.error("changed rulepack refused, what was loaded before stays: %s", reason)
         node.publish(
@@ -180,7 +181,6 @@ def _follow(node: Node, shelf: Shelf) -> None:
         node.log.info("rulepack_version %s, before: %s", new, old or "none")
         fields = {"rulepack_version": new, "before": old}
         node.publish(LOG, ServiceLog(service=node.name, level="info", message="rulepack changed", fields=fields))
-    _describe(node, shelf)
 
 
 def _describe(node: Node, shelf: Shelf) -> None:
