@@ -23,7 +23,7 @@ from services.simulator.car_state import CarModel, Controls
 from services.simulator.ecus import EcuBank
 
 VIN = "WPLANTED9VIN00042"
-PHONE, SEAT = b"+4915155", 0x5EA7
+PHONE, SEAT = b"+4915155", b"SEATED7!"  # long, for two bytes stand everywhere by chance, in a trace id too
 LATITUDE = 48.137_154_321
 PRIVATE = """VERSION ""
 BU_: HEAD
@@ -31,13 +31,13 @@ BO_ 1280 Phone: 8 HEAD
  SG_ CallerDigits : 0|64@1+ (1,0) [0|0] "" HEAD
 BO_ 1281 Place: 8 HEAD
  SG_ Latitude : 0|64@1- (1,0) [0|0] "deg" HEAD
-BO_ 1282 Seat: 2 HEAD
- SG_ SeatOfDriver : 0|16@1+ (1,0) [0|0] "" HEAD
+BO_ 1282 Seat: 8 HEAD
+ SG_ SeatOfDriver : 0|64@1+ (1,0) [0|0] "" HEAD
 BO_ 1283 VIN_01: 8 HEAD
  SG_ VinPart : 0|64@1+ (1,0) [0|0] "" HEAD
 SIG_VALTYPE_ 1281 Latitude : 2;
 """
-PLANTED = {1280: PHONE, 1281: struct.pack("<d", LATITUDE), 1282: struct.pack("<H", SEAT), 1283: VIN[:8].encode()}
+PLANTED = {1280: PHONE, 1281: struct.pack("<d", LATITUDE), 1282: SEAT, 1283: VIN[:8].encode()}
 PRIVATE_NAMES = (b"CallerDigits", b"Latitude", b"SeatOfDriver", b"VinPart", b"SeatbeltDriver")
 
 
@@ -49,14 +49,13 @@ def _spellings() -> Iterator[bytes]:
             yield separator.join(map(str, payload)).encode()
         yield payload.hex().encode()
         yield msgspec.msgpack.encode(list(payload))[1:]
-    yield str(int.from_bytes(PHONE, "little")).encode()
+    yield from (str(int.from_bytes(payload, "little")).encode() for payload in (PHONE, SEAT))
     yield struct.pack(">d", LATITUDE)
     yield b"48.137154"
 
 
 def _found(heap: bytes) -> list[bytes]:
-    short = {struct.pack("<H", SEAT)}  # two bytes stand everywhere by chance: its name is looked for
-    return [each for each in _spellings() if each not in short and len(each) > 3 and each in heap]
+    return [each for each in _spellings() if each in heap]
 
 
 class Car:
