@@ -26,6 +26,8 @@ SHORT_HEADWAY_S = 1.0
 RESPONSE_S, ACCEL_MAX_MPS2, LEAD_BRAKE_MPS2 = 0.7, 0.5, 8.0
 """Of true RSS: the paper's t_r; a cruising driver's acceleration (ours); what a lead may brake (ad-rss-lib). They are the
 values of the calibrated profile as first shipped, written down here, so that no calibration moves what it is judged by."""
+ONCOMING_MPS = 0.01
+"""A lead's speed is told as a difference: what by rounding comes backwards stands, and does not drive at the ego."""
 SEES_LATE_S = 0.3
 """An intervention counts as true where RSS is violated within this time of its start: about three pictures."""
 
@@ -90,8 +92,8 @@ def violates_rss(truth: Truth, speed_mps: float | None = None) -> bool:
     if truth.gap_m is not None and truth.closing_mps is not None:
         lead_mps = truth.speed_mps - truth.closing_mps
         least = (
-            rss.same_direction_m(speed, lead_mps, ego, LEAD_BRAKE_MPS2)
-            if lead_mps >= 0.0
+            rss.same_direction_m(speed, max(lead_mps, 0.0), ego, LEAD_BRAKE_MPS2)
+            if lead_mps > -ONCOMING_MPS
             else rss.opposite_direction_m(speed, -lead_mps, ego, ego)
         )
         if truth.gap_m < least:
