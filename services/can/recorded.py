@@ -108,10 +108,10 @@ class RecordedLog:
                 try:
                     message = next(stream)
                 except BROKEN as error:
-                    self.read += 1
                     if bad == lines.number:
                         self.note("the header does not tell how to read what follows", f"after line {bad}")
                         break
+                    self.read += 1
                     bad = lines.number
                     self.note(_words(error), f"line {bad}")
                     stream = iter(_resumed(reader, lines))

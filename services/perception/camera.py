@@ -16,8 +16,8 @@ from services.perception.detection import Detection
 
 Floats = NDArray[np.float64]
 ASSUMED_FOV_RAD = math.radians(60.0)
-WIDE_RAD = math.radians(50.0)
 """Horizontal field of view taken for a camera that never sent a calibration: that of a usual dashcam."""
+WIDE_RAD = math.radians(50.0)
 PITCH_SIGMA_RAD = math.radians(0.3)
 """Nodding of a car on its springs about the calibrated pitch (our estimate)."""
 ASSUMED_PITCH_SIGMA_RAD = math.radians(1.5)

@@ -61,7 +61,7 @@ class CentreDetector:
         canvas, scale = self._fit(rgb)
         boxes, scores, kinds = self._found(canvas)
         boxes /= scale
-        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:
+        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no middle
             more, their_scores, their_kinds = self._closer(rgb)
             boxes, scores = np.concatenate([boxes, more]), np.concatenate([scores, their_scores])
             kinds = np.concatenate([kinds, their_kinds])

@@ -51,7 +51,7 @@ class ImageTrack:
     blind: bool = False
     """Seen once, and nothing told how it would move."""
 
-    def at(self, stamp_ns: int, turn_px_s: float = 0.0) -> ImageTrack:
+    def at(self, stamp_ns: int, turn_px_s: float) -> ImageTrack:
         """Where it is expected then: what is approached at a steady speed grows and moves as one over its distance, and all
         moves aside as the camera turns.
         """

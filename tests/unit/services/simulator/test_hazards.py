@@ -123,21 +123,7 @@ halts = [{ at_m = 150, hold_s = 6 }]
 
 @pytest.mark.parametrize("beside", ["", "[[vehicles]]\nat_m = 60\nlane = 2\nspeed_kmh = 80\nkeeps_kmh = 80\n"])
 def test_a_lorry_that_the_ego_falls_behind_of_never_drives_into_what_stands(beside: str) -> None:
-    rest = """
-[[vehicles]]
-kind = "lorry"
-at_m = 60
-lane = 1
-speed_kmh = 80
-keeps_kmh = 80
-lane_change = { to_lane = 2, when_ego_at_m = 900 }
-[[vehicles]]
-at_m = 400
-lane = 1
-speed_kmh = 0
-stands_s = 9
-"""
-    world = World(motorway(rest + beside, 20), 1)
+    world = World(motorway(lorry_before_who_stands(400, when_ego_at_m=900) + beside, 20), 1)
     for _ in range(600):
         world.step()
         assert not any(car.crashed for car in world.traffic.cars), "they would stand for good"
@@ -146,27 +132,30 @@ stands_s = 9
     assert lorry.s_m > 420.0, "and drives on"
 
 
-def motorway(rest: str, speed: float) -> Scenario:
-    plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
-    return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))
-
-
-def test_a_lorry_that_leaves_the_lane_lays_bare_what_stands_behind_it() -> None:
-    rest = """
+def lorry_before_who_stands(stands_at_m: float, *, when_ego_at_m: float) -> str:
+    return f"""
 [[vehicles]]
 kind = "lorry"
 at_m = 60
 lane = 1
 speed_kmh = 80
 keeps_kmh = 80
-lane_change = { to_lane = 2, when_ego_at_m = 215 }
+lane_change = {{ to_lane = 2, when_ego_at_m = {when_ego_at_m} }}
 [[vehicles]]
-at_m = 330
+at_m = {stands_at_m}
 lane = 1
 speed_kmh = 0
 stands_s = 8
 """
-    moments = drive(motorway(rest, 80), 25.0)
+
+
+def motorway(rest: str, speed: float) -> Scenario:
+    plan = scenario(rest=rest, lanes=3, road_class="motorway", speed=speed, length=1500)
+    return msgspec.structs.replace(plan, ego=msgspec.structs.replace(plan.ego, lane=1))
+
+
+def test_a_lorry_that_leaves_the_lane_lays_bare_what_stands_behind_it() -> None:
+    moments = drive(motorway(lorry_before_who_stands(330, when_ego_at_m=215), 80), 25.0)
     onset = next(moment for moment in moments if moment.fact.hazards)
     (hazard,) = onset.fact.hazards
     assert hazard.kind == "stopped_lead"
