@@ -1,5 +1,7 @@
 """Trains our detector on rendered frames and writes `models/detector.onnx` with its card `models/detector.json`.
 
+The network as trained lies beside it as `detector-float.onnx`; what drives is its eight-bit form (`detector_int8`).
+
 `python -m evaluation.training.dataset` makes the frames first (splits "train" and "test" in one folder). Then
 `python -m evaluation.training.detector --cache DIR --frames N --minutes M` trains, exports, and measures on "test".
 Without --cache the frames are rendered here into a temporary folder. A twentieth of the training frames chooses
@@ -37,6 +39,7 @@ from evaluation.training.dataset import (
     write_shard,
 )
 from evaluation.training.detector_batches import SCALES, SHAPES, SOUGHT, SOUGHT_SHARE, Batch, batches
+from evaluation.training.detector_int8 import FLOAT, quantise
 from evaluation.training.detector_net import DetectorNet, ExportNet, grown, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
 from services.perception.detection import Detection
@@ -301,7 +304,8 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
     training, choosing = _split(load_frames(cache, "train", limit))
     net, steps = train(training, plan)
     out.parent.mkdir(parents=True, exist_ok=True)
-    export(net, out)
+    export(net, out.with_name(FLOAT))
+    quantise(out.with_name(FLOAT), out, training)
     card: dict[str, object] = {
         "classes": list(CLASSES),
         "ap50_target": TARGETS_AP50,

@@ -20,12 +20,12 @@ AS_IT_IS = (1.0, 0.0)
 CANVAS_PX = (384, 640)
 """Height and width of what a net for pictures of any size is given."""
 _MOST = 100
-MIDDLE = (0.3, 124 / 360, 0.7, 220 / 360)
-"""What is looked at closer: left, top, right and bottom as shares of the picture, about the horizon of a level camera."""
-CLOSER_PX = (192, 512)
+STRIP = (124 / 360, 220 / 360)
+"""What is looked at closer: top and bottom as shares of the picture's height, about the horizon of a level camera."""
+CLOSER_PX = (192, 1280)
 """Height and width of that then: twice as large in our pictures."""
 CUT_PX = 3.0
-"""What comes so near to the middle's edge there may go on beyond it: the whole picture shows it better."""
+"""What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better."""
 
 
 _Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
@@ -44,8 +44,7 @@ class CentreDetector:
         self._input = session.get_inputs()[0].name
         _, height, width, _ = session.get_inputs()[0].shape
         self._any_size = not isinstance(height, int)
-        size: tuple[int, int] = CANVAS_PX if self._any_size else (height, width)
-        self._height, self._width = size
+        self._size: tuple[int, int] = CANVAS_PX if self._any_size else (height, width)
         self._options = options
         self._classes: tuple[ObjectClass, ...] = tuple(card.get("classes", CLASSES))
         if not set(self._classes) <= set(CLASSES):
@@ -58,10 +57,10 @@ class CentreDetector:
 
     def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """See `Detector`."""
-        canvas, scale = self._fit(rgb)
+        canvas, scale = whole(rgb, self._size)
         boxes, scores, kinds = self._found(canvas)
         boxes /= scale
-        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no middle
+        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no strip
             more, their_scores, their_kinds = self._closer(rgb)
             boxes, scores = np.concatenate([boxes, more]), np.concatenate([scores, their_scores])
             kinds = np.concatenate([kinds, their_kinds])
@@ -84,26 +83,34 @@ class CentreDetector:
         return boxes.astype(np.float32), scores, kinds
 
     def _closer(self, rgb: Picture) -> _Found:
-        """What the enlarged middle shows, in pixels of the whole picture; nothing that its edge may have cut."""
-        height, width = rgb.shape[:2]
-        left, top, right, bottom = np.rint(np.multiply(MIDDLE, (width, height, width, height))).astype(int).tolist()
+        """What the enlarged strip shows, in pixels of the whole picture; nothing that its edge may have cut."""
+        canvas, top, bottom = strip(rgb)
         rows, columns = CLOSER_PX
-        middle = cv2.resize(rgb[top:bottom, left:right], (columns, rows), interpolation=cv2.INTER_CUBIC)
-        boxes, scores, kinds = self._found(middle[None].astype(np.uint8, copy=False))
-        whole = ((boxes[:, :2] >= CUT_PX) & (boxes[:, 2:] <= (columns - CUT_PX, rows - CUT_PX))).all(axis=1)
-        stretch = np.array([(right - left) / columns, (bottom - top) / rows] * 2, np.float32)
-        return boxes[whole] * stretch + np.array([left, top] * 2, np.float32), scores[whole], kinds[whole]
+        boxes, scores, kinds = self._found(canvas)
+        uncut = ((boxes[:, :2] >= CUT_PX) & (boxes[:, 2:] <= (columns - CUT_PX, rows - CUT_PX))).all(axis=1)
+        stretch = np.array([rgb.shape[1] / columns, (bottom - top) / rows] * 2, np.float32)
+        return boxes[uncut] * stretch + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
 
-    def _fit(self, rgb: Picture) -> tuple[Picture, float]:
-        """The picture in the upper left corner of the net's canvas, scaled down or up to fit, and the scale."""
-        scale = min(self._width / rgb.shape[1], self._height / rgb.shape[0])
-        if scale != 1.0:
-            size = (round(rgb.shape[1] * scale), round(rgb.shape[0] * scale))
-            scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
-            rgb = scaled.astype(np.uint8, copy=False)
-        canvas = np.zeros((1, self._height, self._width, 3), dtype=np.uint8)
-        canvas[0, : rgb.shape[0], : rgb.shape[1]] = rgb
-        return canvas, scale
+
+def whole(rgb: Picture, size_px: tuple[int, int] = CANVAS_PX) -> tuple[Picture, float]:
+    """The picture (H, W, 3) in the upper left corner of a net's canvas (1, *size_px, 3), scaled down or up to fit, and the scale."""
+    height, width = size_px
+    scale = min(width / rgb.shape[1], height / rgb.shape[0])
+    if scale != 1.0:
+        size = (round(rgb.shape[1] * scale), round(rgb.shape[0] * scale))
+        scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+        rgb = scaled.astype(np.uint8, copy=False)
+    canvas = np.zeros((1, height, width, 3), dtype=np.uint8)
+    canvas[0, : rgb.shape[0], : rgb.shape[1]] = rgb
+    return canvas, scale
+
+
+def strip(rgb: Picture) -> tuple[Picture, int, int]:
+    """The picture's strip about the horizon, enlarged (1, *CLOSER_PX, 3), and its upper and lower row in the picture."""
+    top, bottom = (round(share * rgb.shape[0]) for share in STRIP)
+    rows, columns = CLOSER_PX
+    enlarged = cv2.resize(rgb[top:bottom], (columns, rows), interpolation=cv2.INTER_CUBIC)
+    return enlarged[None].astype(np.uint8, copy=False), top, bottom
 
 
 def _probabilities(scores: FloatArray, curves: FloatArray) -> FloatArray:

@@ -47,6 +47,21 @@ def test_pictures_become_boxes_tracks_and_lanes_with_the_pictures_stamp(
         assert answer.result["lead_track_id"] == lead.track_id
 
 
+def test_a_picture_that_waited_is_looked_at_once_and_says_so(
+    street_frame: CameraFrame, front_calibration: Calibration
+) -> None:
+    for closer_ms, looked_at_once in ((0.0, "3"), (60_000.0, None)):
+        with bus() as b:
+            b.start(SERVICE, PerceptionConfig(late_ms=60_000, closer_ms=closer_ms))
+            boxes, health = b.collect(topics.BOXES), b.collect(topics.HEALTH)
+            b.probe.publish(topics.CALIBRATION, front_calibration, id="front")
+            for _ in range(3):
+                b.probe.publish(topics.CAMERA, street_frame, id="front")
+            assert all(each.boxes for each in boxes.wait_count(3)), "once is enough for what is near"
+            after = len(health.messages) + 1
+            assert health.wait_count(after)[-1].detail.get("looked_at_once") == looked_at_once
+
+
 def test_the_weather_comes_once_a_second_with_its_pictures_stamp(
     street_frame: CameraFrame, front_calibration: Calibration
 ) -> None:
