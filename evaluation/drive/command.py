@@ -79,19 +79,20 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 def command(flags: argparse.Namespace) -> int:
     """Drive a scenario."""
-    if not flags.scenario.endswith(".toml") and not has_data(f"scenarios/{flags.scenario}.toml"):
+    is_file = flags.scenario.endswith((".toml", ".json"))
+    if not is_file and not has_data(f"scenarios/{flags.scenario}.toml"):
         raise UserError(
-            f"no scenario {flags.scenario!r}; there are urb-rain, cross-border, dynamic-vsl, or give a FILE.toml"
+            f"no scenario {flags.scenario!r}; there are urb-rain, cross-border, dynamic-vsl, or give a FILE.toml or .json"
         )
-    if flags.scenario.endswith(".toml") and not Path(flags.scenario).is_file():
+    if is_file and not Path(flags.scenario).is_file():
         raise UserError(f"no such scenario file: {flags.scenario}")
-    if flags.scenario.endswith(".toml"):
+    if is_file:
         check_scenario(Path(flags.scenario))
     check_faults(flags.fault)
     if flags.detector:
         flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
     name = Path(flags.scenario).stem
-    scenario = str(Path(flags.scenario).resolve()) if flags.scenario.endswith(".toml") else flags.scenario
+    scenario = str(Path(flags.scenario).resolve()) if is_file else flags.scenario
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
     if flags.fault:
         source["faults"] = flags.fault

@@ -6,15 +6,15 @@ from collections.abc import Iterable
 
 import msgspec
 
+from evaluation.metrics.hazards import names
 from proto.decision import Advisory, Decision
 from proto.health import ServiceHealth
 from proto.tools import CallRecords
 from proto.truth import ScenarioState, Truth
+from services.simulator.driver import WARNING_HOLDS_S
 
 _URGENT = ("warning", "alarm")
 SPOKEN = ("SPEAK", "ACT")
-ABOUT = {"lead": {"lead_brakes", "congestion_tail"}, "person": {"pedestrian"}}
-"""Topics of advice, and the simulator's hazards that they answer."""
 
 
 class Percentiles(msgspec.Struct, frozen=True, kw_only=True):
@@ -103,8 +103,9 @@ class Tally:
         self._infraction = truth.infraction
         self._collisions += truth.collision and not self._collided
         self._collided = truth.collision
-        if truth.hazard and truth.hazard_onset_s is not None:
-            self._hazards.setdefault(truth.hazard, truth.hazard_onset_s)
+        if truth.hazard and truth.hazard_onset_s is not None and truth.hazard not in self._hazards:
+            self._hazards[truth.hazard] = truth.hazard_onset_s
+            self._answered_before(truth.hazard, truth.hazard_onset_s)
 
     def add_advisory(self, advisory: Advisory) -> None:
         """The end of one tick."""
@@ -118,15 +119,20 @@ class Tally:
             self._snapshot_ms.append(advisory.snapshot_to_advice_ms)
         if advisory.kind in SPOKEN:
             self.spoken.append((self.now_s, advisory))
-            self._answered(advisory.topic)
+            self._answered(advisory)
             if advisory.urgency in _URGENT and advisory.hazard:
                 self._warned()
 
-    def _answered(self, topic: str) -> None:
+    def _answered(self, advisory: Advisory) -> None:
         """A hazard counts as answered once something is said about it; what is said about another thing does not count."""
-        if self.truth is not None and topic in ABOUT:
-            for hazard in ABOUT[topic] & self._hazards.keys():
-                self._responses.setdefault(hazard, max(0.0, self.truth.time_s - self._hazards[hazard]))
+        for hazard, onset_s in self._hazards.items():
+            if names(advisory, hazard):
+                self._responses.setdefault(hazard, max(0.0, self.now_s - onset_s))
+
+    def _answered_before(self, hazard: str, onset_s: float) -> None:
+        """Who was warned just before the onset is warned."""
+        if any(said_s >= onset_s - WARNING_HOLDS_S and names(advisory, hazard) for said_s, advisory in self.spoken):
+            self._responses.setdefault(hazard, 0.0)
 
     def _warned(self) -> None:
         truth = self.truth

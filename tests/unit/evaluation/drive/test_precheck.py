@@ -94,6 +94,7 @@ def test_numbers_out_of_their_range_are_refused(line: list[str], capsys: pytest.
     [
         ["up", "--vehicle", "a/b*"],
         ["up", "--scenario", "{tmp}/bad.toml"],
+        ["up", "--scenario", "{tmp}/bad.json"],
         ["play", "{tmp}", "--render", "{tmp}/nowhere/x.mp4"],
         ["grant", "--key", "{tmp}/bin.key"],
         ["grant", "--key", "{tmp}/short.key"],
@@ -113,8 +114,21 @@ def test_mistakes_are_one_line_and_status_2(
     (tmp_path / "short.key").write_text("AAAA")
     (tmp_path / "good.key").write_text(make_key().private)
     (tmp_path / "bad.toml").write_text("name = 3")
+    (tmp_path / "bad.json").write_text('{"name": 3}')
     status = status_of([word.format(tmp=tmp_path) for word in line])
     told = capsys.readouterr().err
     assert status == 2, told
     assert len(told.strip().splitlines()) == 1, told
     assert not (tmp_path / "out").exists(), "nothing was started"
+
+
+@pytest.mark.parametrize(("name", "text"), [("bad.toml", "name = 3"), ("bad.json", '{"name": 3}')])
+def test_a_scenario_file_of_either_form_is_read_and_what_is_wrong_in_it_named(
+    name: str, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text(text)
+    assert status_of(["up", "--scenario", name]) == 2
+    told = capsys.readouterr().err
+    assert "name" in told
+    assert "str" in told, told

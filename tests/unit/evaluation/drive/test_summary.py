@@ -74,6 +74,17 @@ def test_a_word_about_another_thing_answers_no_hazard() -> None:
     assert tally.summary().hazard_response_s == []
 
 
+@pytest.mark.parametrize(("said_s", "responses"), [(5.0, [0.0]), (0.5, [])])
+def test_who_was_warned_just_before_the_onset_is_warned_and_long_before_is_not(
+    said_s: float, responses: list[float]
+) -> None:
+    tally = Tally()
+    tally.add_truth(truth(said_s))
+    tally.add_advisory(advisory("SPEAK", urgency="warning", hazard="closing_lead", topic="lead"))
+    tally.add_truth(truth(6.0, hazard="priority", hazard_onset_s=6.0))
+    assert tally.summary().hazard_response_s == responses
+
+
 def test_one_infraction_that_lasts_is_counted_once() -> None:
     tally = Tally()
     for time_s, infraction in enumerate(["", "speeding", "speeding", "", "speeding"]):
