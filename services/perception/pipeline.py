@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
 from services.perception.lookback import Sweeps
+from services.perception.movers import Movers
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range, hiding
@@ -33,6 +34,8 @@ OTHERS_WAIT_NS = 300_000_000
 """Of another camera, a picture younger than this says what it would see now."""
 BODY_UP_M = 0.8
 """Where a road user's middle is above the road."""
+ASIDE_M = 8.0
+"""Nobody there drives in our lanes."""
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
 
 
@@ -73,6 +76,9 @@ class Perception:
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
     _sweep_before: tuple[int, Floats] | None = None
+    _by_lidar: Movers = field(default_factory=Movers)
+    _movers: tuple[Sighting, ...] = ()
+    """In the latest sweep, until they were taken in."""
     _ego: tuple[int, Ego] | None = None
     _map: tuple[int, MapView] | None = None
 
@@ -91,6 +97,7 @@ class Perception:
         """Take a LiDAR sweep. Raises Malformed."""
         points = open_sweep(sweep)
         self._sweep_before, self._sweep = self._sweep, (stamp_ns, points)
+        self._movers = self._by_lidar.step(stamp_ns, points, self._ego_state(stamp_ns))
 
     def ego(self, stamp_ns: int, ego: Ego) -> None:
         """Take the ego's motion."""
@@ -241,8 +248,10 @@ class Perception:
             return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))
 
         sightings = [each for _, each in movers]
+        if camera_id == self._primary(stamp_ns):
+            sightings = self._with_movers(sightings, lag, sees)
         moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
-        for (index, _), owner in zip(movers, moving, strict=True):
+        for (index, _), owner in zip(movers, moving, strict=False):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
         tracker = self._stills.setdefault(camera_id, ImageTracker(self.tracker.ids))
@@ -253,6 +262,27 @@ class Perception:
         for index, owner in zip(still, standing, strict=True):
             owners[index] = owner
         return owners
+
+    def _with_movers(self, seen: Sequence[Sighting], lag: Lag, sees: Callable[[float, float], bool]) -> list[Sighting]:
+        """What the camera sees, and behind it those who move by the latest sweep and whom it does not see; each sweep tells once.
+
+        Who is seen by both far aside is seen to move, and may do so across. Of our own lanes, where it sees them, the camera's
+        word counts.
+        """
+        movers, self._movers = self._movers, ()
+        if lag.age_s > self.ages.lidar_ns / 1e9:
+            return list(seen)
+        told = [
+            replace(each, across_sigma_mps=movers[0].across_sigma_mps)
+            if abs(float(each.fix.place[1])) > ASIDE_M and any(_close(each, mover) for mover in movers)
+            else each
+            for each in seen
+        ]
+        others = (
+            each for each in movers if abs(float(each.fix.place[1])) > ASIDE_M or not sees(*each.fix.place.tolist())
+        )
+        aged = [replace(each, fix=replace(each.fix, age_s=lag.age_s)) for each in others]
+        return told + [each for each in aged if not any(_close(each, other) for other in seen)]
 
     def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:
         fresh = self._map is not None and abs(stamp_ns - self._map[0]) <= self.ages.map_ns
@@ -268,6 +298,12 @@ class Perception:
             lidar_used=lidar_used,
         )
         return tracks, model.message()
+
+
+def _close(one: Sighting, other: Sighting) -> bool:
+    """Whether both may be of one body."""
+    apart = np.abs(one.fix.place - other.fix.place)
+    return bool(apart.max() < max(one.body.length_m, other.body.length_m))
 
 
 def _approach(found: Range | None, speed_mps: float | None, camera: Camera) -> Approach | None:

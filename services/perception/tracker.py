@@ -83,6 +83,8 @@ class Sighting:
     fix: Fix
     score: float
     body: Body = PERSON
+    across_sigma_mps: float = 2.0
+    """Of its speed across, should it be new; it is taken to have none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,7 +283,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         vx, sigma = -5.0, 8.0
     covariance = np.zeros((4, 4))
     covariance[:2, :2] = sighting.fix.covariance
-    covariance[2, 2], covariance[3, 3] = sigma**2, 2.0**2
+    covariance[2, 2], covariance[3, 3] = sigma**2, sighting.across_sigma_mps**2
     # a range from a moment ago: where it is now depends on the speed that nobody knows yet
     age_s, (x, y) = sighting.fix.age_s, sighting.fix.place.tolist()
     covariance[0, 0] += (age_s * sigma) ** 2

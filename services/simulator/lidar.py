@@ -84,8 +84,10 @@ def _hit(box: BoxOnGround, ranges: Floats, intensity: Floats) -> None:
 
 def _columns(box: BoxOnGround) -> NDArray[np.intp] | None:
     distance, radius = math.hypot(box.x_m, box.y_m), math.hypot(box.length_m, box.width_m) / 2
-    if distance - radius > MAX_RANGE_M or distance <= radius + 0.1:
+    if distance - radius > MAX_RANGE_M:
         return None
+    if distance <= radius + 0.1:  # close by a long one: it may lie all around
+        return np.arange(COLUMNS)
     middle, half = math.atan2(box.y_m, box.x_m), math.asin(min(radius / distance, 1.0))
     first = math.floor((middle - half + math.pi) / (2 * math.pi) * COLUMNS)
     last = math.ceil((middle + half + math.pi) / (2 * math.pi) * COLUMNS)

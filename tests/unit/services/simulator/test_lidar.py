@@ -20,6 +20,14 @@ def test_a_box_is_hit_at_its_nearest_face(x: float, yaw: float, face: float) -> 
     assert np.abs(body[:, 0] - face).max() < 6 * NOISE_M
 
 
+@pytest.mark.parametrize("past_m", [-6.0, 0.0, 6.0])
+def test_a_long_wall_close_by_is_there_all_along(past_m: float) -> None:
+    points = sweep([BoxOnGround(past_m, 3.0, 0.0, 20.0, 1.0, 3.0)], 0.0, chance())
+    body = points[points[:, 2] > 0.3]
+    assert np.abs(body[:, 1] - 2.5).max() < 0.6
+    assert not ((points[:, 1] > 4.0) & (np.abs(points[:, 0] - past_m) < 8.0) & (points[:, 1] < 6.0)).any()
+
+
 def test_nothing_is_seen_behind_a_box_or_above_it() -> None:
     points = sweep([BoxOnGround(10.0, 0.0, 0.0, 2.0, 6.0, 3.0)], 0.0, chance())
     behind = points[(points[:, 0] > 12.0) & (np.abs(points[:, 1]) < 0.2 * points[:, 0])]
