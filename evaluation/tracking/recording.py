@@ -5,6 +5,7 @@ Nobody advises here: the driver drives alone. Rendering is by far the slowest pa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from evaluation.tracking.cut_ins import CutIns
 from proto.sensors import CameraFrame, LidarSweep, MapView
 from proto.truth import Truth
 from proto.vehicle import Ego
+from services.simulator.plan import Scenario
 from services.simulator.render import Label, Renderer
 from services.simulator.scenario import load_scenario
 from services.simulator.session import CAMERAS, Batch, Session, Shot
@@ -61,13 +63,17 @@ class DriveName(msgspec.Struct, frozen=True, kw_only=True):
 
 def recording(name: DriveName, keep: Path | None = None) -> list[Step]:
     """The drive; from the folder `keep` where it lies there, else driven, and laid there. Raises UserError."""
-    if keep is None:
-        return record(name)
-    path = keep / name.file
+    return kept(keep / name.file if keep is not None else None, lambda: record(name))
+
+
+def kept(path: Path | None, drive: Callable[[], list[Step]]) -> list[Step]:
+    """What lies there, else what is driven, which is laid there. Raises UserError."""
+    if path is None:
+        return drive()
     if path.exists():
         return _read(path)
-    steps = record(name)
-    keep.mkdir(parents=True, exist_ok=True)
+    steps = drive()
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(msgspec.msgpack.encode(steps))
     return steps
 
@@ -82,14 +88,18 @@ def _read(path: Path) -> list[Step]:
 def record(name: DriveName) -> list[Step]:
     """Drive and render. Raises ScenarioError, and RendererUnavailable where there is no OpenGL."""
     plan = load_scenario(data(f"scenarios/{name.scenario}.toml"))
-    dbc = data("vehicles/sim/sim.dbc")
-    session = Session(plan, name.seed, seconds=name.seconds, epoch_ns=EPOCH_NS, dbc=dbc, bus="car")
-    renderer = Renderer(session.world.static, name.seed)
-    cut_ins = CutIns(session.world) if name.cut_ins else None
+    return drive_of(plan, name.seed, name.seconds, cut_ins=name.cut_ins)
+
+
+def drive_of(plan: Scenario, seed: int, seconds: float, *, cut_ins: bool = False) -> list[Step]:
+    """Drive and render a plan. Raises ScenarioError, and RendererUnavailable where there is no OpenGL."""
+    session = Session(plan, seed, seconds=seconds, epoch_ns=EPOCH_NS, dbc=data("vehicles/sim/sim.dbc"), bus="car")
+    renderer = Renderer(session.world.static, seed)
+    steered = CutIns(session.world) if cut_ins else None
     steps = []
     while not session.finished:
-        if cut_ins is not None:
-            cut_ins.step()
+        if steered is not None:
+            steered.step()
         steps.append(_step(session.advance(), renderer))
     renderer.close()
     return steps

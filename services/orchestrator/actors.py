@@ -1,7 +1,7 @@
 """Who is in the way: gap, closing speed, time to collision, as the orchestrator sees them."""
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from proto.perception import Track
 from proto.world import WorldState
@@ -202,6 +202,20 @@ def passed(way: Way) -> bool:
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
     return track.oncoming or (way.speed_mps is not None and math.hypot(way.speed_mps, track.vy_mps) < STANDS_MPS)
+
+
+CROSSES_MPS = 2.0
+"""Slower sideways a vehicle changes its lane, or is measured badly."""
+
+
+def comes_from(way: Way) -> Literal["left", "right"] | None:
+    """From which side a vehicle drives across our way; None: it does not, or that is unknown."""
+    track = way.track
+    if track.kind != "vehicle" or way.speed_mps is None or abs(track.vy_mps) < max(CROSSES_MPS, abs(way.speed_mps)):
+        return None
+    if track.y_m * track.vy_mps >= 0.0:
+        return None  # it is through
+    return "left" if track.y_m > 0.0 else "right"
 
 
 def _in_path(world: WorldState, track: Track) -> bool:

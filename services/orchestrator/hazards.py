@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.actors import Way, clear, confirmed, met, people, stands, surely_nears
+from services.orchestrator.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
 from services.orchestrator.matter import Matter
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
@@ -61,23 +61,25 @@ def _person_urgency(state: State, way: Way) -> Urgency:
 
 
 def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """The vehicle that is met soonest, if soon."""
+    """The vehicle that is met soonest, if soon: one that drives before us, or across our way."""
     if stands(state.world):
         return
     way = next((way for way in met(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return
-    close = way.ttc_s < HAZARD_TTC_S
-    phrase = "lead" if close else "slow_traffic"
+    close, side = way.ttc_s < HAZARD_TTC_S, comes_from(way)
+    known_as = "lead" if close else "slow_traffic"
+    phrase = known_as if side is None else "crossing"
     yield Matter(
         topic="lead",
-        key=f"{way.track.track_id} {phrase}",
+        key=f"{way.track.track_id} {known_as}",
         phrase=phrase,
         urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
         values={
             "gap": f"{max(0.0, way.gap_m):.0f}",
             "closing": speed(state.preferences, way.closing_mps),
             "ttc": f"{way.ttc_s:.1f}",
+            "side": word(state.preferences, side or "left"),
         },
         why=(phrase,),
         hazard="closing_lead" if close else "slow_traffic",

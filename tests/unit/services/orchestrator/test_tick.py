@@ -336,6 +336,28 @@ def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) ->
     assert ticked.state.memory.hazards == told_before.hazards + 1
 
 
+@pytest.mark.parametrize(
+    ("y_m", "vy_mps", "directive"),
+    [
+        (-18.0, 7.0, "Brake: vehicle from the right"),
+        (18.0, -7.0, "Brake: vehicle from the left"),
+        (2.0, 7.0, "Brake: vehicle close ahead"),  # it is through, and its tail is not
+        (-4.0, 1.0, "Brake: vehicle close ahead"),  # it changes lanes
+    ],
+)
+def test_who_drives_across_our_way_is_told_with_the_side_he_comes_from(
+    y_m: float, vy_mps: float, directive: str
+) -> None:
+    drive = Drive(speed_mps=12.0)
+    drive.ticks(20)
+    speed_mps = 0.0 if abs(vy_mps) > 2.0 else 4.0
+    for _ in range(4):
+        drive.tracks = (actor(gap_m=25.0, closing_mps=12.0 - speed_mps, y_m=y_m, vy_mps=vy_mps),)
+        drive.tick()
+    told = next(t.advisory for _, _, t in drive.history if t.advisory.hazard and t.advisory.kind == "SPEAK")
+    assert (told.directive, told.topic, told.hazard) == (directive, "lead", "closing_lead")
+
+
 def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
     drive = Drive()
     drive.speed_mps = 20.0
