@@ -97,8 +97,10 @@ def _above(g: float, kind: str) -> tuple[bool, bool]:
 
 
 def _closing_lead(truth: Truth) -> tuple[bool, bool]:
+    """Who comes from the side with right of way is met as well, though nobody's lead before he is in the path."""
     time = ttc_s(truth.gap_m, truth.closing_mps)
-    return _above(1.0 / max(0.05, time) if time is not None else 0.0, "closing_lead")
+    may, must = _above(1.0 / max(0.05, time) if time is not None else 0.0, "closing_lead")
+    return may or any(each.kind == "priority" for each in truth.hazards), must
 
 
 def _low_friction(truth: Truth) -> tuple[bool, bool]:

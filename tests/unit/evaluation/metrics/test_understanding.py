@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from evaluation.metrics import Record, Scores, measure, truth_events
-from proto.truth import Truth
+from proto.truth import TrueHazard, Truth
 from services.orchestrator.events import TABLE
 from tests.unit.evaluation.metrics.logs import person, steady, ticked, truths
 
@@ -76,6 +76,14 @@ def test_a_closing_lead_must_be_detected_from_its_time_to_collision() -> None:
     for gap, expected in ((24.0, Scores(missed=1)), (28.0, Scores()), (40.0, Scores())):
         truth = truths(5.0, lambda t, gap=gap: {"speed_mps": 20.0, "gap_m": gap, "closing_mps": 8.0})  # type: ignore[misc]
         assert scores("closing_lead", truth) == expected
+
+
+def test_who_comes_from_the_side_with_right_of_way_may_be_taken_for_a_closing_lead_while_he_does() -> None:
+    hazards = (TrueHazard(kind="priority", onset_s=2.0, actor_id=481),)
+    truth = truths(10.0, lambda t: {"speed_mps": 10.0, "hazards": hazards if 2.0 <= t <= 5.0 else ()})
+    assert scores("closing_lead", truth, (3.0, 4.0)) == Scores()
+    assert scores("closing_lead", truth) == Scores()
+    assert scores("closing_lead", truth, (7.0, 8.0)) == Scores(false=1)
 
 
 def test_a_red_light_asks_for_a_stop_by_the_deceleration_that_it_needs() -> None:
