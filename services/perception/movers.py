@@ -66,7 +66,7 @@ class Movers:
     _past: deque[_Swept] = field(default_factory=deque)
 
     def step(self, stamp_ns: int, points: Floats, ego: EgoState) -> tuple[Sighting, ...]:
-        """Moving vehicles in a sweep: returns (N, 3 or more) in the ego frame of its instant, in metres.
+        """Moving vehicles in a sweep: returns (N, 3 or more) in the ego frame of its instant, in metres, as `open_sweep` gives them.
 
         With the ego's motion unknown there are none: standing things would seem to move.
         """

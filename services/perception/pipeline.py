@@ -251,7 +251,7 @@ class Perception:
         if camera_id == self._primary(stamp_ns):
             sightings = self._with_movers(sightings, lag, sees)
         moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
-        for (index, _), owner in zip(movers, moving, strict=False):
+        for (index, _), owner in zip(movers, moving[: len(movers)], strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
         tracker = self._stills.setdefault(camera_id, ImageTracker(self.tracker.ids))
@@ -270,7 +270,7 @@ class Perception:
         word counts.
         """
         movers, self._movers = self._movers, ()
-        if lag.age_s > self.ages.lidar_ns / 1e9:
+        if abs(lag.age_s) > self.ages.lidar_ns / 1e9:
             return list(seen)
         told = [
             replace(each, across_sigma_mps=movers[0].across_sigma_mps)
