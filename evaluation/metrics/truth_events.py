@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from evaluation.metrics.conflicts import EGO_LENGTH_M, gap_m, person_ahead, ttc_s
+from evaluation.metrics.hazards import on_now
 from evaluation.metrics.record import Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import Truth
@@ -100,7 +101,7 @@ def _closing_lead(truth: Truth) -> tuple[bool, bool]:
     """Who comes from the side with right of way is met as well, though nobody's lead before he is in the path."""
     time = ttc_s(truth.gap_m, truth.closing_mps)
     may, must = _above(1.0 / max(0.05, time) if time is not None else 0.0, "closing_lead")
-    return may or any(each.kind == "priority" for each in truth.hazards), must
+    return may or any(each.kind == "priority" for each in on_now(truth)), must
 
 
 def _low_friction(truth: Truth) -> tuple[bool, bool]:

@@ -23,6 +23,7 @@ from evaluation.tracking.recording import Step, drive_of, kept
 from evaluation.tracking.seeing import View, glances, views
 from proto.perception import Track
 from proto.truth import TrueActor
+from services.perception.detector import Detector
 from services.perception.loading import load_detector
 from services.simulator.plan import Scenario
 from services.simulator.render import RendererUnavailable
@@ -32,6 +33,7 @@ BEFORE_M, SECONDS, SPEED_KMH = 115.0, 16.0, 45.0
 NEAR_M, NEAR_SHARE = 6.0, 0.1
 """A track so near to an actor, and so much of its distance, may be of it."""
 ACROSS_MPS = 2.0
+IN_TIME_S = 0.5
 PLACES = (
     *(f"urb-rain/development/{number}" for number in range(8)),
     *(f"cross-border/development/{number}" for number in range(8)),
@@ -90,9 +92,9 @@ def table(found: Sequence[Crossing]) -> str:
         for c in found
     ]
     late = [math.inf if each.late_s is None else each.late_s for each in found]
-    in_time = sum(each <= 0.5 for each in late)
+    in_time = sum(each <= IN_TIME_S for each in late)
     lines.append(
-        f"| {len(found)}: median | | {median(late):.2f}; {in_time} within 0.5 | {sum(each.false for each in found)} |"
+        f"| {len(found)}: median | | {median(late):.2f}; {in_time} within {IN_TIME_S} | {sum(each.false for each in found)} |"
     )
     return "\n".join(lines)
 
@@ -106,7 +108,8 @@ def main() -> int:
     )
     flags = parser.parse_args()
     try:
-        found = [each for name in flags.place for each in _measured(name, flags.keep)]
+        detector = load_detector(data("models/detector.onnx"))
+        found = [each for name in flags.place for each in _measured(name, detector, flags.keep)]
     except (UserError, RendererUnavailable) as error:
         sys.stderr.write(f"{error}\n")
         return 2
@@ -114,15 +117,14 @@ def main() -> int:
     return 0
 
 
-def _measured(name: str, keep: Path | None) -> Iterator[Crossing]:
+def _measured(name: str, detector: Detector, keep: Path | None) -> Iterator[Crossing]:
     place = read_place(name)
     if place is None:
         raise UserError(f"no place {name!r}: family/split/number, e.g. urb-rain/development/3")
-    detector = load_detector(data("models/detector.onnx"))
     for title, plan in approaches(place):
         path = keep / f"{title.replace('/', '-').replace(' ', '-')}.msgpack" if keep is not None else None
-        steps = kept(path, partial(drive_of, plan, 1, SECONDS))
         sys.stderr.write(f"{title}\n")
+        steps = kept(path, partial(drive_of, plan, 1, SECONDS))
         crossing = judged(title, steps, views(glances(steps, detector)))
         if crossing is not None:
             yield crossing

@@ -39,7 +39,7 @@ from evaluation.training.dataset import (
     write_shard,
 )
 from evaluation.training.detector_batches import SCALES, SHAPES, SOUGHT, SOUGHT_SHARE, Batch, batches
-from evaluation.training.detector_int8 import FLOAT, quantise
+from evaluation.training.detector_int8 import FLOAT, origin, quantise
 from evaluation.training.detector_net import DetectorNet, ExportNet, grown, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
 from services.perception.detection import Detection
@@ -326,6 +326,7 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "command": "python -m evaluation.training.detector " + shlex.join(_without_paths(sys.argv[1:])),
         "torch": torch.__version__,
         "licence": "Apache-2.0",
+        "eight_bits": origin(out.with_name(FLOAT)),
     }
     measure(out, card, choosing, load_frames(cache, "test"))
 

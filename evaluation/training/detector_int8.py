@@ -11,6 +11,7 @@ exceeds, and in eight bits neighbours are equal.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -72,13 +73,19 @@ def quantise(exported: Path, out: Path, frames: Frames) -> None:
         )
 
 
+def origin(exported: Path) -> dict[str, str | int]:
+    """What the card says of the eight bits: of which network they are, and from how many pictures its ranges."""
+    return {"from": exported.name, "sha256": hashlib.sha256(exported.read_bytes()).hexdigest(), "pictures": FRAMES}
+
+
 def main() -> None:
     """Make it anew."""
     parser = argparse.ArgumentParser(prog="python -m evaluation.training.detector_int8")
     parser.add_argument("--cache", type=Path, required=True, help="folder of shards with the split train")
     parser.add_argument("--out", type=Path, default=data("models/detector.onnx"))
+    parser.add_argument("--frames", type=int, default=2400, help="training pictures to draw from at most")
     flags = parser.parse_args()
-    quantise(data("models") / FLOAT, flags.out, load_frames(flags.cache, "train"))
+    quantise(data("models") / FLOAT, flags.out, load_frames(flags.cache, "train", flags.frames))
     sys.stdout.write(f"{flags.out}: {flags.out.stat().st_size / 1e3:.0f} kB\n")
 
 

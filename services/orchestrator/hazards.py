@@ -79,7 +79,7 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
             "gap": f"{max(0.0, way.gap_m):.0f}",
             "closing": speed(state.preferences, way.closing_mps),
             "ttc": f"{way.ttc_s:.1f}",
-            "side": word(state.preferences, side or "left"),
+            **({"side": word(state.preferences, side)} if side is not None else {}),
         },
         why=(phrase,),
         hazard="closing_lead" if close else "slow_traffic",

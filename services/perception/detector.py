@@ -28,7 +28,7 @@ class Detector(Protocol):
     def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """Objects in `rgb`, best first; boxes in its pixels.
 
-        `closer`: the middle is looked at once more, enlarged, by a detector that can do so at little cost.
+        `closer`: the strip about the horizon is looked at once more, enlarged, by a detector that can do so.
         """
         ...
 

@@ -20,7 +20,7 @@ from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
 from services.perception.lookback import Sweeps
-from services.perception.movers import Movers
+from services.perception.movers import ACROSS_SIGMA_MPS, Movers
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range, hiding
@@ -119,7 +119,7 @@ class Perception:
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame, *, closer: bool = True) -> Seen:
         """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed.
 
-        `closer`: the middle of a wide camera's picture is looked at once more, enlarged; it takes half as long again.
+        `closer`: the strip about the horizon of a wide camera's picture is looked at once more, enlarged; it takes twice as long.
         """
         self._has_front |= camera_id == FRONT
         picture = open_picture(frame)
@@ -235,23 +235,23 @@ class Perception:
         owners = [0] * len(detections)
         sweep_age_s = (stamp_ns - self._sweep[0]) / 1e9 if self._sweep is not None else 0.0
         lag = Lag(age_s=sweep_age_s, moved_m=self._moved_m(stamp_ns))
-        movers: list[tuple[int, Sighting]] = []
+        users: list[tuple[int, Sighting]] = []
         others = self._others(camera_id, stamp_ns)
         for index, (detection, found) in enumerate(zip(detections, ranges, strict=True)):
             if found is None or left_to_another(detection, found, camera, others):
                 continue
             sighting = sighting_of(detection, found, camera, lag, hiding(detection, detections))
             if sighting is not None:
-                movers.append((index, sighting))
+                users.append((index, sighting))
 
         def sees(x_m: float, y_m: float) -> bool:
             return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))
 
-        sightings = [each for _, each in movers]
+        sightings = [each for _, each in users]
         if camera_id == self._primary(stamp_ns):
             sightings = self._with_movers(sightings, lag, sees)
         moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
-        for (index, _), owner in zip(movers, moving[: len(movers)], strict=True):
+        for (index, _), owner in zip(users, moving[: len(users)], strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]
         tracker = self._stills.setdefault(camera_id, ImageTracker(self.tracker.ids))
@@ -273,14 +273,12 @@ class Perception:
         if abs(lag.age_s) > self.ages.lidar_ns / 1e9:
             return list(seen)
         told = [
-            replace(each, across_sigma_mps=movers[0].across_sigma_mps)
-            if abs(float(each.fix.place[1])) > ASIDE_M and any(_close(each, mover) for mover in movers)
+            replace(each, across_sigma_mps=ACROSS_SIGMA_MPS)
+            if _aside(each) and any(_close(each, mover) for mover in movers)
             else each
             for each in seen
         ]
-        others = (
-            each for each in movers if abs(float(each.fix.place[1])) > ASIDE_M or not sees(*each.fix.place.tolist())
-        )
+        others = (each for each in movers if _aside(each) or not sees(*each.fix.place.tolist()))
         aged = [replace(each, fix=replace(each.fix, age_s=lag.age_s)) for each in others]
         return told + [each for each in aged if not any(_close(each, other) for other in seen)]
 
@@ -298,6 +296,10 @@ class Perception:
             lidar_used=lidar_used,
         )
         return tracks, model.message()
+
+
+def _aside(sighting: Sighting) -> bool:
+    return abs(float(sighting.fix.place[1])) > ASIDE_M
 
 
 def _close(one: Sighting, other: Sighting) -> bool:

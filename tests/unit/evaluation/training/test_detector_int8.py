@@ -11,7 +11,7 @@ from onnx import numpy_helper
 
 from drivemcp.paths import data
 from evaluation.training.dataset import Frames, load_frames, render_stage, write_shard
-from evaluation.training.detector_int8 import FLOAT, quantise
+from evaluation.training.detector_int8 import FLOAT, origin, quantise
 from services.perception.detection import Detection, overlaps
 from services.perception.loading import load_detector
 from services.simulator.render.context import RendererUnavailable
@@ -59,6 +59,11 @@ def test_what_is_surely_seen_in_one_is_seen_in_the_other(frames: Frames, tmp_pat
             assert lonely(theirs, ours) == []
             seen += len(ours)
     assert seen > 10, "there must be something to see"
+
+
+def test_the_card_names_the_network_that_it_was_made_from() -> None:
+    card = json.loads(data("models/detector.json").read_text(encoding="utf-8"))
+    assert card["eight_bits"] == origin(data("models") / FLOAT)
 
 
 def test_weights_leave_a_bit_free_lest_some_processors_overflow() -> None:
