@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, get_args
 
 import cv2
@@ -35,7 +36,8 @@ class CentreDetector:
     """The exported net: input uint8 (1, H, W, 3) RGB, outputs `heat` at peaks (1, K, H/4, W/4) and `sides_px`.
 
     Its card may hold `calibration`: slope and offset that make a class's scores probabilities. Floors are of the raw heat.
-    A net for pictures of any size, multiples of 32, can look closer; one for a single size does not.
+    A net for pictures of any size, multiples of 32, can look closer; one for a single size does not. With two threads and
+    more the closer look is taken beside the other, which is faster than both of them one after the other on all threads.
     """
 
     def __init__(self, session: Any, card: dict[str, Any], options: DetectorOptions, *, name: str) -> None:
@@ -44,6 +46,7 @@ class CentreDetector:
         self._input = session.get_inputs()[0].name
         _, height, width, _ = session.get_inputs()[0].shape
         self._any_size = not isinstance(height, int)
+        self._beside = ThreadPoolExecutor(1, "closer-look") if self._any_size and options.threads > 1 else None
         self._size: tuple[int, int] = CANVAS_PX if self._any_size else (height, width)
         self._options = options
         self._classes: tuple[ObjectClass, ...] = tuple(card.get("classes", CLASSES))
@@ -57,17 +60,27 @@ class CentreDetector:
 
     def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """See `Detector`."""
-        canvas, scale = whole(rgb, self._size)
-        boxes, scores, kinds = self._found(canvas)
-        boxes /= scale
         if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no strip
-            more, their_scores, their_kinds = self._closer(rgb)
-            boxes, scores = np.concatenate([boxes, more]), np.concatenate([scores, their_scores])
-            kinds = np.concatenate([kinds, their_kinds])
+            (boxes, scores, kinds), more = self._both(rgb)
+            boxes, scores = np.concatenate([boxes, more[0]]), np.concatenate([scores, more[1]])
+            kinds = np.concatenate([kinds, more[2]])
+        else:
+            boxes, scores, kinds = self._whole(rgb)
         kept = suppress(boxes, scores, kinds, self._options.overlap_limit)
         names = [self._classes[kinds[index]] for index in kept]
         sure = _probabilities(scores[kept], self._curves[kinds[kept]])
         return detections(boxes[kept], sure, names, (rgb.shape[1], rgb.shape[0]))
+
+    def _both(self, rgb: Picture) -> tuple[_Found, _Found]:
+        if self._beside is None:
+            return self._whole(rgb), self._closer(rgb)
+        more = self._beside.submit(self._closer, rgb)
+        return self._whole(rgb), more.result()
+
+    def _whole(self, rgb: Picture) -> _Found:
+        canvas, scale = whole(rgb, self._size)
+        boxes, scores, kinds = self._found(canvas)
+        return boxes / scale, scores, kinds
 
     def _found(self, canvas: Picture) -> _Found:
         """Boxes in pixels of the canvas, raw scores and classes, not yet suppressed."""

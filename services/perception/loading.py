@@ -41,6 +41,9 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     outputs = {output.name: output.shape for output in session.get_outputs()}
     card = _card(path)
     if {"heat", "sides_px"} <= outputs.keys():
+        if options.threads > 1 and not isinstance(session.get_inputs()[0].shape[1], int):
+            # A net for any size looks twice, side by side, each time on half of the threads.
+            session = open_session(path, options.threads // 2)
         return CentreDetector(session, card, options, name=path.stem)
     side_px = _square_side(session)
     if len(outputs) != 1 or side_px is None:

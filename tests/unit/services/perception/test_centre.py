@@ -10,7 +10,7 @@ import pytest
 
 from drivemcp.paths import data
 from services.perception.detection import Detection, overlaps
-from services.perception.detector import Picture
+from services.perception.detector import DetectorOptions, Picture
 from services.perception.loading import load_detector
 from services.simulator.render.context import RendererUnavailable
 from services.simulator.render.renderer import Renderer
@@ -80,6 +80,13 @@ def test_what_the_whole_picture_shows_well_stays_where_it_is(street: Picture) ->
 def test_pictures_of_any_size_are_looked_at_closer(size: tuple[int, int]) -> None:
     grey = np.full((*size, 3), 110, np.uint8)
     assert load_detector(data("models/detector.onnx")).detect(grey, closer=True) == []
+
+
+def test_two_looks_side_by_side_find_what_one_after_the_other_finds(street: Picture) -> None:
+    one, two = (load_detector(data("models/detector.onnx"), DetectorOptions(threads=n)) for n in (1, 2))
+    for _ in range(5):
+        assert two.detect(street, closer=True) == one.detect(street, closer=True)
+        assert two.detect(street) == one.detect(street)
 
 
 def by_kind(found: list[Detection]) -> list[Detection]:
