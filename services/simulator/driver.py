@@ -41,6 +41,8 @@ class Advice:
     """Whether it points out a hazard."""
     ahead_mps: float | None = None
     """A lower limit that it announces."""
+    slow: bool = False
+    """Whether it tells him to slow down to that, not only that it comes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +84,7 @@ class Wish:
 
 @dataclass(slots=True)
 class _Standing:
+    topic: str
     target_mps: float
     from_s: float
     until_s: float
@@ -96,7 +99,7 @@ class Driver:
     """The limit that he believes in; None: none."""
     heard: int = 0
     obeyed: int = 0
-    _standing: dict[str, _Standing] = field(default_factory=dict)
+    _standing: list[_Standing] = field(default_factory=list)
     _beliefs: list[tuple[float, float]] = field(default_factory=list)
     _noticed_s: dict[str, float] = field(default_factory=dict)
     _warned_s: float = -1e9
@@ -121,10 +124,11 @@ class Driver:
         if advice.limit_mps is not None:
             self._beliefs.append((acts_s, advice.limit_mps))
         if advice.ahead_mps is not None:
-            self._stand_by(advice.topic, advice.ahead_mps * self.profile.speed_bias, acts_s, ADVICE_HOLDS_S)
+            habit = 1.0 if advice.slow else self.profile.speed_bias
+            self._stand_by(advice.topic, advice.ahead_mps * habit, time_s, ADVICE_HOLDS_S)
         elif advice.target_mps is not None:
             holds_s = WARNING_HOLDS_S if advice.warns else ADVICE_HOLDS_S
-            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), acts_s, holds_s)
+            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
 
     def drive(self, view: View, dt: float) -> Wish:
         """His next wish."""
@@ -140,7 +144,7 @@ class Driver:
         """The speed he would drive on a free road."""
         own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
         own *= self.profile.wet_slowdown if view.wet else 1.0
-        told = [each.target_mps for each in self._standing.values() if each.from_s <= view.time_s < each.until_s]
+        told = [each.target_mps for each in self._standing if each.from_s <= view.time_s < each.until_s]
         return min([own, view.bend_mps, view.sense_mps, *told])
 
     def distracted(self, time_s: float) -> bool:
@@ -227,11 +231,16 @@ class Driver:
             self._answers[key] = self._dice.says(self.profile.compliance, 3, zlib.crc32(repr(key).encode()))
         return self._answers[key]
 
-    def _stand_by(self, topic: str, target_mps: float, acts_s: float, holds_s: float) -> None:
-        known = self._standing.get(topic)
-        same = known is not None and abs(known.target_mps - target_mps) < 0.3 and known.until_s > acts_s
-        from_s = min(known.from_s, acts_s) if known is not None and same else acts_s
-        self._standing[topic] = _Standing(target_mps, from_s, acts_s + holds_s)
+    def _stand_by(self, topic: str, target_mps: float, time_s: float, holds_s: float) -> None:
+        """The topic's new word; what it said before he keeps to until he acts on the new one."""
+        acts_s = time_s + self.profile.reaction_s
+        mine = [each for each in self._standing if each.topic == topic and each.until_s > acts_s]
+        same = next((each for each in mine if abs(each.target_mps - target_mps) < 0.3), None)
+        for each in mine:
+            each.until_s = acts_s
+        self._standing = [each for each in self._standing if each is not same and each.until_s > time_s]
+        from_s = acts_s if same is None else min(same.from_s, acts_s)
+        self._standing.append(_Standing(topic, target_mps, from_s, acts_s + holds_s))
 
     def _take_over_beliefs(self, time_s: float) -> None:
         for acts_s, limit_mps in [each for each in self._beliefs if each[0] <= time_s]:

@@ -123,6 +123,7 @@ class Session:
                 limit_mps=legal.mps if legal is not None and not legal.advisory else None,
                 warns=bool(advisory.hazard) or advisory.urgency in ("warning", "alarm"),
                 ahead_mps=advisory.ahead_mps,
+                slow=advisory.urgency != "info",
             )
         )
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from services.simulator.driver import Advice, Driver, StopAhead, View
 from services.simulator.driver_profile import MEDIAN_REACTION_S, DriverProfile, draw_driver
@@ -147,3 +149,31 @@ def test_who_is_told_of_a_lower_limit_ahead_comes_down_to_it() -> None:
     driver.hear(Advice(topic="ahead", target_mps=24.0, ahead_mps=13.9), 0.0)
     assert driver.wanted_mps(replace(ROAD, time_s=0.5 * CALM.reaction_s)) == 25.0
     assert driver.wanted_mps(replace(ROAD, time_s=1.1 * CALM.reaction_s)) == pytest.approx(13.9)
+
+
+def test_who_is_told_to_slow_down_goes_to_the_limit_itself_and_not_to_what_he_makes_of_it() -> None:
+    hasty = replace(CALM, speed_bias=1.1)
+    announced, told = Driver(hasty, believed_mps=25.0), Driver(hasty, believed_mps=25.0)
+    announced.hear(Advice(topic="ahead", target_mps=24.0, ahead_mps=13.9), 0.0)
+    told.hear(Advice(topic="ahead", target_mps=24.0, ahead_mps=13.9, slow=True), 0.0)
+    later = replace(ROAD, time_s=2.0)
+    assert announced.wanted_mps(later) == pytest.approx(1.1 * 13.9)
+    assert told.wanted_mps(later) == pytest.approx(13.9)
+
+
+@given(
+    first_mps=st.floats(2.0, 24.0),
+    second_mps=st.floats(2.0, 24.0),
+    gap_s=st.floats(0.0, 10.0),
+    topics=st.tuples(st.sampled_from(["ahead", "limit"]), st.sampled_from(["ahead", "limit"])),
+)
+def test_until_he_acts_on_a_new_word_he_keeps_to_the_former(
+    first_mps: float, second_mps: float, gap_s: float, topics: tuple[str, str]
+) -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic=topics[0], target_mps=first_mps), 0.0)
+    driver.hear(Advice(topic=topics[1], target_mps=second_mps), CALM.reaction_s + gap_s)
+    acts_s = 2 * CALM.reaction_s + gap_s
+    assert driver.wanted_mps(replace(ROAD, time_s=acts_s - 0.01)) == pytest.approx(first_mps, abs=0.31)
+    after = second_mps if topics[0] == topics[1] else min(first_mps, second_mps)
+    assert driver.wanted_mps(replace(ROAD, time_s=acts_s + 0.01)) == pytest.approx(after, abs=0.31)
