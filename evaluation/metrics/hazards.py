@@ -1,5 +1,6 @@
 """True hazards and the words for them: response time, time to collision at first escalation, hazards never told."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -103,8 +104,8 @@ def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
     if truth is None or said.message.kind == "ACT":
         return truth is not None
     if kind in SLOWER:
-        target = said.message.target_mps
-        return target is not None and target < truth.speed_mps and (kind != "school_zone" or _of_school(truth, said))
+        asked = [mps for mps in (said.message.target_mps, said.message.ahead_mps) if mps is not None]
+        return min(asked, default=math.inf) < truth.speed_mps and (kind != "school_zone" or _of_school(truth, said))
     gap, closing = distance(truth, kind)
     if gap is None or closing <= 0.0:
         return True

@@ -23,8 +23,9 @@ UNSIGNED_KMH: dict[str, float] = {
 UNSIGNED_UNKNOWN_KMH = 50.0
 """The lowest limit that our countries have without a sign on such a road: above it, a sign may raise what holds."""
 MOST_CONDITIONAL = 3
-SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE = "plate:school", "plate:arrow", "plate:distance"
-RESTRICTED_PLATES = ("plate:lorries", "plate:time", "plate:when_wet", SCHOOL_PLATE, ARROW_PLATE)
+SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE, WET_PLATE = "plate:school", "plate:arrow", "plate:distance", "plate:when_wet"
+LORRIES_PLATE = "plate:lorries"
+RESTRICTED_PLATES = (LORRIES_PLATE, "plate:time", WET_PLATE, SCHOOL_PLATE, ARROW_PLATE)
 """Plates under which a limit stands beside the others instead of replacing them. Which way the ego will go is not
 known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing."""
 
@@ -99,6 +100,13 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     also = {"permanent": None} if slot == "zone" else {}
     when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+
+
+def may_be_ours(scope: str, plates: tuple[str, ...], *, dry: bool) -> bool:
+    """Whether a posted limit can hold for a car now: not one of wet roads where it is surely dry, nor one of lorries."""
+    if scope == "when_wet":
+        return not dry
+    return not any(plate.startswith(LORRIES_PLATE) for plate in plates)
 
 
 def _strictest(limits: tuple[InForce, ...]) -> tuple[InForce, ...]:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from proto.rules import SignMeaning
 from proto.scene import Unit
 from services.orchestrator import legal
+from services.orchestrator.limits import DISTANCE_PLATE, RESTRICTED_PLATES, SURE, WET_PLATE, may_be_ours
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.units import to_mps
 
@@ -26,9 +27,25 @@ class LimitAhead(NamedTuple):
 
 
 def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
-    """All of the own lane, in the order in which the signs are remembered."""
-    found = (_limit(state, sign) for sign in state.signs.ahead if sign.believed and sign.own_lane)
+    """All of the own lane that may hold for a car, in the order in which the signs are remembered."""
+    dry = surely(state, wet=False)
+    signs = (sign for sign in state.signs.ahead if sign.believed and sign.own_lane)
+    found = (_limit(state, sign) for sign in signs if may_be_ours(sign.scope, sign.plates, dry=dry))
     return tuple(limit for limit in found if limit is not None)
+
+
+def surely(state: State, *, wet: bool) -> bool:
+    """Whether the road is known to be wet, or dry."""
+    conditions = state.held.conditions
+    return conditions is not None and conditions.wet is wet and conditions.confidence >= SURE
+
+
+def binds(state: State, sign: SignAhead) -> bool:
+    """Whether a limit is sure to hold for us right behind its sign: no plate restricts it, or to wet roads and it is wet."""
+    plates = [plate for plate in sign.plates if plate.startswith((*RESTRICTED_PLATES, DISTANCE_PLATE))]
+    if sign.scope != "when_wet":
+        return not plates
+    return all(plate.startswith(WET_PLATE) for plate in plates) and surely(state, wet=True)
 
 
 def _limit(state: State, sign: SignAhead) -> LimitAhead | None:

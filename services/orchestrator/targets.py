@@ -11,8 +11,8 @@ from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
-from services.orchestrator.limits import RESTRICTED_PLATES, SURE, in_force
-from services.orchestrator.limits_ahead import limits_ahead
+from services.orchestrator.limits import in_force, may_be_ours
+from services.orchestrator.limits_ahead import limits_ahead, surely
 from services.orchestrator.state import Lost, State
 from services.orchestrator.stops import stops
 from services.orchestrator.units import to_mps
@@ -154,14 +154,11 @@ def elsewhere(state: State, known: LegalLimit) -> bool:
 
 def posted_limit(state: State) -> tuple[LegalLimit, float] | None:
     """The lowest limit on signs in force, and its confidence; conditions that may hold are taken to hold."""
-    conditions = state.held.conditions
-    dry = conditions is not None and conditions.wet is False and conditions.confidence >= SURE
+    dry = surely(state, wet=False)
     shown = []
     for each in in_force(state.signs):
         posted = each.posted
-        if posted.scope == "when_wet" and dry:
-            continue
-        if posted.scope != "when_wet" and any(plate.startswith(RESTRICTED_PLATES[0]) for plate in posted.plates):
+        if not may_be_ours(posted.scope, posted.plates, dry=dry):
             continue
         shown.append((LegalLimit(value=posted.value, unit=posted.unit, mps=to_mps(posted.value, posted.unit)), posted))
     if not shown:

@@ -119,6 +119,8 @@ def test_two_hazards_at_once_are_two() -> None:
 
 def test_a_school_is_named_by_its_own_limit_and_by_one_that_asks_for_less_speed() -> None:
     assert measure(schooled(60.0, topic="ahead", target_mps=14.5)).hazards_answered == 0
+    assert measure(schooled(60.0, topic="ahead", target_mps=14.5, ahead_mps=8.3)).hazards_answered == 1
+    assert measure(schooled(60.0, topic="ahead", target_mps=14.5, ahead_mps=15.0)).hazards_answered == 0
     assert measure(schooled(60.0, topic="limit", target_mps=8.3)).hazards_answered == 0
     assert measure(schooled(-5.0, topic="limit", target_mps=8.3)).hazards_answered == 1
 

@@ -27,6 +27,15 @@ def test_the_advice_at_a_border_says_what_told_of_it() -> None:
     assert told in ticked.advisory.justification
 
 
+def test_where_a_sign_ahead_shows_less_the_border_tells_that_and_not_the_countrys_own_limit() -> None:
+    drive = Drive(road="rural")
+    ahead = limit_sign("limit:20", unit="mph", passed=False, distance_m=25.0)
+    drive.ticks(25)
+    ticked = drive.tick(fact("jurisdiction", "GBR", text=TOLD), fact("units", "mph"), ahead)
+    assert ticked.advisory.directive == "Now GBR: 20 mph (32 km/h) ahead"
+    assert ticked.advisory.ahead_mps == pytest.approx(20 * 0.44704)
+
+
 def test_it_is_said_in_the_drivers_language() -> None:
     _, ticked = changed(preferences=Preferences(language="de"))
     assert "Erkannt an: Art der Schilder (3.0), Straßenseite des Verkehrs (6.5)" in ticked.advisory.justification

@@ -1,0 +1,48 @@
+"""The real arbiter under a grant, as a function that `Played` asks."""
+
+from collections.abc import Callable
+
+from proto.decision import ArbitrationRequest, Decision
+from services.arbiter.act import Permission
+from services.arbiter.assess import View, gap_m
+from services.arbiter.decide import Inputs, decide
+from services.arbiter.profiles import load
+from services.arbiter.reading import Pedals, Reading
+from services.arbiter.state import ArbiterState, Sighting, fresh
+from tests.unit.services.orchestrator.support import replace
+
+PROFILE = load("calibrated")
+GRANT = Permission(grant_id="g", max_deceleration_mps2=5.0, max_duration_s=3.0, refused="")
+
+
+def arbiter(eyes: ArbitrationRequest | None = None) -> Callable[[ArbitrationRequest], Decision]:
+    """The real decision under a grant; its own eyes see what `eyes` says, or what it is asked."""
+
+    def judge(request: ArbitrationRequest) -> Decision:
+        own = eyes if eyes is not None else request
+        view = View(
+            ego_speed_mps=own.ego_speed_mps,
+            ego_acceleration_mps2=own.ego_acceleration_mps2,
+            actors=tuple(t for t in (own.lead, own.pedestrian) if t is not None),
+            h=own.h,
+            brake_envelope=own.brake_envelope,
+            mu_low=own.mu_low,
+            mu_high=own.mu_high,
+        )
+        pedals = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
+        reading = Reading(view=view, pedals=pedals, tracks_age_s=0.05, ego_age_s=0.02)
+        inputs = Inputs(
+            reading=reading, state=watched(view, request.stamp_ns), permission=GRANT, now_ns=request.stamp_ns
+        )
+        return decide(request, inputs, PROFILE).decision
+
+    return judge
+
+
+def watched(view: View, now_ns: int) -> ArbiterState:
+    """As if the arbiter had watched everyone close in for half a second."""
+    sightings = tuple(
+        Sighting(track_id=t.track_id, gap_m=gap_m(t, PROFILE) - t.vx_mps * 0.5, stamp_ns=now_ns - 550_000_000)
+        for t in view.actors
+    )
+    return replace(fresh(PROFILE), sightings=sightings)

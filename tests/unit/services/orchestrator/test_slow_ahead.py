@@ -1,0 +1,94 @@
+"""A lower limit ahead: announced while there is time, and told to slow down for when there is none left to lose."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from services.orchestrator.matters import OVER_MPS, REACTION_S, SLOWING_MPS2
+from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, limit_sign
+
+TICK_S = 0.1
+FIRM, CALM = "Slow down: 80 km/h ahead", "80 km/h ahead"
+
+
+def approached(
+    speed_mps: float, from_m: float, slows_mps2: float = 0.0, wet: bool | None = False, **fields: Any
+) -> tuple[Drive, dict[str, float]]:
+    """A drive past a sign of 80, and how far ahead the sign was when each directive was spoken first."""
+    weather = conditions(wet=wet)
+    drive = Drive(
+        Played({**EXPERTS, "assess_weather": lambda _: weather}, arbiter=arbiter()), speed_mps=speed_mps, road="rural"
+    )
+    drive.weather = weather
+    drive.ticks(20)
+    spoken: dict[str, float] = {}
+    left_m = from_m
+    while left_m > 0.0:
+        ticked = drive.tick(limit_sign("limit:80", passed=False, distance_m=left_m, **fields))
+        if ticked.advisory.kind != "SILENT":
+            spoken.setdefault(ticked.advisory.directive, left_m)
+        assert drive.speed_mps is not None
+        if spoken:
+            drive.speed_mps = max(80 * KMH, drive.speed_mps - slows_mps2 * TICK_S)
+        left_m -= drive.speed_mps * TICK_S
+    return drive, spoken
+
+
+def test_who_slows_down_when_it_is_announced_is_told_no_more() -> None:
+    _, spoken = approached(27.0, 165.0, slows_mps2=1.5)
+    assert CALM in spoken
+    assert FIRM not in spoken
+
+
+def test_who_does_not_is_told_to_once_while_he_can_still_do_it() -> None:
+    drive, spoken = approached(27.0, 165.0)
+    assert list(spoken) == [CALM, FIRM]
+    assert drive.spoken().count(FIRM) == 1
+    slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * SLOWING_MPS2)
+    assert spoken[FIRM] == pytest.approx(27.0 * REACTION_S + slowing_m, abs=2 * 27.0 * TICK_S)
+
+
+def test_who_sees_the_sign_late_is_told_to_slow_down_at_once_and_nothing_calmer_after_it() -> None:
+    _, spoken = approached(27.0, 70.0)
+    assert list(spoken) == [FIRM]
+
+
+def test_it_is_advice_of_that_limit() -> None:
+    drive, _ = approached(27.0, 70.0)
+    (said,) = [t.advisory for _, _, t in drive.history if t.advisory.directive == FIRM and t.advisory.kind != "SILENT"]
+    assert (said.topic, said.urgency, said.hazard) == ("ahead", "advice", "")
+    assert said.ahead_mps == pytest.approx(80 * KMH)
+
+
+@pytest.mark.parametrize("plate", ["plate:time", "plate:school", "plate:distance", "plate:arrow_left"])
+def test_a_limit_that_may_not_hold_right_behind_its_sign_is_announced_only(plate: str) -> None:
+    _, spoken = approached(27.0, 165.0, plates=(plate,))
+    assert list(spoken) == [CALM]
+
+
+@pytest.mark.parametrize("road", ["dry", "wet", "unknown"])
+def test_of_a_limit_for_wet_roads_it_depends_on_what_is_known_of_the_road(road: str) -> None:
+    wet = None if road == "unknown" else road == "wet"
+    _, spoken = approached(27.0, 165.0, wet=wet, scope="when_wet", plates=("plate:when_wet:en",))
+    assert [each for each in spoken if "80" in each] == {"dry": [], "wet": [CALM, FIRM], "unknown": [CALM]}[road]
+
+
+def test_a_limit_for_lorries_is_none_for_a_car() -> None:
+    drive, spoken = approached(27.0, 165.0, plates=("plate:lorries",))
+    assert spoken == {}
+    assert drive.target_mps > 26.0
+
+
+@FEW
+@given(speed_mps=st.floats(5.0, 45.0), from_m=st.floats(3.0, 250.0))
+def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps: float, from_m: float) -> None:
+    _, spoken = approached(speed_mps, from_m)
+    over = speed_mps > 80 * KMH + OVER_MPS
+    assert (FIRM in spoken or CALM in spoken) <= over
+    needed_m = speed_mps * REACTION_S + (speed_mps**2 - (80 * KMH) ** 2) / (2 * SLOWING_MPS2)
+    if over and from_m > needed_m:
+        told_m = max(spoken.get(FIRM, 0.0), spoken.get(CALM, 0.0))
+        assert told_m >= min(from_m, needed_m) - 3 * speed_mps * TICK_S
