@@ -45,6 +45,12 @@ class Matter(NamedTuple):
         return self.kind or self.topic
 
 
+def told_within(state: State, slot: str, seconds: float) -> bool:
+    """Whether what is remembered under a slot was spoken of so lately."""
+    told = state.memory.last(slot)
+    return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
+
+
 Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
 
 

@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from proto.decision import Event
 from proto.rules import LegalLimit
 from proto.vehicle import Degradation
+from services.orchestrator.announcements import ahead, approach, lowest
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
-from services.orchestrator.limits_ahead import LimitAhead, binds, limits_ahead
-from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter
+from services.orchestrator.limits_ahead import limits_ahead
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, told_within
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
@@ -53,12 +54,6 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
 
 _VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
 REPEAT_S, REPEAT_MILD_S = 300.0, 1800.0
-OVER_MPS = 0.5
-"""So much above a limit ahead the speed has to fall."""
-REACTION_S, SLOWING_MPS2 = 1.9, 2.0
-"""Until 85 % of drivers act on a word (Lerner 1993), and how firmly they come down then."""
-SPARE_S = 1.0
-"""With less time to lose nobody is first told calmly."""
 
 
 def _ahead_of_the_lamp(car: Degradation | None) -> str:
@@ -128,12 +123,12 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
         return
     limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
     told = in_words(state.preferences, here.evidence)
-    ahead = _lowest_ahead(state, limit, None)  # nobody is told to drive faster than a sign in sight allows
-    shown = LegalLimit(value=ahead.value, unit=ahead.unit, mps=ahead.mps) if ahead is not None else limit
+    lower = lowest(limits_ahead(state), limit)  # nobody is told to drive faster than a sign in sight allows
+    shown = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else limit
     yield Matter(
         topic="border",
         key=here.value,
-        phrase="border" if ahead is None else "border_ahead",
+        phrase="border" if lower is None else "border_ahead",
         urgency="advice",
         values={
             "country": here.value,
@@ -148,7 +143,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
         repeat_s=600.0,
         confidence=event.confidence,
         tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
-        ahead_mps=ahead.mps if ahead is not None else None,
+        ahead_mps=lower.mps if lower is not None else None,
     )
 
 
@@ -174,67 +169,6 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
         repeat_s=3600.0,
         confidence=target.law.confidence,
     )
-
-
-def _approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """A lower limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
-    ego = state.world.ego.speed_mps
-    ahead = _lowest_ahead(state, target.law.limit, ego.value if ego is not None else None)
-    if ahead is None or ego is None or not binds(state, ahead.sign):
-        return
-    announced = _announced(ahead)
-    told = state.memory.last("ahead")
-    known = told is not None and told.key == announced.key and _told_within(state, "ahead", announced.repeat_s)
-    if _told_within(state, "ahead", REACTION_S) or _told_within(state, "foreign", REACTION_S):
-        return  # let him act on what he was told
-    if _spare_s(ahead, ego.value) > (0.0 if known else SPARE_S):
-        return
-    yield announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
-
-
-def _spare_s(ahead: LimitAhead, speed_mps: float) -> float:
-    """Until who has still to react must be told, to come down to the limit at its sign."""
-    slowing_m = max(0.0, speed_mps**2 - ahead.mps**2) / (2.0 * SLOWING_MPS2)
-    return (max(0.0, ahead.sign.distance_m or 0.0) - slowing_m) / max(speed_mps, 1.0) - REACTION_S
-
-
-def _ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    ego = state.world.ego.speed_mps
-    ahead = _lowest_ahead(state, target.law.limit, ego.value if ego is not None else None)
-    if ahead is not None and not _told_within(state, "foreign", 5.0):
-        yield _announced(ahead)
-
-
-def _announced(ahead: LimitAhead) -> Matter:
-    return Matter(
-        topic="ahead",
-        key=f"{ahead.sign.reading} {ahead.unit}",
-        phrase="limit_ahead",
-        urgency="info",
-        values={"limit": f"{ahead.value:g} {ahead.unit}", "gap": f"{max(0.0, ahead.sign.distance_m or 0.0):.0f}"},
-        why=("ahead",) if ahead.law is None else ("place_ahead",),
-        confidence=ahead.confidence,
-        ahead_mps=ahead.mps,
-        law=ahead.law,
-    )
-
-
-def _lowest_ahead(state: State, limit: LegalLimit | None, speed_mps: float | None) -> LimitAhead | None:
-    """The lowest limit ahead, if it is below the one in force, and the speed, where one is given, above it."""
-    mps = limit.mps if limit is not None else None
-    lower = [each for each in limits_ahead(state) if _is_lower(each, mps, speed_mps)]
-    return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
-
-
-def _told_within(state: State, slot: str, seconds: float) -> bool:
-    told = state.memory.last(slot)
-    return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
-
-
-def _is_lower(ahead: LimitAhead, mps: float | None, speed_mps: float | None) -> bool:
-    # Only where the ego's own speed would have to fall is it worth a message before the sign.
-    faster = speed_mps is None or speed_mps > ahead.mps + OVER_MPS
-    return ahead.sign.distance_m is not None and mps is not None and ahead.mps < mps - 0.5 and faster
 
 
 def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -282,7 +216,7 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
     event = events.get("low_friction")
     if event is None:
         return
-    if event.detail != "severe" and _told_within(state, "limit", FRICTION_TOLD_S):
+    if event.detail != "severe" and told_within(state, "limit", FRICTION_TOLD_S):
         return  # the limit was told with the safe target and its reason
     # What a lead or a stop asks for now is not what the road does.
     road_mps = min(bound.mps for bound in target.bounds if bound.why in ("law", "sight"))
@@ -365,7 +299,7 @@ FRICTION_TOLD_S = 45.0
 QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (
-    person, lead, stop, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, _approach, _ahead, _expert,
+    person, lead, stop, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, approach, ahead, _expert,
     _degraded, _old_rules,
 )  # fmt: skip
 """In order of weight."""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.matters import OVER_MPS, REACTION_S, SLOWING_MPS2
+from services.orchestrator.announcements import OVER_MPS, REACTION_S, SLOWING_MPS2
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, limit_sign
 
@@ -80,6 +80,27 @@ def test_a_limit_for_lorries_is_none_for_a_car() -> None:
     drive, spoken = approached(27.0, 165.0, plates=("plate:lorries",))
     assert spoken == {}
     assert drive.target_mps > 26.0
+
+
+def test_who_brakes_already_as_hard_as_it_takes_is_not_told_to() -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
+    drive.ticks(20)
+    drive.acceleration_mps2 = -2.0
+    drive.tick(limit_sign("limit:80", passed=False, distance_m=70.0))
+    assert drive.spoken()[-1] == CALM
+    drive.acceleration_mps2 = -1.0
+    drive.ticks(25)
+    assert drive.spoken()[-1] == FIRM
+
+
+def test_a_lower_limit_that_may_not_hold_hides_no_other_that_does() -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
+    drive.ticks(20)
+    timed = limit_sign("limit:60", track_id=4, passed=False, distance_m=70.0, plates=("plate:time",))
+    drive.tick(limit_sign("limit:80", passed=False, distance_m=70.0), timed)
+    drive.ticks(25)
+    assert FIRM in drive.spoken()
+    assert "Slow down: 60 km/h ahead" not in drive.spoken()
 
 
 @FEW

@@ -1,0 +1,82 @@
+"""Lower limits ahead: announced while there is time, and told to slow down for while they can still be kept."""
+
+from collections.abc import Iterable, Iterator
+
+from proto.decision import Event
+from proto.rules import LegalLimit
+from services.orchestrator.limits_ahead import LimitAhead, binds, limits_ahead
+from services.orchestrator.matter import Matter, told_within
+from services.orchestrator.state import State
+from services.orchestrator.targets import Target
+
+OVER_MPS = 0.5
+"""So much above a limit ahead the speed has to fall."""
+REACTION_S, SLOWING_MPS2 = 1.9, 2.0
+"""Until 85 % of drivers act on a word (Lerner 1993), and how firmly they come down then."""
+SPARE_S = 1.0
+"""With less time to lose nobody is first told calmly."""
+EXPLAINED_S = 5.0
+"""For so long after a foreign sign was explained its limit is not announced as well."""
+
+
+def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
+    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    found = (each for each in limits_ahead(state) if binds(state, each.sign))
+    lower = lowest(found, target.law.limit, ego.value if ego is not None else None)
+    if lower is None or ego is None:
+        return
+    if told_within(state, "ahead", REACTION_S) or told_within(state, "foreign", REACTION_S):
+        return  # let him act on what he was told
+    if change is not None and -change.value * 2.0 * _room_m(lower) >= ego.value**2 - lower.mps**2:
+        return  # he does already
+    announced = _announced(lower)
+    told = state.memory.last("ahead")
+    known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
+    if _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
+        yield announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
+
+
+def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The lowest limit ahead that the ego drives faster than."""
+    ego = state.world.ego.speed_mps
+    lower = lowest(limits_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
+        yield _announced(lower)
+
+
+def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: float | None = None) -> LimitAhead | None:
+    """The lowest of limits ahead, if it is below the one in force, and the speed, where one is given, above it."""
+    lower = (
+        each
+        for each in found
+        if each.sign.distance_m is not None
+        and limit is not None
+        and each.mps < limit.mps - OVER_MPS
+        and (speed_mps is None or speed_mps > each.mps + OVER_MPS)
+    )
+    return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
+
+
+def _announced(lower: LimitAhead) -> Matter:
+    return Matter(
+        topic="ahead",
+        key=f"{lower.sign.reading} {lower.unit}",
+        phrase="limit_ahead",
+        urgency="info",
+        values={"limit": f"{lower.value:g} {lower.unit}", "gap": f"{_room_m(lower):.0f}"},
+        why=("ahead",) if lower.law is None else ("place_ahead",),
+        confidence=lower.confidence,
+        ahead_mps=lower.mps,
+        law=lower.law,
+    )
+
+
+def _spare_s(lower: LimitAhead, speed_mps: float) -> float:
+    """Until one who has still to react must be told, to come down to the limit at its sign."""
+    slowing_m = max(0.0, speed_mps**2 - lower.mps**2) / (2.0 * SLOWING_MPS2)
+    return (_room_m(lower) - slowing_m) / max(speed_mps, 1.0) - REACTION_S
+
+
+def _room_m(lower: LimitAhead) -> float:
+    return max(0.0, lower.sign.distance_m or 0.0)
