@@ -79,6 +79,7 @@ class ModelledPerception:
         self._latest: tuple[int, Tracks] | None = None
         node.subscribe(topics.EGO, self._on_ego)
         node.subscribe(topics.MAP, self._on_map)
+        node.subscribe(topics.LIDAR, lambda sweep, info: self.pipeline.movers(info.stamp_ns, sweep))
         node.subscribe(topics.TRUTH, self._on_truth)
         node.tool(deadline_ms=20, title="Tracked road users")(self.list_tracks)
 

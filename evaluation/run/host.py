@@ -100,6 +100,7 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
             "seconds": spec.seconds,
             "cameras": cameras,
             "lidar": spec.sensors == "rendered",
+            "lidar_at_crossings": spec.sensors == "model",
         }
     if spec.sensors == "model" and name in MODELLED:
         return {"seed": _drawn_by(spec)}

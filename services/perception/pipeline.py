@@ -77,8 +77,8 @@ class Perception:
     _sweep: tuple[int, Floats] | None = None
     _sweep_before: tuple[int, Floats] | None = None
     _by_lidar: Movers = field(default_factory=Movers)
-    _movers: tuple[Sighting, ...] = ()
-    """In the latest sweep, until they were taken in."""
+    _movers: tuple[int, tuple[Sighting, ...]] = 0, ()
+    """In the sweep of that instant, until they were taken in."""
     _ego: tuple[int, Ego] | None = None
     _map: tuple[int, MapView] | None = None
 
@@ -97,7 +97,14 @@ class Perception:
         """Take a LiDAR sweep. Raises Malformed."""
         points = open_sweep(sweep)
         self._sweep_before, self._sweep = self._sweep, (stamp_ns, points)
-        self._movers = self._by_lidar.step(stamp_ns, points, self._ego_state(stamp_ns))
+        self._take_movers(stamp_ns, points)
+
+    def movers(self, stamp_ns: int, sweep: LidarSweep) -> None:
+        """Take only who moves from a LiDAR sweep, where all ranges come from elsewhere. Raises Malformed."""
+        self._take_movers(stamp_ns, open_sweep(sweep))
+
+    def _take_movers(self, stamp_ns: int, points: Floats) -> None:
+        self._movers = stamp_ns, self._by_lidar.step(stamp_ns, points, self._ego_state(stamp_ns))
 
     def ego(self, stamp_ns: int, ego: Ego) -> None:
         """Take the ego's motion."""
@@ -249,7 +256,7 @@ class Perception:
 
         sightings = [each for _, each in users]
         if camera_id == self._primary(stamp_ns):
-            sightings = self._with_movers(sightings, lag, sees)
+            sightings = self._with_movers(sightings, stamp_ns, sees)
         moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
         for (index, _), owner in zip(users, moving[: len(users)], strict=True):
             owners[index] = owner
@@ -263,14 +270,17 @@ class Perception:
             owners[index] = owner
         return owners
 
-    def _with_movers(self, seen: Sequence[Sighting], lag: Lag, sees: Callable[[float, float], bool]) -> list[Sighting]:
+    def _with_movers(
+        self, seen: Sequence[Sighting], stamp_ns: int, sees: Callable[[float, float], bool]
+    ) -> list[Sighting]:
         """What the camera sees, and behind it those who move by the latest sweep and whom it does not see; each sweep tells once.
 
         Who is seen by both far aside is seen to move, and may do so across. Of our own lanes, where it sees them, the camera's
         word counts.
         """
-        movers, self._movers = self._movers, ()
-        if abs(lag.age_s) > self.ages.lidar_ns / 1e9:
+        (swept_ns, movers), self._movers = self._movers, (0, ())
+        age_ns = stamp_ns - swept_ns
+        if not movers or abs(age_ns) > self.ages.lidar_ns:
             return list(seen)
         told = [
             replace(each, across_sigma_mps=ACROSS_SIGMA_MPS)
@@ -279,7 +289,7 @@ class Perception:
             for each in seen
         ]
         others = (each for each in movers if _aside(each) or not sees(*each.fix.place.tolist()))
-        aged = [replace(each, fix=replace(each.fix, age_s=lag.age_s)) for each in others]
+        aged = [replace(each, fix=replace(each.fix, age_s=age_ns / 1e9)) for each in others]
         return told + [each for each in aged if not any(_close(each, other) for other in seen)]
 
     def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:

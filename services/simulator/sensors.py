@@ -16,6 +16,8 @@ from services.simulator.scene import CameraSpec, Pose, Scenery, StaticWorld
 from services.simulator.weather import Weather
 
 LIDAR_REACH_M, STATIC_REACH_M = 90.0, 55.0
+CROSSING_M, ACROSS_MPS = 75.0, 2.0
+"""So near, and so fast across the ego's heading, somebody crosses."""
 MAP_BEHIND_M, MAP_AHEAD_M, MAP_EVERY_M = 10.0, 120.0, 6.0
 JUNCTION_SEEN_M = 150.0
 GNSS_SIGMA_M, HEADING_SIGMA_RAD = 0.6, 0.01
@@ -91,6 +93,20 @@ def lidar_sweep(moment: Moment, static: StaticBoxes, noise: SensorNoise) -> Lida
             boxes.append(box)
     points = lidar.sweep(boxes, moment.weather.rain_mm_h, noise.at(1, moment.step))
     return LidarSweep(points=points.astype("<f4").tobytes(), count=len(points), rings=lidar.RINGS)
+
+
+def somebody_crosses(moment: Moment) -> bool:
+    """Whether a vehicle that LiDAR may show drives across the ego's way, or turns into it."""
+    ego = moment.ego.pose
+    near = {
+        actor.id
+        for actor in moment.scene.actors
+        if actor.kind != "pedestrian" and math.hypot(actor.pose.x_m - ego.x_m, actor.pose.y_m - ego.y_m) < CROSSING_M
+    }
+    c, s = math.cos(ego.yaw_rad), math.sin(ego.yaw_rad)
+    return any(
+        mover.actor_id in near and abs(c * mover.vy_mps - s * mover.vx_mps) > ACROSS_MPS for mover in moment.movers
+    )
 
 
 def gnss_fix(moment: Moment, noise: SensorNoise) -> GnssFix:

@@ -36,6 +36,8 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     autostart: bool = True
     cameras: tuple[str, ...] = ("front", "tele")
     lidar: bool = True
+    lidar_at_crossings: bool = False
+    """Without `lidar`, sweeps while somebody near by drives across the ego's way: for runs whose other sensors are modelled."""
     gnss: bool = True
     map: bool = True
     weather: bool = True
@@ -103,7 +105,15 @@ class Simulator:
 
     def _session(self, scenario: Scenario, seed: int, seconds: float) -> Session:
         config = self._config
-        present = SensorSet(config.cameras, config.lidar, config.gnss, config.map, config.weather, config.can)
+        present = SensorSet(
+            cameras=config.cameras,
+            lidar=config.lidar,
+            gnss=config.gnss,
+            map=config.map,
+            weather=config.weather,
+            can=config.can,
+            lidar_at_crossings=config.lidar_at_crossings,
+        )
         return Session(
             msgspec.structs.replace(scenario, faults=(*scenario.faults, *self._faults)),
             seed,

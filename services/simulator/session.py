@@ -45,6 +45,8 @@ class SensorSet:
     map: bool = True
     weather: bool = True
     can: bool = True
+    lidar_at_crossings: bool = False
+    """Without `lidar`: sweeps all the same while somebody near by drives across the ego's way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +188,8 @@ class Session:
             out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))
         if present.gnss and step % GNSS_STEPS == 0:
             out.append(Outgoing(topics.GNSS, sensors.gnss_fix(moment, self._noise)))
-        if present.lidar and step % LIDAR_STEPS == 0:
+        swept = present.lidar or (present.lidar_at_crossings and sensors.somebody_crosses(moment))
+        if swept and step % LIDAR_STEPS == 0:
             out.append(Outgoing(topics.LIDAR, sensors.lidar_sweep(moment, self._boxes, self._noise), "top"))
         if step % SLOW_STEPS == 1:
             out += self._slow(moment)

@@ -1,7 +1,7 @@
 """Who moves, by LiDAR alone, against the simulator's LiDAR: standing worlds never move, who crosses does."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -129,7 +129,10 @@ class Blind:
         return []
 
 
-def test_who_comes_from_the_side_unseen_by_any_camera_is_in_the_path_before_he_is_there() -> None:
+@pytest.mark.parametrize("take", [Perception.sweep, Perception.movers], ids=["sweep", "movers of a sweep alone"])
+def test_who_comes_from_the_side_unseen_by_any_camera_is_in_the_path_before_he_is_there(
+    take: Callable[[Perception, int, LidarSweep], None],
+) -> None:
     perception = Perception(Blind())
     perception.calibrate("front", calibration(FRONT))
     jpeg = cv2.imencode(".jpg", np.full((FRONT.height_px, FRONT.width_px, 3), 90, np.uint8))[1].tobytes()
@@ -139,7 +142,7 @@ def test_who_comes_from_the_side_unseen_by_any_camera_is_in_the_path_before_he_i
         stamp_ns = 1_000_000_000 + int(number * SWEEP_S * 1e9)
         points = lidar.sweep(seen_from((0.0, 0.0, 0.0), places), 0.0, np.random.default_rng(number))
         perception.ego(stamp_ns, Ego(speed_mps=0.0, yaw_rate_radps=0.0))
-        perception.sweep(stamp_ns, LidarSweep(points=points.astype("<f4").tobytes(), count=len(points)))
+        take(perception, stamp_ns, LidarSweep(points=points.astype("<f4").tobytes(), count=len(points)))
         tracks = perception.see("front", stamp_ns, frame).tracks
         assert tracks is not None
         if tracks.tracks and first_y is None and tracks.tracks[0].in_ego_path:

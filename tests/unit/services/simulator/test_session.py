@@ -1,6 +1,7 @@
 """A drive as messages: what leaves at which step, and how advice reaches the driver."""
 
 import hashlib
+from typing import Any
 
 import msgspec
 import pytest
@@ -51,6 +52,21 @@ def test_a_sensor_that_is_left_out_is_silent_and_changes_no_other() -> None:
         return [out.message for batch in batches for out in batch.messages if out.topic is topics.GNSS]
 
     assert fixes(whole) == fixes(part)
+
+
+def test_sweeps_at_crossings_come_while_somebody_crosses_and_are_those_that_always_come() -> None:
+    cars = 'cars = [{ from_side = "right", speed_kmh = 28, when_ego_within_m = 95 }]'
+    plan = scenario(rest=f"[[yields]]\nat_m = 150\n{cars}", speed=45, road_class="urban")
+
+    def sweeps(**present: Any) -> list[tuple[int, msgspec.Struct]]:
+        batches = run(session(plan, **present), 300)
+        every = [(batch.stamp_ns, out) for batch in batches for out in batch.messages]
+        return [(at, out.message) for at, out in every if out.topic is topics.LIDAR]
+
+    always, crossed = sweeps(), sweeps(lidar=False, lidar_at_crossings=True)
+    assert 20 <= len(crossed) <= 100
+    assert set(crossed) <= set(always)
+    assert crossed[0][0] > always[40][0], "before, nobody is there"
 
 
 def test_stamps_run_from_the_epoch_in_steps_and_frames_of_the_bus_within_them() -> None:
