@@ -17,6 +17,8 @@ class TrueActor(msgspec.Struct, frozen=True, kw_only=True):
     length_m: float
     width_m: float
     in_ego_path: bool = False
+    walled: float = 0.0
+    """Share of it, 0 to 1, that houses hide from the front camera; told up to 90 m ahead."""
 
 
 class TrueHazard(msgspec.Struct, frozen=True, kw_only=True):

@@ -42,6 +42,8 @@ class Thing(NamedTuple):
     box: Box4
     full_height_px: float
     hidden: float = 0.0
+    walled: float = 0.0
+    """Of `hidden`, what houses hide."""
     cut: float = 0.0
     """Share of the box beyond the picture's edges."""
     sides_m: tuple[float, float] | None = None
@@ -84,12 +86,13 @@ def things(truth: Truth, lens: Lens) -> list[Thing]:
 
 
 def hidden(thing: Thing, users: Sequence[Thing]) -> float:
-    """Share of the box that nearer vehicles cover."""
+    """Share of the box that nearer vehicles cover, and of what they leave, what houses hide."""
     x0, y0, x1, y1 = thing.box
     nearer = (each.box for each in users if each.kind == "vehicle" and each.depth_m < thing.depth_m - 0.5)
     parts = [(max(x0, box[0]), max(y0, box[1]), min(x1, box[2]), min(y1, box[3])) for box in nearer]
     covered = _union([part for part in parts if part[0] < part[2] and part[1] < part[3]])
-    return min(1.0, covered / max((x1 - x0) * (y1 - y0), 1e-6))
+    left = max(0.0, 1.0 - covered / max((x1 - x0) * (y1 - y0), 1e-6))
+    return 1.0 - left * (1.0 - thing.walled)
 
 
 def _union(parts: Sequence[Box4]) -> float:
@@ -132,7 +135,8 @@ def _user(actor: TrueActor, truth: Truth, lens: Lens) -> Thing | None:
     middle_m = lens.camera.y_m - actor.y_m
     if shown is None:
         return None
-    return shown._replace(sides_m=(middle_m - half_y, middle_m + half_y), ahead_mps=speed[0])
+    sides_m = (middle_m - half_y, middle_m + half_y)
+    return shown._replace(sides_m=sides_m, ahead_mps=speed[0], walled=actor.walled)
 
 
 def _signs(truth: Truth, lens: Lens) -> Iterator[Thing | None]:

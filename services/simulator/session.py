@@ -209,6 +209,7 @@ class Session:
         truth = truth_of(
             moment,
             world.static,
+            world.houses,
             world.lines,
             world.lights,
             distracted=distracted,

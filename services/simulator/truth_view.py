@@ -4,12 +4,14 @@ import dataclasses
 import math
 
 from proto.truth import TrueActor, TrueHazard, Truth
+from services.simulator.body import Box
 from services.simulator.lines import Lights, Line, LineKind
 from services.simulator.moment import Moment
-from services.simulator.scene import StaticWorld
+from services.simulator.scene import Actor, StaticWorld
 from services.simulator.sensors import in_ego_frame
+from services.simulator.sight import Boxes, share_in_sight
 
-SIGNS_WITHIN_M, ACTORS_WITHIN_M, LIGHT_WITHIN_M = 150.0, 160.0, 120.0
+SIGNS_WITHIN_M, ACTORS_WITHIN_M, LIGHT_WITHIN_M, WALLED_WITHIN_M = 150.0, 160.0, 120.0, 90.0
 
 
 _STOPS: dict[LineKind, str] = {"light": "red_light", "stop_line": "stop_sign", "yield": "yield"}
@@ -18,6 +20,7 @@ _STOPS: dict[LineKind, str] = {"light": "red_light", "stop_line": "stop_sign", "
 def truth_of(
     moment: Moment,
     static: StaticWorld,
+    houses: Boxes,
     lines: tuple[Line, ...],
     lights: Lights,
     *,
@@ -39,7 +42,7 @@ def truth_of(
         mu=ego.mu,
         gap_m=fact.gap_m,
         closing_mps=fact.closing_mps,
-        actors=_actors(moment),
+        actors=_actors(moment, houses),
         light=lights.state(line) if line is not None else None,
         light_distance_m=line.at_m - ego.s_m - ego.length_m / 2 if line is not None else None,
         signs=_signs(moment, static),
@@ -67,7 +70,7 @@ def truth_of(
     )
 
 
-def _actors(moment: Moment) -> tuple[TrueActor, ...]:
+def _actors(moment: Moment, houses: Boxes) -> tuple[TrueActor, ...]:
     ego, movers = moment.ego, {mover.actor_id: mover for mover in moment.movers}
     c, s = math.cos(ego.pose.yaw_rad), math.sin(ego.pose.yaw_rad)
     evx, evy = ego.speed_mps * c, ego.speed_mps * s
@@ -89,9 +92,14 @@ def _actors(moment: Moment) -> tuple[TrueActor, ...]:
                 length_m=actor.length_m,
                 width_m=actor.width_m,
                 in_ego_path=mover.in_ego_path if mover else False,
+                walled=_walled(moment, actor, houses) if 0.0 < x < WALLED_WITHIN_M else 0.0,
             )
         )
     return tuple(actors)
+
+
+def _walled(moment: Moment, actor: Actor, houses: Boxes) -> float:
+    return 1.0 - share_in_sight(moment.ego.pose, Box.of(actor), houses) if len(houses) else 0.0
 
 
 def _signs(moment: Moment, static: StaticWorld) -> tuple[dict[str, str | float], ...]:

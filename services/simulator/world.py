@@ -84,7 +84,7 @@ class World:
         self._parked = [
             (self.route.section.spine.project(a.pose.x_m, a.pose.y_m)[0], a) for a in build_parked(self.route, seed)
         ]
-        self._houses = houses(self.static)
+        self.houses = houses(self.static)
         self.gantries = {i: at_start(plan) for i, plan in enumerate(scenario.gantries)}
         self._passed_panels: dict[int, str] = {}
         self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
@@ -281,7 +281,7 @@ class World:
 
     def _sight(self, scene: Scene, weather: Weather) -> tuple[Hazard, ...]:
         """The hazards that are on. Who comes out of a side road is noted as seen, too: before, nobody can heed him."""
-        sight = Sight(self._houses, scene, weather.visibility_m, self._night)
+        sight = Sight(self.houses, scene, weather.visibility_m, self._night)
         for car in self.cross.cars:
             near = car.started and not car.seen and abs(car.s_m - self.ego.s_m) < SEES_CROSS_M
             car.seen = car.seen or (near and sight.reaches(car.number, Box.of(self.cross.actor(car, True)), True))

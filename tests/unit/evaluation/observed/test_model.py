@@ -77,6 +77,21 @@ def test_who_is_wholly_hidden_does_not_show() -> None:
     assert [each.key for each in things(queue, Lens(CAMERAS["front"]))] == ["actor/1"]
 
 
+def test_who_stands_behind_a_house_does_not_show_and_who_comes_out_shows_in_part() -> None:
+    lens, open_car = Lens(CAMERAS["front"]), car(1, 30.0, 8.0)
+
+    def hidden(walled: float, *others: TrueActor) -> list[float]:
+        found = things(truth(0.0, msgspec.structs.replace(open_car, walled=walled), *others), lens)
+        return [each.hidden for each in found if each.key == "actor/1"]
+
+    assert hidden(1.0) == []
+    assert hidden(0.0) == [0.0]
+    assert hidden(0.5) == [pytest.approx(0.5)]
+    (covered,) = hidden(0.0, car(2, 15.0, 5.5))
+    assert 0.0 < covered < 0.9
+    assert hidden(0.5, car(2, 15.0, 5.5)) == [pytest.approx(1.0 - 0.5 * (1.0 - covered))]
+
+
 def test_what_is_drawn_depends_on_seed_and_thing_alone(card: Card) -> None:
     def seen(seed: int, *others: TrueActor) -> list[tuple[float, ...]]:
         eye, told = Eye(card, "front", seed), list[tuple[float, ...]]()

@@ -11,9 +11,11 @@ from proto import topics
 from proto.decision import Advisory, BrakeCommand
 from proto.rules import LegalLimit
 from proto.sensors import CanFrame, CanFrames
+from proto.truth import Truth
 from services.simulator.plan import Scenario
+from services.simulator.scenario import parse_scenario
 from services.simulator.session import STEP_NS, Batch, SensorSet, Session
-from tests.unit.services.simulator._scenes import scenario
+from tests.unit.services.simulator._scenes import scenario, scenario_text
 
 
 def session(plan: Scenario | None = None, seed: int = 3, seconds: float = 60.0, **present: object) -> Session:
@@ -67,6 +69,19 @@ def test_sweeps_at_crossings_come_while_somebody_crosses_and_are_those_that_alwa
     assert 20 <= len(crossed) <= 100
     assert set(crossed) <= set(always)
     assert crossed[0][0] > always[40][0], "before, nobody is there"
+
+
+def test_the_truth_tells_whom_a_house_hides_until_he_comes_out_behind_it() -> None:
+    cars = 'cars = [{ from_side = "right", speed_kmh = 28, when_ego_within_m = 95 }]'
+    text = scenario_text(rest=f"[[yields]]\nat_m = 150\n{cars}", speed=45, road_class="urban")
+    plan = parse_scenario(text.replace('"fields"', '"town"'), "test.toml")
+    batches = run(session(plan, lidar=False, cameras=(), can=False), 200)
+    told = [out.message for batch in batches for out in batch.messages if out.topic is topics.TRUTH]
+    walled = [truth.actors[0].walled for truth in told if isinstance(truth, Truth) and 0.0 < truth.actors[0].x_m < 90.0]
+    assert walled[0] > 0.9
+    out = walled.index(0.0)
+    assert 0 < out < 20
+    assert not any(walled[out:])
 
 
 def test_stamps_run_from_the_epoch_in_steps_and_frames_of_the_bus_within_them() -> None:
