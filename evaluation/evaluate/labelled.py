@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
+import msgspec
+
 from evaluation.calibrate.feedback import Drive, after, labelled
 from evaluation.evaluate.plan import Run, with_settings
 from evaluation.evaluate.store import LOG, Store
 from evaluation.metrics import from_log
 from evaluation.run.spec import RunSpec
-from services.arbiter.profiles import load
+from services.arbiter.profiles import Profile, load
 from services.arbiter.state import Adapted
 
 CALIBRATED = "calibrated"
@@ -34,9 +36,16 @@ def _in_turn(runs: Sequence[Run], store: Store) -> Iterator[tuple[int, RunSpec]]
         key = store.key(spec)
         if store.kept(key) is None:
             return
-        profile = load(spec.settings.get("arbiter", {}).get("profile", CALIBRATED))
+        profile = _profile(spec)
         drive = _drive(store.path(key) / LOG)
         adapted, _ = after(adapted or Adapted(delta=profile.delta, c_min=profile.c_min), drive, profile)
+
+
+def _profile(spec: RunSpec) -> Profile:
+    """The run's, with the Delta that it was given, if any: there learning begins, and there it goes back to."""
+    settings = spec.settings.get("arbiter", {})
+    profile = load(settings.get("profile", CALIBRATED))
+    return msgspec.structs.replace(profile, delta=settings.get("delta", profile.delta))
 
 
 @cache

@@ -7,7 +7,7 @@ import pytest
 
 from evaluation.evaluate import labelled
 from evaluation.evaluate.labelled import specs_of
-from evaluation.evaluate.plan import ADAPTING, OURS, Amount, Run, rows_of, runs_of
+from evaluation.evaluate.plan import ADAPTING, OURS, Amount, Run, rows_of, runs_of, with_settings
 from evaluation.evaluate.store import METRICS, Store, measuring
 from evaluation.metrics import Record
 from evaluation.run.spec import RunSpec
@@ -63,3 +63,13 @@ def test_drives_that_nobody_labels_change_nothing_but_what_they_say_they_begin_w
     drive(store, specs_of(runs, store)[id(runs[0])])
     learnt = specs_of(runs, store)[id(runs[1])].settings["arbiter"]["learnt"]
     assert learnt == [CALIBRATED.delta, CALIBRATED.c_min]
+
+
+def test_a_row_whose_delta_was_set_learns_from_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(labelled, "from_log", lambda _: Record(truths=steady(10.0)))
+    given = (CALIBRATED.delta + CALIBRATED.delta_high) / 2
+    store, plain = Store(tmp_path), runs_with(ADAPTING, 2)
+    runs = [msgspec.structs.replace(r, spec=with_settings(r.spec, "arbiter", {"delta": given})) for r in plain]
+    drive(store, specs_of(runs, store)[id(runs[0])])
+    settings = specs_of(runs, store)[id(runs[1])].settings["arbiter"]
+    assert (settings["delta"], settings["learnt"][0]) == (given, pytest.approx(given))
