@@ -95,14 +95,16 @@ EPISODE_PAUSE_S = 10.0
 
 
 def owes_first_notice(matter: Matter, state: State) -> bool:
-    """Whether this episode of an overspeed or a degradation has not been told yet."""
+    """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew."""
     if matter.first_since_ns is None:
         return False
     told = state.memory.last(matter.slot)
     if told is None:
         return True
     if matter.slot == "overspeed":
-        return told.stamp_ns < matter.first_since_ns and state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
+        same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
+        long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
+        return told.stamp_ns < matter.first_since_ns and (long_ago or not same)
     return told.key != matter.key and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
 
 

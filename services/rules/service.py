@@ -66,6 +66,7 @@ class _Evidence:
     def __init__(self, node: Node, config: RulesConfig) -> None:
         self._node = node
         self._passages = config.passages
+        self._languages = config.languages
         self._looked = False
 
     @property
@@ -80,6 +81,14 @@ class _Evidence:
                 self._node.client.discover()
             return "retrieve" in self._node.catalogue()
         return "retrieve" in self._node.catalogue() and "retrieval" in self._node.alive_services()
+
+    def ask_usual(self, edition: Edition, query: str, jurisdiction: str | None, language: str) -> Retrieved | None:
+        """One of the questions that `_warm_up` asks when the service starts. In lockstep, where nothing runs beside the
+        steps, it is asked when it is first needed, with the time that it would have had then.
+        """
+        was_asked = self._node.lockstep and language in self._languages
+        deadline_ms = WARM_UP_DEADLINE_MS if was_asked else RETRIEVAL_DEADLINE_MS
+        return self.ask(edition, query, jurisdiction, language, deadline_ms=deadline_ms)
 
     def ask(
         self,
@@ -223,7 +232,7 @@ def _offer_limits(node: Node, shelf: Shelf, found: _Evidence) -> None:
             return known if alive else evidence.from_memory(known)
         answer = limit_answer.applicable_limit(edition.book, asked)
         query = evidence.question_for(answer, asked.language)
-        retrieved = found.ask(edition, query, _country(edition, asked.jurisdiction), asked.language)
+        retrieved = found.ask_usual(edition, query, _country(edition, asked.jurisdiction), asked.language)
         answer = evidence.supported(answer, retrieved, asked, edition.versions)
         if not alive if retrieved is None else _lasting(edition, retrieved):
             edition.answers.put(asked, answer)

@@ -7,10 +7,12 @@ import msgspec
 import pytest
 
 from proto.decision import TraceRecord
+from proto.rules import RulesAnswer
 from proto.sensors import StopLine
 from services.orchestrator.local import decide_locally
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of, tick, trace_of
+from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     KMH,
@@ -21,6 +23,7 @@ from tests.unit.services.orchestrator.support import (
     doubted,
     end_sign,
     fact,
+    law_of,
     limit_answer,
     limit_sign,
     preferences,
@@ -224,6 +227,20 @@ def test_a_limit_that_was_told_with_its_border_is_not_told_again() -> None:
     drive.tick(fact("jurisdiction", "NLD"), limit_sign("limit:45"))
     drive.ticks(70)
     assert drive.spoken()[before:] == ["Now NLD: limit 45 km/h"]
+
+
+def test_the_overspeed_of_another_limit_is_a_first_notice_of_its_own_however_unsure_the_law_is() -> None:
+    def unsure(arguments: dict[str, Any]) -> RulesAnswer:
+        return replace(law_of(arguments), confidence=0.45)
+
+    drive = Drive(Played({**EXPERTS, "applicable_limit": unsure}, arbiter=arbiter()), speed_mps=31.0, road="rural")
+    drive.ticks(25)
+    drive.speed_mps = 27.0
+    drive.ticks(25)
+    drive.tick(limit_sign("limit:80"))
+    drive.ticks(25)
+    told = [each for each in drive.spoken() if each.startswith("Slow down: limit")]
+    assert told == ["Slow down: limit 100 km/h", "Slow down: limit 80 km/h"]
 
 
 def test_an_overspeed_in_the_wet_tells_what_is_safe_with_the_limit() -> None:

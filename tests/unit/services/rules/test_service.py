@@ -95,6 +95,18 @@ def test_in_lockstep_retrieval_is_found_before_the_first_answer() -> None:
         assert "retrieval" not in limit(b).degraded
 
 
+@pytest.mark.parametrize(
+    ("took_ms", "language", "late"), [(30.0, "en", False), (30.0, "fr", True), (600.0, "en", True)]
+)
+def test_in_lockstep_the_usual_questions_have_the_time_that_they_have_at_the_start_of_a_live_service(
+    took_ms: float, language: str, late: bool
+) -> None:
+    with bus() as b:
+        b.start(RETRIEVAL, RetrievalConfig(encoder="none", lockstep=True))
+        b.start(SERVICE, RulesConfig(lockstep=True, modelled_ms={"retrieve": took_ms}))
+        assert ("retrieval" in limit(b, language=language).degraded) == late
+
+
 def test_a_lookup_cites_what_retrieval_found() -> None:
     with bus() as b:
         with_retrieval(b)
