@@ -10,7 +10,7 @@ from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
 from services.arbiter.act import Permission
 from services.arbiter.assess import View, gap_m
-from services.arbiter.decide import Inputs
+from services.arbiter.decide import Inputs, request_view
 from services.arbiter.profiles import Profile, load
 from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import ArbiterState, Sighting, fresh
@@ -57,16 +57,7 @@ def request(lead: Track | None = None, **fields: Any) -> ArbitrationRequest:
 
 def mirror(asked: ArbitrationRequest, **fields: Any) -> Inputs:
     """The arbiter sees with its own eyes what it is asked about."""
-    view = View(
-        ego_speed_mps=asked.ego_speed_mps,
-        ego_acceleration_mps2=asked.ego_acceleration_mps2,
-        actors=tuple(t for t in (asked.lead, asked.pedestrian) if t is not None),
-        h=asked.h,
-        brake_envelope=asked.brake_envelope,
-        mu_low=asked.mu_low,
-        mu_high=asked.mu_high,
-        following_factor=asked.following_factor,
-    )
+    view = request_view(asked)
     reading = Reading(view=view, pedals=HANDS_OFF, tracks_age_s=0.05, ego_age_s=0.02)
     profile: Profile = fields.pop("profile", CALIBRATED)
     now_ns = fields.setdefault("now_ns", 10 * SECOND)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from proto.decision import ArbitrationRequest, Decision
 from services.arbiter.act import Permission
 from services.arbiter.assess import View, gap_m
-from services.arbiter.decide import Inputs, decide
+from services.arbiter.decide import Inputs, decide, request_view
 from services.arbiter.profiles import load
 from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import ArbiterState, Sighting, fresh
@@ -19,16 +19,7 @@ def arbiter(eyes: ArbitrationRequest | None = None) -> Callable[[ArbitrationRequ
     """The real decision under a grant; its own eyes see what `eyes` says, or what it is asked."""
 
     def judge(request: ArbitrationRequest) -> Decision:
-        own = eyes if eyes is not None else request
-        view = View(
-            ego_speed_mps=own.ego_speed_mps,
-            ego_acceleration_mps2=own.ego_acceleration_mps2,
-            actors=tuple(t for t in (own.lead, own.pedestrian) if t is not None),
-            h=own.h,
-            brake_envelope=own.brake_envelope,
-            mu_low=own.mu_low,
-            mu_high=own.mu_high,
-        )
+        view = request_view(eyes if eyes is not None else request)
         pedals = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
         reading = Reading(view=view, pedals=pedals, tracks_age_s=0.05, ego_age_s=0.02)
         inputs = Inputs(
