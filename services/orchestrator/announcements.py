@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 from proto.decision import Event
 from proto.rules import LegalLimit
-from services.orchestrator.limits_ahead import LimitAhead, binds, limits_ahead
+from services.orchestrator.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.matter import Matter, told_within
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
@@ -22,8 +22,7 @@ EXPLAINED_S = 5.0
 def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
-    found = (each for each in limits_ahead(state) if binds(state, each.sign))
-    lower = lowest(found, target.law.limit, ego.value if ego is not None else None)
+    lower = lowest(binding_ahead(state), target.law.limit, ego.value if ego is not None else None)
     if lower is None or ego is None:
         return
     if told_within(state, "ahead", REACTION_S) or told_within(state, "foreign", REACTION_S):

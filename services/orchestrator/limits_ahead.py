@@ -34,14 +34,19 @@ def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
     return tuple(limit for limit in found if limit is not None)
 
 
+def binding_ahead(state: State) -> tuple[LimitAhead, ...]:
+    """Those of them that are sure to hold for us right behind their sign."""
+    return tuple(limit for limit in limits_ahead(state) if _binds(state, limit.sign))
+
+
 def surely(state: State, *, wet: bool) -> bool:
     """Whether the road is known to be wet, or dry."""
     conditions = state.held.conditions
     return conditions is not None and conditions.wet is wet and conditions.confidence >= SURE
 
 
-def binds(state: State, sign: SignAhead) -> bool:
-    """Whether a limit is sure to hold for us right behind its sign: no plate restricts it, or to wet roads and it is wet."""
+def _binds(state: State, sign: SignAhead) -> bool:
+    """No plate restricts it, or to wet roads and it is wet."""
     plates = [plate for plate in sign.plates if plate.startswith((*RESTRICTED_PLATES, DISTANCE_PLATE))]
     if sign.scope != "when_wet":
         return not plates

@@ -11,7 +11,7 @@ from services.orchestrator.events import foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
-from services.orchestrator.limits_ahead import limits_ahead
+from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, told_within
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import State
@@ -148,9 +148,14 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
 
 
 def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """The limit in force, once for each that is in force; as a gantry's where a gantry changed it."""
+    """The limit in force, once for each that is in force; as a gantry's where a gantry changed it.
+
+    Not while a sign ahead shows less: nobody is to speed up for the last metres before it.
+    """
     limit = target.law.limit
     if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
+        return
+    if lowest(binding_ahead(state), limit) is not None:
         return
     safe = _safe_below(target, limit)
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"

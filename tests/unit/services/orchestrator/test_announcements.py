@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from services.orchestrator.announcements import OVER_MPS, REACTION_S, SLOWING_MPS2
 from tests.unit.services.orchestrator.judge import arbiter
-from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, limit_sign
+from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, end_sign, limit_sign
 
 TICK_S = 0.1
 FIRM, CALM = "Slow down: 80 km/h ahead", "80 km/h ahead"
@@ -101,6 +101,20 @@ def test_a_lower_limit_that_may_not_hold_hides_no_other_that_does() -> None:
     drive.ticks(25)
     assert FIRM in drive.spoken()
     assert "Slow down: 60 km/h ahead" not in drive.spoken()
+
+
+@pytest.mark.parametrize("plates", [(), ("plate:time",)], ids=["that holds", "that may not hold"])
+def test_a_limit_that_ends_before_a_lower_one_in_sight_makes_nobody_speed_up(plates: tuple[str, ...]) -> None:
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=15.0, road="rural")
+    drive.tick(limit_sign("limit:70"))
+    drive.ticks(40)
+    for left_m in range(120, 0, -2):
+        lower = limit_sign("limit:30", track_id=7, passed=False, distance_m=float(left_m), plates=plates)
+        drive.tick(*([end_sign("limit_end")] if left_m == 120 else []), lower)
+    assert ("Limit 100 km/h" in drive.spoken()[1:]) == bool(plates)
+    drive.tick(limit_sign("limit:30", track_id=7, plates=plates))
+    drive.ticks(30)
+    assert any("imit 30 km/h" in each for each in drive.spoken())
 
 
 @FEW
