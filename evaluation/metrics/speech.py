@@ -25,8 +25,8 @@ CAUSE_TTC_S, CAUSE_HEADWAY_S, CAUSE_MU = 8.0, 1.5, 0.56
 def nags(record: Record) -> int:
     """Repeats without new information.
 
-    A message is one where the same topic was spoken of within 60 s with the same hazard and limit, no less urgency, a
-    target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is really on is
+    A message is one where the same topic was spoken of within 60 s with the same hazard, limit and announced limit, no
+    less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is really on is
     none, if 4 s have passed.
     """
     last: dict[str, At[Advisory]] = {}
@@ -45,6 +45,7 @@ def _repeats(before: At[Advisory], now: At[Advisory]) -> bool:
         now.time_s - before.time_s < FORGOTTEN_S
         and old.hazard == new.hazard
         and old.legal_limit == new.legal_limit
+        and old.ahead_mps == new.ahead_mps
         and _WEIGHTS[new.urgency] <= _WEIGHTS[old.urgency]
         and not _lower(old.target_mps, new.target_mps)
         and set(new.degraded) <= set(old.degraded)

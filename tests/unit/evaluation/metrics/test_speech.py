@@ -30,6 +30,7 @@ def test_the_same_said_again_is_a_nag_within_a_minute() -> None:
     "news",
     [
         {"legal_limit": limit(13.9)},
+        {"ahead_mps": 13.9},
         {"urgency": "warning"},
         {"hazard": "closing_lead"},
         {"target_mps": 18.0},  # 2 m/s lower; 5 km/h are 1.39
