@@ -26,8 +26,8 @@ def nags(record: Record) -> int:
     """Repeats without new information.
 
     A message is one where the same topic was spoken of within 60 s with the same hazard, limit and announced limit, no
-    less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is really on is
-    none, if 4 s have passed.
+    less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is
+    really on is none, if 4 s have passed.
     """
     last: dict[str, At[Advisory]] = {}
     count = 0

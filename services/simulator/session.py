@@ -188,8 +188,9 @@ class Session:
             out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))
         if present.gnss and step % GNSS_STEPS == 0:
             out.append(Outgoing(topics.GNSS, sensors.gnss_fix(moment, self._noise)))
-        swept = present.lidar or (present.lidar_at_crossings and sensors.somebody_crosses(moment))
-        if swept and step % LIDAR_STEPS == 0:
+        if step % LIDAR_STEPS == 0 and (
+            present.lidar or (present.lidar_at_crossings and sensors.somebody_crosses(moment))
+        ):
             out.append(Outgoing(topics.LIDAR, sensors.lidar_sweep(moment, self._boxes, self._noise), "top"))
         if step % SLOW_STEPS == 1:
             out += self._slow(moment)

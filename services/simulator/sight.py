@@ -50,9 +50,12 @@ def eye(ego: Pose) -> tuple[float, float, float]:
 def share_in_sight(ego: Pose, body: Box, hiding: Boxes) -> float:
     """The share of the body's outline, 0 to 1, that straight lines from the eye reach. `hiding` must not hold itself."""
     start = np.array(eye(ego))
+    between = hiding[_between(start, body, hiding)]
+    if not len(between):
+        return 1.0
     goals = _outline(start, body)
     hidden = np.zeros(len(goals), dtype=bool)
-    for row in hiding[_between(start, body, hiding)]:
+    for row in between:
         hidden |= _meets(start, goals, row)
     return float(1.0 - hidden.mean())
 

@@ -99,7 +99,7 @@ def _actors(moment: Moment, houses: Boxes) -> tuple[TrueActor, ...]:
 
 
 def _walled(moment: Moment, actor: Actor, houses: Boxes) -> float:
-    return 1.0 - share_in_sight(moment.ego.pose, Box.of(actor), houses) if len(houses) else 0.0
+    return 1.0 - share_in_sight(moment.ego.pose, Box.of(actor), houses)
 
 
 def _signs(moment: Moment, static: StaticWorld) -> tuple[dict[str, str | float], ...]:
