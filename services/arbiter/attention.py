@@ -2,6 +2,7 @@
 
 import msgspec
 
+from proto.decision import Urgency
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
@@ -18,6 +19,11 @@ def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:
     return msgspec.structs.replace(
         attention, messages=min(profile.budget_messages, grown), refilled_ns=max(now_ns, since)
     )
+
+
+def needed(urgency: Urgency, profile: Profile) -> float:
+    """What the budget must hold for a message: mere information leaves a reserve for advice."""
+    return 1.0 + (profile.budget_reserve if urgency == "info" else 0.0)
 
 
 def spend(attention: Attention) -> Attention:

@@ -231,6 +231,7 @@ class _Saying(NamedTuple):
     just_spoken: bool
     c_min: float
     messages: float
+    needed_messages: float
 
 
 class _Said(NamedTuple):
@@ -251,7 +252,7 @@ _ROWS: tuple[Row, ...] = (
     (lambda s: not s.request.fused.new_information, "SILENT", "nothing new"),
     (lambda s: s.request.fused.confidence < s.c_min, "SILENT", "less sure than c_min"),
     (lambda s: s.just_spoken, "SILENT", "the last message is still being heard"),
-    (lambda s: s.messages < 1.0, "SILENT", "attention budget spent"),
+    (lambda s: s.messages < s.needed_messages, "SILENT", "attention budget spent"),
     (lambda s: True, "SPEAK", "new advice"),
 )
 """First row that holds decides. Hazards and first notices stand before mute, confidence and budget."""
@@ -289,6 +290,7 @@ def _say(
         just_spoken=attention.just_spoken(attended, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
+        needed_messages=attention.needed(request.fused.urgency, profile),
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":

@@ -68,6 +68,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     speech_gap_s: float
     answer_mps2: float
     budget_messages: float
+    budget_reserve: float
     budget_refill_s: float
     actor_floor: float
     hazard_confidence: float
@@ -164,6 +165,8 @@ def _check(profile: Profile, file: ProfileFile) -> None:
     for low, value, high, what in ordered:
         if not low <= value <= high:
             raise ProfileError(f"{file.name}: {what} = {value} lies outside [{low}, {high}]")
+    if profile.budget_reserve + 1.0 > profile.budget_messages:
+        raise ProfileError(f"{file.name}: budget_reserve leaves no message of budget_messages for information")
     if min(profile.tau_s, profile.mu_floor, profile.relax_s, profile.budget_refill_s, profile.brake_max_mps2) <= 0.0:
         raise ProfileError(f"{file.name}: tau, mu_floor, relax, budget_refill and brake_max must be above 0")
 

@@ -1,5 +1,6 @@
 """Lower limits ahead: announced while there is time, and told to slow down for while they can still be kept."""
 
+import math
 from collections.abc import Iterable, Iterator
 
 from proto.decision import Event
@@ -13,6 +14,8 @@ OVER_MPS = 0.5
 """So much above a limit ahead the speed has to fall."""
 REACTION_S, SLOWING_MPS2 = 1.9, 2.0
 """Until 85 % of drivers act on a word (Lerner 1993), and how firmly they come down then."""
+SPEEDS_UP_MPS2 = 0.3
+"""More than a foot held still gives on a slope or by noise of the speed's signal."""
 SPARE_S = 1.0
 """With less time to lose nobody is first told calmly."""
 EXPLAINED_S = 5.0
@@ -37,9 +40,14 @@ def approach(state: State, target: Target, events: dict[str, Event], degraded: t
 
 
 def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """The lowest limit ahead that the ego drives faster than."""
-    ego = state.world.ego.speed_mps
-    lower = lowest(limits_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    """The lowest limit ahead that the ego drives faster than, or will before a word at its sign is acted on."""
+    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    found = limits_ahead(state)
+    if ego is not None and change is not None and change.value >= SPEEDS_UP_MPS2:
+        found = tuple(each for each in found if _reached_mps(each, ego.value, change.value) > each.mps + OVER_MPS)
+        lower = lowest(found, target.law.limit)
+    else:
+        lower = lowest(found, target.law.limit, ego.value if ego is not None else None)
     if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
         yield _announced(lower)
 
@@ -75,6 +83,11 @@ def _spare_s(lower: LimitAhead, speed_mps: float) -> float:
     """Until one who has still to react must be told, to come down to the limit at its sign."""
     slowing_m = max(0.0, speed_mps**2 - lower.mps**2) / (2.0 * SLOWING_MPS2)
     return (_room_m(lower) - slowing_m) / max(speed_mps, 1.0) - REACTION_S
+
+
+def _reached_mps(lower: LimitAhead, speed_mps: float, change_mps2: float) -> float:
+    """How fast one is who goes on speeding up until he acts on a word that he hears at the sign."""
+    return math.sqrt(speed_mps**2 + 2.0 * change_mps2 * _room_m(lower)) + change_mps2 * REACTION_S
 
 
 def _room_m(lower: LimitAhead) -> float:

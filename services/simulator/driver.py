@@ -26,6 +26,7 @@ WARNED_FACTOR = 0.6
 ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
 JERK_UP_MPS3, JERK_DOWN_MPS3, JERK_EMERGENCY_MPS3 = 3.0, 8.0, 30.0
 SLOWEST_ADVICE_MPS = 2.0
+SAME_LIMIT_MPS = 0.3
 STAND_M = 2.5
 ENGINE_DRAG_MPS2 = 0.5
 
@@ -88,6 +89,9 @@ class _Standing:
     target_mps: float
     from_s: float
     until_s: float
+    announces_mps: float | None = None
+    """The limit ahead that it was said of, until its sign is passed."""
+    warns: bool = False
 
 
 @dataclass(slots=True)
@@ -125,10 +129,10 @@ class Driver:
             self._beliefs.append((acts_s, advice.limit_mps))
         if advice.ahead_mps is not None:
             habit = 1.0 if advice.slow else self.profile.speed_bias
-            self._stand_by(advice.topic, advice.ahead_mps * habit, time_s, ADVICE_HOLDS_S)
+            self._stand_by(advice, advice.ahead_mps * habit, time_s, ADVICE_HOLDS_S)
         elif advice.target_mps is not None:
             holds_s = WARNING_HOLDS_S if advice.warns else ADVICE_HOLDS_S
-            self._stand_by(advice.topic, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
+            self._stand_by(advice, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
 
     def drive(self, view: View, dt: float) -> Wish:
         """His next wish."""
@@ -144,7 +148,7 @@ class Driver:
         """The speed he would drive on a free road."""
         own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
         own *= self.profile.wet_slowdown if view.wet else 1.0
-        told = [each.target_mps for each in self._standing if each.from_s <= view.time_s < each.until_s]
+        told = [each.target_mps for each in self._heard_by(view.time_s)]
         return min([own, view.bend_mps, view.sense_mps, *told])
 
     def distracted(self, time_s: float) -> bool:
@@ -218,9 +222,19 @@ class Driver:
     def _read_signs(self, view: View) -> None:
         for number, limit_mps, understood in view.passed:
             chance = self.profile.notices * (0.3 if self.distracted(view.time_s) else 1.0)
-            if understood and self._dice.says(chance, 2, number):
-                self.believed_mps = limit_mps
-                self._standing.clear()
+            looked_for = any(_same(each.announces_mps, limit_mps) for each in self._heard_by(view.time_s))
+            if looked_for or (understood and self._dice.says(chance, 2, number)):
+                self._read(limit_mps)
+
+    def _read(self, limit_mps: float | None) -> None:
+        """A sign's limit holds for him from now on: what he was told of the road before it is over, a warning is not, nor
+        what was announced of a sign that he has yet to pass; to what he was told of this one he keeps."""
+        self.believed_mps = limit_mps
+        self._beliefs.clear()
+        self._standing = [each for each in self._standing if each.warns or each.announces_mps is not None]
+        for each in self._standing:
+            if _same(each.announces_mps, limit_mps):
+                each.announces_mps = None
 
     # Advice ---------------------------------------------------------------------------------------------------------
 
@@ -231,21 +245,30 @@ class Driver:
             self._answers[key] = self._dice.says(self.profile.compliance, 3, zlib.crc32(repr(key).encode()))
         return self._answers[key]
 
-    def _stand_by(self, topic: str, target_mps: float, time_s: float, holds_s: float) -> None:
+    def _heard_by(self, time_s: float) -> list[_Standing]:
+        """What he was told and has in mind now."""
+        return [each for each in self._standing if each.from_s <= time_s < each.until_s]
+
+    def _stand_by(self, advice: Advice, target_mps: float, time_s: float, holds_s: float) -> None:
         """The topic's new word; what it said before he keeps to until he acts on the new one."""
         acts_s = time_s + self.profile.reaction_s
-        mine = [each for each in self._standing if each.topic == topic and each.until_s > acts_s]
+        mine = [each for each in self._standing if each.topic == advice.topic and each.until_s > acts_s]
         same = next((each for each in mine if abs(each.target_mps - target_mps) < 0.3), None)
         for each in mine:
             each.until_s = acts_s
         self._standing = [each for each in self._standing if each is not same and each.until_s > time_s]
         from_s = acts_s if same is None else min(same.from_s, acts_s)
-        self._standing.append(_Standing(topic, target_mps, from_s, acts_s + holds_s))
+        until_s = acts_s + holds_s
+        self._standing.append(_Standing(advice.topic, target_mps, from_s, until_s, advice.ahead_mps, advice.warns))
 
     def _take_over_beliefs(self, time_s: float) -> None:
         for acts_s, limit_mps in [each for each in self._beliefs if each[0] <= time_s]:
             self.believed_mps = limit_mps
             self._beliefs.remove((acts_s, limit_mps))
+
+
+def _same(announced_mps: float | None, limit_mps: float | None) -> bool:
+    return announced_mps is not None and limit_mps is not None and abs(announced_mps - limit_mps) < SAME_LIMIT_MPS
 
 
 def pedals(acceleration_mps2: float) -> Wish:

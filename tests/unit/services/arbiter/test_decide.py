@@ -282,6 +282,23 @@ def test_the_attention_budget_runs_out_and_comes_back() -> None:
     assert later.decision.kind == "SPEAK"
 
 
+@given(messages=st.floats(0.0, 4.0))
+def test_information_never_takes_the_message_that_is_kept_for_advice(messages: float) -> None:
+    kinds = {}
+    for urgency in ("info", "advice"):
+        asked = request(fused=fused(urgency=urgency))
+        inputs = mirror(asked)
+        held = Attention(messages=messages, refilled_ns=inputs.now_ns)
+        verdict = decide(asked, replace(inputs, state=replace(inputs.state, attention=held)), CALIBRATED)
+        kinds[urgency] = verdict.decision.kind
+        if urgency == "info" and verdict.decision.kind == "SPEAK":
+            assert verdict.state.attention.messages >= CALIBRATED.budget_reserve
+    assert kinds == {
+        "info": "SPEAK" if messages >= 1.0 + CALIBRATED.budget_reserve else "SILENT",
+        "advice": "SPEAK" if messages >= 1.0 else "SILENT",
+    }
+
+
 def test_a_standing_hazard_is_said_again_but_not_every_tick() -> None:
     asked = request(fused=fused(hazard="closing_lead"))
     state, spoken = mirror(asked).state, 0

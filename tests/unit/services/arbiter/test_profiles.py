@@ -83,6 +83,7 @@ def test_a_missing_constant_is_refused(key: bytes) -> None:
         (b"value = 0.05\n", b"value = nan\n"),
         (b'a_max,brake"\nvalue = 8.0', b'a_max,brake"\nvalue = 0.0'),
         (b'ttc = "braking"', b'ttc = "guessed"'),
+        (b'messages]\nsymbol = "-"\nvalue = 4.0', b'messages]\nsymbol = "-"\nvalue = 1.5'),
     ],
 )
 def test_a_constant_without_reason_or_out_of_bounds_is_refused(before: bytes, after: bytes) -> None:

@@ -56,6 +56,36 @@ def test_who_sees_the_sign_late_is_told_to_slow_down_at_once_and_nothing_calmer_
     assert list(spoken) == [FIRM]
 
 
+def spoken_speeding_up(speed_mps: float, change_mps2: float, from_m: float) -> list[str]:
+    """What is spoken while the ego speeds up past a sign of 80, until it is passed."""
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=speed_mps, road="rural")
+    drive.ticks(20)
+    drive.acceleration_mps2 = change_mps2
+    before = len(drive.spoken())
+    left_m = from_m
+    while left_m > 0.0:
+        drive.tick(limit_sign("limit:80", passed=False, distance_m=left_m))
+        assert drive.speed_mps is not None
+        drive.speed_mps += change_mps2 * TICK_S
+        left_m -= drive.speed_mps * TICK_S
+    return drive.spoken()[before:]
+
+
+@pytest.mark.parametrize(("speed_kmh", "change_mps2", "told"), [(76, 0.8, True), (76, 0.0, False), (40, 0.5, False)])
+def test_who_speeds_up_past_a_limit_ahead_hears_of_it_before_he_is_above_it(
+    speed_kmh: float, change_mps2: float, told: bool
+) -> None:
+    assert (CALM in spoken_speeding_up(speed_kmh * KMH, change_mps2, 45.0)) is told
+
+
+@FEW
+@given(speed_mps=st.floats(3.0, 30.0), change_mps2=st.floats(0.3, 2.5), from_m=st.floats(20.0, 200.0))
+def test_nobody_speeds_up_past_a_limit_ahead_untold(speed_mps: float, change_mps2: float, from_m: float) -> None:
+    reached_mps = (speed_mps**2 + 2.0 * change_mps2 * from_m) ** 0.5
+    said = spoken_speeding_up(speed_mps, change_mps2, from_m)
+    assert {CALM, FIRM} & set(said) or reached_mps <= 80 * KMH + OVER_MPS
+
+
 def test_it_is_advice_of_that_limit() -> None:
     drive, _ = approached(27.0, 70.0)
     (said,) = [t.advisory for _, _, t in drive.history if t.advisory.directive == FIRM and t.advisory.kind != "SILENT"]

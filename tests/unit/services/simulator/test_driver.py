@@ -104,6 +104,65 @@ def test_signs_are_read_only_by_who_notices_and_understands_them() -> None:
     assert (attentive.believed_mps, blind.believed_mps, abroad.believed_mps) == (13.9, 25.0, 25.0)
 
 
+ANNOUNCED = Advice(topic="ahead", target_mps=24.0, ahead_mps=13.9)
+INATTENTIVE = replace(CALM, notices=0.0, speed_bias=1.1)
+
+
+@pytest.mark.parametrize("understood", [True, False])
+def test_who_was_told_of_a_sign_sees_it(understood: bool) -> None:
+    driver = Driver(INATTENTIVE, believed_mps=25.0)
+    driver.hear(ANNOUNCED, 0.0)
+    driver.drive(replace(ROAD, time_s=3.0, passed=((4, 19.4, understood),)), DT)
+    assert driver.believed_mps == 25.0
+    driver.drive(replace(ROAD, time_s=4.0, passed=((5, 13.9, understood),)), DT)
+    assert driver.believed_mps == 13.9
+
+
+def test_what_he_heard_less_than_his_reaction_time_before_a_sign_makes_him_look_for_nothing() -> None:
+    driver = Driver(INATTENTIVE, believed_mps=25.0)
+    driver.hear(ANNOUNCED, 0.0)
+    driver.drive(replace(ROAD, time_s=0.9 * CALM.reaction_s, passed=((4, 13.9, True),)), DT)
+    assert driver.believed_mps == 25.0
+
+
+def test_who_does_not_heed_what_he_is_told_does_not_look_for_the_sign() -> None:
+    driver = Driver(replace(INATTENTIVE, compliance=0.0), believed_mps=25.0)
+    driver.hear(ANNOUNCED, 0.0)
+    driver.drive(replace(ROAD, time_s=4.0, passed=((4, 13.9, True),)), DT)
+    assert driver.believed_mps == 25.0
+
+
+def test_at_its_sign_he_keeps_to_the_limit_that_he_was_told_to_slow_down_for_until_the_next_sign() -> None:
+    driver = Driver(replace(CALM, speed_bias=1.1), believed_mps=25.0)
+    driver.hear(replace(ANNOUNCED, slow=True), 0.0)
+    driver.drive(replace(ROAD, time_s=0.5, passed=((4, 13.9, True),)), DT)
+    assert driver.wanted_mps(replace(ROAD, time_s=4.0)) == pytest.approx(13.9)
+    driver.drive(replace(ROAD, time_s=5.0, passed=((5, 22.2, True),)), DT)
+    assert driver.wanted_mps(replace(ROAD, time_s=5.0)) == pytest.approx(1.1 * 22.2)
+
+
+def test_a_sign_on_the_way_to_the_announced_one_does_not_make_him_forget_it() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(ANNOUNCED, 0.0)
+    driver.drive(replace(ROAD, time_s=3.0, passed=((4, 19.4, True),)), DT)
+    assert driver.wanted_mps(replace(ROAD, time_s=4.0)) == pytest.approx(13.9)
+
+
+def test_a_limit_heard_before_a_sign_does_not_outdo_the_sign_that_he_read_meanwhile() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic="limit", target_mps=27.8, limit_mps=27.8), 0.0)
+    driver.drive(replace(ROAD, time_s=0.5, passed=((4, 19.4, True),)), DT)
+    driver.drive(replace(ROAD, time_s=4.0), DT)
+    assert driver.believed_mps == 19.4
+
+
+def test_a_sign_ends_no_warning() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic="lead", target_mps=8.0, warns=True), 0.0)
+    driver.drive(replace(ROAD, time_s=2.0, passed=((4, 27.8, True),)), DT)
+    assert driver.wanted_mps(replace(ROAD, time_s=2.1)) == pytest.approx(8.0)
+
+
 def test_he_comes_to_a_stand_before_a_red_light() -> None:
     driver, speed, place = Driver(CALM, 14.0), 14.0, 0.0
     for step in range(400):
