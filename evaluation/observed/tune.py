@@ -10,7 +10,7 @@ from evaluation.observed.compare import FIRST, RIGHTLY, Figures, Share, figures
 from evaluation.observed.imagined import imagine
 from evaluation.observed.recording import Recording
 
-TRIED = (1.0, 1.25, 1.5, 1.75, 2.0)
+TRIED = (1.0, 1.5, 2.0, 2.5, 3.0)
 SEEDS = (1, 2, 3)
 MISSED_M = 10.0
 """What a tenth of the signs believed more or less weighs beside metres of where the first belief comes."""

@@ -135,14 +135,17 @@ def distance(estimate: Estimate, fix: Fix) -> tuple[float, float]:
 
 def update(estimate: Estimate, fix: Fix) -> Estimate:
     """The estimate after a fix (Joseph form, so that the covariance stays positive)."""
-    innovation, spread = _innovation(estimate, fix)
-    matrix = fix.matrix()
+    return _updated(estimate, fix.matrix(), fix.place, fix.covariance)
+
+
+def with_speed(estimate: Estimate, speed_mps: Floats, sigma_mps: float) -> Estimate:
+    """The estimate after a measured velocity (2,) relative to the ego."""
+    return _updated(estimate, np.eye(4)[2:], speed_mps, np.eye(2) * sigma_mps**2)
+
+
+def _updated(estimate: Estimate, matrix: Floats, value: Floats, noise: Floats) -> Estimate:
+    spread = matrix @ estimate.covariance @ matrix.T + noise
     gain = np.linalg.solve(spread, matrix @ estimate.covariance).T
     keep = np.eye(4) - gain @ matrix
-    covariance = keep @ estimate.covariance @ keep.T + gain @ fix.covariance @ gain.T
-    return Estimate(estimate.mean + gain @ innovation, (covariance + covariance.T) / 2)
-
-
-def _innovation(estimate: Estimate, fix: Fix) -> tuple[Floats, Floats]:
-    matrix = fix.matrix()
-    return fix.place - matrix @ estimate.mean, matrix @ estimate.covariance @ matrix.T + fix.covariance
+    covariance = keep @ estimate.covariance @ keep.T + gain @ noise @ gain.T
+    return Estimate(estimate.mean + gain @ (value - matrix @ estimate.mean), (covariance + covariance.T) / 2)

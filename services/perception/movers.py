@@ -3,6 +3,7 @@
 A car that comes from the side, on a course that meets ours, stays under one bearing, and that is often wider than the front
 camera's view. Two sweeps some tenths of a second apart show it: free space that is taken since can only be taken by who
 moved there, while houses, hedges and the shadows that things throw prove nothing and are passed over.
+Who is seen so in two sweeps has a velocity.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from services.perception.kalman import Fix, Floats
 from services.perception.sizes import CAR, LORRY
-from services.perception.tracker import EgoState, Sighting
+from services.perception.tracker import EgoState, OverGround, Sighting
 
 BACK_S, LEAST_BACK_S = 0.4, 0.25
 """How much earlier the sweep is that showed free space; younger ones show too little of who moves."""
@@ -46,7 +47,18 @@ SCORE = 0.9
 ACROSS_SIGMA_MPS = 8.0
 """Of its speed across, which nothing tells at first."""
 
+FASTEST_MPS, SIGMAS = 30.0, 3.0
+"""Where it was before is looked for so far about, or, where a velocity is known already, so many sigmas of that."""
+PART_M = 0.6
+"""By so much the sides of one thing may seem to come nearer to each other, or apart: returns lie that far from each other."""
+EDGE_SIGMA_M = 0.2
+"""How well the way of its edges is known from one sweep to another."""
+
 Mask = NDArray[np.bool_]
+Pose = tuple[float, float, float]
+"""x, y and heading."""
+Step = tuple[float, float]
+"""Ahead and to the left, in metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +68,9 @@ class _Swept:
     stamp_ns: int
     free: Mask
     """By sector and distance: rays passed, and nothing stood near by."""
-    pose: tuple[float, float, float]
+    pose: Pose
+    moved: list[Floats] = field(default_factory=list)
+    """The returns of each thing that had moved."""
 
 
 @dataclass(slots=True)
@@ -76,10 +90,26 @@ class Movers:
         pose = self._moved_on(stamp_ns, ego.speed_mps, ego.yaw_rate_radps)
         before = self._before(stamp_ns)
         body = points[(points[:, 2] > BODY_M[0]) & (points[:, 2] < BODY_M[1]), :3]
-        self._past.append(_Swept(stamp_ns, _free(points), pose))
-        return tuple(_movers(body, before, pose)) if before is not None and len(body) else ()
+        now = _Swept(stamp_ns, _free(points), pose)
+        if before is not None and len(body):
+            now.moved.extend(_movers(body, pose, before))
+        told = tuple(_sighting(thing, self._over_ground(thing, now)) for thing in now.moved)
+        self._past.append(now)
+        return told
 
-    def _moved_on(self, stamp_ns: int, speed_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
+    def _over_ground(self, thing: Floats, now: _Swept) -> OverGround | None:
+        """Its velocity since it was first seen to move: from the sweep before, where nobody else can have been it, on to earlier ones."""
+        found: OverGround | None = None
+        for before in reversed(self._past):
+            between_s = (now.stamp_ns - before.stamp_ns) / 1e9
+            steps = [_step(thing, _seen_from(now.pose, each, before.pose)) for each in before.moved]
+            earlier = _over_ground([step for step in steps if step is not None], between_s, found)
+            if earlier is None:
+                break
+            found = earlier
+        return found
+
+    def _moved_on(self, stamp_ns: int, speed_mps: float, yaw_rate_radps: float) -> Pose:
         if not self._past:
             return 0.0, 0.0, 0.0
         dt = (stamp_ns - self._past[-1].stamp_ns) / 1e9
@@ -131,32 +161,37 @@ def _sector(points: Floats) -> NDArray[np.int_]:
     return ((angle + math.pi) / (2 * math.pi) * SECTORS).astype(int) % SECTORS
 
 
-def _movers(body: Floats, before: _Swept, pose: tuple[float, float, float]) -> Iterator[Sighting]:
+def _movers(body: Floats, pose: Pose, before: _Swept) -> Iterator[Floats]:
+    """Returns (N, 2) of each thing that is as large as a vehicle and stands where the sweep before passed through."""
     inside = (body[:, 0] > AHEAD_M[0]) & (body[:, 0] < AHEAD_M[1]) & (np.abs(body[:, 1]) < ASIDE_M)
-    body = body[inside & (np.hypot(body[:, 0], body[:, 1]) > NEAR_M)]
-    new = _was_free(body, before, pose)
+    body = body[inside & (np.hypot(body[:, 0], body[:, 1]) > NEAR_M), :2]
+    new = _free_in(before, _seen_from(before.pose, body, pose))
     if int(new.sum()) < LEAST_NEW:
         return
-    thing = _things(body)
-    for number in np.unique(thing[new]).tolist():
-        own = thing == number
-        mover = _vehicle(body[own])
-        if mover is not None and int((own & new).sum()) >= max(LEAST_NEW, LEAST_SHARE * int(own.sum())):
-            yield mover
+    number = _things(body)
+    for each in np.unique(number[new]).tolist():
+        own = number == each
+        if _like_a_vehicle(body[own]) and int((own & new).sum()) >= max(LEAST_NEW, LEAST_SHARE * int(own.sum())):
+            yield body[own]
 
 
-def _was_free(body: Floats, before: _Swept, pose: tuple[float, float, float]) -> Mask:
-    """Which returns lie where the sweep before passed through."""
-    turned = pose[2] - before.pose[2]
-    dx, dy = pose[0] - before.pose[0], pose[1] - before.pose[1]
-    c, s = math.cos(before.pose[2]), math.sin(before.pose[2])
+def _seen_from(pose: Pose, points: Floats, taken_from: Pose) -> Floats:
+    """Points (N, 2) in the ego frame of one pose that were taken from another."""
+    turned = taken_from[2] - pose[2]
+    dx, dy = taken_from[0] - pose[0], taken_from[1] - pose[1]
+    c, s = math.cos(pose[2]), math.sin(pose[2])
     forward, left = dx * c + dy * s, dy * c - dx * s
     ct, st = math.cos(turned), math.sin(turned)
-    there = np.stack([forward + ct * body[:, 0] - st * body[:, 1], left + st * body[:, 0] + ct * body[:, 1]], axis=1)
-    cell = (np.hypot(there[:, 0], there[:, 1]) / CELL_M).astype(int)
-    known = cell < before.free.shape[1]
-    was: Mask = known & before.free[_sector(there), np.minimum(cell, before.free.shape[1] - 1)]
-    return was
+    x, y = points[:, 0], points[:, 1]
+    return np.stack([forward + ct * x - st * y, left + st * x + ct * y], axis=1)
+
+
+def _free_in(swept: _Swept, points: Floats) -> Mask:
+    """Which points (N, 2), in its frame, the rays of a sweep passed through."""
+    cell = (np.hypot(points[:, 0], points[:, 1]) / CELL_M).astype(int)
+    known = cell < swept.free.shape[1]
+    free: Mask = known & swept.free[_sector(points), np.minimum(cell, swept.free.shape[1] - 1)]
+    return free
 
 
 def _things(body: Floats) -> NDArray[np.int_]:
@@ -170,17 +205,50 @@ def _things(body: Floats) -> NDArray[np.int_]:
     return numbers
 
 
-def _vehicle(thing: Floats) -> Sighting | None:
-    """The sighting of a thing; None where it is too small or too large for a vehicle."""
-    low, high = thing[:, :2].min(axis=0), thing[:, :2].max(axis=0)
-    short_m, long_m = sorted((high - low).tolist())
-    if not LONG_M[0] <= long_m <= LONG_M[1] or short_m > WIDE_M:
+def _like_a_vehicle(thing: Floats) -> bool:
+    short_m, long_m = sorted(np.ptp(thing, axis=0).tolist())
+    return bool(LONG_M[0] <= long_m <= LONG_M[1] and short_m <= WIDE_M)
+
+
+def _over_ground(steps: list[Step], between_s: float, known: OverGround | None) -> OverGround | None:
+    """The velocity that one of these steps tells, and no other can.
+
+    With one known, that of a shorter time, it is sought where that leads.
+    """
+    if known is None:
+        ahead_m, across_m, about_m = 0.0, 0.0, FASTEST_MPS * between_s
+    else:
+        about_m = SIGMAS * known.sigma_mps * between_s
+        ahead_m, across_m = known.ahead_mps * between_s, known.across_mps * between_s
+    near = [step for step in steps if math.hypot(step[0] - ahead_m, step[1] - across_m) < about_m]
+    if len(near) != 1:
         return None
-    place = np.array([low[0], (low[1] + high[1]) / 2])
+    ((ahead_m, across_m),) = near
+    return OverGround(ahead_m / between_s, across_m / between_s, EDGE_SIGMA_M / between_s)
+
+
+def _step(thing: Floats, before: Floats) -> Step | None:
+    """How far its near end came ahead and its leading side across; None where one place shows another part of it.
+
+    Not its middle: of who comes out from behind a house that moves half as fast. The side behind may lag for that, but it
+    does not move backwards, nor faster than the leading one.
+    """
+    low_m, high_m = thing.min(axis=0) - before.min(axis=0), thing.max(axis=0) - before.max(axis=0)
+    sides_m = float(low_m[1]), float(high_m[1])
+    across_m, behind_m = sides_m if sum(sides_m) < 0 else sides_m[::-1]
+    lags_m = across_m - behind_m
+    if not min(0.0, across_m) - PART_M <= lags_m <= max(0.0, across_m) + PART_M:
+        return None
+    return float(low_m[0]), across_m
+
+
+def _sighting(thing: Floats, over_ground: OverGround | None) -> Sighting:
+    low, high = thing.min(axis=0), thing.max(axis=0)
     return Sighting(
         kind="vehicle",
-        fix=Fix(place, np.diag([SIGMA_M[0] ** 2, SIGMA_M[1] ** 2])),
+        fix=Fix(np.array([low[0], (low[1] + high[1]) / 2]), np.diag([SIGMA_M[0] ** 2, SIGMA_M[1] ** 2])),
         score=SCORE,
-        body=LORRY if long_m > LORRY_M else CAR,
+        body=LORRY if float((high - low).max()) > LORRY_M else CAR,
         across_sigma_mps=ACROSS_SIGMA_MPS,
+        over_ground=over_ground,
     )

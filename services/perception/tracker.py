@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from services.perception.kalman import (
     rescaled,
     update,
     widened,
+    with_speed,
 )
 from services.perception.lookback import Sweeps, fix_before
 from services.perception.sizes import PERSON, Body
@@ -75,6 +77,14 @@ BODY_SMOOTHING = 0.15
 DUPLICATE_M = (2.5, 1.0)
 
 
+class OverGround(NamedTuple):
+    """A velocity over ground in the ego's axes, and one sigma of either part."""
+
+    ahead_mps: float
+    across_mps: float
+    sigma_mps: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Sighting:
     """A detection placed in the ego frame: `fix` of the near surface, the body it seems to have."""
@@ -85,6 +95,8 @@ class Sighting:
     body: Body = PERSON
     across_sigma_mps: float = 2.0
     """Of its speed across, should it be new; it is taken to have none."""
+    over_ground: OverGround | None = None
+    """Where two sweeps tell it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +156,8 @@ class Tracker:
         tracks = list(self.tracks)
         owners = [0] * len(sightings)
         for left, right in _pairs(tracks, sightings):
-            tracks[left] = _hit(tracks[left], sightings[right], self._now_ns, sweeps)
+            known = _told_speed(tracks[left].estimate, sightings[right], ego)
+            tracks[left] = _hit(replace(tracks[left], estimate=known), sightings[right], self._now_ns, sweeps)
             owners[right] = tracks[left].track_id
         for right, sighting in enumerate(sightings):
             if not owners[right]:
@@ -292,13 +305,23 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
     return Tracked(
         track_id,
         sighting.kind,
-        estimate,
+        _told_speed(estimate, sighting, ego),
         sighting.body,
         born_ns=now_ns,
         seen_ns=now_ns,
         sure=BIRTH_SHARE * sighting.score,
         ranged=_measured(sighting.fix),
     )
+
+
+def _told_speed(estimate: Estimate, sighting: Sighting, ego: EgoState) -> Estimate:
+    """The estimate with the velocity that two sweeps tell, where it was known less well."""
+    told = sighting.over_ground
+    if told is None or ego.speed_mps is None:
+        return estimate
+    if max(float(estimate.covariance[2, 2]), float(estimate.covariance[3, 3])) <= told.sigma_mps**2:
+        return estimate
+    return with_speed(estimate, np.array([told.ahead_mps - ego.speed_mps, told.across_mps]), told.sigma_mps)
 
 
 def _looked_for(track: Tracked, now_ns: int, sees: Callable[[float, float], bool]) -> Tracked:

@@ -103,6 +103,45 @@ def test_who_crosses_is_told_where_he_is(speed: float, x: float, ego_mps: float,
         assert each.kind == "vehicle"
 
 
+@given(
+    speed=st.floats(6.0, 14.0),
+    x=st.floats(22.0, 38.0),
+    ego_mps=st.floats(0.0, 12.0),
+    yaw_rate=st.floats(-0.1, 0.1),
+    rain=st.sampled_from([0.0, 4.0]),
+    left=st.booleans(),
+)
+def test_who_crosses_is_told_with_his_velocity_over_ground(
+    speed: float, x: float, ego_mps: float, yaw_rate: float, rain: float, left: bool
+) -> None:
+    across_mps = -speed if left else speed
+    told = movers(crossing(across_mps, x, -2.5 * across_mps, 12), ego_mps, yaw_rate, rain)
+    found = [each.over_ground for each in told if each.over_ground is not None]
+    assert found, "a second is enough"
+    for each in found:
+        heading = yaw_rate * 12 * SWEEP_S
+        assert each.ahead_mps == pytest.approx(0.0, abs=3 * each.sigma_mps + abs(speed * heading))
+        assert each.across_mps == pytest.approx(across_mps, abs=3 * each.sigma_mps + abs(speed * heading))
+
+
+def test_who_comes_out_from_behind_a_house_is_as_fast_as_his_leading_side() -> None:
+    house: Place = (18.0, -14.0, 0.0, HOUSE)
+    worlds = [[house, *places] for places in crossing(8.0, 28.0, -18.0, 22)]
+    found = [each.over_ground for each in movers(worlds, 0.0, 0.0) if each.over_ground is not None]
+    assert found
+    for each in found:
+        assert each.across_mps == pytest.approx(8.0, abs=3 * each.sigma_mps)
+    assert found[0].across_mps > 6.0, "its middle seems to move half as fast at first"
+
+
+def test_where_two_may_have_been_it_no_velocity_is_told() -> None:
+    behind = [[(28.0, y, math.pi / 2, CAR) for _, y, _, _ in places] for places in crossing(10.0, 28.0, -26.0, 12)]
+    column = [[*one, *two] for one, two in zip(crossing(10.0, 28.0, -19.0, 12), behind, strict=True)]
+    for each in movers(column, 0.0, 0.0):
+        if each.over_ground is not None:
+            assert each.over_ground.across_mps == pytest.approx(10.0, abs=3 * each.over_ground.sigma_mps)
+
+
 @pytest.mark.parametrize("ego", [EgoState(None, 0.0), EgoState(10.0, None), EgoState()])
 def test_with_the_egos_motion_unknown_nothing_is_told(ego: EgoState) -> None:
     watch = Movers()

@@ -1,6 +1,7 @@
 """Tracks through noise, drop-outs, clutter and the ego's own motion."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from services.perception.kalman import Fix
 from services.perception.sizes import CAR
-from services.perception.tracker import EgoState, Sighting, Tracker
+from services.perception.tracker import EgoState, OverGround, Sighting, Tracker
 
 STEP_NS = 100_000_000
 
@@ -53,6 +54,32 @@ def test_identity_survives_a_drop_out_of_half_a_second(closing: float, lateral: 
         seen = sighting(45.0 - closing * k * 0.1 + rng.normal(0, 0.2), lateral + rng.normal(0, 0.1))
         ids.update(tracker.step(k * STEP_NS, [seen], EgoState(15.0, 0.0)))
     assert ids == {1}
+
+
+@given(ahead=st.floats(-20, 20), across=st.floats(-15, 15), speed=st.floats(0, 30))
+def test_who_is_first_seen_with_a_velocity_has_it_at_once(ahead: float, across: float, speed: float) -> None:
+    tracker, ego = Tracker(), EgoState(speed, 0.0)
+    for k in (1, 2):
+        place = sighting(50.0 + (ahead - speed) * 0.1 * k, 10.0 + across * 0.1 * k, score=0.9)
+        told = replace(place, across_sigma_mps=8.0, over_ground=OverGround(ahead, across, 1.0))
+        tracker.step(k * STEP_NS, [told], ego)
+    (track,) = tracker.published()
+    assert (track.vx_mps, track.vy_mps) == pytest.approx((ahead - speed, across), abs=1.0)
+    assert track.sigma_vx_mps <= 1.1
+
+
+def test_a_velocity_that_is_known_better_is_not_taken_from_two_sweeps_nor_one_without_the_egos_speed() -> None:
+    tracker = Tracker()
+    drive(tracker, 40, 80.0, 8.0)
+    (before,) = tracker.published()
+    vague = OverGround(0.0, 9.0, 6.0)
+    tracker.step(41 * STEP_NS, [replace(sighting(80.0 - 8.0 * 4.1, 0.0), over_ground=vague)], EgoState(20.0, 0.0))
+    (after,) = tracker.published()
+    assert after.vy_mps == pytest.approx(before.vy_mps, abs=0.5)
+    blind = Tracker()
+    for k in (1, 2, 3):
+        blind.step(k * STEP_NS, [replace(sighting(50.0, 0.0), over_ground=OverGround(9.0, 9.0, 0.5))], EgoState())
+    assert abs(blind.published()[0].vy_mps) < 1.0
 
 
 def test_a_coasting_track_grows_unsure_and_then_ends() -> None:
