@@ -1,0 +1,124 @@
+"""`python -m evaluation.evaluate.agree RENDERED MODELLED`: whether both kinds of sensors come to the same numbers on the same runs.
+
+Both are folders of `drivemcp evaluate`; runs of the same row, place and seed are compared pair by pair.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from drivemcp.errors import UserError
+from evaluation.evaluate.columns import Column, columns_of
+from evaluation.evaluate.names import TABLES, TableName
+from evaluation.evaluate.tables import per_run
+from evaluation.statistics import Spread, paired_by_seed
+
+Metrics = Mapping[str, Any]
+Scene = tuple[str, str, int, int]
+"""Row, family, place and seed."""
+
+
+class Compared(msgspec.Struct, frozen=True, kw_only=True):
+    """One column over the pairs of a family that have a number both times. `less`: modelled less rendered."""
+
+    family: str
+    column: Column
+    rendered: float
+    modelled: float
+    less: Spread
+
+    @property
+    def agree(self) -> bool | None:
+        """Whether the difference's 95 % interval holds 0; None: one pair has no interval."""
+        if self.less.low is None or self.less.high is None:
+            return None
+        return self.less.low <= 0.0 <= self.less.high
+
+
+def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
+    """What finished runs of a table came to. Raises UserError where the folder has none that can be read."""
+    file = folder / f"{table}.json"
+    try:
+        rows = msgspec.json.decode(file.read_bytes())["table"]["rows"]
+        return {
+            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"]): run["kept"]["metrics"]
+            for row in rows
+            for run in row["runs"]
+            if run["kept"] is not None
+        }
+    except (OSError, msgspec.DecodeError, KeyError, TypeError) as error:
+        raise UserError(f"{file}: no table of `drivemcp evaluate`: {error!r}") from error
+
+
+def compared(table: TableName, rendered: Mapping[Scene, Metrics], modelled: Mapping[Scene, Metrics]) -> list[Compared]:
+    """Each column by family, then over all families."""
+    scenes = [scene for scene in rendered if scene in modelled]
+    families = list(dict.fromkeys(family for _, family, _, _ in scenes))
+    return [
+        found
+        for family in (*families, "all")
+        for column in columns_of(table)
+        for found in _compared(family, column, [s for s in scenes if family in (s[1], "all")], rendered, modelled)
+    ]
+
+
+def _compared(
+    family: str,
+    column: Column,
+    scenes: Sequence[Scene],
+    rendered: Mapping[Scene, Metrics],
+    modelled: Mapping[Scene, Metrics],
+) -> Iterator[Compared]:
+    told = [(per_run(column, rendered[scene]), per_run(column, modelled[scene])) for scene in scenes]
+    pairs = [(one, other) for one, other in told if one is not None and other is not None]
+    if pairs:
+        one, other = (dict(enumerate(side)) for side in zip(*pairs, strict=True))
+        means = [sum(side.values()) / len(side) for side in (one, other)]
+        less = paired_by_seed(other, one)
+        yield Compared(family=family, column=column, rendered=means[0], modelled=means[1], less=less)
+
+
+def page(found: Sequence[Compared]) -> str:
+    """A Markdown table, and how many agree."""
+    lines = ["| | number | pairs | rendered | modelled | modelled less rendered | agree |", "| --- " * 7 + "|"]
+    lines += [_line(each) for each in found]
+    judged = [each.agree for each in found if each.agree is not None]
+    lines += ["", f"{sum(judged)} of {len(judged)} agree: 0 lies in the 95 % interval of the pairs' mean difference."]
+    return "\n".join(lines) + "\n"
+
+
+def _line(each: Compared) -> str:
+    places = each.column.places
+    less = "-" if each.less.mean is None else f"{each.less.mean:+.{places}f}"
+    if each.less.low is not None and each.less.high is not None:
+        less += f" [{each.less.low:.{places}f}, {each.less.high:.{places}f}]"
+    agree = {None: "-", True: "yes", False: "**no**"}[each.agree]
+    name = f"{each.column.title}, {each.column.unit}"
+    numbers = f"{each.rendered:.{places}f} | {each.modelled:.{places}f}"
+    return f"| {each.family} | {name} | {each.less.n} | {numbers} | {less} | {agree} |"
+
+
+def main() -> int:
+    """Compare and print; 2 where there is nothing to compare."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.evaluate.agree", description=__doc__)
+    parser.add_argument("rendered", type=Path, metavar="RENDERED", help="--out of rendered runs")
+    parser.add_argument("modelled", type=Path, metavar="MODELLED", help="--out of modelled ones")
+    parser.add_argument("--table", choices=TABLES, default="results")
+    flags = parser.parse_args()
+    try:
+        found = compared(flags.table, *(runs_in(folder, flags.table) for folder in (flags.rendered, flags.modelled)))
+        if not found:
+            raise UserError("no run of the same row, place and seed in both folders")
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    sys.stdout.write(page(found))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
