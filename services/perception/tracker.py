@@ -191,8 +191,17 @@ class Tracker:
 
 
 def _pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
-    """Track and sighting, by index: the likely ones first, then who swerved among those left over."""
-    likely = greedy(_costs(tracks, sightings, _likely))
+    """Track and sighting, by index: the likely ones first, then who swerved among those left over.
+
+    What a track of measured range explains is no first range of another whose own was only guessed.
+    """
+    costs = list(_costs(tracks, sightings, _likely))
+    explained = {right for _, left, right in costs if tracks[left].confirmed and tracks[left].ranged}
+    likely = greedy(
+        (cost, left, right)
+        for cost, left, right in costs
+        if not (right in explained and _scales(tracks[left], sightings[right].fix))
+    )
     lefts, rights = ({pair[side] for pair in likely} for side in (0, 1))
     swerved = greedy(
         (cost, left, right)

@@ -82,6 +82,22 @@ def test_a_velocity_that_is_known_better_is_not_taken_from_two_sweeps_nor_one_wi
     assert abs(blind.published()[0].vy_mps) < 1.0
 
 
+def test_what_a_measured_track_explains_is_no_first_range_of_a_farther_one_that_was_only_guessed() -> None:
+    tracker, ego = Tracker(), EgoState(15.0, 0.0)
+    for k in range(1, 31):
+        near = sighting(137.0 - 2.5 * k, 2.9)
+        far = sighting(125.0 - 1.0 * k, 5.8, sigma_m=12.0)
+        near_id, far_id = tracker.step(k * STEP_NS, [near, far], ego)
+    assert near_id != far_id
+    for k in range(31, 34):
+        places = [sighting(137.0 - 2.5 * k, 2.9), sighting(137.0 - 2.5 * k, 3.6)]
+        own, other = tracker.step(k * STEP_NS, places, ego)
+        assert own == near_id
+        assert other != far_id
+    speeds = {track.track_id: track.vx_mps for track in tracker.published()}
+    assert speeds[near_id] == pytest.approx(-25.0, abs=1.5)
+
+
 def test_a_coasting_track_grows_unsure_and_then_ends() -> None:
     tracker = Tracker()
     drive(tracker, 12, 40.0, 2.0)
