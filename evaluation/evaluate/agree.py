@@ -33,10 +33,10 @@ class Compared(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def agree(self) -> bool | None:
-        """Whether the difference's 95 % interval holds 0; None: one pair has no interval."""
+        """Whether the difference's 95 % interval holds 0, to the places that are shown; None: one pair has no interval."""
         if self.less.low is None or self.less.high is None:
             return None
-        return self.less.low <= 0.0 <= self.less.high
+        return round(self.less.low, self.column.places) <= 0.0 <= round(self.less.high, self.column.places)
 
 
 def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:

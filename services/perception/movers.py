@@ -47,10 +47,13 @@ SCORE = 0.9
 ACROSS_SIGMA_MPS = 8.0
 """Of its speed across, which nothing tells at first."""
 
-FASTEST_MPS, SIGMAS = 30.0, 3.0
-"""Where it was before is looked for so far about, or, where a velocity is known already, so many sigmas of that."""
+FIRST_STEP_M, SIGMAS = 3.0, 3.0
+"""Where it was before is looked for so far about, where nobody else can have been; or, where a velocity is known already, so many
+sigmas of that."""
 PART_M = 0.6
-"""By so much the sides of one thing may seem to come nearer to each other, or apart: returns lie that far from each other."""
+"""So much less or more of a thing may show: returns lie that far from each other."""
+LEAST_AGREE = 2
+"""Of sweeps: in one alone rain may have hidden a part of it."""
 EDGE_SIGMA_M = 0.2
 """How well the way of its edges is known from one sweep to another."""
 
@@ -98,16 +101,16 @@ class Movers:
         return told
 
     def _over_ground(self, thing: Floats, now: _Swept) -> OverGround | None:
-        """Its velocity since it was first seen to move: from the sweep before, where nobody else can have been it, on to earlier ones."""
+        """Its velocity since it was first seen to move: from the latest sweep that shows it, alone, on to earlier ones that agree."""
         found: OverGround | None = None
+        agree = 0
         for before in reversed(self._past):
             between_s = (now.stamp_ns - before.stamp_ns) / 1e9
             steps = [_step(thing, _seen_from(now.pose, each, before.pose)) for each in before.moved]
             earlier = _over_ground([step for step in steps if step is not None], between_s, found)
-            if earlier is None:
-                break
-            found = earlier
-        return found
+            agree += earlier is not None
+            found = earlier or found
+        return found if agree >= LEAST_AGREE else None
 
     def _moved_on(self, stamp_ns: int, speed_mps: float, yaw_rate_radps: float) -> Pose:
         if not self._past:
@@ -216,7 +219,7 @@ def _over_ground(steps: list[Step], between_s: float, known: OverGround | None) 
     With one known, that of a shorter time, it is sought where that leads.
     """
     if known is None:
-        ahead_m, across_m, about_m = 0.0, 0.0, FASTEST_MPS * between_s
+        ahead_m, across_m, about_m = 0.0, 0.0, FIRST_STEP_M
     else:
         about_m = SIGMAS * known.sigma_mps * between_s
         ahead_m, across_m = known.ahead_mps * between_s, known.across_mps * between_s
@@ -230,14 +233,14 @@ def _over_ground(steps: list[Step], between_s: float, known: OverGround | None) 
 def _step(thing: Floats, before: Floats) -> Step | None:
     """How far its near end came ahead and its leading side across; None where one place shows another part of it.
 
-    Not its middle: of who comes out from behind a house that moves half as fast. The side behind may lag for that, but it
-    does not move backwards, nor faster than the leading one.
+    Not its middle: of who comes out from behind a house that moves half as fast. The side behind comes as far as the leading
+    one, or stands, at the house's corner.
     """
     low_m, high_m = thing.min(axis=0) - before.min(axis=0), thing.max(axis=0) - before.max(axis=0)
     sides_m = float(low_m[1]), float(high_m[1])
     across_m, behind_m = sides_m if sum(sides_m) < 0 else sides_m[::-1]
     lags_m = across_m - behind_m
-    if not min(0.0, across_m) - PART_M <= lags_m <= max(0.0, across_m) + PART_M:
+    if min(abs(lags_m), abs(behind_m)) > PART_M:
         return None
     return float(low_m[0]), across_m
 
