@@ -42,12 +42,13 @@ def approach(state: State, target: Target, events: dict[str, Event], degraded: t
 def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """The lowest limit ahead that the ego drives faster than, or will before a word at its sign is acted on."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
-    found = limits_ahead(state)
-    if ego is not None and change is not None and change.value >= SPEEDS_UP_MPS2:
-        found = tuple(each for each in found if _reached_mps(each, ego.value, change.value) > each.mps + OVER_MPS)
-        lower = lowest(found, target.law.limit)
-    else:
-        lower = lowest(found, target.law.limit, ego.value if ego is not None else None)
+    gain_mps2 = change.value if change is not None and change.value >= SPEEDS_UP_MPS2 else 0.0
+    faster = (
+        each
+        for each in limits_ahead(state)
+        if ego is None or _reached_mps(each, ego.value, gain_mps2) > each.mps + OVER_MPS
+    )
+    lower = lowest(faster, target.law.limit)
     if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
         yield _announced(lower)
 
