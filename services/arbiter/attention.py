@@ -3,6 +3,7 @@
 import msgspec
 
 from proto.decision import Urgency
+from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
@@ -10,6 +11,8 @@ FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVER = {"slow_traffic": ("closing_lead",)}
 """To whom was told to brake for a vehicle, that it is slow is no news."""
+UNBROKEN_NS = 2_000_000_000
+"""A hazard that was away for longer is another one, if it is another road user's."""
 
 
 def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:
@@ -41,11 +44,29 @@ def just_spoken(attention: Attention, now_ns: int, profile: Profile) -> bool:
     return attention.spoken_ns is not None and (now_ns - attention.spoken_ns) / 1e9 < profile.speech_gap_s
 
 
-def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool) -> Attention:
-    """A hazard said."""
+def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_ids: tuple[int, ...] = ()) -> Attention:
+    """A hazard said, with everyone in the path at that word."""
     others = tuple(each for each in attention.hazards if each.hazard != hazard and not _forgotten(each, now_ns))
-    said = Told(hazard=hazard, stamp_ns=now_ns, alarm=alarm)
+    said = Told(hazard=hazard, stamp_ns=now_ns, alarm=alarm, track_ids=track_ids, stood_ns=now_ns)
     return msgspec.structs.replace(spoken(attention, now_ns), hazards=(*others, said))
+
+
+def standing(attention: Attention, hazard: str, now_ns: int) -> Attention:
+    """The hazard that was told stands still, or again after no more than a moment."""
+    kept = tuple(
+        msgspec.structs.replace(each, stood_ns=now_ns) if _names(each, hazard) and _unbroken(each, now_ns) else each
+        for each in attention.hazards
+    )
+    return msgspec.structs.replace(attention, hazards=kept)
+
+
+def meant(said: Told, track: Track, now_ns: int) -> bool:
+    """Whether a word was about this road user: in the path then, or first seen since while the hazard never went.
+
+    The second is mostly the same one under a new track id.
+    """
+    since = now_ns - round(track.age_s * 1e9) >= said.stamp_ns
+    return track.track_id in said.track_ids or (since and _unbroken(said, now_ns))
 
 
 def fresh_hazard(attention: Attention, hazard: str, now_ns: int, profile: Profile, *, alarm: bool) -> bool:
@@ -58,9 +79,16 @@ def fresh_hazard(attention: Attention, hazard: str, now_ns: int, profile: Profil
 
 def last_told(attention: Attention, hazard: str, now_ns: int) -> Told | None:
     """The latest word on a hazard, or on a graver one of the same road user; None: there was none of late."""
-    names = (hazard, *GRAVER.get(hazard, ()))
-    found = [each for each in attention.hazards if each.hazard in names and not _forgotten(each, now_ns)]
+    found = [each for each in attention.hazards if _names(each, hazard) and not _forgotten(each, now_ns)]
     return max(found, key=lambda each: each.stamp_ns, default=None)
+
+
+def _names(each: Told, hazard: str) -> bool:
+    return each.hazard in (hazard, *GRAVER.get(hazard, ()))
+
+
+def _unbroken(each: Told, now_ns: int) -> bool:
+    return each.stood_ns is not None and now_ns - each.stood_ns <= UNBROKEN_NS
 
 
 def _forgotten(each: Told, now_ns: int) -> bool:

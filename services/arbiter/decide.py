@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import msgspec
@@ -268,17 +269,19 @@ def _say(
     inputs: Inputs,
     profile: Profile,
 ) -> _Said:
-    attended, now_ns = state.attention, inputs.now_ns
+    now_ns = inputs.now_ns
+    attended = attention.standing(state.attention, hazard, now_ns)
+    in_path = tuple(sorted({t.track_id for v in (request_view(request), inputs.reading.view) for t in v.actors}))
+    told = partial(attention.told, attended, hazard, now_ns, track_ids=in_path)
     alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
-        told = attention.told(attended, hazard, now_ns, alarm=alarm)
         reason = _act_reason(weighed, state) if inputs.filter != "none" else "the fused advice warns: passed on"
-        return _Said("ACT", reason, told, hazard)
+        return _Said("ACT", reason, told(alarm=alarm), hazard)
     # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
     alarm = alarm or bool(withheld)
     fresh = attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm)
     if withheld and fresh:
-        return _Said("SPEAK", f"ACT withheld: {withheld}", attention.told(attended, hazard, now_ns, alarm=True), hazard)
+        return _Said("SPEAK", f"ACT withheld: {withheld}", told(alarm=True), hazard)
     if inputs.filter != "full":
         passed, reason = unfiltered.said(request, inputs.filter)
         return _Said(passed, reason, attended, hazard if passed == "SPEAK" else "")
@@ -294,7 +297,7 @@ def _say(
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
-        return _Said(kind, f"hazard: {hazard}", attention.told(attended, hazard, now_ns, alarm=alarm), hazard)
+        return _Said(kind, f"hazard: {hazard}", told(alarm=alarm), hazard)
     if kind == "SPEAK":
         attended = attention.spoken(attended, now_ns)
     return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
@@ -303,10 +306,12 @@ def _say(
 def _answered(
     weighed: Weighed, attended: Attention, hazard: str, inputs: Inputs, profile: Profile, *, alarm: bool
 ) -> bool:
-    """Whether the driver was told of a road user of late, as gravely as now, and brakes as hard as the worst of them needs."""
+    """Whether the driver was told of this road user of late, as gravely as now, and brakes as hard as the worst of all needs."""
     last = attention.last_told(attended, hazard, inputs.now_ns)
     view = inputs.reading.view
     if last is None or (alarm and not last.alarm) or hazard not in ANSWERED or weighed.speak is None:
+        return False
+    if not attention.meant(last, weighed.speak.track, inputs.now_ns):
         return False
     if view.ego_speed_mps is None or view.ego_acceleration_mps2 is None:
         return False

@@ -17,11 +17,15 @@ class Adapted(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Told(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """When a hazard was spoken of last, and whether as an alarm."""
+    """When a hazard was spoken of last, whether as an alarm, and of whom."""
 
     hazard: str
     stamp_ns: int
     alarm: bool
+    track_ids: tuple[int, ...] = ()
+    """Who was in the path at that word."""
+    stood_ns: int | None = None
+    """Until when that hazard stood without a break."""
 
 
 class Attention(msgspec.Struct, frozen=True, kw_only=True):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -62,6 +62,8 @@ Pose = tuple[float, float, float]
 """x, y and heading."""
 Step = tuple[float, float]
 """Ahead and to the left, in metres."""
+_Past = tuple[float, list[Floats]]
+"""How long ago (s), and what moved then, in the present frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,21 +98,17 @@ class Movers:
         now = _Swept(stamp_ns, _free(points), pose)
         if before is not None and len(body):
             now.moved.extend(_movers(body, pose, before))
-        told = tuple(_sighting(thing, self._over_ground(thing, now)) for thing in now.moved)
+        past = self._seen_from(now) if now.moved else []
+        told = tuple(_sighting(thing, _velocity(thing, past)) for thing in now.moved)
         self._past.append(now)
         return told
 
-    def _over_ground(self, thing: Floats, now: _Swept) -> OverGround | None:
-        """Its velocity since it was first seen to move: from the latest sweep that shows it, alone, on to earlier ones that agree."""
-        found: OverGround | None = None
-        agree = 0
-        for before in reversed(self._past):
-            between_s = (now.stamp_ns - before.stamp_ns) / 1e9
-            steps = [_step(thing, _seen_from(now.pose, each, before.pose)) for each in before.moved]
-            earlier = _over_ground([step for step in steps if step is not None], between_s, found)
-            agree += earlier is not None
-            found = earlier or found
-        return found if agree >= LEAST_AGREE else None
+    def _seen_from(self, now: _Swept) -> list[_Past]:
+        """Earlier sweeps, the latest first."""
+        return [
+            ((now.stamp_ns - before.stamp_ns) / 1e9, [_seen_from(now.pose, each, before.pose) for each in before.moved])
+            for before in reversed(self._past)
+        ]
 
     def _moved_on(self, stamp_ns: int, speed_mps: float, yaw_rate_radps: float) -> Pose:
         if not self._past:
@@ -211,6 +209,18 @@ def _things(body: Floats) -> NDArray[np.int_]:
 def _like_a_vehicle(thing: Floats) -> bool:
     short_m, long_m = sorted(np.ptp(thing, axis=0).tolist())
     return bool(LONG_M[0] <= long_m <= LONG_M[1] and short_m <= WIDE_M)
+
+
+def _velocity(thing: Floats, past: Sequence[_Past]) -> OverGround | None:
+    """Its velocity since it was first seen to move: from the latest sweep that shows it, alone, on to earlier ones that agree."""
+    found: OverGround | None = None
+    agree = 0
+    for between_s, moved in past:
+        steps = [_step(thing, each) for each in moved]
+        earlier = _over_ground([step for step in steps if step is not None], between_s, found)
+        agree += earlier is not None
+        found = earlier or found
+    return found if agree >= LEAST_AGREE else None
 
 
 def _over_ground(steps: list[Step], between_s: float, known: OverGround | None) -> OverGround | None:

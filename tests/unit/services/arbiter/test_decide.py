@@ -5,10 +5,11 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Decision, Feedback
+from proto.perception import Track
 from services.arbiter.act import Permission
 from services.arbiter.decide import decide, redecide
 from services.arbiter.guard import objections
@@ -348,6 +349,43 @@ def test_nobodys_braking_silences_what_was_not_told_or_what_became_graver(brakin
     assert decide(asked, mirror(asked), CALIBRATED).decision.kind == "SPEAK"
     graver = request(FAR, fused=fused(hazard="closing_lead", urgency="alarm"), ego_acceleration_mps2=braking_mps2)
     assert later(graver, decide(asked, mirror(asked), CALIBRATED).state, 1.0).kind == "SPEAK"
+
+
+def answered_for(other: Track, away_s: float) -> Decision:
+    """What is decided on another vehicle five seconds after a word on FAR, whose hazard ends so long before; the driver brakes."""
+    told = request(FAR, fused=fused(hazard="closing_lead"))
+    state = decide(told, mirror(told), CALIBRATED).state
+    for tenth in range(1, 50):
+        seen = told if tenth <= 10 * (5.0 - away_s) else request()
+        now_ns = 10 * SECOND + tenth * SECOND // 10
+        braking = replace(seen, ego_acceleration_mps2=-9.0)
+        state = decide(braking, mirror(braking, state=state, now_ns=now_ns), CALIBRATED).state
+    asked = request(other, fused=fused(hazard="closing_lead"), ego_acceleration_mps2=-9.0)
+    return later(asked, state, 5.0)
+
+
+@given(age_s=st.floats(5.1, 60.0), away_s=st.floats(0.0, 4.9))
+def test_braking_for_one_vehicle_silences_no_other_that_came_into_the_path_since(age_s: float, away_s: float) -> None:
+    assert answered_for(replace(FAR, track_id=8, age_s=age_s), away_s).reason == "hazard: closing_lead"
+
+
+@FEW
+@given(age_s=st.floats(0.4, 4.9), away_s=st.floats(0.0, 4.9))
+def test_a_vehicle_first_seen_since_the_word_is_another_once_the_hazard_was_away(age_s: float, away_s: float) -> None:
+    gone_s = round(away_s, 1)
+    assume(abs(gone_s - 2.0) > 0.15)
+    kind = answered_for(replace(FAR, track_id=8, age_s=age_s), gone_s).kind
+    assert (kind == "SPEAK") == (gone_s > 2.0)
+
+
+@given(age_s=st.floats(5.1, 60.0))
+def test_who_was_in_the_path_at_the_word_was_told_of_with_the_others(age_s: float) -> None:
+    beside = track(gap_m=81.0, closing_mps=12.0, track_id=8)
+    told = request(FAR, fused=fused(hazard="closing_lead"))
+    both = with_view(mirror(told), actors=(FAR, beside))
+    state = decide(told, both, CALIBRATED).state
+    asked = request(replace(beside, age_s=age_s), fused=fused(hazard="closing_lead"), ego_acceleration_mps2=-9.0)
+    assert later(asked, state, 5.0).kind == "SILENT"
 
 
 def test_advice_waits_for_the_end_of_the_last_message_and_first_notices_do_not() -> None:
