@@ -42,18 +42,32 @@ def person(state: State, target: Target, events: dict[str, Event], degraded: tup
 
 
 def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
-    """An alarm never waits; anything else waits until the person is certain or confirmed."""
+    """An alarm never waits; anything else waits until the person is certain or confirmed; advice is for who does not heed him yet."""
     if urgency == "alarm":
         return True
-    return confirmed(state.gaps, way) and (urgency == "warning" or way.gap_m <= ADVISED_M)
+    advised = way.gap_m <= ADVISED_M and not _heeds(state, way)
+    return confirmed(state.gaps, way) and (urgency == "warning" or advised)
 
 
+def _heeds(state: State, way: Way) -> bool:
+    """Whether the ego stands; or its driver, who was told of a person of late, brakes as hard as this one needs."""
+    told = state.memory.last("person")
+    of_late = told is not None and state.now_ns - told.stamp_ns < HEEDED_S * 1e9
+    return stands(state.world) or (of_late and _brakes(state, _person_needs_mps2(state, way)))
+
+
+HEEDED_S = 10.0
+"""A word on a person counts for so long."""
 GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
 
 
-def _person_urgency(state: State, way: Way) -> Urgency:
+def _person_needs_mps2(state: State, way: Way) -> float:
     ego = state.world.ego.speed_mps
-    need = ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+    return ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+
+
+def _person_urgency(state: State, way: Way) -> Urgency:
+    need = _person_needs_mps2(state, way)
     if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S:
         return "alarm"
     near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S

@@ -12,7 +12,7 @@ from proto.world import EgoState, WorldState
 from services.orchestrator import legal
 from services.orchestrator.actors import crosses
 from services.orchestrator.matters import matters
-from services.orchestrator.state import Held, State
+from services.orchestrator.state import Held, Memory, Spoken, State
 from services.orchestrator.targets import target
 from tests.unit.services.orchestrator.support import START, limit_answer, replace
 
@@ -81,6 +81,44 @@ def test_the_most_urgent_person_is_warned_of_and_not_the_nearest() -> None:
     state = seen(walker, rider, speed_mps=3.0)
     told = next(m for m in matters(state, target(state), (), ()) if m.topic == "person")
     assert (told.key, told.urgency) == ("2 alarm", "alarm")
+
+
+STANDER = car(25.0, -3.0, kind="pedestrian", length_m=0.5)
+
+
+def words_on_a_person(state: State, *, told_s: float | None = None, braking_mps2: float | None = None) -> set[str]:
+    """How urgently, after a word on a person so long ago, while the ego slows down by so much."""
+    ego = replace(state.world.ego, acceleration_mps2=None if braking_mps2 is None else observed(-braking_mps2))
+    spoken = () if told_s is None else (Spoken(topic="person", key="9 warning", stamp_ns=START - round(told_s * 1e9)),)
+    state = replace(state, world=replace(state.world, ego=ego), memory=Memory(spoken=spoken))
+    return {m.urgency for m in matters(state, target(state), (), ()) if m.topic == "person"}
+
+
+@pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (3.0, True), (None, True)])
+def test_who_stands_is_advised_of_the_person_before_him_once_he_drives_off(ego_mps: float | None, told: bool) -> None:
+    state = seen(replace(STANDER, vx_mps=-(ego_mps or 0.0)), speed_mps=ego_mps)
+    assert (words_on_a_person(state) != set()) is told
+    assert target(state).mps <= target(seen(speed_mps=ego_mps)).mps
+
+
+@given(st.floats(-3.0, 9.0) | st.none(), st.floats(0.0, 30.0) | st.none())
+def test_only_who_was_told_of_a_person_and_brakes_as_hard_as_this_one_needs_is_advised_no_more(
+    braking_mps2: float | None, told_s: float | None
+) -> None:
+    needed_mps2 = 3.0**2 / (2.0 * (25.0 - 0.25 - 2.25 - 1.0))
+    heeds = told_s is not None and told_s < 10.0 and braking_mps2 is not None and braking_mps2 >= needed_mps2
+    words = words_on_a_person(seen(STANDER, speed_mps=3.0), told_s=told_s, braking_mps2=braking_mps2)
+    assert words == (set() if heeds else {"advice"})
+
+
+@given(st.floats(4.0, 60.0), st.floats(0.0, 20.0), st.floats(-3.0, 9.0), st.floats(0.0, 9.0))
+def test_neither_standing_nor_braking_silences_a_warning_of_a_person(
+    x_m: float, closing_mps: float, braking_mps2: float, told_s: float
+) -> None:
+    for ego_mps in (0.0, 10.0):
+        state = seen(replace(STANDER, x_m=x_m, vx_mps=-closing_mps), speed_mps=ego_mps)
+        before = words_on_a_person(state) - {"advice"}
+        assert words_on_a_person(state, told_s=told_s, braking_mps2=braking_mps2) >= before
 
 
 distances, speeds = st.floats(-5.0, 60.0), st.floats(-40.0, 10.0)
