@@ -148,13 +148,13 @@ def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Si
     """What must be spoken whatever the budget: the orchestrator's hazard, or one that the arbiter sees itself."""
     if request.fused.hazard:
         return request.fused.hazard
-    views = (request_view(request), reading.view)
-    near = [
-        n
-        for view in views
+    seen = [
+        (n, view)
+        for view in (request_view(request), reading.view)
         for n in each(view, speak_bounds(view, profile), profile)
-        if _hazardous(n, view, sightings, profile)
     ]
+    next_m = min((n.gap_m for n, _ in seen if _hides_others(n.track, profile)), default=math.inf)
+    near = [n for n, view in seen if _hazardous(n, view, sightings, profile) and not _queued(n, view, next_m, profile)]
     worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
     return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
 
@@ -184,6 +184,23 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and not passed(track, view.ego_speed_mps, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
+
+
+def _hides_others(track: Track, profile: Profile) -> bool:
+    """Whether a vehicle is surely in our path, and just seen: who is behind it can be met only through it."""
+    return (
+        track.kind == "vehicle"
+        and track.in_ego_path
+        and track.age_s >= profile.act_track_age_s
+        and track.unseen_s <= profile.act_unseen_s
+        and track.confidence >= profile.hazard_confidence
+    )
+
+
+def _queued(numbers: Numbers, view: View, next_m: float, profile: Profile) -> bool:
+    """Whether one crawls in a queue and this vehicle is behind the next one, a gap of `next_m` away."""
+    crawls = view.ego_speed_mps is not None and view.ego_speed_mps < profile.crawl_mps
+    return crawls and numbers.track.kind == "vehicle" and numbers.gap_m > next_m + profile.queued_m
 
 
 ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})

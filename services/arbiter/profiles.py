@@ -80,6 +80,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_overlap_m: float
     stands_mps: float
     standing_mps: float
+    crawl_mps: float
+    queued_m: float
     act_reading_age_s: float
     act_watched_s: float
     act_shrinks: float

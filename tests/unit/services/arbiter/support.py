@@ -103,6 +103,7 @@ tracks = st.builds(
     unseen_s=st.floats(0.0, 1.0),
     oncoming=st.booleans(),
 )
+people = st.builds(track, kind=st.just("pedestrian"), gap_m=st.floats(0.0, 60.0), track_id=st.just(8))
 mu = st.floats(0.05, 1.0)
 
 
@@ -112,7 +113,7 @@ def requests(draw: st.DrawFn) -> ArbitrationRequest:
     low, high = sorted((draw(mu), draw(mu)))
     return request(
         lead=draw(st.none() | tracks),
-        pedestrian=draw(st.none() | st.builds(track, kind=st.just("pedestrian"), gap_m=st.floats(0.0, 60.0))),
+        pedestrian=draw(st.none() | people),
         fused=fused(
             confidence=draw(probability),
             hazard=draw(st.sampled_from(("", "closing_lead"))),

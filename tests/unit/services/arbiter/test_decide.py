@@ -207,6 +207,38 @@ def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float, told: boo
     assert (decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard != "") is told
 
 
+@given(ego_mps=st.floats(1.0, 30.0) | st.none(), gap_m=st.floats(2.0, 12.0), confidence=st.floats(0.2, 1.0))
+def test_in_a_crawling_queue_the_next_vehicle_alone_hides_others_from_the_words(
+    ego_mps: float | None, gap_m: float, confidence: float
+) -> None:
+    following = track(gap_m=gap_m, closing_mps=0.0, track_id=8, confidence=confidence)
+    behind_it = track(gap_m=15.0, closing_mps=8.0, oncoming=True)
+    quiet = request(behind_it, ego_speed_mps=ego_mps, fused=fused(new_information=False))
+    inputs = with_view(mirror(quiet, permission=Permission()), actors=(following, behind_it))
+    hidden = ego_mps is not None and ego_mps < 5.0 and confidence >= CALIBRATED.hazard_confidence
+    decision = decide(quiet, inputs, CALIBRATED).decision
+    assert (decision.hazard == "") is hidden
+    assert decision.metrics.r >= decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.metrics.r
+
+
+@pytest.mark.parametrize(
+    ("next_one", "other"),
+    [
+        ({"gap_m": 8.0, "closing_mps": 0.0}, {"kind": "pedestrian"}),
+        ({"gap_m": 8.0, "closing_mps": 0.0, "in_ego_path": False}, {}),
+        ({"gap_m": 8.0, "closing_mps": 0.0, "unseen_s": 0.9}, {}),
+        ({"gap_m": 8.0, "closing_mps": 0.0, "kind": "pedestrian"}, {}),
+        ({"gap_m": 13.5, "closing_mps": 0.0}, {}),
+        ({"gap_m": 8.0, "closing_mps": 7.0}, {}),
+    ],
+)
+def test_nobody_else_hides_anyone_nor_is_a_person_hidden(next_one: dict[str, Any], other: dict[str, Any]) -> None:
+    behind_it = track(gap_m=15.0, closing_mps=8.0, oncoming=True, **other)
+    quiet = request(ego_speed_mps=4.0, fused=fused(new_information=False))
+    inputs = with_view(mirror(quiet), actors=(track(track_id=8, **next_one), behind_it))
+    assert decide(quiet, replace(inputs, permission=Permission()), CALIBRATED).decision.hazard != ""
+
+
 def test_stale_own_tracks_forbid_act() -> None:
     inputs = mirror(CRITICAL)
     assert not acts(CRITICAL, replace(inputs, reading=replace(inputs.reading, tracks_age_s=0.5)))
