@@ -65,7 +65,10 @@ class HeldParcels:
 
         Raises LockstepError when some never come.
         """
-        wanted = {key: seq for key, seq in published.items() if self._awaits(key)}
+        awaited = self._awaited
+        for key in published.keys() - awaited.keys():
+            awaited[key] = any(matches(pattern, key) for pattern in self._patterns)
+        wanted = {key: seq for key, seq in published.items() if awaited[key]}
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
@@ -74,12 +77,6 @@ class HeldParcels:
             ready = [item for item in self._held if item[3] <= wanted.get(item[2], -1)]
             self._held = [item for item in self._held if item[3] > wanted.get(item[2], -1)]
         return [item[5] for item in sorted(ready, key=lambda item: item[:5])]
-
-    def _awaits(self, key: str) -> bool:
-        awaited = self._awaited
-        if key not in awaited:
-            awaited[key] = any(matches(pattern, key) for pattern in self._patterns)
-        return awaited[key]
 
 
 class Conductor:
@@ -96,13 +93,15 @@ class Conductor:
         """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck."""
         self._step += 1
         self.published.update(own)
-        order = sorted(services - {self._name}, key=lambda name: (step_order(name), name))
-        for service in order:
-            self._ask(service, now_ns, report_only=False)
-        for service in order:  # what tool calls made a service publish after its own turn
-            self._ask(service, now_ns, report_only=True)
+        others = services - {self._name}
+        called: set[str] = set()
+        for service in _in_order(others):
+            called |= self._ask(service, now_ns, report_only=False)
+        while called & others:  # what calls of its tools made a service publish after its own turn
+            called = set().union(*(self._ask(each, now_ns, report_only=True) for each in _in_order(called & others)))
 
-    def _ask(self, service: str, now_ns: int, *, report_only: bool) -> None:
+    def _ask(self, service: str, now_ns: int, *, report_only: bool) -> set[str]:
+        """Let one service do its step, or only tell what it has published since; whose tools it has called."""
         done = threading.Event()
         replies: list[Reply] = []
 
@@ -124,3 +123,8 @@ class Conductor:
         if reply.error:
             raise LockstepError(f"step {self._step}: {service} failed: {reply.error}")
         self.published.update(reply.published)
+        return set(reply.called)
+
+
+def _in_order(services: set[str]) -> list[str]:
+    return sorted(services, key=lambda name: (step_order(name), name))

@@ -371,7 +371,8 @@ class Node:
                 self._drain(request.published)
             except LockstepError as problem:
                 error = str(problem)
-        reply = StepReply(service=self.name, published=self._new_publications(), error=error)
+        called = self.client.called()  # before what was published is counted: a call under way is told of next time
+        reply = StepReply(service=self.name, published=self._new_publications(), error=error, called=called)
         query.answer(query.key, _JSON.encode(reply))
 
     def _drain(self, published: Mapping[str, int]) -> None:

@@ -105,6 +105,7 @@ class ToolClient:
         self._queriers: dict[str, tuple[str, Querier]] = {}
         self._waiting: set[_Pending] = set()
         self._alive: set[str] = set()
+        self._called: set[str] = set()
         self._late: deque[Outcome] = deque(maxlen=64)
         self._watching = False
         self._discovered_s = 0.0
@@ -144,6 +145,12 @@ class ToolClient:
         while self._late:
             found.append(self._late.popleft())
         return found
+
+    def called(self) -> tuple[str, ...]:
+        """Servers whose tools were called since the last look."""
+        with self._lock:
+            called, self._called = self._called, set()
+        return tuple(sorted(called))
 
     def _on_life(self, key: str, alive: bool) -> None:
         service = key.rsplit("/", 1)[1]
@@ -210,6 +217,8 @@ class ToolClient:
             confirmation=confirmation,
         )
         self._waiting.add(pending)
+        with self._lock:
+            self._called.add(server)
         querier.get(payload, _HEAD.encode(head), lambda reply: self._on_reply(pending, reply))
         return pending
 

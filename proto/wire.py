@@ -26,8 +26,9 @@ class StepRequest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class StepReply(msgspec.Struct, frozen=True, kw_only=True):
-    """A service has done its step: what it has published since the last reply."""
+    """A service has done its step: what it has published since the last reply, and whose tools it has called."""
 
     service: str
     published: dict[str, int]
     error: str = ""
+    called: tuple[str, ...] = ()

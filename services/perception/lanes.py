@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,17 @@ CORRIDOR_ID = "corridor"
 CORRIDOR_WIDTH_M = 3.5
 
 
+class _Course(NamedTuple):
+    """The pieces of a polyline: where each starts (N, 2), its direction (N, 2), its length, and from where to where along it
+    feet may lie (N each, metres); its ends are prolonged."""
+
+    start: Floats
+    unit: Floats
+    length: Floats
+    low: Floats
+    high: Floats
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Lane:
     """A lane's centre line (N, 2) from near to far in the ego frame."""
@@ -24,11 +36,18 @@ class Lane:
     width_m: float
     is_ego: bool = False
     oncoming: bool = False
+    _course: _Course = field(init=False, repr=False)
+    _ego_m: float = field(init=False, repr=False)
+    """Along the line, to the ego's foot."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_course", _course(self.centre))
+        object.__setattr__(self, "_ego_m", _foot(self._course, 0.0, 0.0)[0])
 
     def place(self, x_m: float, y_m: float) -> tuple[float, float]:
         """Distance along the lane from the ego's foot point and offset to its left; its ends run on straight."""
-        along, left = _foot(self.centre, x_m, y_m)
-        return along - _foot(self.centre, 0.0, 0.0)[0], left
+        along, left = _foot(self._course, x_m, y_m)
+        return along - self._ego_m, left
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,16 +115,19 @@ def _lane(path: LanePath) -> Lane:
     return Lane(path.lane_id, centre, path.width_m, is_ego=path.is_ego, oncoming=path.oncoming)
 
 
-def _foot(line: Floats, x_m: float, y_m: float) -> tuple[float, float]:
-    """Arc length of the nearest point of a polyline (its ends prolonged) and the offset to its left."""
+def _course(line: Floats) -> _Course:
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum(np.hypot(step[:, 0], step[:, 1]), 1e-9)
-    unit = step / length[:, None]
-    away = np.array([x_m, y_m]) - start
-    along = (away * unit).sum(axis=1)
     low, high = np.zeros(len(length)), length.copy()
     low[0], high[-1] = -np.inf, np.inf
-    held = np.clip(along, low, high)
+    return _Course(start, step / length[:, None], length, low, high)
+
+
+def _foot(course: _Course, x_m: float, y_m: float) -> tuple[float, float]:
+    """Arc length of the nearest point of a polyline (its ends prolonged) and the offset to its left."""
+    start, unit, length, low, high = course
+    away = np.array([x_m, y_m]) - start
+    held = np.minimum(np.maximum((away * unit).sum(axis=1), low), high)
     gap = np.hypot(*(away - held[:, None] * unit).T)
     index = int(gap.argmin())
     left = unit[index, 0] * away[index, 1] - unit[index, 1] * away[index, 0]

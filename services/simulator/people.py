@@ -1,10 +1,12 @@
 """People on foot: along the pavement, waiting at the kerb, crossing, or stepping out in front of the ego."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from services.simulator.plan import CrosserPlan, Scenario, WalkersPlan
 
@@ -17,8 +19,7 @@ Kerb = Callable[[float], float]
 """|d| of the kerb at s."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Person:
+class Person(msgspec.Struct, frozen=True, kw_only=True):
     """One person at (s, d); speeds along s and d in m/s."""
 
     number: int

@@ -64,3 +64,42 @@ def test_a_service_that_is_not_there_fails_the_run_and_is_named() -> None:
 def test_a_pattern_matches_chunk_by_chunk() -> None:
     assert matches("drivemcp/ego/can/*/rx", "drivemcp/ego/can/main/rx")
     assert not matches("drivemcp/ego/can/*/rx", "drivemcp/ego/can/ego")
+
+
+def test_what_a_tool_publishes_when_called_through_another_counts_in_the_next_step() -> None:
+    log: list[str] = []
+    config = ServiceConfig(lockstep=True)
+
+    def build_can(config: ServiceConfig, node: Node) -> None:
+        node.subscribe(topics.WEATHER_SENSING, lambda sensing, info: log.append(f"rain {sensing.rain_mm_h}"))
+
+    def build_weather(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=1000)
+        def inner(rain_mm_h: float) -> dict[str, float]:
+            """Publish what is asked for."""
+            node.publish(topics.WEATHER_SENSING, WeatherSensing(rain_mm_h=rain_mm_h))
+            return {}
+
+    def build_rules(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=1000)
+        def outer(rain_mm_h: float) -> dict[str, float]:
+            """Ask another."""
+            assert node.call("inner", {"rain_mm_h": rain_mm_h}, deadline_ms=1000.0).ok
+            return {}
+
+    def build_orchestrator(config: ServiceConfig, node: Node) -> None:
+        def ask() -> None:
+            assert node.call("outer", {"rain_mm_h": node.clock.now_ns() / STEP_NS}, deadline_ms=1000.0).ok
+
+        node.every(0.05, ask)
+
+    with bus() as b:
+        b.start(Service("can", ServiceConfig, build_can), config)
+        for name, build in (("weather", build_weather), ("rules", build_rules), ("orchestrator", build_orchestrator)):
+            b.start(Service(name, ServiceConfig, build), config).client.discover()
+        conductor = b.node("simulator", config)
+        for step in range(1, 4):
+            conductor.set_clock(step * STEP_NS)
+            conductor.conduct_step(step * STEP_NS, {"can", "weather", "rules", "orchestrator"})
+            log.append(f"step {step}")
+    assert log == ["step 1", "rain 1.0", "step 2", "rain 2.0", "step 3"]
