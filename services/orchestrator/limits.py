@@ -133,6 +133,16 @@ def clear(signs: Signs, now_ns: int) -> Signs:
     return changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
 
 
+def in_another_country(signs: Signs, now_ns: int) -> Signs:
+    """Nothing of the country left behind holds: no limit, and no unit in which the numbers ahead were read till now."""
+    return _without_units(clear(signs, now_ns))
+
+
+def _without_units(signs: Signs) -> Signs:
+    ahead = tuple(msgspec.structs.replace(each, unit=None) for each in signs.ahead)
+    return msgspec.structs.replace(signs, ahead=ahead, units=None, traffic_side=None)
+
+
 def is_unknown_country(code: str) -> bool:
     """Whether a text is a country's code, of a country whose signs nobody knows here."""
     return len(code) == 3 and code.isascii() and code.isalpha() and code.isupper() and code not in COUNTRIES
@@ -143,7 +153,7 @@ def without_country(signs: Signs, now_ns: int) -> Signs:
     if signs.jurisdiction is None:
         return signs
     return msgspec.structs.replace(
-        signs, jurisdiction=None, former_jurisdiction=signs.jurisdiction.value, unknown_ns=now_ns
+        _without_units(signs), jurisdiction=None, former_jurisdiction=signs.jurisdiction.value, unknown_ns=now_ns
     )
 
 
@@ -202,7 +212,7 @@ def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns, evidence=sign.reading)
     return msgspec.structs.replace(
-        clear(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
+        in_another_country(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
     )
 
 

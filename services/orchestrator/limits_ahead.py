@@ -55,13 +55,23 @@ def _binds(state: State, sign: SignAhead) -> bool:
 
 def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
     if sign.kind == "limit" and sign.value is not None and sign.scope != "end":
-        unit: Unit = sign.unit or "km/h"
+        unit: Unit = "km/h" if sign.unit is None or _behind_a_border(state, sign) else sign.unit
         return LimitAhead(sign, sign.value, unit, to_mps(sign.value, unit), sign.confidence)
     law = law_behind(state, sign)
     if law is None or law.limit is None:
         return None
     limit = law.limit
     return LimitAhead(sign, limit.value, limit.unit, limit.mps, min(sign.confidence, law.confidence), law)
+
+
+def _behind_a_border(state: State, sign: SignAhead) -> bool:
+    """Whether another country's sign stands before it: its number is read in this country's unit until then, and counts as
+    the lower reading."""
+    borders = [each for each in state.signs.ahead if each.believed and each.reading.startswith("border:")]
+    return any(
+        each.distance_m is not None and sign.distance_m is not None and each.distance_m < sign.distance_m
+        for each in borders
+    )
 
 
 def places_ahead(state: State) -> tuple[SignAhead, ...]:

@@ -13,7 +13,7 @@ from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, told_within
-from services.orchestrator.messages import drive, speed, word
+from services.orchestrator.messages import drive, say, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.targets import Target
 from services.orchestrator.text import sentences
@@ -134,9 +134,9 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
             "country": here.value,
             "limit": limit_text(shown, state.preferences.unit) if shown is not None else "?",
             "unit": unit.value if unit is not None else limit.unit if limit is not None else "?",
-            "side": word(state.preferences, side.value)
+            "side": say(state.preferences, "justification", "border_side", side=word(state.preferences, side.value))
             if side is not None and side.value in ("left", "right")
-            else "?",
+            else "",
             "evidence": told,
         },
         why=("border_told" if told else "border",),

@@ -19,7 +19,7 @@ from services.orchestrator.limits import (
     SURE,
     TOLD,
     apply,
-    clear,
+    in_another_country,
     in_force,
     is_unknown_country,
     lowers,
@@ -222,7 +222,7 @@ def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     if before is None or now is None or before.value == now.value:
         return after
     # Another country's signs, believed: the border is behind us even if its sign was missed.
-    return msgspec.structs.replace(clear(after, now_ns), former_jurisdiction=before.value)
+    return msgspec.structs.replace(in_another_country(after, now_ns), former_jurisdiction=before.value)
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {

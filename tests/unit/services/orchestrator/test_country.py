@@ -1,12 +1,13 @@
 """A change of country says on what evidence it was made; a country that nobody knows here leaves it unknown."""
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.decision import Preferences
 from services.orchestrator.evidence import items, kept
 from services.orchestrator.limits import in_force
+from services.orchestrator.limits_ahead import limits_ahead
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
@@ -45,6 +46,65 @@ def test_a_border_sign_is_its_own_evidence() -> None:
     drive = Drive()
     drive.ticks(3)
     assert "Told by border sign." in drive.tick(end_sign("border:GBR")).advisory.justification
+
+
+def out_of_britain(speed_mps: float = 15.0) -> Drive:
+    """In Great Britain, where signs speak in mph."""
+    drive = Drive(road="rural", speed_mps=speed_mps)
+    drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"), fact("traffic_side", "left"))
+    drive.ticks(25)
+    return drive
+
+
+def test_behind_a_border_sign_nothing_is_told_in_the_units_of_the_country_left() -> None:
+    drive = out_of_britain()
+    drive.tick(limit_sign("limit:30", unit="mph", passed=False, distance_m=40.0))
+    advisory = drive.tick(end_sign("border:NLD")).advisory
+    assert advisory.directive == "Now NLD: 30 km/h ahead"
+    assert advisory.ahead_mps == pytest.approx(30 * KMH)
+    assert "mph" not in advisory.justification
+    assert "keeps" not in advisory.justification, "no sign has told the side yet"
+    assert drive.state.world.environment.units is None
+
+
+def test_who_is_told_the_units_behind_a_border_is_told_the_side_too() -> None:
+    drive = out_of_britain()
+    seen = fact("jurisdiction", "NLD"), fact("units", "km/h"), fact("traffic_side", "right")
+    assert "Signs of NLD: speeds in km/h, traffic keeps right." in drive.tick(*seen).advisory.justification
+
+
+@FEW
+@given(st.sampled_from([20, 30, 40, 50, 60]), st.floats(5.0, 60.0), st.floats(5.0, 90.0), st.booleans())
+def test_a_number_behind_a_border_that_is_still_ahead_counts_as_the_lower_reading(
+    value: int, border_m: float, sign_m: float, believed: bool
+) -> None:
+    assume(abs(border_m - sign_m) > 0.1)
+    drive = out_of_britain(speed_mps=31.0)
+    drive.tick(
+        end_sign("border:NLD", passed=False, distance_m=border_m, believed=believed),
+        limit_sign(f"limit:{value}", unit="mph", passed=False, distance_m=sign_m),
+    )
+    (ahead,) = limits_ahead(drive.state)
+    assert ahead.unit == ("km/h" if believed and border_m < sign_m else "mph")
+
+
+@FEW
+@given(
+    st.sampled_from(["GBR", "DEU", "NLD"]), st.sampled_from(["border:GBR", "border:NLD", "border:FRA", "border:ITA"])
+)
+def test_a_limit_passed_right_behind_a_border_holds_in_the_lower_reading_until_its_unit_is_told(
+    country: str, border: str
+) -> None:
+    assume(not border.endswith(country))
+    drive = Drive(road="rural")
+    unit = "mph" if country == "GBR" else "km/h"
+    drive.tick(fact("jurisdiction", country), fact("units", unit))
+    drive.tick(limit_sign("limit:30", unit=unit, passed=False, distance_m=3.0))
+    drive.tick(end_sign(border))
+    drive.ticks(10)
+    permanent = drive.state.signs.permanent
+    assert permanent is not None
+    assert permanent.posted.unit == "km/h"
 
 
 def test_the_trace_holds_the_evidence() -> None:
