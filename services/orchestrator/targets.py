@@ -321,14 +321,12 @@ def _following(ahead: tuple[Way, ...], headway: float) -> list[Bound]:
 
 
 def _behind(way: Way, headway: float) -> Bound | None:
-    """Open a gap that is too small, or do not run into one that closes."""
+    """Open a gap that is too small, and close one that is wider no faster than in `GAP_TIME_S`: a bound that fades with the
+    distance, and does not end from one tick to the next."""
     if way.speed_mps is None or way.track.oncoming:
         return None
     speed = max(0.0, way.speed_mps)
     wanted = STANDSTILL_M + HEADWAY_S * headway * speed
-    closing = way.ttc_s is not None and way.ttc_s < 6.0
-    if way.gap_m >= wanted and not closing:
-        return None
     # Doubted or not: an actor may always lower the target.
     mps = max(0.0, speed + (way.gap_m - wanted) / GAP_TIME_S)
     return Bound(mps, "lead", "perception", way.track.confidence, track_id=missed_as(way))

@@ -83,6 +83,20 @@ def test_the_most_urgent_person_is_warned_of_and_not_the_nearest() -> None:
     assert (told.key, told.urgency) == ("2 alarm", "alarm")
 
 
+@given(st.floats(4.6, 120.0), st.floats(0.0, 20.0), st.floats(0.0, 20.0), st.floats(0.0, 0.1))
+def test_who_is_followed_a_little_farther_away_lifts_the_target_a_little(
+    x_m: float, lead_mps: float, ego_mps: float, more_m: float
+) -> None:
+    near, far = (target(seen(car(each, lead_mps - ego_mps), speed_mps=ego_mps)).mps for each in (x_m, x_m + more_m))
+    assert near <= far + 1e-9
+    assert far - near <= more_m
+
+
+def test_nobody_is_to_speed_up_right_behind_a_car_that_crawls() -> None:
+    crawling = seen(car(11.35, -0.86, length_m=5.6), speed_mps=3.06)
+    assert target(crawling).mps < 4.0
+
+
 STANDER = car(25.0, -3.0, kind="pedestrian", length_m=0.5)
 
 
