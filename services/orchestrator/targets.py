@@ -43,7 +43,7 @@ LOST_LIGHT_MPS = 20 * KMH
 LEAST_FACTOR = 0.2
 HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
-"""In which a gap that is too small is to be opened again."""
+"""In which a gap that is too small is to be opened again, and one that is wider may be closed."""
 STANDSTILL_M = 2.0
 VANISHED_NS = 3_000_000_000
 """For how long an actor bounds the target that vanished from its way."""
