@@ -44,7 +44,7 @@ def just_spoken(attention: Attention, now_ns: int, profile: Profile) -> bool:
     return attention.spoken_ns is not None and (now_ns - attention.spoken_ns) / 1e9 < profile.speech_gap_s
 
 
-def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_ids: tuple[int, ...] = ()) -> Attention:
+def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_ids: tuple[int, ...]) -> Attention:
     """A hazard said, with everyone in the path at that word."""
     others = tuple(each for each in attention.hazards if each.hazard != hazard and not _forgotten(each, now_ns))
     said = Told(hazard=hazard, stamp_ns=now_ns, alarm=alarm, track_ids=track_ids, stood_ns=now_ns)
@@ -53,6 +53,8 @@ def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_i
 
 def standing(attention: Attention, hazard: str, now_ns: int) -> Attention:
     """The hazard that was told stands still, or again after no more than a moment."""
+    if not hazard:
+        return attention
     kept = tuple(
         msgspec.structs.replace(each, stood_ns=now_ns) if _names(each, hazard) and _unbroken(each, now_ns) else each
         for each in attention.hazards

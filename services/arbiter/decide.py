@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import msgspec
@@ -178,12 +177,15 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and numbers.ttc_s < profile.tau_hazard_s
         and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
         and track.sigma_vx_mps <= profile.speed_known_mps
-        and track.age_s >= profile.act_track_age_s
-        and track.unseen_s <= profile.act_unseen_s
+        and _well_seen(track, profile)
         and track.confidence >= (profile.act_confidence if track.oncoming else profile.hazard_confidence)
         and not passed(track, view.ego_speed_mps, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
+
+
+def _well_seen(track: Track, profile: Profile) -> bool:
+    return track.age_s >= profile.act_track_age_s and track.unseen_s <= profile.act_unseen_s
 
 
 def _hides_others(track: Track, profile: Profile) -> bool:
@@ -191,8 +193,7 @@ def _hides_others(track: Track, profile: Profile) -> bool:
     return (
         track.kind == "vehicle"
         and track.in_ego_path
-        and track.age_s >= profile.act_track_age_s
-        and track.unseen_s <= profile.act_unseen_s
+        and _well_seen(track, profile)
         and track.confidence >= profile.hazard_confidence
     )
 
@@ -288,8 +289,12 @@ def _say(
 ) -> _Said:
     now_ns = inputs.now_ns
     attended = attention.standing(state.attention, hazard, now_ns)
-    in_path = tuple(sorted({t.track_id for v in (request_view(request), inputs.reading.view) for t in v.actors}))
-    told = partial(attention.told, attended, hazard, now_ns, track_ids=in_path)
+
+    def told(*, alarm: bool) -> Attention:
+        views = (request_view(request), inputs.reading.view)
+        in_path = {track.track_id for view in views for track in view.actors}
+        return attention.told(attended, hazard, now_ns, alarm=alarm, track_ids=tuple(sorted(in_path)))
+
     alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
         reason = _act_reason(weighed, state) if inputs.filter != "none" else "the fused advice warns: passed on"

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
 from services.orchestrator.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
-from services.orchestrator.matter import Matter
+from services.orchestrator.matter import Matter, told_within
 from services.orchestrator.messages import speed, word
 from services.orchestrator.state import State
 from services.orchestrator.stops import Stop, needed_mps2, stops
@@ -51,8 +51,7 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
 
 def _heeds(state: State, way: Way) -> bool:
     """Whether the ego stands; or its driver, who was told of a person of late, brakes as hard as this one needs."""
-    told = state.memory.last("person")
-    of_late = told is not None and state.now_ns - told.stamp_ns < HEEDED_S * 1e9
+    of_late = told_within(state, "person", HEEDED_S)
     return stands(state.world) or (of_late and _brakes(state, _person_needs_mps2(state, way)))
 
 

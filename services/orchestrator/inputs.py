@@ -102,9 +102,7 @@ def road_ahead(view: MapView) -> RoadAhead:
 
 def finite(value: object) -> bool:
     """Whether a message's data holds no number that is none: JSON cannot carry those, and nobody can reckon with them."""
-    if isinstance(value, float):
-        return math.isfinite(value)
-    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else (value,)
     for each in inside:  # a loop, since thousands a second come through here
         if isinstance(each, float):
             if not math.isfinite(each):

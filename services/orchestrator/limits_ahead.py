@@ -67,11 +67,9 @@ def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
 def _behind_a_border(state: State, sign: SignAhead) -> bool:
     """Whether another country's sign stands before it: its number is read in this country's unit until then, and counts as
     the lower reading."""
-    borders = [each for each in state.signs.ahead if each.believed and each.reading.startswith("border:")]
-    return any(
-        each.distance_m is not None and sign.distance_m is not None and each.distance_m < sign.distance_m
-        for each in borders
-    )
+    borders = (each for each in state.signs.ahead if each.believed and each.reading.startswith("border:"))
+    ahead_m = sign.distance_m
+    return ahead_m is not None and any(each.distance_m is not None and each.distance_m < ahead_m for each in borders)
 
 
 def places_ahead(state: State) -> tuple[SignAhead, ...]:

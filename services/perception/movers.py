@@ -98,12 +98,12 @@ class Movers:
         now = _Swept(stamp_ns, _free(points), pose)
         if before is not None and len(body):
             now.moved.extend(_movers(body, pose, before))
-        past = self._seen_from(now) if now.moved else []
+        past = self._earlier(now) if now.moved else []
         told = tuple(_sighting(thing, _velocity(thing, past)) for thing in now.moved)
         self._past.append(now)
         return told
 
-    def _seen_from(self, now: _Swept) -> list[_Past]:
+    def _earlier(self, now: _Swept) -> list[_Past]:
         """Earlier sweeps, the latest first."""
         return [
             ((now.stamp_ns - before.stamp_ns) / 1e9, [_seen_from(now.pose, each, before.pose) for each in before.moved])

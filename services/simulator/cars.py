@@ -77,7 +77,7 @@ class _Grounded:
     @property
     def s_m(self) -> float:
         """Place along the spine."""
-        return self.lane.spine_place(self.position)[0]
+        return self.spine_place[0]
 
     @property
     def spine_place(self) -> tuple[float, float]:
