@@ -14,7 +14,7 @@ from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, told_within
 from services.orchestrator.messages import drive, say, speed, word
-from services.orchestrator.state import State
+from services.orchestrator.state import Believed, State
 from services.orchestrator.targets import Target
 from services.orchestrator.text import sentences
 from services.orchestrator.units import limit_text
@@ -118,8 +118,9 @@ def _starting(state: State) -> bool:
 
 
 def _border(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    event, here = events.get("jurisdiction_change"), state.signs.jurisdiction
-    if event is None or here is None:
+    """The country that begins, until it is told: where limits follow closely the budget may keep it for some seconds."""
+    here = state.signs.jurisdiction
+    if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
         return
     limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
     told = in_words(state.preferences, here.evidence)
@@ -141,10 +142,20 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
         },
         why=("border_told" if told else "border",),
         repeat_s=600.0,
-        confidence=event.confidence,
+        confidence=here.confidence,
         tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
         ahead_mps=lower.mps if lower is not None else None,
     )
+
+
+BORDER_NEWS_S = 20.0
+"""For so long a border is worth a word: until the budget has long filled up again."""
+
+
+def _border_untold(state: State, here: Believed) -> bool:
+    crossed = bool(state.signs.former_jurisdiction) and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
+    told = state.memory.last("border")
+    return crossed and (told is None or told.stamp_ns < here.since_ns)
 
 
 def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:

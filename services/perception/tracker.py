@@ -65,7 +65,7 @@ RESTART_S = 1.0
 """Stamps that jump back by more tell of a new drive: old tracks mean nothing in it."""
 NOISE: dict[ActorClass, Noise] = {
     "vehicle": Noise(along_mps2=5.0, across_mps2=2.0),
-    "pedestrian": Noise(along_mps2=1.0, across_mps2=1.2),
+    "pedestrian": Noise(along_mps2=1.0, across_mps2=2.5),
     "cyclist": Noise(along_mps2=1.5, across_mps2=1.2),
 }
 ACCELERATION_SMOOTHING_S = 0.6

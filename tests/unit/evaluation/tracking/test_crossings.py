@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from evaluation.scenarios.names import Place
-from evaluation.tracking.crossings import BEFORE_M, Crossing, approaches, judged, table
+from evaluation.tracking.crossings import BEFORE_M, PEOPLE, Crossing, approaches, judged, table
 from evaluation.tracking.recording import Step
 from evaluation.tracking.seeing import View
 from proto.perception import Track
@@ -70,3 +70,37 @@ def test_each_junction_at_which_a_car_comes_is_driven_up_to() -> None:
     assert list(plans) == ["urb-rain/development/2 0", "urb-rain/development/2 1"]
     for plan in plans.values():
         assert any(line.at_m == pytest.approx(plan.ego.at_m + BEFORE_M) for line in plan.yields if line.cars)
+
+
+STEPPING = TrueHazard(kind="pedestrian", onset_s=1.0, actor_id=7)
+
+
+def walked(time_s: float, vy_mps: float, *tracks: Track) -> View:
+    person = msgspec.structs.replace(actor(7, 20.0, -4.0), kind="pedestrian", vy_mps=vy_mps)
+    return view((person,), (), tracks, at_s=time_s)
+
+
+def person_track(track_id: int, y_m: float, vy_mps: float, **fields: object) -> Track:
+    seen = {"kind": "pedestrian", "vy_mps": vy_mps, "age_s": 2.0, "confidence": 0.9, "in_ego_path": False, **fields}
+    return msgspec.structs.replace(track(track_id, 20.0, y_m), **seen)
+
+
+def test_a_person_comes_where_his_track_crosses_and_one_who_stands_and_seems_to_is_false() -> None:
+    views = [
+        walked(0.8, 0.0, person_track(3, -4.0, 1.5)),
+        walked(1.0, 1.4, person_track(4, -4.0, 0.1)),
+        walked(1.2, 1.4, person_track(4, -3.9, 1.2, age_s=0.1)),
+        walked(1.4, 1.4, person_track(4, -3.8, 1.2), person_track(5, 9.0, -1.5), person_track(6, 2.0, 0.0)),
+    ]
+    found = judged("a", steps_of(views, (STEPPING,)), views, PEOPLE)
+    assert found is not None
+    assert found.late_s == pytest.approx(0.4)
+    assert found.false == 1, "the one of a person who stood"
+
+
+def test_each_who_steps_out_is_driven_up_to_and_who_crosses_at_his_light_is_not() -> None:
+    plans = [plan for _, plan in approaches(Place("urb-rain", "development", 7), PEOPLE)]
+    assert len(plans) == 2
+    for plan in plans:
+        stepping = [each.at_m for each in plan.crossers if each.when_ego_within_m is not None]
+        assert any(at_m == pytest.approx(plan.ego.at_m + BEFORE_M) for at_m in stepping)

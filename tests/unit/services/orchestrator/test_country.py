@@ -1,16 +1,19 @@
 """A change of country says on what evidence it was made; a country that nobody knows here leaves it unknown."""
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from proto.decision import Preferences
+from proto.decision import ArbitrationRequest, Decision, Preferences
 from services.orchestrator.evidence import items, kept
 from services.orchestrator.limits import in_force
 from services.orchestrator.limits_ahead import limits_ahead
+from services.orchestrator.local import silent
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
-from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
+from tests.unit.services.orchestrator.support import FEW, KMH, Drive, Played, end_sign, fact, limit_sign, replace
 
 TOLD = "national 3.0, keep_left 2.5, info:side_left 4.0, plate:when_wet:en 2.0"
 
@@ -65,6 +68,38 @@ def test_behind_a_border_sign_nothing_is_told_in_the_units_of_the_country_left()
     assert "mph" not in advisory.justification
     assert "keeps" not in advisory.justification, "no sign has told the side yet"
     assert drive.state.world.environment.units is None
+
+
+@given(silent=st.integers(0, 150))
+@FEW
+def test_a_border_is_told_once_as_soon_as_the_budget_allows_it(silent: int) -> None:
+    drive = Drive(Played(arbiter=quiet_for(silent)), road="rural")
+    drive.ticks(3)
+    drive.tick(end_sign("border:NLD"))
+    drive.ticks(silent + 30)
+    borders = [t for _, _, t in drive.history if t.advisory.kind != "SILENT" and t.advisory.topic == "border"]
+    assert len(borders) == 1
+    assert borders[0].advisory.directive.startswith("Now NLD")
+
+
+def test_a_border_long_crossed_is_no_news() -> None:
+    drive = Drive(Played(arbiter=quiet_for(250)), road="rural")
+    drive.tick(end_sign("border:NLD"))
+    drive.ticks(300)
+    assert not any(said.startswith("Now NLD") for said in drive.spoken())
+
+
+def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
+    """An arbiter whose budget is spent behind the border until so many ticks have passed."""
+    asked: list[ArbitrationRequest] = []
+
+    def judge(request: ArbitrationRequest) -> Decision:
+        if request.fused.topic == "border" or asked:
+            asked.append(request)
+        speaks = (not asked or len(asked) > ticks) and request.fused.new_information
+        return replace(silent(request), kind="SPEAK" if speaks else "SILENT")
+
+    return judge
 
 
 def test_who_is_told_the_units_behind_a_border_is_told_the_side_too() -> None:
