@@ -7,6 +7,8 @@ from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
+STOP = "stop"
+"""The topic of advice to stop at a line."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVER = {"slow_traffic": ("closing_lead",)}
@@ -24,9 +26,11 @@ def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:
     )
 
 
-def needed(urgency: Urgency, profile: Profile) -> float:
-    """What the budget must hold for a message: mere information leaves a reserve for advice."""
-    return 1.0 + (profile.budget_reserve if urgency == "info" else 0.0)
+def needed(topic: str, urgency: Urgency, profile: Profile) -> float:
+    """What the budget must hold for a message: mere information leaves a reserve for advice, and a stop waits for none."""
+    if urgency == "info":
+        return 1.0 + profile.budget_reserve
+    return 0.0 if topic == STOP else 1.0
 
 
 def spend(attention: Attention) -> Attention:

@@ -315,7 +315,7 @@ def _say(
         just_spoken=attention.just_spoken(attended, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
-        needed_messages=attention.needed(request.fused.urgency, profile),
+        needed_messages=attention.needed(request.fused.topic, request.fused.urgency, profile),
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":

@@ -332,6 +332,18 @@ def test_information_never_takes_the_message_that_is_kept_for_advice(messages: f
     }
 
 
+@given(messages=st.floats(0.0, 4.0), muted=st.booleans(), new=st.booleans())
+def test_advice_to_stop_waits_for_no_budget_and_is_muted_like_any_other(
+    messages: float, muted: bool, new: bool
+) -> None:
+    asked = request(fused=fused(topic="stop", urgency="advice", muted=muted, new_information=new))
+    inputs = mirror(asked)
+    held = Attention(messages=messages, refilled_ns=inputs.now_ns)
+    verdict = decide(asked, replace(inputs, state=replace(inputs.state, attention=held)), CALIBRATED)
+    assert verdict.decision.kind == ("SPEAK" if new and not muted else "SILENT")
+    assert 0.0 <= verdict.state.attention.messages <= messages
+
+
 def test_a_standing_hazard_is_said_again_but_not_every_tick() -> None:
     asked = request(fused=fused(hazard="closing_lead"))
     state, spoken = mirror(asked).state, 0
