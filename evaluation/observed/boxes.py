@@ -22,11 +22,13 @@ from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things
+from evaluation.observed.swept import swept
 from proto.perception import ObjectClass
 from proto.sensors import Calibration
 from proto.truth import Truth
 from services.perception.camera import Camera
 from services.perception.detection import Detection
+from services.perception.pipeline import Perception, Seen
 from services.perception.projection import Range, find_range, hiding
 from services.simulator import sensors
 from services.simulator.session import CAMERAS
@@ -49,6 +51,8 @@ class Found(NamedTuple):
 
     detection: Detection
     range: Range | None
+    thing: Thing | None = None
+    """What it is of; None: of nothing."""
 
 
 class Eye:
@@ -77,8 +81,22 @@ class Eye:
             if detection is not None:
                 detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
-        found = [Found(each, self._range(each, thing, row, stamp_ns, boxes)) for each, thing, row in detections]
+        found = [Found(each, self._range(each, thing, row, stamp_ns, boxes), thing) for each, thing, row in detections]
         return [*found, *self._haunted(truth.speed_mps, stamp_ns)]
+
+    def understood(self, pipeline: Perception, truth: Truth, stamp_ns: int, frame: int) -> Seen:
+        """What production makes of what is found in the picture taken then."""
+        found = self.look(truth, stamp_ns)
+        measured = [
+            (each.thing, each.range.depth_m, each.thing.depth_m > FAR_M)
+            for each in found
+            if each.thing is not None and each.range is not None and each.range.source == "lidar"
+            and each.thing.hidden < HALF_HIDDEN
+        ]  # fmt: skip
+        spec = self.lens.camera
+        sweeps = swept(measured, (spec.x_m, spec.y_m), truth.speed_mps, self._seed, self.camera, stamp_ns)
+        boxes = [(each.detection, each.detection, each.range) for each in found]
+        return pipeline.understood(self.camera, stamp_ns, frame, self._camera, boxes, None, sweeps)
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
         whose = f"{self.camera}/{thing.key}"

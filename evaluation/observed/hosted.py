@@ -26,7 +26,6 @@ from proto.truth import Truth
 from proto.vehicle import Ego
 from proto.weather import CameraWeather, Within
 from services.drivelm.service import Bindings, DrivelmConfig
-from services.perception.camera import Camera
 from services.perception.detection import Detection
 from services.perception.pipeline import Perception
 from services.perception.service import STALE_NS, PerceptionConfig
@@ -72,7 +71,6 @@ class ModelledPerception:
         node.detail["detector"] = "modelled"
         self._weather, self._frames = card.weather, dict.fromkeys(config.cameras, 0)
         self._eyes = {name: Eye(card, name, config.seed) for name in config.cameras}
-        self._cameras = {name: Camera.of(eye.calibration) for name, eye in self._eyes.items()}
         self.pipeline = Perception(Blind())
         for name, eye in self._eyes.items():
             self.pipeline.calibrate(name, eye.calibration)
@@ -111,8 +109,7 @@ class ModelledPerception:
 
     def _see(self, name: str, truth: Truth, stamp_ns: int) -> None:
         self._frames[name] += 1
-        found = [(each.detection, each.detection, each.range) for each in self._eyes[name].look(truth, stamp_ns)]
-        seen = self.pipeline.understood(name, stamp_ns, self._frames[name], self._cameras[name], found, None)
+        seen = self._eyes[name].understood(self.pipeline, truth, stamp_ns, self._frames[name])
         self._node.publish(topics.BOXES, seen.boxes, stamp_ns=stamp_ns)
         if seen.lanes is not None:
             self._node.publish(topics.LANES, seen.lanes, stamp_ns=stamp_ns)

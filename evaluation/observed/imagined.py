@@ -9,7 +9,6 @@ from proto.perception import Boxes
 from proto.scene import Fact, Facts
 from proto.vehicle import Ego
 from services.drivelm.front_end import Sighting
-from services.perception.camera import Camera
 from services.perception.pipeline import Perception
 
 SETTLE_NS = 100_000_000
@@ -19,7 +18,6 @@ def imagine(recording: Recording, card: Card, seed: int) -> Recording:
     """Boxes, tracks and facts drawn for every picture that the recording has boxes of. There is no map."""
     told = Recording(spec=recording.spec, truths=recording.truths)
     eyes = {name: Eye(card, name, seed) for name in ("front", "tele")}
-    cameras = {name: Camera.of(eye.calibration) for name, eye in eyes.items()}
     pipeline, end = Perception(Blind()), ModelledFrontEnd(card, seed, home="DEU", max_reads=8)
     for name, eye in eyes.items():
         pipeline.calibrate(name, eye.calibration)
@@ -36,8 +34,7 @@ def imagine(recording: Recording, card: Card, seed: int) -> Recording:
         for boxes in pictures.get(stamp_ns, ()):
             name = boxes.camera
             end.know(truth, stamp_ns)
-            found = [(each.detection, each.detection, each.range) for each in eyes[name].look(truth, stamp_ns)]
-            seen = pipeline.understood(name, stamp_ns, boxes.frame, cameras[name], found, None)
+            seen = eyes[name].understood(pipeline, truth, stamp_ns, boxes.frame)
             told.boxes.append((stamp_ns, seen.boxes))
             if seen.tracks is not None:
                 told.tracks.append((stamp_ns, seen.tracks))

@@ -150,8 +150,12 @@ class Perception:
         camera: Camera,
         found: Sequence[tuple[Detection, Detection, Range | None]],
         sweep: ProjectedSweep | None,
+        sweeps: Sweeps | None = None,
     ) -> Seen:
-        """What follows from a picture's detections (as found, and undistorted) with their ranges."""
+        """What follows from a picture's detections (as found, and undistorted) with their ranges.
+
+        `sweeps`: the last two, where they are not those that were taken.
+        """
         self._seen_ns[camera_id] = stamp_ns
         straight, ranges = [each for _, each, _ in found], [each for *_, each in found]
         others = self._others(camera_id, stamp_ns)
@@ -159,7 +163,7 @@ class Perception:
             replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, far, camera, sweep, others) else each
             for each, far in zip(straight, ranges, strict=True)
         ]
-        owners = self._owners(camera_id, stamp_ns, weighed, ranges, camera)
+        owners = self._owners(camera_id, stamp_ns, weighed, ranges, camera, sweeps or self._sweeps(stamp_ns))
         boxes = Boxes(
             camera=camera_id,
             frame=frame,
@@ -237,6 +241,7 @@ class Perception:
         detections: Sequence[Detection],
         ranges: Sequence[Range | None],
         camera: Camera,
+        sweeps: Sweeps | None,
     ) -> list[int]:
         """Track ids: road users from the ego-frame tracker, what stands still from the camera's own."""
         owners = [0] * len(detections)
@@ -257,7 +262,7 @@ class Perception:
         sightings = [each for _, each in users]
         if camera_id == self._primary(stamp_ns):
             sightings = self._with_movers(sightings, stamp_ns, sees)
-        moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, self._sweeps(stamp_ns))
+        moving = self.tracker.step(stamp_ns, sightings, self._ego_state(stamp_ns), sees, sweeps)
         for (index, _), owner in zip(users, moving[: len(users)], strict=True):
             owners[index] = owner
         still = [index for index, detection in enumerate(detections) if detection.kind in STILL]

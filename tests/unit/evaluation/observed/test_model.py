@@ -13,7 +13,7 @@ from evaluation.observed.boxes import Eye
 from evaluation.observed.card import SPREADS, Card, Line, read_card
 from evaluation.observed.clutter import clutter
 from evaluation.observed.faces import CLASSES
-from evaluation.observed.hosted import CARD, weather_told
+from evaluation.observed.hosted import CARD, Blind, weather_told
 from evaluation.observed.imagined import imagine
 from evaluation.observed.noise import Chain, Drift
 from evaluation.observed.pairing import Look, Stray, looks
@@ -25,6 +25,8 @@ from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from proto.perception import Box, Boxes
 from proto.truth import TrueActor, Truth
+from proto.vehicle import Ego
+from services.perception.pipeline import Perception
 from services.simulator.session import CAMERAS
 
 NS = 1_000_000_000
@@ -277,3 +279,33 @@ def test_the_model_is_what_it_says(card: Card) -> None:
     assert {"front/vehicle", "tele/sign"} <= set(card.found)
     assert all(isinstance(each.seen.odds, Line) and each.pictures > 40 for each in card.found.values())
     assert card.provenance["runs"]
+
+
+def test_the_first_measured_range_comes_with_the_sweep_before_which_tells_the_speed(card: Card) -> None:
+    errors = sorted(abs(speed_error(card, seed)) for seed in range(15))
+    assert errors[7] < 2.0, "14 without the sweep before"
+
+
+def speed_error(card: Card, seed: int) -> float:
+    """Of an oncoming car that was followed by guessed ranges for a second, in the first picture with a measured one."""
+    pipeline = Perception(Blind())
+    guessing, measuring = (Eye(by_lidar(card, odds), "front", seed) for odds in (-30.0, 30.0))
+    pipeline.calibrate("front", guessing.calibration)
+    for k in range(20):
+        at, x_m = NS + k * NS // 10, 90.0 - 5.0 * k
+        then = truth(k / 10, msgspec.structs.replace(car(1, x_m, 3.0), vx_mps=-50.0))
+        pipeline.ego(at, Ego(speed_mps=then.speed_mps, yaw_rate_radps=0.0))
+        seen = (measuring if k >= 10 else guessing).understood(pipeline, then, at, k)
+        if seen.tracks is not None and seen.tracks.tracks and any(b.range_source == "lidar" for b in seen.boxes.boxes):
+            return min(seen.tracks.tracks, key=lambda each: abs(each.x_m - x_m)).vx_mps + 50.0
+    raise AssertionError("no picture showed it")
+
+
+def by_lidar(card: Card, odds: float) -> Card:
+    """The model with ranges that are all measured, or all guessed."""
+    weights = (odds,) + 8 * (0.0,)
+    ranged = {
+        name: msgspec.structs.replace(each, lidar=msgspec.structs.replace(each.lidar, weights=weights))
+        for name, each in card.ranged.items()
+    }
+    return msgspec.structs.replace(card, ranged=ranged)
