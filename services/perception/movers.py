@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from services.perception.kalman import Fix, Floats
 from services.perception.sizes import CAR, LORRY
-from services.perception.tracker import EgoState, OverGround, Sighting
+from services.perception.tracked import EgoState, OverGround, Sighting
 
 BACK_S, LEAST_BACK_S = 0.4, 0.25
 """How much earlier the sweep is that showed free space; younger ones show too little of who moves."""

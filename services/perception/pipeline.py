@@ -25,7 +25,8 @@ from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
 from services.perception.projection import ProjectedSweep, Range, find_range, hiding
 from services.perception.stamps import Stamps
-from services.perception.tracker import EgoState, Sighting, Tracker
+from services.perception.tracked import EgoState, Sighting
+from services.perception.tracker import Tracker
 
 FRONT = "front"
 PRIMARY_WAIT_NS = 1_000_000_000

@@ -13,7 +13,7 @@ from services.perception.detection import Detection
 from services.perception.kalman import Fix
 from services.perception.projection import EDGE_PX, Range
 from services.perception.sizes import PERSON, Body, body_of
-from services.perception.tracker import Sighting
+from services.perception.tracked import Sighting
 
 ACROSS_SIGMA_PX, ACROSS_SIGMA_M = 2.0, 0.12
 PERSON_SIGMA_PX, PERSON_SIGMA_M = 0.8, 0.04

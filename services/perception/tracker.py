@@ -1,4 +1,4 @@
-"""Tracks of road users over time: gating, assignment, confirmation, coasting through drop-outs.
+"""Tracks of road users over time: confirmation, motion, coasting through drop-outs.
 
 A track keeps its id while it is unseen for up to a second; its sigma grows and its confidence falls meanwhile.
 """
@@ -9,19 +9,17 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from proto.perception import ActorClass, Track
-from services.perception.assignment import greedy
+from services.perception.association import GATE, is_measured, pairs, scales
 from services.perception.kalman import (
     EgoMotion,
     Estimate,
     Fix,
     Floats,
     Noise,
-    correction,
     distance,
     predict,
     rescaled,
@@ -30,20 +28,9 @@ from services.perception.kalman import (
     with_speed,
 )
 from services.perception.lookback import Sweeps, fix_before
-from services.perception.sizes import PERSON, Body
+from services.perception.sizes import Body
+from services.perception.tracked import EgoState, Sighting, Tracked
 
-GATE = 13.8
-"""Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
-SWERVE_GATE, SWERVE_M = 60.0, 2.5
-"""A confirmed track left without a fix takes a measured one that is left over as well, this near: it swerved or braked
-harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
-could stand: else it would take what stands beside it."""
-SURE_SHARE = 0.03
-"""A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
-SCALE_SIGMA = 0.2
-"""Of the logarithm of the factor by which guessed ranges are wrong."""
-MOST_FACTOR, NEAR_M = 2.0, 5.0
-"""Between a fix and its track's range; nearer than the second all counts as that."""
 CONFIRMING = ((3, 0.35), (6, 0.25), (2, 0.5))
 """A track is published after this many hits when it is so sure."""
 TENTATIVE_S = 0.35
@@ -77,59 +64,6 @@ BODY_SMOOTHING = 0.15
 DUPLICATE_M = (2.5, 1.0)
 
 
-class OverGround(NamedTuple):
-    """A velocity over ground in the ego's axes, and one sigma of either part."""
-
-    ahead_mps: float
-    across_mps: float
-    sigma_mps: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sighting:
-    """A detection placed in the ego frame: `fix` of the near surface, the body it seems to have."""
-
-    kind: ActorClass
-    fix: Fix
-    score: float
-    body: Body = PERSON
-    across_sigma_mps: float = 2.0
-    """Of its speed across, should it be new; it is taken to have none."""
-    over_ground: OverGround | None = None
-    """Where two sweeps tell it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tracked:
-    """A track's state between two instants."""
-
-    track_id: int
-    kind: ActorClass
-    estimate: Estimate
-    body: Body
-    born_ns: int
-    seen_ns: int
-    hits: int = 1
-    sure: float = 0.0
-    """Mean score of late, pictures without it as 0."""
-    confirmed: bool = False
-    """It was sure enough to be published."""
-    ranged: bool = False
-    """Its range was measured at least once, not only guessed from size or ground."""
-    missed: bool = False
-    """The last picture of its place did not show it."""
-    ground_vx_mps: float | None = None
-    ax_mps2: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EgoState:
-    """The ego at an instant; None: unknown."""
-
-    speed_mps: float | None = None
-    yaw_rate_radps: float | None = None
-
-
 @dataclass(slots=True)
 class Tracker:
     """Feed it the sightings of each picture in order of their stamps."""
@@ -155,7 +89,7 @@ class Tracker:
         self._advance(stamp_ns, ego)
         tracks = list(self.tracks)
         owners = [0] * len(sightings)
-        for left, right in _pairs(tracks, sightings):
+        for left, right in pairs(tracks, sightings):
             known = _told_speed(tracks[left].estimate, sightings[right], ego)
             tracks[left] = _hit(replace(tracks[left], estimate=known), sightings[right], self._now_ns, sweeps)
             owners[right] = tracks[left].track_id
@@ -190,70 +124,6 @@ class Tracker:
         return [track for track in told if track.confidence >= SHOWN_CONFIDENCE]
 
 
-def _pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
-    """Track and sighting, by index: the likely ones first, then who swerved among those left over.
-
-    What a track of measured range explains is no first range of another whose own was only guessed.
-    """
-    costs = list(_costs(tracks, sightings, _likely))
-    explained = {right for _, left, right in costs if tracks[left].confirmed and tracks[left].ranged}
-    likely = greedy(
-        (cost, left, right)
-        for cost, left, right in costs
-        if not (right in explained and _scales(tracks[left], sightings[right].fix))
-    )
-    lefts, rights = ({pair[side] for pair in likely} for side in (0, 1))
-    swerved = greedy(
-        (cost, left, right)
-        for cost, left, right in _costs(tracks, sightings, _swerved)
-        if left not in lefts and right not in rights
-    )
-    return [*likely, *swerved]
-
-
-def _costs(
-    tracks: Sequence[Tracked], sightings: Sequence[Sighting], fits: Callable[[Tracked, Sighting, float], bool]
-) -> Iterator[tuple[float, int, int]]:
-    for left, track in enumerate(tracks):
-        for right, sighting in enumerate(sightings):
-            if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
-                squared, cost = _apart(track, sighting.fix)
-                if fits(track, sighting, squared):
-                    yield cost, left, right
-
-
-def _apart(track: Tracked, fix: Fix) -> tuple[float, float]:
-    """Squared distance and cost; of a first measured range those of the scaled estimate, and of how much it scales."""
-    if not _scales(track, fix):
-        return distance(track.estimate, fix)
-    squared, cost = distance(rescaled(track.estimate, fix), fix)
-    doubt = (math.log(correction(track.estimate, fix)) / SCALE_SIGMA) ** 2
-    return squared + doubt, cost + doubt
-
-
-def _scales(track: Tracked, fix: Fix) -> bool:
-    return track.kind == "vehicle" and not track.ranged and _measured(fix)
-
-
-def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
-    return squared <= GATE
-
-
-def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
-    if not (track.confirmed and squared <= SWERVE_GATE and _measured(sighting.fix)):
-        return False
-    along_m, across_m = np.abs(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist()
-    # Two bodies cannot stand in each other: what is seen in the track's own is the same one.
-    one_body = along_m < track.body.length_m and across_m < (track.body.width_m + sighting.body.width_m) / 2
-    return math.hypot(along_m, across_m) <= SWERVE_M and (not track.missed or one_body)
-
-
-def _as_far(mean: Floats, place: Floats) -> bool:
-    """Whether both are about equally far away: a range by size is vague, but vague as a factor, and nothing is it all along a ray."""
-    ours, theirs = (max(NEAR_M, math.hypot(float(x), float(y))) for x, y in (mean[:2], place))
-    return 1.0 / MOST_FACTOR <= ours / theirs <= MOST_FACTOR
-
-
 def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None) -> Tracked:
     share = BODY_SMOOTHING
     body = Body(
@@ -268,7 +138,7 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         seen_ns=now_ns,
         hits=hits,
         sure=sure,
-        ranged=track.ranged or _measured(sighting.fix),
+        ranged=track.ranged or is_measured(sighting.fix),
         confirmed=track.confirmed or any(hits >= least and sure >= needed for least, needed in CONFIRMING),
     )
 
@@ -281,7 +151,7 @@ def _believed(track: Tracked, score: float, now_ns: int) -> float:
 def _taken_in(track: Tracked, fix: Fix, sweeps: Sweeps | None) -> Estimate:
     """The estimate with the fix; with the first measured one also where the same thing was a sweep before, which tells its speed."""
     estimate = update(_ready(track, fix), fix)
-    before = fix_before(estimate, fix, sweeps) if sweeps is not None and _scales(track, fix) else None
+    before = fix_before(estimate, fix, sweeps) if sweeps is not None and scales(track, fix) else None
     return update(estimate, before) if before is not None else estimate
 
 
@@ -289,11 +159,7 @@ def _ready(track: Tracked, fix: Fix) -> Estimate:
     """The track's estimate such that it can take the fix in: a swerve widens it, the first measured range scales it."""
     squared, _ = distance(track.estimate, fix)
     estimate = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
-    return rescaled(estimate, fix) if _scales(track, fix) else estimate
-
-
-def _measured(fix: Fix) -> bool:
-    return math.sqrt(float(fix.covariance[0, 0])) < SURE_SHARE * max(NEAR_M, math.hypot(*fix.place.tolist()))
+    return rescaled(estimate, fix) if scales(track, fix) else estimate
 
 
 def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Tracked:
@@ -319,7 +185,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         born_ns=now_ns,
         seen_ns=now_ns,
         sure=BIRTH_SHARE * sighting.score,
-        ranged=_measured(sighting.fix),
+        ranged=is_measured(sighting.fix),
     )
 
 

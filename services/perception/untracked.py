@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from proto.perception import Track
 from services.perception.lookback import Sweeps
-from services.perception.tracker import BIRTH_SHARE, EgoState, Sighting, Tracker, as_message
+from services.perception.tracked import EgoState, Sighting
+from services.perception.tracker import BIRTH_SHARE, Tracker, as_message
 
 
 class Untracked(Tracker):

@@ -11,7 +11,8 @@ from services.perception.kalman import Fix
 from services.perception.lanes import lane_model
 from services.perception.lead import EGO_WIDTH_M, MARGIN_M, lead_of, place
 from services.perception.sizes import CAR
-from services.perception.tracker import EgoState, Sighting, Tracker
+from services.perception.tracked import EgoState, Sighting
+from services.perception.tracker import Tracker
 
 STEP_S, LANE_M = 0.1, 3.5
 STRIP_M = (EGO_WIDTH_M + CAR.width_m) / 2 + MARGIN_M

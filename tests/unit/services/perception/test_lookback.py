@@ -12,7 +12,8 @@ from proto.perception import Track
 from services.perception.kalman import Fix
 from services.perception.lookback import Sweeps
 from services.perception.sizes import CAR
-from services.perception.tracker import EgoState, Sighting, Tracker
+from services.perception.tracked import EgoState, Sighting
+from services.perception.tracker import Tracker
 
 STEP_NS, EGO = 100_000_000, EgoState(25.0, 0.0)
 FIRST_M, ASIDE_M = 40.0, 11.0

@@ -15,7 +15,7 @@ from services.perception.detection import Detection
 from services.perception.detector import Picture
 from services.perception.movers import NEAR_M, Movers
 from services.perception.pipeline import Perception
-from services.perception.tracker import EgoState, Sighting
+from services.perception.tracked import EgoState, Sighting
 from services.simulator import lidar
 from services.simulator.scene import FRONT
 from services.simulator.sensors import calibration

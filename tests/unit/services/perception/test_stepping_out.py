@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from services.perception.detection import Detection
 from services.perception.placing import Lag, sighting_of
 from services.perception.projection import Range
-from services.perception.tracker import EgoState, Tracker
+from services.perception.tracked import EgoState
+from services.perception.tracker import Tracker
 from tests.unit.services.perception.test_projection import CAMERA, box_of
 
 STEP_S, EGO_MPS = 0.05, 12.0

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from services.perception.kalman import Fix
 from services.perception.sizes import CAR
-from services.perception.tracker import EgoState, OverGround, Sighting, Tracker
+from services.perception.tracked import EgoState, OverGround, Sighting
+from services.perception.tracker import Tracker
 
 STEP_NS = 100_000_000
 

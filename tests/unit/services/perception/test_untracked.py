@@ -1,6 +1,7 @@
 """Without tracking each picture's road users are new ones."""
 
-from services.perception.tracker import EgoState, Tracker
+from services.perception.tracked import EgoState
+from services.perception.tracker import Tracker
 from services.perception.untracked import tracker_of
 from tests.unit.services.perception.test_tracker import STEP_NS, drive, sighting
 

@@ -1,0 +1,95 @@
+"""Which sighting is of which track: gating, by the squared Mahalanobis distance, and the cost of each pair."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from services.perception.assignment import greedy
+from services.perception.kalman import Fix, Floats, correction, distance, rescaled
+from services.perception.tracked import Sighting, Tracked
+
+GATE = 13.8
+"""Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""
+SWERVE_GATE, SWERVE_M = 60.0, 2.5
+"""A confirmed track left without a fix takes a measured one that is left over as well, this near: it swerved or braked
+harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
+could stand: else it would take what stands beside it."""
+SURE_SHARE = 0.03
+"""A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
+SCALE_SIGMA = 0.2
+"""Of the logarithm of the factor by which guessed ranges are wrong."""
+MOST_FACTOR, NEAR_M = 2.0, 5.0
+"""Between a fix and its track's range; nearer than the second all counts as that."""
+
+
+def pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
+    """Track and sighting, by index: the likely ones first, then who swerved among those left over.
+
+    What a track of measured range explains is no first range of another whose own was only guessed.
+    """
+    costs = list(_costs(tracks, sightings, _likely))
+    explained = {right for _, left, right in costs if tracks[left].confirmed and tracks[left].ranged}
+    likely = greedy(
+        (cost, left, right)
+        for cost, left, right in costs
+        if not (right in explained and scales(tracks[left], sightings[right].fix))
+    )
+    lefts, rights = ({pair[side] for pair in likely} for side in (0, 1))
+    swerved = greedy(
+        (cost, left, right)
+        for cost, left, right in _costs(tracks, sightings, _swerved)
+        if left not in lefts and right not in rights
+    )
+    return [*likely, *swerved]
+
+
+def _costs(
+    tracks: Sequence[Tracked], sightings: Sequence[Sighting], fits: Callable[[Tracked, Sighting, float], bool]
+) -> Iterator[tuple[float, int, int]]:
+    for left, track in enumerate(tracks):
+        for right, sighting in enumerate(sightings):
+            if track.kind == sighting.kind and _as_far(track.estimate.mean, sighting.fix.place):
+                squared, cost = _apart(track, sighting.fix)
+                if fits(track, sighting, squared):
+                    yield cost, left, right
+
+
+def _apart(track: Tracked, fix: Fix) -> tuple[float, float]:
+    """Squared distance and cost; of a first measured range those of the scaled estimate, and of how much it scales."""
+    if not scales(track, fix):
+        return distance(track.estimate, fix)
+    squared, cost = distance(rescaled(track.estimate, fix), fix)
+    doubt = (math.log(correction(track.estimate, fix)) / SCALE_SIGMA) ** 2
+    return squared + doubt, cost + doubt
+
+
+def scales(track: Tracked, fix: Fix) -> bool:
+    """Whether a fix is the first measured range of a vehicle whose own were only guessed."""
+    return track.kind == "vehicle" and not track.ranged and is_measured(fix)
+
+
+def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
+    return squared <= GATE
+
+
+def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
+    if not (track.confirmed and squared <= SWERVE_GATE and is_measured(sighting.fix)):
+        return False
+    along_m, across_m = np.abs(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist()
+    # Two bodies cannot stand in each other: what is seen in the track's own is the same one.
+    one_body = along_m < track.body.length_m and across_m < (track.body.width_m + sighting.body.width_m) / 2
+    return math.hypot(along_m, across_m) <= SWERVE_M and (not track.missed or one_body)
+
+
+def _as_far(mean: Floats, place: Floats) -> bool:
+    """Whether both are about equally far away: a range by size is vague, but vague as a factor, and nothing is it all along a ray."""
+    ours, theirs = (max(NEAR_M, math.hypot(float(x), float(y))) for x, y in (mean[:2], place))
+    return 1.0 / MOST_FACTOR <= ours / theirs <= MOST_FACTOR
+
+
+def is_measured(fix: Fix) -> bool:
+    """Whether its range is measured, not guessed by size or ground."""
+    return math.sqrt(float(fix.covariance[0, 0])) < SURE_SHARE * max(NEAR_M, math.hypot(*fix.place.tolist()))

@@ -1,0 +1,63 @@
+"""Road users as sightings of one picture, and as what is known of them over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from proto.perception import ActorClass
+from services.perception.kalman import Estimate, Fix
+from services.perception.sizes import PERSON, Body
+
+
+class OverGround(NamedTuple):
+    """A velocity over ground in the ego's axes, and one sigma of either part."""
+
+    ahead_mps: float
+    across_mps: float
+    sigma_mps: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sighting:
+    """A detection placed in the ego frame: `fix` of the near surface, the body it seems to have."""
+
+    kind: ActorClass
+    fix: Fix
+    score: float
+    body: Body = PERSON
+    across_sigma_mps: float = 2.0
+    """Of its speed across, should it be new; it is taken to have none."""
+    over_ground: OverGround | None = None
+    """Where two sweeps tell it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """A track's state between two instants."""
+
+    track_id: int
+    kind: ActorClass
+    estimate: Estimate
+    body: Body
+    born_ns: int
+    seen_ns: int
+    hits: int = 1
+    sure: float = 0.0
+    """Mean score of late, pictures without it as 0."""
+    confirmed: bool = False
+    """It was sure enough to be published."""
+    ranged: bool = False
+    """Its range was measured at least once, not only guessed from size or ground."""
+    missed: bool = False
+    """The last picture of its place did not show it."""
+    ground_vx_mps: float | None = None
+    ax_mps2: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EgoState:
+    """The ego at an instant; None: unknown."""
+
+    speed_mps: float | None = None
+    yaw_rate_radps: float | None = None
