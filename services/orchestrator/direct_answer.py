@@ -6,7 +6,8 @@ from services.orchestrator.answers import degraded, results
 from services.orchestrator.ask import Ask
 from services.orchestrator.inputs import Method
 from services.orchestrator.messages import say
-from services.orchestrator.question import Answer, Subject, used
+from services.orchestrator.question import Subject
+from services.orchestrator.question_answer import Answer, used
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
 

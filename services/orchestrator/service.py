@@ -23,7 +23,8 @@ from services.orchestrator.direct_answer import direct_answer
 from services.orchestrator.events import new, out_of_bounds
 from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, finite, road_ahead
 from services.orchestrator.preferences import changed, remembered
-from services.orchestrator.question import Answer, answer, calls_for, in_language, subject_of
+from services.orchestrator.question import calls_for, in_language, subject_of
+from services.orchestrator.question_answer import Answer, answer
 from services.orchestrator.ratelimit import Given, admit
 from services.orchestrator.routing import Call
 from services.orchestrator.state import State

@@ -41,7 +41,8 @@ from services.logger.forms import LOGGED, record
 from services.logger.reader import messages
 from services.logger.verify import verify
 from services.orchestrator.inputs import OWN_TOOLS
-from services.orchestrator.question import answer, calls_for, subject_of
+from services.orchestrator.question import calls_for, subject_of
+from services.orchestrator.question_answer import answer
 from services.orchestrator.tick import redecide, trace_of
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import lookup_rule

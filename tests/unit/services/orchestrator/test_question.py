@@ -9,7 +9,8 @@ from proto.rules import RulesAnswer
 from proto.tools import Outcome
 from proto.vehicle import Degradation, DtcText
 from proto.weather import Conditions
-from services.orchestrator.question import LAW_QUERIES, Answer, answer, calls_for, in_language, subject_of
+from services.orchestrator.question import LAW_QUERIES, calls_for, in_language, subject_of
+from services.orchestrator.question_answer import Answer, answer
 from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
