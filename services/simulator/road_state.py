@@ -119,8 +119,8 @@ def wet_film_mm(sky: Sky) -> float:
 
 
 def friction(cover: Cover, road: Road, road_c: float, speed_mps: float) -> float:
-    """mu under sound tyres at a speed: water first, then frost, snow and ice over their shares of the ground."""
-    mu = _wet(cover.film_mm, road, speed_mps)
+    """mu under sound tyres at a speed, forwards or backwards: water first, then frost, snow and ice over their shares of the ground."""
+    mu = _wet(cover.film_mm, road, abs(speed_mps))
     cold = min(0.0, road_c)
     for depth_mm, covers_mm, slippery in (
         (cover.frost_mm, 0.04, 0.36 - 0.10 * math.exp(cold / 3.0)),

@@ -1,6 +1,8 @@
 """Snow, ice, frost and water on the simulated road, and the friction that they leave."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from services.simulator.plan import WeatherPlan
 from services.simulator.road_state import draw_road
@@ -23,6 +25,13 @@ def test_water_takes_more_grip_the_faster_one_drives_and_a_dry_road_none() -> No
     wet, dry = course(rain_mm_h=30).at(60), course().at(60)
     assert wet.mu_at(5.0) > wet.mu_at(20.0) > wet.mu_at(38.0)
     assert dry.mu_at(5.0) == dry.mu_at(38.0)
+
+
+@given(speed=st.floats(0.0, 60.0), rain=st.floats(0.0, 60.0))
+def test_grip_is_a_share_whichever_way_one_drives(speed: float, rain: float) -> None:
+    wet = course(rain_mm_h=rain).at(60)
+    assert 0.0 < wet.mu_at(speed) < 1.2
+    assert wet.mu_at(-speed) == wet.mu_at(speed), "a car that has stopped may go backwards by a rounding error"
 
 
 def test_rain_on_a_frozen_road_becomes_ice() -> None:
