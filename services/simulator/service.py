@@ -23,6 +23,7 @@ from services.simulator.studio import Studio, StudioError
 
 STATE_PERIOD_S = 0.5
 LONGEST_S = 3600.0
+BROKE_OFF = "the drive broke off; the service's log says why"
 
 
 class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -164,12 +165,18 @@ class Simulator:
         try:
             goes_on = drive.step()
         except (LockstepError, StudioError) as error:
-            self.problem = str(error)
-            self._node.log.error("the drive ends: %s", error)
-            drive.session.finished = True
-            self.report()
+            self._break_off(drive, str(error))
             return
+        except BaseException:
+            self._break_off(drive, BROKE_OFF)
+            raise
         self._node.run_soon(self._step if goes_on else self.report)
+
+    def _break_off(self, drive: Conductor, why: str) -> None:
+        self.problem = why
+        self._node.log.error("the drive ends: %s", why)
+        drive.session.finished = True
+        self.report()
 
     def _conduct(self, now_ns: int) -> None:
         self._node.conduct_step(now_ns)
@@ -206,13 +213,14 @@ class Simulator:
         if drive is None:
             name = Path(self._config.scenario).stem
             return ScenarioState(scenario=name, seed=self._config.seed, time_s=0.0, duration_s=0.0, running=False)
-        return drive.session.scenario_state(drive.session.world.time_s)
+        told = drive.session.scenario_state(drive.session.world.time_s)
+        return msgspec.structs.replace(told, problem=self.problem)
 
     def report(self) -> None:
         """Publish the state where no step does: before the start, and after the end."""
         drive = self._drive
         if isinstance(drive, RealTime) and not drive.alive and not drive.completed and not self.problem:
-            self.problem = "the drive broke off; the service's log says why"
+            self.problem = BROKE_OFF
             self._node.log.error(self.problem)
         driving = drive.alive if isinstance(drive, RealTime) else drive is not None and not drive.session.finished
         if not driving:

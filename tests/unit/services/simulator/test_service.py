@@ -11,6 +11,7 @@ from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
+from services.simulator.moment import Moment
 from services.simulator.service import SERVICE, SimulatorConfig
 from services.simulator.session import CAMERAS
 from services.simulator.studio import Order, Studio, StudioError
@@ -112,6 +113,21 @@ def test_in_lockstep_stamps_are_the_simulation_s(file: str) -> None:
         infos = clocks.infos
         assert [info.stamp_ns for info in infos[:3]] == [10**12 + step * 50_000_000 for step in (1, 2, 3)]
         assert all(tick.lockstep for tick in clocks.messages)
+
+
+def test_a_lockstep_drive_that_breaks_off_says_so_and_ends(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = World.step
+
+    def breaking(world: World, *inputs: Any) -> Moment:
+        if world.time_s > 0.5:
+            raise ArithmeticError("a bug")
+        return step(world, *inputs)
+
+    monkeypatch.setattr(World, "step", breaking)
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+        stack.start(SERVICE, config(file, lockstep=True, seconds=2.0))
+        assert "broke off" in states.wait(lambda state: state.finished).problem
 
 
 def open_studio(world: World) -> Studio:
