@@ -61,6 +61,11 @@ class Who:
     """Who is slower across does not cross."""
 
 
+def _walks_in(track: Track) -> bool:
+    """Whether a person would be told of: in the path, or on his way into it."""
+    return track.kind == "pedestrian" and well_seen(track) and crosses(track)
+
+
 CARS = Who(
     hazard="priority",
     seconds=16.0,
@@ -75,8 +80,8 @@ PEOPLE = Who(
     seconds=10.0,
     near_m=2.0,
     places=lambda plan: (each.at_m for each in plan.crossers if each.when_ego_within_m is not None),
-    comes=lambda track: track.kind == "pedestrian" and well_seen(track) and crosses(track),
-    seems=lambda track: track.kind == "pedestrian" and well_seen(track) and crosses(track) and not track.in_ego_path,
+    comes=_walks_in,
+    seems=lambda track: _walks_in(track) and not track.in_ego_path,
     moves_mps=0.3,
 )
 WHO = {"cars": CARS, "people": PEOPLE}

@@ -12,7 +12,7 @@ from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.kalman import Fix
 from services.perception.projection import EDGE_PX, Range
-from services.perception.sizes import PERSON, Body, body_of
+from services.perception.sizes import Body, body_of
 from services.perception.tracked import Sighting
 
 ACROSS_SIGMA_PX, ACROSS_SIGMA_M = 2.0, 0.12
@@ -53,7 +53,7 @@ def sighting_of(
     if detection.kind != "vehicle" and detection.kind != "pedestrian":
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
-    covered = _outer_edge_hidden(detection, camera, hiding) or _reaches_out(detection, found, camera)
+    covered = _outer_edge_hidden(detection, camera, hiding) or _reaches_out(detection, found, camera, body)
     flank_m = _beside_m(detection, found, camera, body, hiding, covered=covered)
     place = _place(detection, found, camera, body, flank_m, covered=covered)
     covariance = _covariance(detection, found, camera, place, body, flank_m, covered=covered)
@@ -87,12 +87,12 @@ def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[De
     return cut or any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
 
 
-def _reaches_out(detection: Detection, found: Range, camera: Camera) -> bool:
+def _reaches_out(detection: Detection, found: Range, camera: Camera, body: Body) -> bool:
     """Whether a person's body goes on beyond the picture's end, wherever the box ends."""
     if detection.kind != "pedestrian":
         return False
     c = camera.calibration
-    wide_px = PERSON.width_m * c.fx_px / found.depth_m
+    wide_px = body.width_m * c.fx_px / found.depth_m
     return detection.x1_px - wide_px < EDGE_PX or detection.x0_px + wide_px > c.width_px - EDGE_PX
 
 
@@ -148,7 +148,7 @@ def _place(
         elif whole and beside and wide_m < LENGTHWISE * body.width_m:
             u = corner
     elif covered:
-        half = max(PERSON.width_m * c.fx_px / found.depth_m, detection.width_px) / 2
+        half = max(body.width_m * c.fx_px / found.depth_m, detection.width_px) / 2
         u = detection.x1_px - half if u < c.cx_px else detection.x0_px + half
     point = camera.eye + camera.ray(u, detection.centre_px[1]) * found.depth_m
     place: Floats = point[:2]

@@ -212,8 +212,9 @@ class Simulator:
         drive = self._drive
         if drive is None:
             name = Path(self._config.scenario).stem
-            return ScenarioState(scenario=name, seed=self._config.seed, time_s=0.0, duration_s=0.0, running=False)
-        told = drive.session.scenario_state(drive.session.world.time_s)
+            told = ScenarioState(scenario=name, seed=self._config.seed, time_s=0.0, duration_s=0.0, running=False)
+        else:
+            told = drive.session.scenario_state(drive.session.world.time_s)
         return msgspec.structs.replace(told, problem=self.problem)
 
     def report(self) -> None:

@@ -240,13 +240,7 @@ def test_weather_that_no_run_had_is_not_told(card: Card) -> None:
 
 
 def test_a_class_whose_range_lidar_never_measured_gets_none_by_lidar(card: Card) -> None:
-    ranged = {
-        name: msgspec.structs.replace(
-            each, errors={}, lidar=msgspec.structs.replace(each.lidar, weights=(9.0,) + 8 * (0.0,))
-        )
-        for name, each in card.ranged.items()
-    }
-    eye = Eye(msgspec.structs.replace(card, ranged=ranged), "front", 1)
+    eye = Eye(by_lidar(card, 9.0, errors={}), "front", 1)
     found = [each for k in range(20) for each in eye.look(truth(k / 10, car(1, 25.0)), NS + k * NS // 10)]
     assert found
     assert all(each.range is None or each.range.source != "lidar" or each.range.returns == 3 for each in found)
@@ -301,11 +295,11 @@ def speed_error(card: Card, seed: int) -> float:
     raise AssertionError("no picture showed it")
 
 
-def by_lidar(card: Card, odds: float) -> Card:
-    """The model with ranges that are all measured, or all guessed."""
+def by_lidar(card: Card, odds: float, **fields: object) -> Card:
+    """The model with ranges that are all measured, or all guessed; `fields` of them changed."""
     weights = (odds,) + 8 * (0.0,)
     ranged = {
-        name: msgspec.structs.replace(each, lidar=msgspec.structs.replace(each.lidar, weights=weights))
+        name: msgspec.structs.replace(each, lidar=msgspec.structs.replace(each.lidar, weights=weights), **fields)
         for name, each in card.ranged.items()
     }
     return msgspec.structs.replace(card, ranged=ranged)

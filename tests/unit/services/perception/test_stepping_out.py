@@ -70,8 +70,8 @@ def test_who_stands_and_leaves_the_picture_as_he_is_passed_does_not_seem_to_step
         low, high = max(box.x0_px, inside_px), min(box.x1_px, width_px - inside_px)
         if high - low < 6.0:
             break
-        box = replace(box, x0_px=low, x1_px=high) if low > box.x0_px or high < box.x1_px else box
-        seen = sighting_of(box, Range(depth_m=x_m - 0.6, sigma_m=0.15, source="lidar"), CAMERA, Lag())
+        cut = replace(box, x0_px=low, x1_px=high)
+        seen = sighting_of(cut, Range(depth_m=x_m - 0.6, sigma_m=0.15, source="lidar"), CAMERA, Lag())
         assert seen is not None
         tracker.step(round((k + 1) * STEP_S * 1e9), [seen], EgoState(ego_mps, 0.0))
         inwards = [-side * track.vy_mps for track in tracker.published() if track.age_s >= KNOWN_S]
