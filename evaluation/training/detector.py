@@ -38,10 +38,11 @@ from evaluation.training.dataset import (
     render_stage,
     write_shard,
 )
-from evaluation.training.detector_batches import SCALES, SHAPES, SOUGHT, SOUGHT_SHARE, Batch, batches
+from evaluation.training.detector_batches import CROPS, SOUGHT, SOUGHT_SHARE, Batch, batches
 from evaluation.training.detector_int8 import FLOAT, origin, quantise
 from evaluation.training.detector_net import DetectorNet, ExportNet, grown, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
+from evaluation.training.detector_start import begin_with_exported
 from services.perception.detection import Detection
 from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
@@ -66,7 +67,7 @@ class Plan:
     minutes: float
     state: Path
     start: Path | None = None
-    """Another run's state, whose averaged weights this one begins with, as far as they fit."""
+    """Another run's state, whose averaged weights this one begins with as far as they fit, or an exported network."""
     peak_rate: float = PEAK_RATE
 
 
@@ -110,7 +111,9 @@ def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
     torch.manual_seed(plan.seed)
     net = DetectorNet(len(CLASSES))
     net.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    if plan.start is not None:
+    if plan.start is not None and plan.start.suffix == ".onnx":
+        begin_with_exported(net, plan.start, batches(frames, plan.seed))
+    elif plan.start is not None:
         _begin_with(net, torch.load(plan.start, weights_only=True)["average"])
     average = copy.deepcopy(net)
     optimiser = torch.optim.AdamW(net.parameters(), lr=PEAK_RATE, weight_decay=WEIGHT_DECAY)
@@ -275,7 +278,7 @@ def main() -> None:
     parser.add_argument(
         "--state", type=Path, help="where the run keeps its state; an interrupted run continues from it"
     )
-    parser.add_argument("--start", type=Path, help="another run's state, whose weights this run begins with")
+    parser.add_argument("--start", type=Path, help="another run's state, or an exported network (.onnx), to begin with")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "models" / "detector.onnx")
     parser.add_argument("--only-measure", action="store_true", help="choose and measure anew for the network at --out")
     parser.add_argument("--choose", type=Path, help="with --only-measure: frames never trained on, to choose with")
@@ -317,8 +320,7 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "minutes": plan.minutes,
         "seed": plan.seed,
         "recipe": {
-            "batches": [list(shape) for shape in SHAPES],
-            "scales": list(SCALES),
+            "batches": [crops._asdict() for crops in CROPS],
             "sought": SOUGHT,
             "sought_share": SOUGHT_SHARE,
             "peak_rate": plan.peak_rate,

@@ -6,6 +6,7 @@ import queue
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -15,9 +16,24 @@ from evaluation.training.dataset import CLASSES, Frames, counted
 from evaluation.training.detector_targets import Targets, encode
 from evaluation.training.lens import through_lens
 
-SHAPES = ((288, 448, 12), (288, 448, 12), (384, 640, 6))
-"""Height, width, pictures of a batch; one is drawn for each batch."""
+
+class Crops(NamedTuple):
+    """The pictures of a batch: height and width in px, how many there are, and how much they may be enlarged."""
+
+    height: int
+    width: int
+    pictures: int
+    scales: tuple[float, float]
+
+
 SCALES = (0.7, 1.5)
+CROPS = (
+    Crops(288, 448, 12, SCALES),
+    Crops(288, 448, 12, SCALES),
+    Crops(384, 640, 6, SCALES),
+    Crops(192, 1280, 6, (2.0, 2.4)),
+)
+"""One is drawn for each batch. The last is what the closer look shows."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.5
@@ -54,13 +70,15 @@ def _showing(frames: Frames, kind: int) -> NDArray[np.int64]:
 
 
 def _batch(frames: Frames, showing: list[NDArray[np.int64]], rng: np.random.Generator) -> Batch:
-    height, width, count = SHAPES[int(rng.integers(len(SHAPES)))]
+    height, width, count, scales = CROPS[int(rng.integers(len(CROPS)))]
     pictures, targets = [], []
     for _ in range(count):
         kind = int(rng.choice(len(CLASSES), p=[SOUGHT[each] for each in CLASSES]))
         sought = kind if rng.uniform() < SOUGHT_SHARE else None
         index = int(rng.integers(len(frames)) if sought is None else rng.choice(showing[kind]))
-        picture, objects = augmented(frames.pictures[index], frames.objects[index], (height, width), rng, sought)
+        picture, objects = augmented(
+            frames.pictures[index], frames.objects[index], (height, width), rng, sought, scales
+        )
         pictures.append(picture)
         targets.append(encode(objects, height, width))
     stacked = Targets(*(np.stack([getattr(t, name) for t in targets]) for name in ("heat", "mask", "sides", "weight")))
@@ -73,15 +91,17 @@ def augmented(
     shape: tuple[int, int],
     rng: np.random.Generator,
     sought: int | None = None,
+    scales: tuple[float, float] = SCALES,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
     """A crop of `shape` (height, width) around some object, mostly of the sought class if one is, scaled, relit; objects follow.
 
     Mirrored only where no sign's or panel's face is in the picture: there are no mirrored signs.
     """
-    scale = float(np.exp(rng.uniform(*np.log(SCALES))))
+    scale = float(np.exp(rng.uniform(*np.log(scales))))
     left, top = _corner(picture, _candidates(objects, sought), shape, scale, rng)
     move = np.array([[scale, 0.0, -left * scale], [0.0, scale, -top * scale]])
-    crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=cv2.INTER_LINEAR).astype(np.uint8, copy=False)
+    between = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_LINEAR
+    crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=between).astype(np.uint8, copy=False)
     moved = _moved(objects, scale, left, top, shape)
     if rng.uniform() < 0.5 and not np.isin(moved[:, 0], FIXED_FACES).any():
         crop = crop[:, ::-1]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from evaluation.training.dataset import CLASSES, Frames
-from evaluation.training.detector_batches import augmented
-from evaluation.training.detector_targets import STRIDE, encode
+from evaluation.training.detector_batches import Batch, augmented
+from evaluation.training.detector_targets import STRIDE, Targets, encode
 from services.perception.centre import STRIDE_PX
 
 CAR, PEDESTRIAN, SIGN = (CLASSES.index(kind) for kind in ("vehicle", "pedestrian", "sign"))
@@ -163,3 +163,48 @@ def test_a_grown_network_says_what_the_smaller_one_said() -> None:
     for told, said in zip(after, before, strict=True):
         assert torch.allclose(told, said, atol=1e-3)
         assert float(said.std()) > 0.01
+
+
+def test_training_goes_on_from_an_exported_network(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
+    pytest.importorskip("onnx", reason="onnx is for training only: pip install .[train]")
+    from evaluation.training.detector import export
+    from evaluation.training.detector_net import DetectorNet
+    from evaluation.training.detector_start import begin_with_exported
+
+    torch.manual_seed(2)
+    shipped, further = DetectorNet(len(CLASSES)).eval(), DetectorNet(len(CLASSES))
+    for layer in shipped.modules():
+        if isinstance(layer, torch.nn.BatchNorm2d):
+            torch.nn.init.uniform_(layer.weight, 0.5, 1.5)
+            torch.nn.init.uniform_(layer.bias, -0.5, 0.5)
+            torch.nn.init.uniform_(layer.running_mean, -0.5, 0.5)
+    export(shipped, tmp_path / "net.onnx")
+    rng = np.random.default_rng(2)
+    seen = [_batch(rng) for _ in range(40)]
+    begin_with_exported(further, tmp_path / "net.onnx", iter(seen))
+    pictures = torch.from_numpy(seen[0].pictures).float()
+    with torch.no_grad():
+        expected, told = shipped(pictures), further.eval()(pictures)
+        learning = further.train()(pictures)
+    for one, other, third in zip(expected, told, learning, strict=True):
+        assert torch.allclose(one, other, atol=1e-2)
+        assert float((one - third).abs().mean()) < 0.3 * float(one.std())  # its norms are those of the pictures
+
+
+def test_another_network_is_no_start(tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="torch is for training only: pip install .[train]")
+    pytest.importorskip("onnx", reason="onnx is for training only: pip install .[train]")
+    from evaluation.training.detector import export
+    from evaluation.training.detector_net import DetectorNet
+    from evaluation.training.detector_start import begin_with_exported
+
+    export(DetectorNet(len(CLASSES), (16, 16, 64, 96, 128)).eval(), tmp_path / "small.onnx")
+    with pytest.raises(ValueError, match="not those of this network"):
+        begin_with_exported(DetectorNet(len(CLASSES)), tmp_path / "small.onnx", iter(()))
+
+
+def _batch(rng: np.random.Generator) -> Batch:
+    targets = encode(rows(), 64, 96)
+    one = Targets(*(getattr(targets, name)[None] for name in ("heat", "mask", "sides", "weight")))
+    return Batch(rng.integers(0, 255, (4, 3, 64, 96)).astype(np.uint8), one)
