@@ -1,9 +1,11 @@
 """What the driver has to listen to: messages, nags, and slow-downs that nothing called for."""
 
+import math
 from statistics import quantiles
 
 from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s
 from evaluation.metrics.hazards import on_now
+from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
 from proto.truth import Truth
@@ -14,6 +16,9 @@ STANDS_S = 4.0
 """Ours: a warning may be repeated after so long while its hazard is on."""
 OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
+IN_WORDS = ("stop", "foreign")
+"""Topics whose news are words: the state of a light, the meaning of a sign."""
+OF_LIMITS = ("limit", "ahead", "border")
 _WEIGHTS: dict[Urgency, int] = {"info": 0, "advice": 1, "warning": 2, "alarm": 3}
 
 SLOWED_MPS, SLOWED_WITHIN_S = 10 / 3.6, 10.0
@@ -27,13 +32,14 @@ def nags(record: Record) -> int:
 
     A message is one where the same topic was spoken of within 60 s with the same hazard, limit and announced limit, no
     less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is
-    really on is none, if 4 s have passed.
+    really on is none, if 4 s have passed; nor is another word on a light or a sign, nor a limit told again after the law's
+    was another one.
     """
     last: dict[str, At[Advisory]] = {}
     count = 0
     for each in record.spoken:
         before = last.get(each.message.topic)
-        if before is not None and _repeats(before, each) and not _stands(record, before, each):
+        if before is not None and _repeats(before, each) and not _news(record, before, each):
             count += 1
         last[each.message.topic] = each
     return count
@@ -54,6 +60,20 @@ def _repeats(before: At[Advisory], now: At[Advisory]) -> bool:
 
 def _lower(old_mps: float | None, new_mps: float | None) -> bool:
     return new_mps is not None and (old_mps is None or new_mps <= old_mps - OTHER_TARGET_MPS)
+
+
+def _news(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
+    """Whether the world or the words make it news all the same."""
+    if now.message.topic in IN_WORDS and now.message.directive != before.message.directive:
+        return True
+    return _stands(record, before, now) or (now.message.topic in OF_LIMITS and _law_changed(record, before, now))
+
+
+def _law_changed(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
+    truth = record.truth_at(now.time_s)
+    law_mps = (truth.law_limit_mps if truth is not None else None) or math.inf
+    between = (each.law_limit_mps or math.inf for each in record.truths_between(before.time_s, now.time_s))
+    return any(each != law_mps and not abs(each - law_mps) <= SAME_LIMIT_MPS for each in between)
 
 
 def _stands(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:

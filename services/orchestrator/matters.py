@@ -37,13 +37,13 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
     drive_on = health.safe_to_drive if health is not None else "with_care"
     phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
     phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
-    told = health.advice if health is not None and health.advice else event.detail or f"h {event.g:.2f}"
+    told = sentences(health.advice if health is not None and health.advice else event.detail or f"h {event.g:.2f}")
     yield Matter(
         topic="vehicle",
-        key=f"{phrase} {event.detail}",
+        key=f"{phrase} {told}",
         phrase=phrase,
         urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
-        values={"fault": sentences(told)},
+        values={"fault": told},
         why=("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,

@@ -54,6 +54,25 @@ def test_a_warning_may_be_repeated_while_its_hazard_is_on_and_not_sooner_than_af
     assert nags(said(1.0, **warning), said(5.0, **warning)) == 1
 
 
+def test_another_word_on_a_light_is_no_nag_and_the_same_is() -> None:
+    red, green = {"topic": "stop", "directive": "Stop: red light"}, {"topic": "stop", "directive": "Green: go on"}
+    assert nags(said(1.0, **red), said(5.0, **green)) == 0
+    assert nags(said(1.0, **red), said(5.0, **red)) == 1
+    assert nags(said(1.0, directive="Limit 50 km/h"), said(5.0, directive="The limit is 50 km/h")) == 1
+
+
+def test_a_limit_is_told_again_after_the_law_had_another_one() -> None:
+    def meanwhile(law_mps: float | None, **message: Any) -> int:
+        law = lambda t: {"speed_mps": 8.0, "law_limit_mps": law_mps if 10.0 <= t <= 20.0 else 8.3}  # noqa: E731
+        spoken = (said(1.0, **message), said(31.0, **message))
+        return measure(Record(truths=truths(40.0, law), advisories=spoken)).nags
+
+    assert meanwhile(25.0, topic="limit") == 0
+    assert meanwhile(None, topic="ahead") == 0
+    assert meanwhile(8.4, topic="limit") == 1
+    assert meanwhile(25.0, topic="friction") == 1
+
+
 def slowing(**always: Any) -> Record:
     """From 20 to 15 m/s between 2 and 7 s, after advice to drive 15 at 1 s."""
     at = lambda t: {"speed_mps": min(20.0, max(15.0, 22.0 - t)), **always}  # noqa: E731

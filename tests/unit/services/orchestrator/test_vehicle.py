@@ -81,6 +81,23 @@ def test_a_trend_is_told_once_and_in_its_own_words() -> None:
     assert "front left tyre" in told[0].justification
 
 
+def test_a_further_code_is_told_where_there_is_something_else_to_say_of_it() -> None:
+    def lit(codes: tuple[str, ...]) -> Degradation:
+        return Degradation(h=0.4, brake_envelope=0.8, warning_lamps=("abs",), dtcs=codes)
+
+    drive = driven(Degradation(h=0.0, brake_envelope=1.0))
+    advice = "The wheels may lock."
+    drive.ask.table["vehicle_health"] = lambda a: health(0.4, safe_to_drive="with_care", advice=advice)
+    for codes in ((), ("C0035",), ("C0035", "C0040")):
+        drive.car = lit(codes)
+        drive.ticks(60)
+    assert drive.spoken().count("Drive with care: vehicle fault") == 1
+    advice = "The wheels may lock. Fill the tyre at the front left."
+    drive.car = lit(("C0035", "C0040", "C0750"))
+    drive.ticks(60)
+    assert drive.spoken().count("Drive with care: vehicle fault") == 2
+
+
 def test_a_doubted_sensor_is_told_as_such_and_not_as_a_fault_of_the_car() -> None:
     fault = SensorFault(field="wheel_fl_mps", kind="stuck")
     drive = driven(Degradation(h=0.0, brake_envelope=1.0))
