@@ -50,6 +50,8 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     confidence: float = 0.0
     age_s: float = 0.0
     unseen_s: float = 0.0
+    steady_s: float | None = None
+    """From the first to the last of its sightings that came without a break and where they were expected. None: not told."""
     lane_id: str = ""
     in_ego_path: bool = False
     oncoming: bool = False

@@ -10,7 +10,7 @@ from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionK
 from proto.perception import Track
 from services.arbiter import act, adapt, attention, unfiltered
 from services.arbiter.act import Permission
-from services.arbiter.assess import Numbers, View, each, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.assess import Numbers, View, each, gap_m, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.guard import Case, case, objections
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
@@ -159,11 +159,14 @@ def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Si
 
 
 def passed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
-    """Whether the ego passes a vehicle that stands or comes towards us, close by; unknown speeds pass nobody."""
+    """Whether the ego passes a vehicle that stands, comes towards us, or is beside us already, close by; unknown speeds pass nobody."""
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
-    return track.oncoming or (
-        ego_mps is not None and math.hypot(ego_mps + track.vx_mps, track.vy_mps) < profile.stands_mps
+    beside = gap_m(track, profile) <= 0.0 and abs(track.vy_mps) < profile.stands_mps
+    return (
+        track.oncoming
+        or beside
+        or (ego_mps is not None and math.hypot(ego_mps + track.vx_mps, track.vy_mps) < profile.stands_mps)
     )
 
 
@@ -185,6 +188,8 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
 
 
 def _well_seen(track: Track, profile: Profile) -> bool:
+    if track.kind == "vehicle" and track.steady_s is not None and track.steady_s <= 0.0:
+        return False  # seen again for the first time after a break
     return track.age_s >= profile.act_track_age_s and track.unseen_s <= profile.act_unseen_s
 
 

@@ -61,9 +61,11 @@ def case(
 
 
 def undoubted(track: Track, profile: Profile) -> bool:
-    """Seen now, for long enough, and surely enough to brake for, and surely in the way."""
+    """Seen now, for long enough, without a break, and surely enough to brake for, and surely in the way."""
     return (
-        track.confidence >= profile.act_confidence
+        track.steady_s is not None
+        and track.steady_s > 0.0
+        and track.confidence >= profile.act_confidence
         and track.unseen_s <= profile.act_unseen_s
         and track.age_s >= profile.act_track_age_s
         and track.sigma_vx_mps <= profile.speed_known_mps

@@ -126,10 +126,11 @@ SPEED_KNOWN_MPS = 3.0
 
 def well_seen(track: Track) -> bool:
     """Whether an actor may be spoken of. One that is younger, or fainter, or lost from sight for longer, or whose speed is a
-    guess, may lower the target, and is not shouted about.
+    guess, or a vehicle seen again for the first time after that, may lower the target, and is not shouted about.
     """
     return (
-        track.age_s >= YOUNG_S
+        (track.kind != "vehicle" or track.steady_s is None or track.steady_s > 0.0)
+        and track.age_s >= YOUNG_S
         and track.confidence >= FAINT
         and track.unseen_s <= LOST_S
         and track.sigma_vx_mps <= SPEED_KNOWN_MPS
@@ -197,11 +198,17 @@ STANDS_MPS = 2.0
 
 
 def passed(way: Way) -> bool:
-    """Whether the ego passes a vehicle that stands or comes towards us, close by: it lowers the target, and is no hazard."""
+    """Whether the ego passes a vehicle that stands or comes towards us, close by: it lowers the target, and is no hazard.
+
+    Whose near end is beside us already, with room between, is passed however fast, but one that crosses.
+    """
     track = way.track
     if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
         return False
-    return track.oncoming or (way.speed_mps is not None and math.hypot(way.speed_mps, track.vy_mps) < STANDS_MPS)
+    beside = way.gap_m <= 0.0 and abs(track.vy_mps) < CROSSES_MPS
+    return (
+        track.oncoming or beside or (way.speed_mps is not None and math.hypot(way.speed_mps, track.vy_mps) < STANDS_MPS)
+    )
 
 
 CROSSES_MPS = 2.0

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from proto.decision import Event
 from services.orchestrator import legal
-from services.orchestrator.actors import clear, confirmed, met, pedestrian, stands, surely_nears
+from services.orchestrator.actors import clear, confirmed, met, pedestrian, people, stands, surely_nears, well_seen
 from services.orchestrator.limits_ahead import places_ahead
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
@@ -196,7 +196,7 @@ def _closing_lead(state: State, before: State, query: str) -> Signal:
 
 
 def _vulnerable(state: State, before: State, query: str) -> Signal:
-    person = pedestrian(state.world)
+    person = next((way for way in people(state.world) if well_seen(way.track)), None)
     if person is None:
         return NOTHING
     return Signal(person.track.confidence, f"{person.track.kind} {person.track.track_id}", person.track.confidence)

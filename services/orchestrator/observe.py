@@ -131,6 +131,7 @@ def sane(track: Track) -> bool:
     numbers = (
         track.x_m, track.y_m, track.vx_mps, track.vy_mps, track.ax_mps2, track.length_m, track.width_m,
         track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
+        track.steady_s or 0.0,
     )  # fmt: skip
     return all(math.isfinite(number) and abs(number) <= MOST_PLAUSIBLE for number in numbers)
 

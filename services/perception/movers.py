@@ -264,4 +264,5 @@ def _sighting(thing: Floats, over_ground: OverGround | None) -> Sighting:
         body=LORRY if float((high - low).max()) > LORRY_M else CAR,
         across_sigma_mps=ACROSS_SIGMA_MPS,
         over_ground=over_ground,
+        boxed=False,
     )

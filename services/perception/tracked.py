@@ -30,6 +30,8 @@ class Sighting:
     """Of its speed across, should it be new; it is taken to have none."""
     over_ground: OverGround | None = None
     """Where two sweeps tell it."""
+    boxed: bool = True
+    """A box says what its range is of, and may be wrong; False: its returns do, by moving together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +44,8 @@ class Tracked:
     body: Body
     born_ns: int
     seen_ns: int
+    steady_ns: int
+    """Since when it is seen without a break, and where it was expected."""
     hits: int = 1
     sure: float = 0.0
     """Mean score of late, pictures without it as 0."""

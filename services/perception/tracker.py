@@ -44,6 +44,10 @@ and begins at half of its first. Pictures that follow each other err alike: many
 For our own detector that is a probability, since its scores are."""
 SHOWN_CONFIDENCE = 0.1
 """Tracks less sure than this are not published; they keep their id until they end."""
+BREAK_S = 0.5
+LEAP_MPS, LEAP_ACROSS_MPS = 3.0, 1.5
+"""Who was unseen for longer is seen anew, and so is one whose speed a single fix changed by more, or told: of small vehicles that are
+partly hidden one range in eight is of something else, and one of those was taken for a speed of 20 m/s."""
 UNKNOWN_MPS = 8.0
 """One sigma of a new vehicle's speed, beside the ego's own speed: half as much of the latter drew oncoming vehicles, known by
 guessed ranges alone, 10 m/s towards standing."""
@@ -131,16 +135,28 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
     hits, sure = track.hits + 1, _believed(track, sighting.score, now_ns)
+    estimate = _taken_in(track, sighting.fix, sweeps)
+    broken = now_ns - track.seen_ns > BREAK_S * 1e9
+    anew = broken or (sighting.boxed and _leaps(track.estimate, estimate, sighting.fix))
     return replace(
         track,
-        estimate=_taken_in(track, sighting.fix, sweeps),
+        estimate=estimate,
         body=body,
         seen_ns=now_ns,
+        steady_ns=now_ns if anew else track.steady_ns,
         hits=hits,
         sure=sure,
         ranged=track.ranged or is_measured(sighting.fix),
         confirmed=track.confirmed or any(hits >= least and sure >= needed for least, needed in CONFIRMING),
     )
+
+
+def _leaps(before: Estimate, after: Estimate, fix: Fix) -> bool:
+    """Whether a fix lies where nobody expected it, or the speed rests on it alone."""
+    ahead_mps, across_mps = np.abs(after.mean - before.mean)[2:].tolist()
+    was_known, is_known = (float(each.covariance[2, 2]) <= LEAP_MPS**2 for each in (before, after))
+    leapt = ahead_mps > LEAP_MPS or across_mps > LEAP_ACROSS_MPS or (is_known and not was_known)
+    return leapt or distance(before, fix)[0] > GATE
 
 
 def _believed(track: Tracked, score: float, now_ns: int) -> float:
@@ -184,6 +200,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         sighting.body,
         born_ns=now_ns,
         seen_ns=now_ns,
+        steady_ns=now_ns,
         sure=BIRTH_SHARE * sighting.score,
         ranged=is_measured(sighting.fix),
     )
@@ -272,6 +289,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
         confidence=max(0.0, min(1.0, track.sure * (1.0 - 0.7 * unseen_s / COAST_S))),
         age_s=(now_ns - track.born_ns) / 1e9,
         unseen_s=unseen_s,
+        steady_s=(track.seen_ns - track.steady_ns) / 1e9,
         oncoming=oncoming,
     )
 

@@ -29,7 +29,7 @@ def track(gap_m: float = 15.0, closing_mps: float = 12.0, **fields: Any) -> Trac
     return Track(
         **{
             "track_id": 7, "kind": "vehicle", "x_m": gap_m + 4.5, "y_m": 0.0, "vx_mps": -closing_mps, "vy_mps": 0.0,
-            "sigma_x_m": 0.3, "sigma_vx_mps": 0.3, "confidence": 0.95, "age_s": 2.0, "in_ego_path": True, **fields,
+            "sigma_x_m": 0.3, "sigma_vx_mps": 0.3, "confidence": 0.95, "age_s": 2.0, "steady_s": 2.0, "in_ego_path": True, **fields,
         }
     )  # fmt: skip
 
@@ -101,6 +101,7 @@ tracks = st.builds(
     confidence=probability,
     age_s=st.floats(0.0, 5.0),
     unseen_s=st.floats(0.0, 1.0),
+    steady_s=st.none() | st.sampled_from([0.0, 0.1]) | st.floats(0.0, 5.0),
     oncoming=st.booleans(),
 )
 people = st.builds(track, kind=st.just("pedestrian"), gap_m=st.floats(0.0, 60.0), track_id=st.just(8))

@@ -104,6 +104,8 @@ def test_the_drivers_pedals_win(pedals: Pedals) -> None:
         ({"lead": track(gap_m=15.0, confidence=0.5)}, "no undoubted actor"),
         ({"lead": track(gap_m=15.0, unseen_s=0.5)}, "no undoubted actor"),
         ({"lead": track(gap_m=15.0, age_s=0.1)}, "no undoubted actor"),
+        ({"lead": track(gap_m=15.0, steady_s=0.0)}, "no undoubted actor"),
+        ({"lead": track(gap_m=15.0, steady_s=None)}, "no undoubted actor"),
         ({"lead": track(gap_m=15.0, sigma_vx_mps=3.5)}, "no undoubted actor"),
     ],
 )
@@ -198,6 +200,20 @@ def test_what_is_passed_is_not_shouted_about_and_what_is_met_or_cuts_in_is() -> 
     assert shouts(closing_mps=20.0, clearance_m=-0.1)
     assert shouts(closing_mps=20.0)
     assert shouts(closing_mps=10.0, clearance_m=0.1)
+    assert not shouts(closing_mps=20.0, steady_s=0.0), "seen again for the first time"
+    assert shouts(closing_mps=20.0, steady_s=None)
+
+
+def test_whose_near_end_is_beside_us_is_not_shouted_about_unless_it_leaves_no_room() -> None:
+    def shouts(**fields: Any) -> bool:
+        lead = track(gap_m=-0.5, closing_mps=8.0, **fields)
+        quiet = request(lead, fused=fused(new_information=False))
+        return decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard != ""
+
+    assert not shouts(clearance_m=0.4)
+    assert not shouts(clearance_m=0.4, vy_mps=1.5)
+    assert shouts(clearance_m=-0.1)
+    assert shouts(clearance_m=None)
 
 
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.2, False), (0.5, False), (1.0, True), (3.0, True)])

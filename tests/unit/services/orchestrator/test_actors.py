@@ -189,6 +189,34 @@ def test_one_that_cuts_in_is_a_hazard_while_there_is_room() -> None:
     assert "lead" in hazards(seen(car(12.0, -6.0, clearance_m=0.2)))
 
 
+@given(x_m=st.floats(-3.0, 4.4), closing_mps=st.floats(1.0, 20.0), vy_mps=st.floats(0.0, 1.9))
+def test_whose_near_end_is_beside_us_with_room_between_is_passed_and_lowers_the_target_all_the_same(
+    x_m: float, closing_mps: float, vy_mps: float
+) -> None:
+    beside = car(x_m, -closing_mps, y_m=-2.4, vy_mps=vy_mps, clearance_m=0.4)
+    assert hazards(seen(beside)) == set()
+    assert target(seen(beside)).mps <= target(seen()).mps
+    if x_m > 0.0:
+        assert "lead" in hazards(seen(replace(beside, clearance_m=-0.1))), "it leaves no room"
+        assert "lead" in hazards(seen(replace(beside, vx_mps=-13.0, vy_mps=6.0))), "it crosses"
+
+
+@given(x_m=st.floats(8.0, 40.0), closing_mps=st.floats(11.0, 20.0))
+def test_a_vehicle_seen_again_for_the_first_time_lowers_the_target_and_is_shouted_about_when_seen_twice(
+    x_m: float, closing_mps: float
+) -> None:
+    again = car(x_m, -closing_mps, clearance_m=-1.0, steady_s=0.0)
+    twice = replace(again, steady_s=0.05)
+    assert hazards(seen(again)) == set()
+    assert "lead" in hazards(seen(twice))
+    assert "lead" in hazards(seen(replace(again, steady_s=None)))
+    assert target(seen(again)) == target(seen(twice))
+
+
+def test_a_person_seen_again_is_told_of_at_once() -> None:
+    assert hazards(seen(replace(STANDER, x_m=15.0, vx_mps=-10.0, steady_s=0.0), speed_mps=10.0)) != set()
+
+
 def test_one_that_crosses_is_a_hazard_while_there_is_room() -> None:
     assert "lead" in hazards(seen(car(30.0, -13.0, clearance_m=5.0, vy_mps=6.0)))
 

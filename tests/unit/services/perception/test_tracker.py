@@ -185,6 +185,54 @@ def test_one_that_swerves_and_brakes_while_unseen_comes_back_as_itself(off_m: fl
     assert tracker.step(21 * STEP_NS, [back], EgoState(20.0, 0.0)) == [1]
 
 
+def steady(tracker: Tracker, k: int, *places: tuple[float, float]) -> float | None:
+    tracker.step(k * STEP_NS, [sighting(x_m, y_m, 0.1) for x_m, y_m in places], EgoState(20.0, 0.0))
+    return tracker.published()[0].steady_s
+
+
+@given(unseen=st.integers(1, 8))
+def test_who_is_seen_again_after_a_break_is_steady_from_the_next_sighting_on(unseen: int) -> None:
+    tracker = Tracker()
+    drive(tracker, 15, 60.0, 5.0)
+    before = tracker.published()[0].steady_s
+    assert before is not None
+    assert before > 0.5
+    for k in range(16, 16 + unseen):
+        assert steady(tracker, k) == before, "unseen it becomes no less"
+    again = 16 + unseen
+    assert steady(tracker, again, (60.0 - 0.5 * again, 0.0)) == (
+        pytest.approx(before + 0.1 * (unseen + 1)) if unseen <= 4 else 0.0
+    )
+    assert (steady(tracker, again + 1, (60.0 - 0.5 * (again + 1), 0.0)) or 0.0) > 0.0
+
+
+def test_who_leaps_is_steady_from_the_next_sighting_on() -> None:
+    tracker = Tracker()
+    drive(tracker, 15, 60.0, 5.0)
+    assert steady(tracker, 16, (52.0, 2.2)) == 0.0, "2.2 m aside in a tenth of a second"
+    assert steady(tracker, 17, (51.5, 2.2)) == pytest.approx(0.1)
+
+
+@given(x_m=st.floats(-15.0, 15.0), y_m=st.floats(-12.0, 12.0))
+def test_whom_lidar_alone_sees_move_is_steady_however_his_speed_is_learnt(x_m: float, y_m: float) -> None:
+    tracker = Tracker()
+    for k in range(1, 6):
+        fix = Fix(np.array([40.0 + 0.1 * x_m * k, 0.1 * y_m * k]), np.diag([0.09, 0.25]))
+        alone = Sighting(kind="vehicle", fix=fix, score=0.9, body=CAR, across_sigma_mps=8.0, boxed=False)
+        tracker.step(k * STEP_NS, [alone], EgoState(10.0, 0.0))
+    (track,) = tracker.published()
+    assert track.steady_s == pytest.approx(0.4)
+
+
+def test_a_range_that_alone_tells_a_speed_makes_nobody_steady() -> None:
+    tracker = Tracker()
+    for k in range(1, 8):
+        tracker.step(k * STEP_NS, [sighting(106.0 - 0.4 * k, 0.0, 15.0)], EgoState(16.0, 0.0))
+    assert steady(tracker, 8, (103.0, 0.0)) is not None
+    assert steady(tracker, 9) is not None
+    assert steady(tracker, 11, (96.0, 0.0)) == 0.0, "7 m in 0.3 s"
+
+
 def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() -> None:
     """A small car seems a quarter further away than it is in every picture, and closes in as much faster."""
     tracker, closing = Tracker(), 40.0
