@@ -28,6 +28,7 @@ from services.orchestrator.limits import (
     without_country,
 )
 from services.orchestrator.motion import Motion
+from services.orchestrator.same_sign import with_its_plates
 from services.orchestrator.state import Believed, SignAhead, Signs
 
 DOUBTED = 0.5
@@ -88,9 +89,10 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return signs
     if not known_code(fact.reading) or not consistent(fact):
         return signs
-    sign = _merge(signs, fact, motion)
     of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
+    sign = with_its_plates(_merge(signs, fact, motion), next(iter(of_track), None), others)
+    others = tuple(with_its_plates(each, None, (sign,)) for each in others)
     read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
     if not fact.passed:
         return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))

@@ -49,6 +49,8 @@ class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
     first_ns: int
     candidates: tuple[Candidate, ...] = ()
     plates: tuple[str, ...] = ()
+    shared: bool = False
+    """Its plates, and its scope, are those that another track shows of the same sign."""
     text: str = ""
     own_lane: bool = True
 

@@ -1,0 +1,84 @@
+"""Two tracks of one sign: the plate that one camera reads holds for both; two signs stay two."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.rules import RulesAnswer
+from proto.scene import Fact
+from tests.unit.services.orchestrator.support import EXPERTS, KMH, Drive, Played, conditions, law_of, limit_sign
+
+PLATED, PLAIN = 8, 9
+LORRIES = {"plates": ("plate:lorries",)}
+
+
+def of_a_car(arguments: dict[str, Any]) -> RulesAnswer:
+    """The small law for one who drives no lorry."""
+    situation = arguments["situation"]
+    posted = [each for each in situation["posted"] if "plate:lorries" not in each["plates"]]
+    return law_of({**arguments, "situation": {**situation, "posted": posted}})
+
+
+def on_the_motorway() -> Drive:
+    return Drive(Played({**EXPERTS, "applicable_limit": of_a_car}), road="motorway", speed_mps=30.0)
+
+
+def seen(track_id: int, distance_m: float, **fields: Any) -> Fact:
+    return limit_sign("limit:80", track_id=track_id, passed=False, **{"distance_m": distance_m, **fields})
+
+
+def driven(plated: dict[str, Any], apart_m: float, *, plain_first: bool = False) -> Drive:
+    """Towards the sign at 30 m/s on a motorway, until both tracks of it are passed."""
+    drive = on_the_motorway()
+    for k in range(20):
+        distance_m = 60.0 - 3.0 * k
+        facts = [seen(PLATED, distance_m, **plated)] if distance_m >= 0.0 else []
+        if (plain_first or distance_m < 30.0) and distance_m + apart_m >= 0.0:
+            facts.append(seen(PLAIN, distance_m + apart_m))
+        drive.tick(*(reversed(facts) if plain_first else facts))
+    drive.ticks(10)
+    return drive
+
+
+@given(apart_m=st.floats(-7.0, 7.0), plain_first=st.booleans())
+def test_a_plate_that_one_camera_reads_holds_for_the_other_ones_track(apart_m: float, plain_first: bool) -> None:
+    assert driven(LORRIES, apart_m, plain_first=plain_first).target_mps == pytest.approx(130 * KMH)
+
+
+@pytest.mark.parametrize("apart_m", [-20.0, 20.0])
+def test_a_sign_that_stands_elsewhere_keeps_its_own(apart_m: float) -> None:
+    assert driven(LORRIES, apart_m).target_mps == pytest.approx(80 * KMH)
+
+
+@pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"believed": False}])
+def test_a_doubted_plate_is_shared_with_nobody(doubt: dict[str, Any]) -> None:
+    assert driven(LORRIES | doubt, 3.0).target_mps == pytest.approx(80 * KMH)
+
+
+def test_another_limit_at_the_same_post_has_no_part_in_it() -> None:
+    drive = on_the_motorway()
+    for k in range(11):
+        facts = (seen(PLATED, 30.0 - 3.0 * k, **LORRIES), limit_sign("limit:100", track_id=PLAIN, passed=False))
+        drive.tick(*facts)
+    drive.tick(limit_sign("limit:100", track_id=PLAIN))
+    drive.ticks(5)
+    assert drive.target_mps == pytest.approx(100 * KMH)
+
+
+@pytest.mark.parametrize(("wet", "limit_kmh"), [(False, 130), (True, 80), (None, 80)])
+def test_what_holds_when_wet_does_so_by_either_track(wet: bool | None, limit_kmh: float) -> None:
+    drive = Drive(road="motorway", speed_mps=30.0)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.weather = conditions(wet=wet)
+    for k in range(11):
+        distance_m = 30.0 - 3.0 * k
+        drive.tick(
+            seen(PLATED, distance_m, scope="when_wet", plates=("plate:when_wet:de",)), seen(PLAIN, distance_m + 4.0)
+        )
+    drive.tick(limit_sign("limit:80", track_id=PLAIN))
+    drive.ticks(10)
+    assert drive.target_mps <= limit_kmh * KMH + 1e-9
+    if wet is not None:
+        assert drive.target_mps == pytest.approx(limit_kmh * KMH)
