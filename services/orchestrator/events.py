@@ -119,10 +119,10 @@ def _foreign_sign(state: State, before: State, query: str) -> Signal:
 
 def _jurisdiction_change(state: State, before: State, query: str) -> Signal:
     here, signs = state.signs.jurisdiction, state.signs
-    if here is None or not signs.former_jurisdiction or not _news(here.since_ns, state.now_ns):
+    if here is None or not signs.crossed or not _news(here.since_ns, state.now_ns):
         return NOTHING
     on = f" on {here.evidence}" if here.evidence else ""
-    return Signal(here.confidence, f"{signs.former_jurisdiction} to {here.value}{on}", here.confidence)
+    return Signal(here.confidence, f"{signs.former_jurisdiction or '?'} to {here.value}{on}", here.confidence)
 
 
 def _dynamic_limit(state: State, before: State, query: str) -> Signal:

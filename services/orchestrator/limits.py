@@ -17,6 +17,8 @@ SURE = 0.6
 """From this confidence on a reading may end or raise a limit."""
 TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
+SAME_BORDER_NS = 20_000_000_000
+"""A border's signs are passed within this time."""
 UNSIGNED_KMH: dict[str, float] = {
     "living_street": 7.0, "rural": 80.0, "expressway": 80.0, "dual_carriageway": 100.0, "motorway": 100.0,
 }  # fmt: skip
@@ -153,7 +155,11 @@ def without_country(signs: Signs, now_ns: int) -> Signs:
     if signs.jurisdiction is None:
         return signs
     return msgspec.structs.replace(
-        _without_units(signs), jurisdiction=None, former_jurisdiction=signs.jurisdiction.value, unknown_ns=now_ns
+        _without_units(signs),
+        jurisdiction=None,
+        former_jurisdiction=signs.jurisdiction.value,
+        crossed=True,
+        unknown_ns=now_ns,
     )
 
 
@@ -207,13 +213,16 @@ def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return without_country(signs, now_ns)
     if country not in COUNTRIES:
         return signs
-    before = signs.jurisdiction.value if signs.jurisdiction is not None else ""
-    if before == country:
-        return signs
+    here = signs.jurisdiction
     believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns, evidence=sign.reading)
-    return msgspec.structs.replace(
-        in_another_country(signs, now_ns), jurisdiction=believed, former_jurisdiction=before, ended=(sign.reading,)
-    )
+    told: dict[str, object] = {"jurisdiction": believed, "crossed": True, "ended": (sign.reading,)}
+    if here is None or here.value != country:
+        former = here.value if here is not None else ""
+        return msgspec.structs.replace(in_another_country(signs, now_ns), former_jurisdiction=former, **told)
+    if not here.assumed and now_ns - here.since_ns < SAME_BORDER_NS:
+        return signs  # its other camera's track, or the sign on the other side of the road
+    # We were taken to be here before we were: its units go on to hold, and no limit of the country left behind does.
+    return msgspec.structs.replace(clear(signs, now_ns), former_jurisdiction="", **told)
 
 
 ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {

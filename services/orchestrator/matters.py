@@ -153,7 +153,7 @@ BORDER_NEWS_S = 20.0
 
 
 def _border_untold(state: State, here: Believed) -> bool:
-    crossed = bool(state.signs.former_jurisdiction) and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
+    crossed = state.signs.crossed and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
     told = state.memory.last("border")
     return crossed and (told is None or told.stamp_ns < here.since_ns)
 

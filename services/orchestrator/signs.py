@@ -224,7 +224,7 @@ def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     if before is None or now is None or before.value == now.value:
         return after
     # Another country's signs, believed: the border is behind us even if its sign was missed.
-    return msgspec.structs.replace(in_another_country(after, now_ns), former_jurisdiction=before.value)
+    return msgspec.structs.replace(in_another_country(after, now_ns), former_jurisdiction=before.value, crossed=True)
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {

@@ -70,6 +70,9 @@ class Signs(msgspec.Struct, frozen=True, kw_only=True):
     gantry_changed_ns: int | None = None
     jurisdiction: Believed | None = None
     former_jurisdiction: str = ""
+    """The country before the border crossed last; empty: none was, or that one was not known."""
+    crossed: bool = False
+    """Whether a border was crossed on this drive."""
     unknown_ns: int | None = None
     """When the country became unknown: a border, or a statement, of one whose signs nobody knows here."""
     units: Believed | None = None

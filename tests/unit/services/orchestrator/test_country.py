@@ -1,6 +1,7 @@
 """A change of country says on what evidence it was made; a country that nobody knows here leaves it unknown."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
@@ -11,6 +12,7 @@ from services.orchestrator.evidence import items, kept
 from services.orchestrator.limits import in_force
 from services.orchestrator.limits_ahead import limits_ahead
 from services.orchestrator.local import silent
+from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, Played, end_sign, fact, limit_sign, replace
@@ -49,6 +51,35 @@ def test_a_border_sign_is_its_own_evidence() -> None:
     drive = Drive()
     drive.ticks(3)
     assert "Told by border sign." in drive.tick(end_sign("border:GBR")).advisory.justification
+
+
+@given(assumed=st.booleans(), seconds=st.integers(3, 30))
+def test_a_border_into_the_country_that_we_were_taken_to_be_in_ends_the_limits_before_it(
+    assumed: bool, seconds: int
+) -> None:
+    """Who starts abroad in a car whose home is here is taken to be at home until something speaks against it."""
+    drive = Drive(road="rural")
+    drive.state = State()
+    here = fact("jurisdiction", "DEU", assumed=assumed)
+    drive.tick(here, fact("units", "km/h"), fact("road_type", "rural"), limit_sign("limit:30"))
+    drive.ticks(10 * seconds - 1)
+    known = not assumed and seconds < 20
+    assert drive.target_mps == pytest.approx(30 * KMH)
+    ticked = drive.tick(end_sign("border:DEU"))
+    drive.tick(end_sign("border:DEU", track_id=10))
+    assert drive.target_mps == pytest.approx((30 if known else 100) * KMH)
+    borders = [t.advisory.directive for _, _, t in drive.history if t.advisory.topic == "border"]
+    assert ("jurisdiction_change" in {event.kind for event in ticked.events}) is (not known)
+    assert any(each.startswith("Now DEU") for each in borders) is (not known)
+
+
+@pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"believed": False}])
+def test_a_doubted_sign_of_such_a_border_ends_nothing(doubt: dict[str, Any]) -> None:
+    drive = Drive(road="rural")
+    drive.tick(limit_sign("limit:30"))
+    drive.ticks(250)
+    drive.tick(end_sign("border:DEU", **doubt))
+    assert drive.target_mps == pytest.approx(30 * KMH)
 
 
 def out_of_britain(speed_mps: float = 15.0) -> Drive:
