@@ -82,6 +82,10 @@ class GhostBox(msgspec.Struct, frozen=True, kw_only=True):
 
     after_s: float
     """Since the first picture that had it."""
+    driven_m: float
+    """By the ego, since then."""
+    step_m: float
+    """Between that picture and the next."""
     box: tuple[float, float, float, float]
     score: float
     range_m: float | None
@@ -89,11 +93,17 @@ class GhostBox(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Ghost(msgspec.Struct, frozen=True, kw_only=True):
-    """A box that was of nothing, picture by picture: it is drawn again as it was."""
+    """A box that was of nothing, picture by picture: it is drawn again as it was.
+
+    What deceives a moving camera mostly stands beside the road, so its boxes come by the way that the ego has gone since;
+    before a standing one they come by time.
+    """
 
     kind: ObjectClass
     boxes: tuple[GhostBox, ...]
     """In the order of time."""
+    moving: bool
+    """Whether the ego drove when it began."""
 
 
 PACES_MPS = (1.0, 8.0, 16.0, 25.0, math.inf)

@@ -2,10 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate, pairwise
 
 from evaluation.observed.card import Clutter, Ghost, GhostBox, pace_of
 from evaluation.observed.pairing import Stray
 from proto.perception import Box
+from services.simulator.session import CAMERA_STEPS
+from services.simulator.world import STEP_S
 
 NEAREST_GHOST_M = 3.0
 JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
@@ -15,8 +18,9 @@ JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
 def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: Sequence[float]) -> tuple[Clutter, ...]:
     """Of one camera's pictures. `minutes`: how long the ego went at each of `PACES_MPS`."""
     chains = [chain for strays in runs for chain in _chains([s for s in strays if s.camera == camera])]
+    picture_s = CAMERA_STEPS[camera][0] * STEP_S
     return tuple(
-        _at_pace([_ghost(chain) for chain in chains if pace_of(chain[0].speed_mps) == pace], driven)
+        _at_pace([_ghost(chain, picture_s) for chain in chains if pace_of(chain[0].speed_mps) == pace], driven)
         for pace, driven in enumerate(minutes)
     )
 
@@ -48,18 +52,23 @@ def _apart_px(a: Box, b: Box) -> float:
     return math.hypot(a.x0_px + a.x1_px - b.x0_px - b.x1_px, a.y0_px + a.y1_px - b.y0_px - b.y1_px) / 2
 
 
-def _ghost(chain: Sequence[Stray]) -> Ghost:
+def _ghost(chain: Sequence[Stray], picture_s: float) -> Ghost:
     began_ns = chain[0].stamp_ns
+    steps_m = [
+        (now.speed_mps + last.speed_mps) / 2 * (now.stamp_ns - last.stamp_ns) / 1e9 for last, now in pairwise(chain)
+    ]
     boxes = (
         GhostBox(
             after_s=round((each.stamp_ns - began_ns) / 1e9, 3),
+            driven_m=round(driven_m, 2),
+            step_m=round(each.speed_mps * picture_s, 3),
             box=_edges(each.box),
             score=round(each.box.score, 3),
             range_m=_away(each.box) if each.box.range_source == "lidar" else None,
         )
-        for each in chain
+        for each, driven_m in zip(chain, accumulate(steps_m, initial=0.0), strict=True)
     )
-    return Ghost(kind=chain[0].box.kind, boxes=tuple(boxes))
+    return Ghost(kind=chain[0].box.kind, boxes=tuple(boxes), moving=pace_of(chain[0].speed_mps) > 0)
 
 
 def _edges(box: Box) -> tuple[float, float, float, float]:

@@ -51,6 +51,7 @@ class TrueTracks:
 
     def _track(self, actor: TrueActor, truth: Truth, stamp_ns: int, dt_s: float) -> Track:
         ground = actor.vx_mps + truth.speed_mps
+        age_s = max(0.0, (stamp_ns - self._first_ns[actor.actor_id]) / 1e9)
         return Track(
             track_id=actor.actor_id + 1,
             kind="pedestrian" if actor.kind == "pedestrian" else "vehicle",
@@ -64,7 +65,8 @@ class TrueTracks:
             sigma_x_m=0.1,
             sigma_vx_mps=0.1,
             confidence=1.0,
-            age_s=max(0.0, (stamp_ns - self._first_ns[actor.actor_id]) / 1e9),
+            age_s=age_s,
+            steady_s=age_s,
             in_ego_path=actor.in_ego_path,
             oncoming=actor.kind != "pedestrian" and ground < ONCOMING_MPS,
         )

@@ -43,6 +43,12 @@ def calibrated(scores: Floats, curve: tuple[float, float]) -> Floats:
     return probability
 
 
+def score_at(probability: float, curve: tuple[float, float]) -> float:
+    """The score that stands for a probability; 0 to 1."""
+    odds = (float(logit(np.array([probability]))[0]) - curve[1]) / curve[0]
+    return float(1.0 / (1.0 + np.exp(-odds)))
+
+
 def expected_error(tally: Tally, curve: tuple[float, float] = (1.0, 0.0)) -> float:
     """Expected calibration error over ten bins of equal width; NaN where there is no box."""
     return binned(calibrated(tally.scores, curve), tally.right).error

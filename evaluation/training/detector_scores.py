@@ -38,15 +38,14 @@ def average_precision(tally: Tally) -> float:
     return float((np.diff(recall) * envelope).sum())
 
 
-def best_floor(tally: Tally, recall_weight: float = 1.0) -> float:
-    """The score above which the mean of precision and recall (F-beta, beta the recall's weight) is largest, 0.15 to 0.6."""
+def best_floor(tally: Tally) -> float:
+    """The score above which the harmonic mean of precision and recall is largest, 0.15 to 0.6."""
     order = np.argsort(-tally.scores, kind="stable")
     right = np.cumsum(tally.right[order])
     if not len(right) or not right[-1]:
         return 0.3
     precision, recall = right / np.arange(1, len(right) + 1), right / tally.objects
-    square = recall_weight**2
-    mean = (1 + square) * precision * recall / np.maximum(square * precision + recall, 1e-9)
+    mean = 2.0 * precision * recall / np.maximum(precision + recall, 1e-9)
     return float(np.clip(tally.scores[order][mean.argmax()], 0.15, 0.6))
 
 

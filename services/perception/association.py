@@ -25,8 +25,24 @@ MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
 
 
+DOUBTED = 0.3
+"""Boxes with a lower score go on with tracks that no other box took, and begin none (Zhang et al. 2022)."""
+
+
 def pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
-    """Track and sighting, by index: the likely ones first, then who swerved among those left over.
+    """Track and sighting, by index: first of the sightings that are not doubted, then of the others and the tracks left over."""
+    found: list[tuple[int, int]] = []
+    for doubted in (False, True):
+        taken = {left for left, _ in found}
+        lefts = [left for left in range(len(tracks)) if left not in taken]
+        rights = [right for right, each in enumerate(sightings) if (each.score < DOUBTED) is doubted]
+        matched = _pairs([tracks[left] for left in lefts], [sightings[right] for right in rights])
+        found += [(lefts[left], rights[right]) for left, right in matched]
+    return found
+
+
+def _pairs(tracks: Sequence[Tracked], sightings: Sequence[Sighting]) -> list[tuple[int, int]]:
+    """The likely ones first, then who swerved among those left over.
 
     What a track of measured range explains is no first range of another whose own was only guessed.
     """

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from proto.perception import ActorClass, Track
-from services.perception.association import GATE, is_measured, pairs, scales
+from services.perception.association import DOUBTED, GATE, is_measured, pairs, scales
 from services.perception.kalman import (
     EgoMotion,
     Estimate,
@@ -89,6 +89,7 @@ class Tracker:
 
         A picture older than the last one (another camera's) is taken in without moving time backwards. `sees`: whether
         a place lies in the picture's view; a track outside it is not missed. `sweeps`: the last two, where there are.
+        The id of a doubted sighting that no track takes is 0.
         """
         self._advance(stamp_ns, ego)
         tracks = list(self.tracks)
@@ -98,7 +99,7 @@ class Tracker:
             tracks[left] = _hit(replace(tracks[left], estimate=known), sightings[right], self._now_ns, sweeps)
             owners[right] = tracks[left].track_id
         for right, sighting in enumerate(sightings):
-            if not owners[right]:
+            if not owners[right] and sighting.score >= DOUBTED:
                 tracks.append(_born(next(self.ids), sighting, self._now_ns, ego))
                 owners[right] = tracks[-1].track_id
         seen = tuple(_looked_for(track, self._now_ns, sees) for track in tracks if _alive(track, self._now_ns))

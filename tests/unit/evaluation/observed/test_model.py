@@ -6,6 +6,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data
@@ -201,6 +203,40 @@ def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> N
     assert [each.after_s for each in moved.boxes] == [round(0.1 * k, 3) for k in range(11) if k != 5]
     assert [each.box[0] for each in moved.boxes] == [100.0 + 2.0 * k for k in range(11) if k != 5]
     assert len(single.boxes) == 1
+    assert [each.driven_m for each in moved.boxes] == [round(1.0 * k, 3) for k in range(11) if k != 5]
+
+
+@given(speed_mps=st.floats(8.5, 15.5), slowing_mps2=st.floats(0.0, 3.0))
+def test_what_deceived_a_moving_camera_stays_where_it_stood_however_fast_the_ego_goes(
+    card: Card, speed_mps: float, slowing_mps2: float
+) -> None:
+    """A post 40 m ahead, seen at 12 m/s; it used to walk towards who drove slower than that."""
+    depths = [40.0 - 1.2 * k for k in range(25)]
+    strays = [Stray("front", NS + k * NS // 10, _post(depth_m), 12.0) for k, depth_m in enumerate(depths)]
+    paces = clutter([strays], "front", [0.0, 0.0, 1.0, 0.0, 0.0])
+    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces)
+    eye = Eye(msgspec.structs.replace(card, clutter={"front": often}), "front", 1)
+    driven_m, began, seen = 0.0, None, 0
+    for k in range(100):
+        speed = max(speed_mps - slowing_mps2 * k / 10, 8.1)
+        driven_m += 0.1 * speed if k else 0.0
+        found = eye.look(msgspec.structs.replace(truth(k / 10), speed_mps=speed), NS + k * NS // 10)
+        heights = sorted(each.detection.y1_px - each.detection.y0_px for each in found)
+        if began is None and heights:
+            began = driven_m
+        if began is not None and driven_m - began <= 28.8:
+            first = 600.0 / max(heights)  # the nearest is the one that came first
+            assert abs(first - (40.0 - (driven_m - began))) <= 0.6 + 0.1
+            seen += 1
+    assert began is None or seen > 5
+
+
+def _post(depth_m: float) -> Box:
+    middle, high = 320.0 + 1200.0 / depth_m, 600.0 / depth_m
+    return Box(
+        x0_px=middle - 0.2 * high, y0_px=190.0 - high, x1_px=middle + 0.2 * high, y1_px=190.0,
+        kind="pedestrian", score=0.6,
+    )  # fmt: skip
 
 
 def look(number: int, k: int, range_m: float, hidden: float = 0.0) -> Look:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evaluation.training.detector_calibration import calibrated, expected_error, fit
+from evaluation.training.detector_calibration import calibrated, expected_error, fit, score_at
 from evaluation.training.detector_scores import Tally
 
 
@@ -37,3 +37,9 @@ def test_a_higher_score_stays_the_higher_one() -> None:
 def test_boxes_that_teach_nothing_change_nothing() -> None:
     assert fit(Tally(np.zeros(0), np.zeros(0, bool), 3)) == (1.0, 0.0)
     assert fit(Tally(np.array([0.5, 0.6]), np.array([True, True]), 3)) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize("probability", [0.05, 0.2, 0.5, 0.9])
+@pytest.mark.parametrize("curve", [(1.0, 0.0), (3.8, 1.4), (0.6, -0.9)])
+def test_the_score_that_stands_for_a_probability_becomes_it(probability: float, curve: tuple[float, float]) -> None:
+    assert calibrated(np.array([score_at(probability, curve)]), curve)[0] == pytest.approx(probability, abs=1e-3)

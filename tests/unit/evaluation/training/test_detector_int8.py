@@ -13,10 +13,13 @@ from drivemcp.paths import data
 from evaluation.training.dataset import Frames, load_frames, render_stage, write_shard
 from evaluation.training.detector_int8 import FLOAT, origin, quantise
 from services.perception.detection import Detection, overlaps
+from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
 from services.simulator.render.context import RendererUnavailable
 
 SURE = 0.6
+LEAST = 0.4
+"""Raw score from which the other network counts as having seen it too; the card's floors may be higher."""
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +53,9 @@ def lonely(ours: list[Detection], theirs: list[Detection]) -> list[Detection]:
 
 
 def test_what_is_surely_seen_in_one_is_seen_in_the_other(frames: Frames, tmp_path: Path) -> None:
-    shipped, exact = load_detector(data("models/detector.onnx")), load_detector(of_the_float_one(tmp_path))
+    floors = json.loads(data("models/detector.json").read_text(encoding="utf-8"))["floors"]
+    low = DetectorOptions(floors={kind: min(floor, LEAST) for kind, floor in floors.items()})
+    shipped, exact = load_detector(data("models/detector.onnx"), low), load_detector(of_the_float_one(tmp_path), low)
     seen = 0
     for picture in frames.pictures:
         for closer in (False, True):

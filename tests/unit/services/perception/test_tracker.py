@@ -418,3 +418,15 @@ def test_the_pictures_of_a_camera_that_looks_elsewhere_take_nothing_away() -> No
     sure = [each.published()[0].confidence if each.published() else 0.0 for each in (alone, beside, missed)]
     assert sure[1] == pytest.approx(sure[0], rel=0.1)
     assert sure[2] < 0.95 * sure[1]
+
+
+def test_a_doubted_box_goes_on_with_a_track_that_no_other_took_and_begins_none() -> None:
+    alone, tracker = Tracker(), Tracker()
+    for k in range(1, 12):
+        assert alone.step(k * STEP_NS, [sighting(40.0, 0.0, score=0.25)], EgoState(10.0, 0.0)) == [0]
+    assert alone.tracks == ()
+    drive(tracker, 10, 60.0, 5.0)
+    (known,) = [each.track_id for each in tracker.published()]
+    doubted, sure = sighting(54.5, 0.0, score=0.25), sighting(54.9, 0.2, score=0.8)
+    assert tracker.step(11 * STEP_NS, [doubted, sure], EgoState(20.0, 0.0)) == [0, known]
+    assert tracker.step(12 * STEP_NS, [sighting(54.0, 0.0, score=0.25)], EgoState(20.0, 0.0)) == [known]
