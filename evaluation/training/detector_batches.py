@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from evaluation.training.dataset import CLASSES, Frames, counted
 from evaluation.training.detector_targets import Targets, encode
 from evaluation.training.lens import through_lens
+from services.perception.centre import CLOSER_PX
 
 
 class Crops(NamedTuple):
@@ -31,7 +32,7 @@ CROPS = (
     Crops(288, 448, 12, SCALES),
     Crops(288, 448, 12, SCALES),
     Crops(384, 640, 6, SCALES),
-    Crops(192, 1280, 6, (2.0, 2.4)),
+    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
 )
 """One is drawn for each batch. The last is what the closer look shows."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}

@@ -14,24 +14,24 @@ SAME_M = 8.0
 def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[SignAhead]) -> SignAhead:
     """The sign with the plates that another track surely shows of it: who cannot read them from afar sees a sign without any.
 
-    `known`: what was known of this track before. Its shared plates stay, for the other track may have been passed meanwhile.
+    `known`: what was known of this track before. Its shared plates stay once the other track was passed, and go if that one
+    no longer shows any.
     """
     if sign.plates or sign.scope != "permanent" or sign.distance_m is None:
         return sign
-    twin = next((each for each in others if _shows_more_of(sign, each)), None)
-    if twin is None and known is not None and known.shared and _same(known, sign):
+    there = [each for each in others if _same(sign, each) and _beside(sign, each) and not each.shared]
+    twin = next((each for each in there if each.plates and each.believed and each.confidence >= SURE), None)
+    if twin is None and not there and known is not None and known.shared and _same(known, sign):
         twin = known
     if twin is None:
         return sign
     return msgspec.structs.replace(sign, plates=twin.plates, scope=twin.scope, shared=True)
 
 
-def _shows_more_of(sign: SignAhead, other: SignAhead) -> bool:
-    if other.distance_m is None or sign.distance_m is None or abs(other.distance_m - sign.distance_m) > SAME_M:
+def _beside(one: SignAhead, other: SignAhead) -> bool:
+    if one.distance_m is None or other.distance_m is None:
         return False
-    return (
-        bool(other.plates) and not other.shared and other.believed and other.confidence >= SURE and _same(sign, other)
-    )
+    return abs(one.distance_m - other.distance_m) <= SAME_M
 
 
 def _same(one: SignAhead, other: SignAhead) -> bool:

@@ -23,8 +23,6 @@ SCALE_SIGMA = 0.2
 """Of the logarithm of the factor by which guessed ranges are wrong."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
-
-
 DOUBTED = 0.3
 """Boxes with a lower score go on with tracks that no other box took, and begin none (Zhang et al. 2022)."""
 

@@ -136,9 +136,10 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
     hits, sure = track.hits + 1, _believed(track, sighting.score, now_ns)
-    estimate = _taken_in(track, sighting.fix, sweeps)
-    broken = now_ns - track.seen_ns > BREAK_S * 1e9
-    anew = broken or (sighting.boxed and _leaps(track.estimate, estimate, sighting.fix))
+    squared, _ = distance(track.estimate, sighting.fix)
+    estimate = _taken_in(track, sighting.fix, squared, sweeps)
+    leaps = sighting.boxed and (squared > GATE or _leaps(track.estimate, estimate))
+    anew = leaps or now_ns - track.seen_ns > BREAK_S * 1e9
     return replace(
         track,
         estimate=estimate,
@@ -152,12 +153,11 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
     )
 
 
-def _leaps(before: Estimate, after: Estimate, fix: Fix) -> bool:
-    """Whether a fix lies where nobody expected it, or the speed rests on it alone."""
+def _leaps(before: Estimate, after: Estimate) -> bool:
+    """Whether the speed rests on what came between the two alone."""
     ahead_mps, across_mps = np.abs(after.mean - before.mean)[2:].tolist()
     was_known, is_known = (float(each.covariance[2, 2]) <= LEAP_MPS**2 for each in (before, after))
-    leapt = ahead_mps > LEAP_MPS or across_mps > LEAP_ACROSS_MPS or (is_known and not was_known)
-    return leapt or distance(before, fix)[0] > GATE
+    return ahead_mps > LEAP_MPS or across_mps > LEAP_ACROSS_MPS or (is_known and not was_known)
 
 
 def _believed(track: Tracked, score: float, now_ns: int) -> float:
@@ -165,16 +165,15 @@ def _believed(track: Tracked, score: float, now_ns: int) -> float:
     return min(MOST_SURE, track.sure + (1.0 - math.exp(-passed_s / BELIEVING_S)) * (score - track.sure))
 
 
-def _taken_in(track: Tracked, fix: Fix, sweeps: Sweeps | None) -> Estimate:
+def _taken_in(track: Tracked, fix: Fix, squared: float, sweeps: Sweeps | None) -> Estimate:
     """The estimate with the fix; with the first measured one also where the same thing was a sweep before, which tells its speed."""
-    estimate = update(_ready(track, fix), fix)
+    estimate = update(_ready(track, fix, squared), fix)
     before = fix_before(estimate, fix, sweeps) if sweeps is not None and scales(track, fix) else None
     return update(estimate, before) if before is not None else estimate
 
 
-def _ready(track: Tracked, fix: Fix) -> Estimate:
-    """The track's estimate such that it can take the fix in: a swerve widens it, the first measured range scales it."""
-    squared, _ = distance(track.estimate, fix)
+def _ready(track: Tracked, fix: Fix, squared: float) -> Estimate:
+    """The track's estimate such that it can take the fix in, so far off: a swerve widens it, the first measured range scales it."""
     estimate = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
     return rescaled(estimate, fix) if scales(track, fix) else estimate
 

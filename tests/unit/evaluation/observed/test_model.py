@@ -1,5 +1,6 @@
 """Modelled sensors: drawn by seed and by what is asked, shaped as fitted, and carried by production's services."""
 
+import json
 import math
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data
-from evaluation.observed.boxes import Eye
+from evaluation.observed.boxes import SCORE_FLOOR, SCORE_FLOORS, Eye
 from evaluation.observed.card import SPREADS, Card, Line, read_card
 from evaluation.observed.clutter import clutter
 from evaluation.observed.faces import CLASSES
@@ -25,6 +26,7 @@ from evaluation.observed.regression import linear, logistic, memory_s
 from evaluation.observed.sight import Lens, Thing, things
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
+from evaluation.training.detector_calibration import calibrated
 from proto.perception import Box, Boxes
 from proto.truth import TrueActor, Truth
 from proto.vehicle import Ego
@@ -94,6 +96,13 @@ def test_who_stands_behind_a_house_does_not_show_and_who_comes_out_shows_in_part
     (covered,) = hidden(0.0, car(2, 15.0, 5.5))
     assert 0.0 < covered < 0.9
     assert hidden(0.5, car(2, 15.0, 5.5)) == [pytest.approx(1.0 - 0.5 * (1.0 - covered))]
+
+
+@pytest.mark.parametrize("kind", ["vehicle", "pedestrian"])
+def test_road_users_are_told_from_the_score_on_that_the_detectors_card_has(kind: str) -> None:
+    shipped = json.loads(data("models/detector.json").read_text(encoding="utf-8"))
+    told = calibrated(np.array([shipped["floors"][kind]]), shipped["calibration"][kind])[0]
+    assert SCORE_FLOORS.get(kind, SCORE_FLOOR) == pytest.approx(told, abs=0.005)
 
 
 def test_what_is_drawn_depends_on_seed_and_thing_alone(card: Card) -> None:

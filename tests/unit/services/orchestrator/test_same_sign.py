@@ -57,6 +57,17 @@ def test_a_doubted_plate_is_shared_with_nobody(doubt: dict[str, Any]) -> None:
     assert driven(LORRIES | doubt, 3.0).target_mps == pytest.approx(80 * KMH)
 
 
+@pytest.mark.parametrize("after", [{"plates": ()}, {**LORRIES, "confidence": 0.5}])
+def test_a_plate_that_its_own_track_shows_no_more_is_shared_no_more(after: dict[str, Any]) -> None:
+    drive = on_the_motorway()
+    for k in range(11):
+        distance_m = 30.0 - 3.0 * k
+        drive.tick(seen(PLATED, distance_m, **(LORRIES if k < 5 else after)), seen(PLAIN, distance_m + 3.0))
+    drive.tick(limit_sign("limit:80", track_id=PLAIN))
+    drive.ticks(5)
+    assert drive.target_mps == pytest.approx(80 * KMH)
+
+
 def test_another_limit_at_the_same_post_has_no_part_in_it() -> None:
     drive = on_the_motorway()
     for k in range(11):
