@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from proto.perception import ObjectClass
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.sizes import PRIORS, prior_of
@@ -46,6 +47,9 @@ THIN_SHARE, BROAD_SHARE = 0.2, 0.4
 """Of a box's width: a cluster of returns that spans less is a post's, one that spans more a vehicle's."""
 POST_PX = 2.0
 """Returns of a post lie no further aside of each other, and go on by more than this above or below a box behind it."""
+POST_SHARE: dict[ObjectClass, float] = {"vehicle": 1.0, "pedestrian": 0.25}
+"""How many do so, by those in the box. Of 4,820 rendered people with a measured range, 162 had one more than a metre too near;
+with this 88 have, and none of the right ones was lost."""
 FURTHEST_M = 250.0
 STANDING = frozenset({"vehicle", "pedestrian"})
 
@@ -167,14 +171,16 @@ def _broad(clusters: Sequence[Floats], detection: Detection, inner: ProjectedSwe
 
 
 def _post(cluster: Floats, detection: Detection, inner: ProjectedSweep, sweep: ProjectedSweep) -> bool:
-    """Whether returns in a vehicle's box are a post's before it: thin, and as many again above and below the box, within its height."""
-    if detection.kind != "vehicle" or _span(cluster, detection, inner) > THIN_SHARE:
+    """Whether returns in a road user's box are a post's before him: thin, and going on above and below the box, within its height."""
+    if detection.kind not in POST_SHARE or _span(cluster, detection, inner) > THIN_SHARE:
         return False
     columns = inner.pixels[_as_deep(inner, cluster, CLUSTER_GAP_M), 0]
     beside = (sweep.pixels[:, 0] >= columns.min() - POST_PX) & (sweep.pixels[:, 0] <= columns.max() + POST_PX)
     rows = sweep.pixels[beside & _as_deep(sweep, cluster, CLUSTER_GAP_M), 1]
     beyond = np.maximum(detection.y0_px - rows, rows - detection.y1_px)
-    return bool(((beyond > POST_PX) & (beyond < detection.height_px)).sum() >= len(cluster))
+    return bool(
+        ((beyond > POST_PX) & (beyond < detection.height_px)).sum() >= POST_SHARE[detection.kind] * len(cluster)
+    )
 
 
 def _span(cluster: Floats, detection: Detection, inner: ProjectedSweep) -> float:

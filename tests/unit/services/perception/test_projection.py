@@ -170,6 +170,45 @@ def test_a_vehicle_of_which_one_column_of_returns_came_back_is_no_post(
     assert found.depth_m == pytest.approx(near_m - CALIBRATION.x_m, rel=0.02)
 
 
+@pytest.mark.parametrize(("person_m", "before_m"), [(25, 2), (35, 2), (18, 5), (25, 5), (14, 9), (25, 9), (35, 9)])
+def test_a_post_before_a_person_does_not_lend_him_its_range(person_m: float, before_m: float) -> None:
+    """Else he begins anew there, and seems to walk in: his box is where he is, his range the post's.
+
+    Nearer than that to each other and to us, no beam meets the post above or below his box.
+    """
+    person = box_of((person_m, -0.3, 0.0), (person_m, 0.3, 1.75), "pedestrian")
+    post_m = person_m - before_m
+    beams = np.tan(np.radians(np.arange(-15.0, 2.0, 0.8)))
+    heights = 1.35 + post_m * beams
+    post = np.array([(post_m, 0.0, z) for z in heights[(heights > 0.3) & (heights < 2.7)]])
+    found = find_range(person, CAMERA, ProjectedSweep.of(post, CAMERA))
+    assert found is not None
+    assert found.source != "lidar"
+    behind = np.concatenate([post, wall(person_m, 0.25, 8, 3)])
+    found = find_range(person, CAMERA, ProjectedSweep.of(behind, CAMERA))
+    assert found is not None
+    assert found.source == "lidar"
+    assert found.depth_m == pytest.approx(person_m - CALIBRATION.x_m, abs=0.2)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    near_m=st.floats(5.0, 60.0),
+    aside_m=st.floats(-0.2, 0.2),
+    heights_m=st.lists(st.floats(0.35, 1.6), min_size=2, max_size=8),
+    behind_m=st.floats(2.0, 10.0),
+)
+def test_a_person_of_whom_one_column_of_returns_came_back_is_no_post(
+    near_m: float, aside_m: float, heights_m: list[float], behind_m: float
+) -> None:
+    person = box_of((near_m, -0.3, 0.0), (near_m, 0.3, 1.75), "pedestrian")
+    column = np.array([(near_m, aside_m, z) for z in heights_m])
+    points = np.concatenate([column, wall(near_m + behind_m, 2.0, 10, 5, high_m=4.0)])
+    found = find_range(person, CAMERA, ProjectedSweep.of(points, CAMERA))
+    assert found is not None
+    assert found.depth_m <= near_m
+
+
 def test_a_nearer_person_is_never_put_further_away_by_what_stands_behind() -> None:
     person = box_of((15.0, -0.3, 0.0), (15.0, 0.3, 1.75), "pedestrian")
     points = np.concatenate([wall(15.0, 0.05, 4, 3), wall(18.0, 0.8, 40, 4)])
