@@ -17,6 +17,8 @@ SURE = 0.6
 """From this confidence on a reading may end or raise a limit."""
 TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
+SAME_POST_NS = 5_000_000_000
+"""Signs that are passed within this time may stand on one post, or on both sides of the road."""
 SAME_BORDER_NS = 20_000_000_000
 """A border's signs are passed within this time."""
 UNSIGNED_KMH: dict[str, float] = {
@@ -95,6 +97,8 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return changed(signs, now_ns, conditional=_strictest((*others, limit)))
     if any(plate.startswith(DISTANCE_PLATE) for plate in sign.plates) and not lowers(signs, sign):
         return signs
+    if sign.confidence >= SURE:
+        signs = _beyond_the_junction(signs, now_ns)
     slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
     known: InForce | None = getattr(signs, slot)
     if known is not None and not _differs(known, posted):
@@ -102,6 +106,17 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     also = {"permanent": None} if slot == "zone" else {}
     when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+
+
+def _beyond_the_junction(signs: Signs, now_ns: int) -> Signs:
+    """Without limits under arrows of an earlier post: the limit that is posted next for all holds for us, whichever way we went."""
+    left = tuple(
+        each
+        for each in signs.conditional
+        if now_ns - each.since_ns < SAME_POST_NS
+        or not any(plate.startswith(ARROW_PLATE) for plate in each.posted.plates)
+    )
+    return signs if left == signs.conditional else changed(signs, now_ns, conditional=left)
 
 
 def may_be_ours(scope: str, plates: tuple[str, ...], *, dry: bool) -> bool:

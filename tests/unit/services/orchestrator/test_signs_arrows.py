@@ -64,6 +64,26 @@ def test_nothing_under_an_arrow_ever_raises_the_target(signs: list[Fact]) -> Non
         assert drive.target_mps <= 50 * KMH + 1e-9
 
 
+@FEW
+@given(
+    later_s=st.one_of(st.floats(0.1, 4.5), st.floats(5.5, 60.0)),
+    posted=st.sampled_from([30, 40, 50, 80]),
+    confidence=st.sampled_from([0.35, 0.5, 0.6, 1.0]),
+    plates=st.sampled_from([(), ("plate:time",), ("plate:lorries",), ("plate:arrow_left",), ("plate:distance",)]),
+)
+@pytest.mark.parametrize("arrow", ARROWS)
+def test_a_limit_under_an_arrow_holds_until_a_later_post_shows_one_for_all(
+    arrow: str, later_s: float, posted: int, confidence: float, plates: tuple[str, ...]
+) -> None:
+    """A plate misread as an arrow used to hold a town's limit for the rest of the road."""
+    drive = at_fifty()
+    drive.tick(limit_sign("limit:20", track_id=8, plates=(arrow,)))
+    drive.now_ns += int(later_s * 1e9)
+    drive.tick(limit_sign(f"limit:{posted}", track_id=9, plates=plates, confidence=confidence))
+    for_all = confidence >= 0.6 and not plates and later_s > 5.0
+    assert drive.target_mps == pytest.approx((posted if for_all else 20) * KMH)
+
+
 def test_a_school_limit_counts_beside_the_other_until_its_own_end() -> None:
     drive = at_fifty()
     drive.tick(limit_sign("limit:20", track_id=8, plates=("plate:school",)))
