@@ -11,7 +11,7 @@ import numpy as np
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.kalman import Fix
-from services.perception.projection import EDGE_PX, Range
+from services.perception.projection import EDGE_PX, TOUCHING_SHARE, Range
 from services.perception.sizes import Body, body_of
 from services.perception.tracked import Sighting
 
@@ -84,7 +84,8 @@ def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[De
     outer = detection.x0_px if left else detection.x1_px
     near_edge = max(EDGE_PX, CUT_SHARE * detection.width_px)
     cut = outer <= near_edge if left else outer >= c.width_px - near_edge
-    return cut or any(box.x0_px - EDGE_PX <= outer <= box.x1_px + EDGE_PX for box in hiding)
+    slack = max(EDGE_PX, TOUCHING_SHARE * detection.height_px)
+    return cut or any(box.x0_px - slack <= outer <= box.x1_px + slack for box in hiding)
 
 
 def _reaches_out(detection: Detection, found: Range, camera: Camera, body: Body) -> bool:

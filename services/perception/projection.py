@@ -39,6 +39,9 @@ LIDAR_SURE_M, BEHIND_M = 45.0, 5.0
 EDGE_PX = 2.0
 COVER_PX, COVER_SHARE = 2.0, 0.05
 """By how much a covering box is widened, for boxes are not exact: pixels, plus a share of its size."""
+TOUCHING_SHARE = 0.3
+"""Of its height, half a metre of a car: boxes no further apart may be of one that hides the other, for where a part of a road user
+is all that shows, its box ends before that part does. Of 4,080 places of parked cars 2.9 % were 0.8 m too far inwards, 3.8 % before."""
 BEFORE_PX = 2.0
 """Lower edges nearer to each other than this do not tell who stands before whom."""
 HEIGHT_SLACK_PX = 2.0
@@ -129,7 +132,7 @@ def hiding(detection: Detection, others: Sequence[Detection]) -> list[Detection]
         for other in others
         if other.kind in STANDING
         and other.y1_px > detection.y1_px + BEFORE_PX
-        and min(other.x1_px, detection.x1_px) > max(other.x0_px, detection.x0_px)
+        and min(other.x1_px, detection.x1_px) + TOUCHING_SHARE * detection.height_px > max(other.x0_px, detection.x0_px)
         and other.y0_px < detection.y1_px
     ]
 

@@ -120,6 +120,23 @@ def test_a_parked_car_stays_beside_the_lane_however_the_pictures_end_cuts_its_bo
     assert seen.fix.place[1] == pytest.approx(-2.8, abs=0.25)
 
 
+@pytest.mark.parametrize("far_m", [25.0, 40.0, 60.0])
+@pytest.mark.parametrize("apart_m", [-0.1, 0.0, 0.2, 0.4])
+def test_of_a_row_of_parked_cars_the_one_behind_stays_beside_the_lane_though_little_of_it_shows(
+    far_m: float, apart_m: float
+) -> None:
+    near, whole = (box_of((x, -3.7, 0.0), (x, -1.9, 1.5)) for x in (0.75 * far_m, far_m))
+    metre_px = whole.width_px / 1.8
+    car = replace(whole, x1_px=near.x0_px - apart_m * metre_px)
+    assert car.width_px < 0.75 * whole.width_px
+    found = find_range(car, CAMERA, ProjectedSweep.of(wall(far_m, 0.2, 8, 3) + np.array([0.0, -2.1, 0.0]), CAMERA))
+    assert found is not None
+    assert found.source == "lidar"
+    seen = sighting_of(car, found, CAMERA, Lag(), hiding(car, [near]))
+    assert seen is not None
+    assert seen.fix.place[1] == pytest.approx(-2.8, abs=0.35)
+
+
 def test_a_car_whose_inner_side_is_hidden_is_not_placed_by_the_returns_of_the_rest() -> None:
     car, before = box_of((20.0, -3.7, 0.0), (20.0, -1.9, 1.5)), box_of((10.0, -1.4, 0.0), (10.0, 0.4, 1.5))
     shown = wall(20.0, 0.3, 40, 6) + np.array([0.0, -3.4, 0.0])
