@@ -68,6 +68,8 @@ class Truth(msgspec.Struct, frozen=True, kw_only=True):
     rain_mm_h: float | None = None
     dark: bool | None = None
     """Whether cameras depend on lamps; None: not told."""
+    heading_rad: float | None = None
+    """Where the ego looks, anticlockwise on the map; None: not told."""
 
 
 class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):

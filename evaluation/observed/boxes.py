@@ -21,7 +21,7 @@ from evaluation.observed.card import (
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
-from evaluation.observed.sight import Lens, Thing, things
+from evaluation.observed.sight import Lens, Thing, things, turn_rad
 from evaluation.observed.swept import swept
 from proto.perception import ObjectClass
 from proto.sensors import Calibration
@@ -54,6 +54,8 @@ class Haunting(NamedTuple):
     born_ns: int
     born_m: float
     """What the ego had driven then."""
+    born_rad: float
+    """Where it looked."""
     ghost: Ghost
 
 
@@ -93,7 +95,7 @@ class Eye:
                 detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
         found = [Found(each, self._range(each, thing, row, stamp_ns, boxes), thing) for each, thing, row in detections]
-        return [*found, *self._haunted(truth.speed_mps, stamp_ns)]
+        return [*found, *self._haunted(truth.speed_mps, truth.heading_rad or 0.0, stamp_ns)]
 
     def understood(self, pipeline: Perception, truth: Truth, stamp_ns: int, frame: int) -> Seen:
         """What production makes of what is found in the picture taken then."""
@@ -176,17 +178,25 @@ class Eye:
         rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift
         return float(np.interp(rank, SPREADS, errors.quantiles))
 
-    def _haunted(self, speed_mps: float, stamp_ns: int) -> list[Found]:
-        """Boxes of nothing: each comes by chance, and is what one that was measured at such a speed was."""
+    def _haunted(self, speed_mps: float, heading_rad: float, stamp_ns: int) -> list[Found]:
+        """Boxes of nothing: each comes by chance, and is what one that was measured at such a speed was.
+
+        As the ego turns they move in the picture as what stands by the road does.
+        """
         pace = pace_of(speed_mps)
         clutter = self._card.clutter[self.camera][pace]
         since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
         self._looked_ns, self._driven_m = stamp_ns, self._driven_m + speed_mps * since_s
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
-            self._hauntings.append(Haunting(stamp_ns, self._driven_m, clutter.ghosts[which]))
+            self._hauntings.append(Haunting(stamp_ns, self._driven_m, heading_rad, clutter.ghosts[which]))
         self._hauntings = [each for each in self._hauntings if self._goes_on(each, stamp_ns, standing=pace == 0)]
-        return [self._drawn(each.ghost.kind, box) for each in self._hauntings for box in self._shown(each, stamp_ns)]
+        shown = [
+            self._turned(box, turn_rad(each.born_rad, heading_rad), each.ghost.kind)
+            for each in self._hauntings
+            for box in self._shown(each, stamp_ns)
+        ]
+        return [self._drawn(detection, range_m) for detection, range_m in shown if detection is not None]
 
     def _goes_on(self, haunting: Haunting, stamp_ns: int, *, standing: bool) -> bool:
         """Until its last box; what deceived a moving camera is over when the ego stands, and the other way round."""
@@ -205,12 +215,19 @@ class Eye:
         near = min(haunting.ghost.boxes, key=lambda each: abs(each.driven_m - driven_m))
         return [near] if abs(near.driven_m - driven_m) <= near.step_m / 2 else []
 
-    def _drawn(self, kind: ObjectClass, ghost: GhostBox) -> Found:
+    def _turned(self, ghost: GhostBox, turned_rad: float, kind: ObjectClass) -> tuple[Detection | None, float | None]:
+        """Its box where the ego has turned so far since it came, and not as far as in the recording; None: beyond the picture."""
         x0, y0, x1, y1 = ghost.box
-        detection = Detection(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind=kind, score=ghost.score)
-        if ghost.range_m is None:
+        moved = self.lens.aside((x0 + x1) / 2, turned_rad - ghost.turned_rad) - (x0 + x1) / 2
+        left, right = max(x0 + moved, 0.0), min(x1 + moved, float(self.lens.camera.width_px))
+        if right - left < 1.0:
+            return None, None
+        return Detection(x0_px=left, y0_px=y0, x1_px=right, y1_px=y1, kind=kind, score=ghost.score), ghost.range_m
+
+    def _drawn(self, detection: Detection, range_m: float | None) -> Found:
+        if range_m is None:
             return Found(detection, find_range(detection, self._camera, None))
-        return Found(detection, Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
+        return Found(detection, Range(depth_m=range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
 
 
 def _share(odds: float) -> float:

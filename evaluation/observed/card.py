@@ -86,6 +86,8 @@ class GhostBox(msgspec.Struct, frozen=True, kw_only=True):
     """By the ego, since then."""
     step_m: float
     """Between that picture and the next."""
+    turned_rad: float
+    """By the ego, to the left, since the first picture that had it."""
     box: tuple[float, float, float, float]
     score: float
     range_m: float | None

@@ -6,8 +6,9 @@ from itertools import accumulate, pairwise
 
 from evaluation.observed.card import Clutter, Ghost, GhostBox, pace_of
 from evaluation.observed.pairing import Stray
+from evaluation.observed.sight import Lens, turn_rad
 from proto.perception import Box
-from services.simulator.session import CAMERA_STEPS
+from services.simulator.session import CAMERA_STEPS, CAMERAS
 from services.simulator.world import STEP_S
 
 NEAREST_GHOST_M = 3.0
@@ -32,9 +33,7 @@ def _at_pace(ghosts: Sequence[Ghost], minutes: float) -> Clutter:
 def _chains(strays: Sequence[Stray]) -> list[list[Stray]]:
     done: list[list[Stray]] = []
     for each in strays:
-        last = min(
-            (c for c in done if _goes_on(c[-1], each)), key=lambda c: _apart_px(c[-1].box, each.box), default=None
-        )
+        last = min((c for c in done if _goes_on(c[-1], each)), key=lambda c: _apart_px(c[-1], each), default=None)
         if last is None:
             done.append([each])
         else:
@@ -45,11 +44,14 @@ def _chains(strays: Sequence[Stray]) -> list[list[Stray]]:
 def _goes_on(last: Stray, now: Stray) -> bool:
     if last.box.kind != now.box.kind or not 0 < now.stamp_ns - last.stamp_ns <= JOINED_S * 1e9:
         return False
-    return _apart_px(last.box, now.box) <= JOINED_SIZES * (last.box.y1_px - last.box.y0_px) + JOINED_PX
+    return _apart_px(last, now) <= JOINED_SIZES * (last.box.y1_px - last.box.y0_px) + JOINED_PX
 
 
-def _apart_px(a: Box, b: Box) -> float:
-    return math.hypot(a.x0_px + a.x1_px - b.x0_px - b.x1_px, a.y0_px + a.y1_px - b.y0_px - b.y1_px) / 2
+def _apart_px(last: Stray, now: Stray) -> float:
+    """How far the later box lies from where the ego's turn put the earlier one."""
+    (u, v), (now_u, now_v) = (((b.x0_px + b.x1_px) / 2, (b.y0_px + b.y1_px) / 2) for b in (last.box, now.box))
+    lens = Lens(CAMERAS[now.camera])
+    return math.hypot(now_u - lens.aside(u, turn_rad(last.heading_rad, now.heading_rad)), now_v - v)
 
 
 def _ghost(chain: Sequence[Stray], picture_s: float) -> Ghost:
@@ -62,6 +64,7 @@ def _ghost(chain: Sequence[Stray], picture_s: float) -> Ghost:
             after_s=round((each.stamp_ns - began_ns) / 1e9, 3),
             driven_m=round(driven_m, 2),
             step_m=round(each.speed_mps * picture_s, 3),
+            turned_rad=round(turn_rad(chain[0].heading_rad, each.heading_rad), 5),
             box=_edges(each.box),
             score=round(each.box.score, 3),
             range_m=_away(each.box) if each.box.range_source == "lidar" else None,

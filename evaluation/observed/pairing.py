@@ -42,6 +42,8 @@ class Stray(NamedTuple):
     box: Box
     speed_mps: float
     """Of the ego."""
+    heading_rad: float
+    """Of the ego."""
 
 
 def air_of(truth: Truth, rain_mm_h: float = 0.0) -> Air:
@@ -68,7 +70,7 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
             for k, thing in enumerate(present)
         ]
         stray = [
-            Stray(boxes.camera, stamp_ns, box, truth.speed_mps)
+            Stray(boxes.camera, stamp_ns, box, truth.speed_mps, truth.heading_rad or 0.0)
             for k, box in enumerate(boxes.boxes)
             if k not in owned and not _untold(boxes.camera, box) and not any(_is_of(each, box) for each in present)
         ]

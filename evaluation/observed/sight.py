@@ -75,6 +75,17 @@ class Lens:
         u = camera.width_px / 2 - camera.focal_px * (y_m - camera.y_m) / depth
         return u, camera.height_px / 2 - camera.focal_px * up / depth
 
+    def aside(self, u_px: float, turned_rad: float) -> float:
+        """Where what stands at this column shows, so far away that only the turn counts, once the camera turned so far to the left."""
+        camera, most = self.camera, math.pi / 2 - 0.1
+        right_rad = math.atan((u_px - camera.width_px / 2) / camera.focal_px) + turned_rad
+        return camera.width_px / 2 + camera.focal_px * math.tan(max(-most, min(most, right_rad)))
+
+
+def turn_rad(before_rad: float, now_rad: float) -> float:
+    """From one heading to the other, to the left, by the shorter way."""
+    return math.remainder(now_rad - before_rad, math.tau)
+
 
 def things(truth: Truth, lens: Lens) -> list[Thing]:
     """Everything that shows in the picture, road users first; what hides a thing stands nearer and covers its box. Who is

@@ -67,6 +67,7 @@ def truth_of(
         stop_distance_m=fact.stop[1] if fact.stop is not None else None,
         faults=faults,
         brake_share=brake_share,
+        heading_rad=moment.ego.pose.yaw_rad,
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
@@ -201,7 +201,7 @@ def test_what_hides_a_thing_has_range_errors_of_its_own() -> None:
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
     def stray(k: int, x0: float) -> Stray:
         box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)
-        return Stray("front", NS + k * NS // 10, box, 10.0)
+        return Stray("front", NS + k * NS // 10, box, 10.0, 0.0)
 
     runs = [[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]]
     paces = clutter(runs, "front", [1.0, 0.0, 1.0, 2.0, 0.0])
@@ -221,7 +221,7 @@ def test_what_deceived_a_moving_camera_stays_where_it_stood_however_fast_the_ego
 ) -> None:
     """A post 40 m ahead, seen at 12 m/s; it used to walk towards who drove slower than that."""
     depths = [40.0 - 1.2 * k for k in range(25)]
-    strays = [Stray("front", NS + k * NS // 10, _post(depth_m), 12.0) for k, depth_m in enumerate(depths)]
+    strays = [Stray("front", NS + k * NS // 10, _post(depth_m), 12.0, 0.0) for k, depth_m in enumerate(depths)]
     paces = clutter([strays], "front", [0.0, 0.0, 1.0, 0.0, 0.0])
     often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces)
     eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": often}), "front", 1)
@@ -238,6 +238,39 @@ def test_what_deceived_a_moving_camera_stays_where_it_stood_however_fast_the_ego
             assert any(abs(depth_m - (40.0 - (driven_m - start_m))) <= 0.6 + 0.1 for start_m in began)
             seen += 1
     assert seen > 5
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    recorded_radps=st.floats(-0.4, 0.4), heading_rad=st.floats(-3.1, 3.1), now_radps=st.floats(-0.4, 0.4),
+)  # fmt: skip
+def test_what_deceived_a_camera_turns_with_the_road_and_not_with_the_ego(
+    recorded_radps: float, heading_rad: float, now_radps: float
+) -> None:
+    """It used to be drawn where it was in the picture, and walked across the lane of who turned otherwise than when it was recorded."""
+    lens = Lens(CAMERAS["front"])
+
+    def stray(k: int) -> Stray:
+        turned_rad = 0.1 * k * recorded_radps
+        u = lens.aside(320.0, turned_rad)
+        box = Box(x0_px=u - 5.0, y0_px=165.0, x1_px=u + 5.0, y1_px=190.0, kind="pedestrian", score=0.6)
+        return Stray("front", NS + k * NS // 10, box, 12.0, heading_rad + turned_rad)
+
+    paces = clutter([[stray(k) for k in range(8)]], "front", [0.0, 0.0, 1.0, 0.0, 0.0])
+    assert [len(each.boxes) for each in paces[2].ghosts] == [8], "one, however quickly the ego turned"
+    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces)
+    eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": often}), "front", 1)
+    bearings: list[float] = []
+    began: list[float] = []
+    for k in range(100):
+        turned_rad = 0.1 * k * now_radps
+        told = msgspec.structs.replace(truth(k / 10), speed_mps=12.0, heading_rad=heading_rad - 1.0 + turned_rad)
+        for each in eye.look(told, NS + k * NS // 10):
+            middle = (each.detection.x0_px + each.detection.x1_px) / 2
+            bearings.append(turned_rad - math.atan((middle - 320.0) / CAMERAS["front"].focal_px))
+            began.append(turned_rad)
+            assert any(abs(bearings[-1] - start_rad) < 1e-3 for start_rad in began)
+    assert len(bearings) > 5
 
 
 def _post(depth_m: float) -> Box:
