@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from proto.perception import ObjectClass
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.kalman import Fix
@@ -20,7 +21,11 @@ PERSON_SIGMA_PX, PERSON_SIGMA_M = 0.8, 0.04
 """A person has no flank that could move the middle of the box: from picture to picture it jumps by 0.03 m at 20 m, and who steps out is
 known by that."""
 ACROSS_SIGMA_SHARE = 0.04
-CUT_SIGMA_SHARE = 0.5
+CUT_SIGMA_SHARE: dict[ObjectClass, float] = {"vehicle": 0.2, "pedestrian": 0.5}
+"""Of its width: how well a side that shows tells where the middle of a body is whose other side is hidden. Of 1,900 parked cars 0.15 m
+in the median, nine in ten by less than 0.5 m."""
+NARROW_SHARE = 0.75
+"""Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, nobody knows on which side."""
 CUT_SHARE = 0.08
 """A box that ends this share of its width before the edge of the picture is cut off by it: detectors draw edges inwards (one in ten of 241
 by more)."""
@@ -156,6 +161,14 @@ def _place(
     return place
 
 
+def _unshown_m(detection: Detection, found: Range, camera: Camera, body: Body) -> float:
+    """How much of a vehicle's width does not show, where its range is measured, not its sides, and it is much."""
+    if found.source != "lidar" or found.sides_m is not None:
+        return 0.0
+    shown_m = detection.width_px * found.depth_m / camera.calibration.fx_px
+    return body.width_m - shown_m if shown_m < NARROW_SHARE * body.width_m else 0.0
+
+
 def _covariance(
     detection: Detection,
     found: Range,
@@ -174,7 +187,9 @@ def _covariance(
     if flank_m is not None:
         across = FLANK_SIGMA_M
     elif covered:
-        across += CUT_SIGMA_SHARE * body.width_m
+        across += CUT_SIGMA_SHARE[detection.kind] * body.width_m
+    if not covered and not person:
+        across += _unshown_m(detection, found, camera, body) / 2
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     covariance: Floats = turn @ np.diag([(found.sigma_m / max(math.cos(angle), 0.2)) ** 2, across**2]) @ turn.T

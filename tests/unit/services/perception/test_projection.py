@@ -129,12 +129,18 @@ def test_of_a_row_of_parked_cars_the_one_behind_stays_beside_the_lane_though_lit
     metre_px = whole.width_px / 1.8
     car = replace(whole, x1_px=near.x0_px - apart_m * metre_px)
     assert car.width_px < 0.75 * whole.width_px
-    found = find_range(car, CAMERA, ProjectedSweep.of(wall(far_m, 0.2, 8, 3) + np.array([0.0, -2.1, 0.0]), CAMERA))
+    found = find_range(car, CAMERA, ProjectedSweep.of(wall(far_m, 0.2, 4, 3) + np.array([0.0, -2.1, 0.0]), CAMERA))
     assert found is not None
     assert found.source == "lidar"
-    seen = sighting_of(car, found, CAMERA, Lag(), hiding(car, [near]))
+    seen, alone = (sighting_of(car, found, CAMERA, Lag(), hiding(car, others)) for others in ([near], []))
     assert seen is not None
+    assert alone is not None
     assert seen.fix.place[1] == pytest.approx(-2.8, abs=0.35)
+    assert seen.fix.covariance[1, 1] < 0.9**2, "the side that shows tells it well"
+    assert alone.fix.covariance[1, 1] > (0.8 * (1.85 - car.width_px / metre_px) / 2) ** 2, (
+        "nobody knows which part shows"
+    )
+    assert seen.fix.covariance[1, 1] < 2.0 * alone.fix.covariance[1, 1]
 
 
 def test_a_car_whose_inner_side_is_hidden_is_not_placed_by_the_returns_of_the_rest() -> None:
