@@ -11,8 +11,8 @@ EGO_HALF_M = 2.25
 NEAR_PATH_M = 3.0
 LOOK_AHEAD_M = 120.0
 WITHIN_S, SURELY_WITHIN_S, WALKS_MPS = 2.0, 3.0, 1.0
-"""Who walks towards the path and reaches it so soon, crosses it; who surely walks, sooner told of: at 54 km/h two seconds are
-one reaction and too little braking."""
+"""Who walks towards the path and reaches it so soon, crosses it; who surely walks and is known for a second, sooner told of: at
+54 km/h two seconds are one reaction and too little braking."""
 FLOOR = 0.15
 """Below this confidence perception itself says that there is probably nothing."""
 CERTAIN = 0.7
@@ -77,7 +77,8 @@ def crosses(track: Track) -> bool:
         return True
     sideways = abs(track.vy_mps)
     towards = track.vy_mps * track.y_m < 0.0 and sideways > 0.4
-    within_s = SURELY_WITHIN_S if sideways >= WALKS_MPS and track.confidence >= CERTAIN else WITHIN_S
+    surely = sideways >= WALKS_MPS and track.confidence >= CERTAIN and track.age_s >= KNOWN_S
+    within_s = SURELY_WITHIN_S if surely else WITHIN_S
     return towards and abs(track.y_m) - within_s * sideways < NEAR_PATH_M / 2.0
 
 

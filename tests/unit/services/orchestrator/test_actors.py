@@ -1,5 +1,6 @@
 """Every actor counts: none stands for all, and none hides another."""
 
+import math
 from typing import TypeVar
 
 import pytest
@@ -267,6 +268,16 @@ def test_who_surely_walks_to_the_road_is_told_of_three_seconds_before() -> None:
     assert not crosses(walker(5.5, -1.4, 0.6)), "a doubted one is waited for"
     assert not crosses(walker(4.0, -0.9, 0.8)), "who only sways is not walking"
     assert not crosses(walker(5.5, 1.4, 0.8)), "he walks away"
+    new = replace(walker(5.5, -1.4, 0.8), age_s=0.4)
+    assert not crosses(new), "where he was a second ago nobody knows: a post's range before a person made one walk"
+
+
+@given(st.floats(-4.2, 4.2), st.floats(1.4, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 1.0))
+def test_who_is_two_seconds_from_the_path_is_told_of_however_new(
+    y_m: float, speed_mps: float, confidence: float, age_s: float
+) -> None:
+    track = walker(y_m, -math.copysign(speed_mps, y_m), confidence)
+    assert y_m == 0.0 or crosses(replace(track, age_s=age_s))
 
 
 @given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 0.85))
