@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from proto.perception import ObjectClass
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.kalman import Fix
@@ -21,9 +20,10 @@ PERSON_SIGMA_PX, PERSON_SIGMA_M = 0.8, 0.04
 """A person has no flank that could move the middle of the box: from picture to picture it jumps by 0.03 m at 20 m, and who steps out is
 known by that."""
 ACROSS_SIGMA_SHARE = 0.04
-CUT_SIGMA_SHARE: dict[ObjectClass, float] = {"vehicle": 0.2, "pedestrian": 0.5}
-"""Of its width: how well a side that shows tells where the middle of a body is whose other side is hidden. Of 1,900 parked cars 0.15 m
-in the median, nine in ten by less than 0.5 m."""
+CUT_SIGMA_SHARE, HIDDEN_SIGMA_SHARE = 0.5, 0.2
+"""Of its width: how well a side that shows tells where the middle of a body is that the picture's end cuts off, or at a measured range
+another one hides (of 1,900 parked cars 0.15 m in the median, nine in ten by less than 0.5 m). What comes into the picture grows, and
+seems to cut in."""
 NARROW_SHARE = 0.75
 """Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, nobody knows on which side."""
 CUT_SHARE = 0.08
@@ -84,13 +84,20 @@ def _height_m(detection: Detection, found: Range, camera: Camera) -> float | Non
 
 def _outer_edge_hidden(detection: Detection, camera: Camera, hiding: Sequence[Detection]) -> bool:
     """Whether the edge away from the picture's middle is where another box, or the picture's end, cuts this one off."""
-    c = camera.calibration
-    left = detection.centre_px[0] < c.cx_px
+    left = detection.centre_px[0] < camera.calibration.cx_px
     outer = detection.x0_px if left else detection.x1_px
-    near_edge = max(EDGE_PX, CUT_SHARE * detection.width_px)
-    cut = outer <= near_edge if left else outer >= c.width_px - near_edge
     slack = max(EDGE_PX, TOUCHING_SHARE * detection.height_px)
-    return cut or any(box.x0_px - slack <= outer <= box.x1_px + slack for box in hiding)
+    touched = any(box.x0_px - slack <= outer <= box.x1_px + slack for box in hiding)
+    return touched or _cut_off(detection, camera)
+
+
+def _cut_off(detection: Detection, camera: Camera) -> bool:
+    """Whether the edge away from the picture's middle is where the picture ends."""
+    c = camera.calibration
+    near_edge = max(EDGE_PX, CUT_SHARE * detection.width_px)
+    if detection.centre_px[0] < c.cx_px:
+        return detection.x0_px <= near_edge
+    return detection.x1_px >= c.width_px - near_edge
 
 
 def _reaches_out(detection: Detection, found: Range, camera: Camera, body: Body) -> bool:
@@ -187,7 +194,8 @@ def _covariance(
     if flank_m is not None:
         across = FLANK_SIGMA_M
     elif covered:
-        across += CUT_SIGMA_SHARE[detection.kind] * body.width_m
+        hidden = not person and found.source == "lidar" and not _cut_off(detection, camera)
+        across += (HIDDEN_SIGMA_SHARE if hidden else CUT_SIGMA_SHARE) * body.width_m
     if not covered and not person:
         across += _unshown_m(detection, found, camera, body) / 2
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])

@@ -143,6 +143,18 @@ def test_of_a_row_of_parked_cars_the_one_behind_stays_beside_the_lane_though_lit
     assert seen.fix.covariance[1, 1] < 2.0 * alone.fix.covariance[1, 1]
 
 
+@pytest.mark.parametrize("shown_px", [40.0, 90.0, 140.0])
+def test_who_comes_into_the_picture_from_behind_is_vague_across(shown_px: float) -> None:
+    """The box grows as he overtakes, and its inner side is not his middle: taken for sure he cut in, and was shouted about."""
+    car = box_of((8.0, -4.5, 0.0), (8.0, -2.7, 1.5))
+    box = replace(car, x0_px=640.0 - shown_px, x1_px=640.0)
+    found = find_range(box, CAMERA, None)
+    assert found is not None
+    seen = sighting_of(box, found, CAMERA, Lag())
+    assert seen is not None
+    assert seen.fix.covariance[1, 1] > 0.9**2
+
+
 def test_a_car_whose_inner_side_is_hidden_is_not_placed_by_the_returns_of_the_rest() -> None:
     car, before = box_of((20.0, -3.7, 0.0), (20.0, -1.9, 1.5)), box_of((10.0, -1.4, 0.0), (10.0, 0.4, 1.5))
     shown = wall(20.0, 0.3, 40, 6) + np.array([0.0, -3.4, 0.0])
