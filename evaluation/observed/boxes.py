@@ -191,12 +191,12 @@ class Eye:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
             self._hauntings.append(Haunting(stamp_ns, self._driven_m, heading_rad, clutter.ghosts[which]))
         self._hauntings = [each for each in self._hauntings if self._goes_on(each, stamp_ns, standing=pace == 0)]
-        shown = [
-            self._turned(box, turn_rad(each.born_rad, heading_rad), each.ghost.kind)
+        drawn = (
+            self._drawn(each.ghost.kind, box, turn_rad(each.born_rad, heading_rad))
             for each in self._hauntings
             for box in self._shown(each, stamp_ns)
-        ]
-        return [self._drawn(detection, range_m) for detection, range_m in shown if detection is not None]
+        )
+        return [found for found in drawn if found is not None]
 
     def _goes_on(self, haunting: Haunting, stamp_ns: int, *, standing: bool) -> bool:
         """Until its last box; what deceived a moving camera is over when the ego stands, and the other way round."""
@@ -215,19 +215,17 @@ class Eye:
         near = min(haunting.ghost.boxes, key=lambda each: abs(each.driven_m - driven_m))
         return [near] if abs(near.driven_m - driven_m) <= near.step_m / 2 else []
 
-    def _turned(self, ghost: GhostBox, turned_rad: float, kind: ObjectClass) -> tuple[Detection | None, float | None]:
+    def _drawn(self, kind: ObjectClass, ghost: GhostBox, turned_rad: float) -> Found | None:
         """Its box where the ego has turned so far since it came, and not as far as in the recording; None: beyond the picture."""
         x0, y0, x1, y1 = ghost.box
         moved = self.lens.aside((x0 + x1) / 2, turned_rad - ghost.turned_rad) - (x0 + x1) / 2
         left, right = max(x0 + moved, 0.0), min(x1 + moved, float(self.lens.camera.width_px))
         if right - left < 1.0:
-            return None, None
-        return Detection(x0_px=left, y0_px=y0, x1_px=right, y1_px=y1, kind=kind, score=ghost.score), ghost.range_m
-
-    def _drawn(self, detection: Detection, range_m: float | None) -> Found:
-        if range_m is None:
+            return None
+        detection = Detection(x0_px=left, y0_px=y0, x1_px=right, y1_px=y1, kind=kind, score=ghost.score)
+        if ghost.range_m is None:
             return Found(detection, find_range(detection, self._camera, None))
-        return Found(detection, Range(depth_m=range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
+        return Found(detection, Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
 
 
 def _share(odds: float) -> float:

@@ -18,7 +18,8 @@ JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
 
 def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: Sequence[float]) -> tuple[Clutter, ...]:
     """Of one camera's pictures. `minutes`: how long the ego went at each of `PACES_MPS`."""
-    chains = [chain for strays in runs for chain in _chains([s for s in strays if s.camera == camera])]
+    lens = Lens(CAMERAS[camera])
+    chains = [chain for strays in runs for chain in _chains([s for s in strays if s.camera == camera], lens)]
     picture_s = CAMERA_STEPS[camera][0] * STEP_S
     return tuple(
         _at_pace([_ghost(chain, picture_s) for chain in chains if pace_of(chain[0].speed_mps) == pace], driven)
@@ -30,10 +31,11 @@ def _at_pace(ghosts: Sequence[Ghost], minutes: float) -> Clutter:
     return Clutter(per_minute=round(len(ghosts) / minutes, 4) if minutes > 0.0 else 0.0, ghosts=tuple(ghosts))
 
 
-def _chains(strays: Sequence[Stray]) -> list[list[Stray]]:
+def _chains(strays: Sequence[Stray], lens: Lens) -> list[list[Stray]]:
     done: list[list[Stray]] = []
     for each in strays:
-        last = min((c for c in done if _goes_on(c[-1], each)), key=lambda c: _apart_px(c[-1], each), default=None)
+        joined = (chain for chain in done if _goes_on(chain[-1], each, lens))
+        last = min(joined, key=lambda chain: _apart_px(chain[-1], each, lens), default=None)
         if last is None:
             done.append([each])
         else:
@@ -41,16 +43,15 @@ def _chains(strays: Sequence[Stray]) -> list[list[Stray]]:
     return done
 
 
-def _goes_on(last: Stray, now: Stray) -> bool:
+def _goes_on(last: Stray, now: Stray, lens: Lens) -> bool:
     if last.box.kind != now.box.kind or not 0 < now.stamp_ns - last.stamp_ns <= JOINED_S * 1e9:
         return False
-    return _apart_px(last, now) <= JOINED_SIZES * (last.box.y1_px - last.box.y0_px) + JOINED_PX
+    return _apart_px(last, now, lens) <= JOINED_SIZES * (last.box.y1_px - last.box.y0_px) + JOINED_PX
 
 
-def _apart_px(last: Stray, now: Stray) -> float:
+def _apart_px(last: Stray, now: Stray, lens: Lens) -> float:
     """How far the later box lies from where the ego's turn put the earlier one."""
     (u, v), (now_u, now_v) = (((b.x0_px + b.x1_px) / 2, (b.y0_px + b.y1_px) / 2) for b in (last.box, now.box))
-    lens = Lens(CAMERAS[now.camera])
     return math.hypot(now_u - lens.aside(u, turn_rad(last.heading_rad, now.heading_rad)), now_v - v)
 
 

@@ -116,6 +116,10 @@ def _beyond_the_junction(signs: Signs, now_ns: int) -> Signs:
         if now_ns - each.since_ns < SAME_POST_NS
         or not any(plate.startswith(ARROW_PLATE) for plate in each.posted.plates)
     )
+    return _with_conditional(signs, left, now_ns)
+
+
+def _with_conditional(signs: Signs, left: tuple[InForce, ...], now_ns: int) -> Signs:
     return signs if left == signs.conditional else changed(signs, now_ns, conditional=left)
 
 
@@ -192,7 +196,7 @@ def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
 
 def _school_end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     left = tuple(each for each in signs.conditional if SCHOOL_PLATE not in each.posted.plates)
-    return signs if left == signs.conditional else changed(signs, now_ns, conditional=left)
+    return _with_conditional(signs, left, now_ns)
 
 
 def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
