@@ -17,6 +17,9 @@ SWERVE_GATE, SWERVE_M = 60.0, 2.5
 """A confirmed track left without a fix takes a measured one that is left over as well, this near: it swerved or braked
 harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
 could stand: else it would take what stands beside it."""
+BEFORE_M, BEFORE_S, BEFORE_SIGMAS, BEFORE_SIGMA_M = 2.5, 0.5, 3.0, 0.1
+"""Nobody on foot leaps nearer from picture to picture: a range that much short at a known person's bearing is of a post before him, and for
+so long his bearing alone counts. How well the two bearings agree; and what is added to the across sigma, since they are not the eye's."""
 SURE_SHARE = 0.03
 """A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""
 SCALE_SIGMA = 0.2
@@ -89,7 +92,34 @@ def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:
     return squared <= GATE
 
 
+def falls_short(track: Tracked, fix: Fix, squared: float) -> bool:
+    """Whether a fix has a known person's bearing, but the range of something before him."""
+    known = track.kind == "pedestrian" and track.confirmed and track.ranged
+    if not known or squared <= GATE or track.seen_ns - track.placed_ns > BEFORE_S * 1e9 or not is_measured(fix):
+        return False
+    ray = fix.place / max(float(np.linalg.norm(fix.place)), 1e-6)
+    aside = np.array([-ray[1], ray[0]])
+    off = fix.matrix() @ track.estimate.mean - fix.place
+    spread = float(aside @ (track.estimate.covariance[:2, :2] + fix.covariance) @ aside) + BEFORE_SIGMA_M**2
+    return 0.0 < float(ray @ off) <= BEFORE_M and float(aside @ off) ** 2 <= BEFORE_SIGMAS**2 * spread
+
+
+def by_bearing(track: Tracked, fix: Fix) -> Fix:
+    """The fix at the range where its track is expected, which tells nothing of the range."""
+    ray = fix.place / max(float(np.linalg.norm(fix.place)), 1e-6)
+    aside = np.array([-ray[1], ray[0]])
+    expected = fix.matrix() @ track.estimate.mean
+    place = float(ray @ expected) * ray
+    stretch = float(np.linalg.norm(place)) / max(float(np.linalg.norm(fix.place)), 1e-6)
+    across = stretch**2 * float(aside @ fix.covariance @ aside) + BEFORE_SIGMA_M**2
+    along = float(np.trace(track.estimate.covariance[:2, :2])) + BEFORE_M**2
+    covariance: Floats = along * np.outer(ray, ray) + across * np.outer(aside, aside)
+    return Fix(place, covariance, fix.age_s)
+
+
 def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
+    if falls_short(track, sighting.fix, squared):
+        return True
     if not (track.confirmed and squared <= SWERVE_GATE and is_measured(sighting.fix)):
         return False
     along_m, across_m = np.abs(sighting.fix.place - sighting.fix.matrix() @ track.estimate.mean).tolist()

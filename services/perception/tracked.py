@@ -46,6 +46,8 @@ class Tracked:
     seen_ns: int
     steady_ns: int
     """Since when it is seen without a break, and where it was expected."""
+    placed_ns: int
+    """When its range was last taken from what was seen, not from where it was expected."""
     hits: int = 1
     sure: float = 0.0
     """Mean score of late, pictures without it as 0."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from proto.perception import ActorClass, Track
-from services.perception.association import DOUBTED, GATE, is_measured, pairs, scales
+from services.perception.association import DOUBTED, GATE, by_bearing, falls_short, is_measured, pairs, scales
 from services.perception.kalman import (
     EgoMotion,
     Estimate,
@@ -136,8 +136,13 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         width_m=track.body.width_m + share * (sighting.body.width_m - track.body.width_m),
     )
     hits, sure = track.hits + 1, _believed(track, sighting.score, now_ns)
-    squared, _ = distance(track.estimate, sighting.fix)
-    estimate = _taken_in(track, sighting.fix, squared, sweeps)
+    fix = sighting.fix
+    squared, _ = distance(track.estimate, fix)
+    short = falls_short(track, fix, squared)
+    if short:
+        fix = by_bearing(track, fix)
+        squared, _ = distance(track.estimate, fix)
+    estimate = _taken_in(track, fix, squared, sweeps)
     leaps = sighting.boxed and (squared > GATE or _leaps(track.estimate, estimate))
     anew = leaps or now_ns - track.seen_ns > BREAK_S * 1e9
     return replace(
@@ -146,6 +151,7 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         body=body,
         seen_ns=now_ns,
         steady_ns=now_ns if anew else track.steady_ns,
+        placed_ns=track.placed_ns if short else now_ns,
         hits=hits,
         sure=sure,
         ranged=track.ranged or is_measured(sighting.fix),
@@ -201,6 +207,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         born_ns=now_ns,
         seen_ns=now_ns,
         steady_ns=now_ns,
+        placed_ns=now_ns,
         sure=BIRTH_SHARE * sighting.score,
         ranged=is_measured(sighting.fix),
     )

@@ -430,3 +430,41 @@ def test_a_doubted_box_goes_on_with_a_track_that_no_other_took_and_begins_none()
     doubted, sure = sighting(54.5, 0.0, score=0.25), sighting(54.9, 0.2, score=0.8)
     assert tracker.step(11 * STEP_NS, [doubted, sure], EgoState(20.0, 0.0)) == [0, known]
     assert tracker.step(12 * STEP_NS, [sighting(54.0, 0.0, score=0.25)], EgoState(20.0, 0.0)) == [known]
+
+
+def person(x_m: float, y_m: float, nearer_m: float = 0.0) -> Sighting:
+    """Somebody on foot, ranged as LiDAR ranges him, or at his bearing by something so much nearer."""
+    bearing = math.atan2(y_m, x_m)
+    turn = np.array([[math.cos(bearing), -math.sin(bearing)], [math.sin(bearing), math.cos(bearing)]])
+    place = np.array([x_m, y_m]) * (1.0 - nearer_m / math.hypot(x_m, y_m))
+    return Sighting(kind="pedestrian", fix=Fix(place, turn @ np.diag([0.15**2, 0.1**2]) @ turn.T), score=0.9)
+
+
+BESIDE = st.floats(1.0, 6.0).flatmap(lambda y_m: st.sampled_from([y_m, -y_m]))
+
+
+@given(y_m=BESIDE, nearer_m=st.floats(1.2, 2.4), pictures=st.integers(1, 5))
+def test_a_post_before_a_person_makes_him_neither_another_nor_walk_in(
+    y_m: float, nearer_m: float, pictures: int
+) -> None:
+    tracker, ego = Tracker(), EgoState(13.0, 0.0)
+    for k in range(1, 21):
+        hidden = 13 <= k < 13 + pictures
+        seen = person(32.0 - 1.3 * k, y_m, nearer_m if hidden else 0.0)
+        assert tracker.step(k * STEP_NS, [seen], ego) == [1]
+        if k >= 13:
+            (track,) = tracker.published()
+            assert (track.x_m - track.length_m / 2, track.y_m) == pytest.approx((32.0 - 1.3 * k, y_m), abs=0.3)
+            assert abs(track.vy_mps) < 0.5
+
+
+@given(y_m=BESIDE, nearer_m=st.floats(0.6, 6.0))
+def test_who_stands_nearer_from_now_on_is_believed_to_within_a_second(y_m: float, nearer_m: float) -> None:
+    tracker, ego = Tracker(), EgoState(5.0, 0.0)
+    for k in range(1, 25):
+        tracker.step(k * STEP_NS, [person(32.0 - 0.5 * k, y_m, nearer_m if k >= 13 else 0.0)], ego)
+    there = person(32.0 - 0.5 * 24, y_m, nearer_m).fix.place
+    nearest = min(
+        math.hypot(each.x_m - each.length_m / 2 - there[0], each.y_m - there[1]) for each in tracker.published()
+    )
+    assert nearest < 0.5
