@@ -75,7 +75,7 @@ def expected(record: Record) -> dict[str, tuple[Expected, ...]]:
         "speed_limit_change": _changes([(t.time_s, t.law_limit_mps) for t in record.truths]),
         "dynamic_limit_update": _gantries(record),
     }
-    passed = tuple(Expected(Span(at_s, at_s)) for at_s, _, _ in _passed(record))
+    passed = tuple(Expected(Span(each.time_s, each.time_s)) for each in _passed(record))
     start = (Expected(Span(0.0, 0.0)),)  # then all is new
     for kind, instants in changes.items():
         found[kind] = (*(Expected(Span(at_s, at_s), Span(at_s, at_s)) for at_s in instants), *passed, *start)
@@ -184,27 +184,39 @@ def _changes(samples: Sequence[tuple[float, object]]) -> tuple[float, ...]:
     return tuple(time_s for (_, old), (time_s, new) in pairwise(samples) if old != new)
 
 
-def _passed(record: Record) -> Iterator[tuple[float, str, float]]:
-    """(instant, code, place) of each sign and panel that the ego's front drove past."""
+class Passed(NamedTuple):
+    """A sign or panel that the ego's front drove past: when, what it shows, how far from the ego's middle it was."""
+
+    time_s: float
+    code: str
+    aside_m: float
+
+
+def _passed(record: Record) -> Iterator[Passed]:
     ahead: dict[float, tuple[str, float]] = {}
     for truth in record.truths:
         for sign in filter(_for_us, truth.signs):
             number, code, x_m = float(sign["id"]), str(sign["code"]), float(sign["x_m"])
             if x_m > EGO_LENGTH_M / 2.0:
-                ahead[number] = code, truth.distance_m + x_m
+                ahead[number] = code, abs(float(sign["y_m"]))
             elif number in ahead:
-                code, place_m = ahead.pop(number)
-                yield truth.time_s, code, place_m
+                yield Passed(truth.time_s, *ahead.pop(number))
 
 
 def _gantries(record: Record) -> tuple[float, ...]:
-    """Instants at which a gantry was passed that shows something else than the one before; the first one counts."""
-    found: list[tuple[float, str]] = []
-    for time_s, code, _ in _passed(record):
-        if code.startswith("led") and not (found and time_s - found[-1][0] < PAUSE_S):
-            found.append((time_s, code))
-    shown = ["", *(code for _, code in found)]
-    return tuple(time_s for (time_s, code), before in zip(found, shown, strict=False) if code != before)
+    """Instants at which a gantry was passed that shows something else than the one before; the first one counts.
+
+    It shows what its panel over the ego's lane does: a lane that is open beside a limit is no news of the limit.
+    """
+    gantries: list[list[Passed]] = []
+    for each in _passed(record):
+        if each.code.startswith("led"):
+            if not (gantries and each.time_s - gantries[-1][0].time_s < PAUSE_S):
+                gantries.append([])
+            gantries[-1].append(each)
+    ours = [min(panels, key=lambda each: each.aside_m).code for panels in gantries]
+    changes = zip(gantries, ours, ["", *ours], strict=False)
+    return tuple(panels[0].time_s for panels, code, before in changes if code != before)
 
 
 def _foreign(record: Record) -> tuple[Expected, ...]:

@@ -148,6 +148,20 @@ def test_a_gantry_that_shows_something_else_than_the_last_is_an_update() -> None
     assert found == pytest.approx([4.9, 24.9])
 
 
+def test_what_a_gantry_shows_over_another_lane_is_no_update_of_ours() -> None:
+    def gantries(time_s: float) -> dict[str, Any]:
+        shown = ((100.0, ("led:lane_open", "led:100", "led:100")), (300.0, ("led:100", "led:100", "led:100")))
+        signs = tuple(
+            {"id": at + lane, "code": code, "x_m": at - 20 * time_s, "y_m": 3.6 * (1 - lane)}
+            for at, codes in shown
+            for lane, code in enumerate(codes)
+        )
+        return {"speed_mps": 20.0, "signs": signs}
+
+    expected = truth_events.expected(Record(truths=truths(30.0, gantries)))
+    assert [row.span.from_s for row in expected["dynamic_limit_update"] if row.due] == pytest.approx([4.9])
+
+
 def test_signs_that_face_others_change_nothing() -> None:
     def gantry(time_s: float) -> dict[str, Any]:
         sign = {"id": 7.0, "code": "led:60", "x_m": 150.0 - 20 * time_s, "y_m": 8.0, "faces_ego": 0.0}
