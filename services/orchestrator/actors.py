@@ -7,7 +7,9 @@ from proto.perception import Track
 from proto.world import WorldState
 from services.orchestrator.state import GapSeen
 
-EGO_HALF_M = 2.25
+EGO_HALF_M, EGO_WIDTH_M = 2.25, 1.9
+BENDS_M = 1.0
+"""By how much the way that our lane takes must lead past a place elsewhere than straight ahead does."""
 NEAR_PATH_M = 3.0
 LOOK_AHEAD_M = 120.0
 WITHIN_S, SURELY_WITHIN_S, WALKS_MPS = 2.0, 3.0, 1.0
@@ -70,16 +72,23 @@ def pedestrian(world: WorldState) -> Way | None:
 
 
 def crosses(track: Track) -> bool:
-    """In the path, or close beside it and moving towards it."""
+    """In the path, or close beside it and moving towards it.
+
+    Beside the way that our lane takes, where that is known: in a bend who stands outside it is straight ahead of us for a
+    moment. On which side of it he is, is not told then, so that whoever moves sideways may come.
+    """
     if not 0.0 < track.x_m < LOOK_AHEAD_M:
         return False
     if track.in_ego_path:
         return True
-    sideways = abs(track.vy_mps)
-    towards = track.vy_mps * track.y_m < 0.0 and sideways > 0.4
+    sideways, straight_m = abs(track.vy_mps), abs(track.y_m)
+    room_m = track.clearance_m
+    aside_m = straight_m if room_m is None else room_m + (EGO_WIDTH_M + track.width_m) / 2.0
+    bends = abs(aside_m - straight_m) > BENDS_M
+    towards = sideways > 0.4 and (bends or track.vy_mps * track.y_m < 0.0)
     surely = sideways >= WALKS_MPS and track.confidence >= CERTAIN and track.age_s >= KNOWN_S
     within_s = SURELY_WITHIN_S if surely else WITHIN_S
-    return towards and abs(track.y_m) - within_s * sideways < NEAR_PATH_M / 2.0
+    return towards and aside_m - within_s * sideways < NEAR_PATH_M / 2.0
 
 
 def way(world: WorldState, track: Track) -> Way:

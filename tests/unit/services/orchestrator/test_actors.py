@@ -4,7 +4,7 @@ import math
 from typing import TypeVar
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from proto.observed import Observed
@@ -278,6 +278,26 @@ def test_who_is_two_seconds_from_the_path_is_told_of_however_new(
 ) -> None:
     track = walker(y_m, -math.copysign(speed_mps, y_m), confidence)
     assert y_m == 0.0 or crosses(replace(track, age_s=age_s))
+
+
+def test_in_a_bend_who_crosses_is_told_by_the_way_that_our_lane_takes() -> None:
+    outside = walker(0.3, -0.55, 0.8)
+    assert crosses(outside), "straight ahead, as far as anybody knows"
+    assert not crosses(replace(outside, clearance_m=4.6)), "he stands outside the bend"
+    inside = walker(8.0, -0.8, 0.8)
+    assert not crosses(inside)
+    for vy_mps in (0.8, -0.8):
+        assert crosses(replace(inside, clearance_m=1.0, vy_mps=vy_mps)), (
+            "the lane leads there; to which side is not told"
+        )
+
+
+@given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0))
+def test_on_a_straight_road_the_way_of_our_lane_changes_nothing(y_m: float, vy_mps: float, confidence: float) -> None:
+    plain = walker(y_m, vy_mps, confidence)
+    room_m = abs(y_m) - (1.9 + plain.width_m) / 2.0
+    assume(abs(room_m) > 1e-6)
+    assert crosses(replace(plain, clearance_m=room_m)) == crosses(plain)
 
 
 @given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 0.85))
