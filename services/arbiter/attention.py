@@ -11,6 +11,7 @@ STOP = "stop"
 """The topic of advice to stop at a line."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
+GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")
 GRAVER = {"slow_traffic": ("closing_lead",)}
 """To whom was told to brake for a vehicle, that it is slow is no news."""
 UNBROKEN_NS = 2_000_000_000
@@ -38,21 +39,23 @@ def spend(attention: Attention) -> Attention:
     return msgspec.structs.replace(attention, messages=max(0.0, attention.messages - 1.0))
 
 
-def spoken(attention: Attention, now_ns: int) -> Attention:
+def spoken(attention: Attention, urgency: Urgency, now_ns: int) -> Attention:
     """Something was said."""
-    return msgspec.structs.replace(attention, spoken_ns=now_ns)
+    return msgspec.structs.replace(attention, spoken_ns=now_ns, spoken_urgency=urgency)
 
 
-def just_spoken(attention: Attention, now_ns: int, profile: Profile) -> bool:
-    """Whether the driver is still listening to what was said last."""
-    return attention.spoken_ns is not None and (now_ns - attention.spoken_ns) / 1e9 < profile.speech_gap_s
+def just_spoken(attention: Attention, urgency: Urgency, now_ns: int, profile: Profile) -> bool:
+    """Whether the driver is still listening to what was said last, and what is to be said is not graver: that cuts it short."""
+    if attention.spoken_ns is None or (now_ns - attention.spoken_ns) / 1e9 >= profile.speech_gap_s:
+        return False
+    return GRAVITY.index(urgency) <= GRAVITY.index(attention.spoken_urgency)
 
 
 def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_ids: tuple[int, ...]) -> Attention:
     """A hazard said, with everyone in the path at that word."""
     others = tuple(each for each in attention.hazards if each.hazard != hazard and not _forgotten(each, now_ns))
     said = Told(hazard=hazard, stamp_ns=now_ns, alarm=alarm, track_ids=track_ids, stood_ns=now_ns)
-    return msgspec.structs.replace(spoken(attention, now_ns), hazards=(*others, said))
+    return msgspec.structs.replace(spoken(attention, "alarm" if alarm else "warning", now_ns), hazards=(*others, said))
 
 
 def standing(attention: Attention, hazard: str, now_ns: int) -> Attention:

@@ -275,7 +275,7 @@ _ROWS: tuple[Row, ...] = (
     (lambda s: not s.request.fused.directive, "SILENT", "nothing to say"),
     (lambda s: not s.request.fused.new_information, "SILENT", "nothing new"),
     (lambda s: s.request.fused.confidence < s.c_min, "SILENT", "less sure than c_min"),
-    (lambda s: s.just_spoken, "SILENT", "the last message is still being heard"),
+    (lambda s: s.just_spoken, "SILENT", "the last message, as grave, is still being heard"),
     (lambda s: s.messages < s.needed_messages, "SILENT", "attention budget spent"),
     (lambda s: True, "SPEAK", "new advice"),
 )
@@ -317,7 +317,7 @@ def _say(
         hazard=hazard,
         fresh_hazard=fresh,
         answered=_answered(weighed, attended, hazard, inputs, profile, alarm=alarm),
-        just_spoken=attention.just_spoken(attended, now_ns, profile),
+        just_spoken=attention.just_spoken(attended, request.fused.urgency, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
         needed_messages=attention.needed(request.fused.topic, request.fused.urgency, profile),
@@ -326,7 +326,7 @@ def _say(
     if kind == "SPEAK" and reason == "hazard":
         return _Said(kind, f"hazard: {hazard}", told(alarm=alarm), hazard)
     if kind == "SPEAK":
-        attended = attention.spoken(attended, now_ns)
+        attended = attention.spoken(attended, request.fused.urgency, now_ns)
     return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
 
 

@@ -4,6 +4,7 @@ import hashlib
 
 import msgspec
 
+from proto.decision import Urgency
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Pedals
 
@@ -37,6 +38,8 @@ class Attention(msgspec.Struct, frozen=True, kw_only=True):
     """One for each hazard."""
     spoken_ns: int | None = None
     """When anything was said last."""
+    spoken_urgency: Urgency = "info"
+    """How grave that was."""
 
 
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from proto.decision import ArbitrationRequest, Decision, Feedback
+from proto.decision import ArbitrationRequest, Decision, Feedback, Urgency
 from proto.perception import Track
 from services.arbiter.act import Permission
 from services.arbiter.decide import decide, redecide
@@ -453,6 +453,15 @@ def test_advice_waits_for_the_end_of_the_last_message_and_first_notices_do_not()
     assert "still being heard" in later(request(), state, 1.0).reason
     assert later(request(fused=fused(first_notice=True)), state, 1.0).kind == "SPEAK"
     assert later(request(), state, 2.0).kind == "SPEAK"
+
+
+@given(*(st.sampled_from(("info", "advice", "warning")) for _ in range(2)), st.floats(0.0, 1.9))
+def test_what_is_graver_cuts_the_last_message_short_and_nothing_else_does(
+    last: Urgency, now: Urgency, seconds: float
+) -> None:
+    state = decide(request(fused=fused(urgency=last)), mirror(request()), CALIBRATED).state
+    graver = ("info", "advice", "warning").index(now) > ("info", "advice", "warning").index(last)
+    assert (later(request(fused=fused(urgency=now)), state, seconds).kind == "SPEAK") is graver
 
 
 def test_the_arbiter_warns_of_what_only_it_sees() -> None:
