@@ -5,9 +5,13 @@ import msgspec
 from proto import topics
 from proto.perception import Track, Tracks
 from proto.truth import TrueActor, Truth
+from services.perception.lanes import lane_model
+from services.perception.lead import crosses, place
 
 ONCOMING_MPS = -2.0
 BEHIND_M = -8.0
+_STRAIGHT = lane_model(None)
+"""Who crosses soon does so near enough for the way to be straight ahead."""
 SETTLED_S = 0.2
 """Over which an acceleration is measured: two truths a step apart differ by rounding."""
 
@@ -52,7 +56,7 @@ class TrueTracks:
     def _track(self, actor: TrueActor, truth: Truth, stamp_ns: int, dt_s: float) -> Track:
         ground = actor.vx_mps + truth.speed_mps
         age_s = max(0.0, (stamp_ns - self._first_ns[actor.actor_id]) / 1e9)
-        return Track(
+        track = Track(
             track_id=actor.actor_id + 1,
             kind="pedestrian" if actor.kind == "pedestrian" else "vehicle",
             x_m=actor.x_m + actor.vx_mps * dt_s,
@@ -70,3 +74,7 @@ class TrueTracks:
             in_ego_path=actor.in_ego_path,
             oncoming=actor.kind != "pedestrian" and ground < ONCOMING_MPS,
         )
+        if track.in_ego_path or not crosses(track, truth.speed_mps):
+            return track
+        soon = place(track, _STRAIGHT, truth.speed_mps).track.in_ego_path  # truth says only who is in the path now
+        return msgspec.structs.replace(track, in_ego_path=soon)

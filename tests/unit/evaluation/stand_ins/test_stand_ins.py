@@ -47,6 +47,20 @@ def test_tracks_are_the_true_actors_at_the_pictures_stamp() -> None:
     assert (walker.kind, walker.in_ego_path, seen.frame) == ("pedestrian", False, 3)
 
 
+def test_who_will_cross_is_in_the_path_as_soon_as_perception_would_say_so() -> None:
+    def told(y_m: float, vy_mps: float) -> bool:
+        car = msgspec.structs.replace(LEAD, y_m=y_m, vx_mps=-10.0, vy_mps=vy_mps, in_ego_path=False)
+        true = TrueTracks()
+        true.truth(msgspec.structs.replace(TRUTH, actors=(car,)), 0)
+        seen = true.instead(Tracks(camera="front", frame=3, tracks=()), 0)
+        assert seen is not None
+        return seen.tracks[0].in_ego_path
+
+    assert told(18.0, -6.0), "there in 2.7 s"
+    assert not told(18.0, -3.0)
+    assert not told(18.0, 6.0), "it is through"
+
+
 def test_the_limit_in_force_is_told_once_when_it_changes_and_signs_of_others_never() -> None:
     true = TrueFacts()
     first = true.truth(TRUTH, 0)
