@@ -28,6 +28,9 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         metavar="METHOD=KM",
         help="more kilometres for one method's rows of the results table: DriveMCP=100",
     )
+    parser.add_argument(
+        "--method", action="append", default=[], metavar="METHOD", help="the rows of this method alone; more than once"
+    )
     parser.add_argument("--jobs", type=_count, default=cores(), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")

@@ -19,6 +19,7 @@ from evaluation.evaluate.columns import (
     TTC,
     Column,
 )
+from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plan import FAMILIES, OURS
 from evaluation.evaluate.tables import Table, TableRow, Value
 from evaluation.metrics import RATES
@@ -31,7 +32,7 @@ RULE_OF_THREE = -math.log(0.05)
 class Goal(msgspec.Struct, frozen=True, kw_only=True):
     """A bound on one number of one row."""
 
-    table: str
+    table: TableName
     row: str
     column: Column
     bound: float
@@ -71,9 +72,10 @@ GOALS: tuple[Goal, ...] = tuple(_goals())
 
 
 def judged(tables: Sequence[Table]) -> tuple[Judged, ...]:
-    """All goals whose table was driven."""
+    """All goals whose rows were asked for."""
     by_name = {table.name: table for table in tables}
-    told = [_judge(goal, by_name[goal.table]) for goal in GOALS if goal.table in by_name]
+    asked = {(table.name, row.row.key) for table in tables for row in table.rows}
+    told = [_judge(goal, by_name[goal.table]) for goal in GOALS if (goal.table, goal.row) in asked]
     return (*told, *(_against(by_name["results"]) if "results" in by_name else ()))
 
 
@@ -131,14 +133,16 @@ def _distance(goal: Goal, row: TableRow) -> str:
 def _against(results: Table) -> Iterator[Judged]:
     rows: Mapping[str, TableRow] = {row.row.key: row for row in results.rows}
     for family, name in FAMILIES.items():
-        ours = rows[f"{family}/{OURS}"]
-        response, other = (_value(results, row, RESPONSE) for row in (ours, rows[f"{family}/VLM-Tools-NoArbiter"]))
-        yield Judged(
-            what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
-            found=f"{told(response, RESPONSE)} against {told(other, RESPONSE)}",
-            verdict=_no_worse(response, other),
-        )  # fmt: skip
-        yield _collisions(name, ours, rows[f"{family}/No-assistant"])
+        ours, rival, floor = (rows.get(f"{family}/{key}") for key in (OURS, "VLM-Tools-NoArbiter", "No-assistant"))
+        if ours is not None and rival is not None:
+            response, other = (_value(results, row, RESPONSE) for row in (ours, rival))
+            yield Judged(
+                what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
+                found=f"{told(response, RESPONSE)} against {told(other, RESPONSE)}",
+                verdict=_no_worse(response, other),
+            )  # fmt: skip
+        if ours is not None and floor is not None:
+            yield _collisions(name, ours, floor)
 
 
 def _collisions(name: str, ours: TableRow, floor: TableRow) -> Judged:

@@ -37,6 +37,8 @@ def evaluate(flags: argparse.Namespace) -> int:
     screen, folder = Screen(), Path(flags.out)
     store = Store(folder / "runs")
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
+    if not rows:
+        raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
     runs = runs_of(rows, _amount(flags))
     with store.alone():
         try:
@@ -71,7 +73,10 @@ def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's."""
     measured = _latencies(flags)
     modelled_ms = measured.modelled_ms() if measured is not None else {}
+    _known("--method", flags.method)
     for row in rows_of(name, flags.sensors):
+        if flags.method and row.spec.method not in flags.method:
+            continue
         spec = msgspec.structs.replace(row.spec, modelled_ms=modelled_ms)
         for service, settings in settings_of(flags.set).items():
             spec = with_settings(spec, service, settings)
@@ -86,10 +91,14 @@ def _latencies(flags: argparse.Namespace) -> Latencies | None:
 def _amount(flags: argparse.Namespace) -> Amount:
     if flags.quick:
         return Amount(runs=flags.runs or 1, seconds=QUICK_S)
-    unknown = [method for method, _ in flags.km_of if method not in METHODS]
-    if unknown:
-        raise UserError(f"--km-of: there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
+    _known("--km-of", [method for method, _ in flags.km_of])
     return Amount(runs=flags.runs, km=flags.km, km_of=dict(flags.km_of))
+
+
+def _known(flag: str, methods: Sequence[str]) -> None:
+    unknown = [method for method in methods if method not in METHODS]
+    if unknown:
+        raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
 
 
 def _keys(runs: Sequence[Run], store: Store) -> dict[int, str]:
@@ -176,6 +185,7 @@ def _command(flags: argparse.Namespace) -> str:
     for name in ("runs", "km"):
         words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
     words += [word for method, km in flags.km_of for word in ("--km-of", f"{method}={km:g}")]
+    words += [word for method in flags.method for word in ("--method", method)]
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]

@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from evaluation.evaluate import report
+from evaluation.evaluate.goals import judged
 from evaluation.evaluate.page import page
 from evaluation.evaluate.plan import Row
 from evaluation.evaluate.reading import contradictions
@@ -95,3 +96,12 @@ def test_what_cannot_follow_from_the_paper_is_worked_out_from_its_numbers() -> N
     text = " ".join(contradictions())
     for shown in ("0.4 r - 0.55", "18, 12, 8, 5, 4 %", "2.1 s", "0.73 against 0.7 s", "300 km"):
         assert shown in text
+
+
+def test_goals_are_judged_of_the_rows_that_were_asked_for() -> None:
+    whole = table("results", made_run)
+    ours = msgspec.structs.replace(whole, rows=tuple(row for row in whole.rows if row.row.spec.method == "DriveMCP"))
+    told_of = {each.what for each in judged([ours])}
+    assert told_of
+    assert told_of < {each.what for each in judged([whole])}, "what compares methods is not among them"
+    assert not judged([msgspec.structs.replace(whole, rows=())])

@@ -108,7 +108,7 @@ def test_a_collision_where_nobody_drove_without_assistant_is_not_judged() -> Non
 
 def test_every_goal_names_a_row_and_a_column() -> None:
     for goal in GOALS:
-        made = table(goal.table, lambda row, number: None)  # type: ignore[arg-type]
+        made = table(goal.table, lambda row, number: None)
         assert goal.row in {row.row.key for row in made.rows}
         assert (goal.column.title, goal.column.unit) in {(column.title, column.unit) for column in made.columns}
 
