@@ -97,8 +97,7 @@ def falls_short(track: Tracked, fix: Fix, squared: float) -> bool:
     known = track.kind == "pedestrian" and track.confirmed and track.ranged
     if not known or squared <= GATE or track.seen_ns - track.placed_ns > BEFORE_S * 1e9 or not is_measured(fix):
         return False
-    ray = fix.place / max(float(np.linalg.norm(fix.place)), 1e-6)
-    aside = np.array([-ray[1], ray[0]])
+    ray, aside = _sight(fix)
     off = fix.matrix() @ track.estimate.mean - fix.place
     spread = float(aside @ (track.estimate.covariance[:2, :2] + fix.covariance) @ aside) + BEFORE_SIGMA_M**2
     return 0.0 < float(ray @ off) <= BEFORE_M and float(aside @ off) ** 2 <= BEFORE_SIGMAS**2 * spread
@@ -106,8 +105,7 @@ def falls_short(track: Tracked, fix: Fix, squared: float) -> bool:
 
 def by_bearing(track: Tracked, fix: Fix) -> Fix:
     """The fix at the range where its track is expected, which tells nothing of the range."""
-    ray = fix.place / max(float(np.linalg.norm(fix.place)), 1e-6)
-    aside = np.array([-ray[1], ray[0]])
+    ray, aside = _sight(fix)
     expected = fix.matrix() @ track.estimate.mean
     place = float(ray @ expected) * ray
     stretch = float(np.linalg.norm(place)) / max(float(np.linalg.norm(fix.place)), 1e-6)
@@ -115,6 +113,12 @@ def by_bearing(track: Tracked, fix: Fix) -> Fix:
     along = float(np.trace(track.estimate.covariance[:2, :2])) + BEFORE_M**2
     covariance: Floats = along * np.outer(ray, ray) + across * np.outer(aside, aside)
     return Fix(place, covariance, fix.age_s)
+
+
+def _sight(fix: Fix) -> tuple[Floats, Floats]:
+    """The directions towards a fix and across it, to the left."""
+    ray = fix.place / max(float(np.linalg.norm(fix.place)), 1e-6)
+    return ray, np.array([-ray[1], ray[0]])
 
 
 def _swerved(track: Tracked, sighting: Sighting, squared: float) -> bool:
