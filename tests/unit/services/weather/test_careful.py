@@ -117,12 +117,17 @@ def test_one_more_source_that_sees_it_worse_never_makes_anything_look_better(
     no_less_careful(answer, conditions(*seen, car=car, memory=memory, limit_mps=limit))
 
 
+DRIEST = Interval(low=-60.0, high=-60.0)
+"""A dew point so low that no road takes on frost. Who says nothing of it reassures less than a source that is believed and does."""
+
+
 @many
 @given(OBSERVATIONS, CARS, observation("liar"))
 def test_a_source_that_sees_nothing_bad_never_lifts_grip_above_what_another_warns_of(
     seen: Seen, car: Car, liar: Observation
 ) -> None:
-    rosy = changed(liar, **{name: getattr(CLEAR, name) for name in LIMITS}, road="dry", confidence=1.0, stamp_ns=NOW)
+    fields = {name: getattr(CLEAR, name) for name in LIMITS} | {"dew_point_c": DRIEST}
+    rosy = changed(liar, **fields, road="dry", confidence=1.0, stamp_ns=NOW)
     warned = conditions(*(changed(each, confidence=0.0) for each in seen), rosy, car=car)
     assert conditions(*seen, rosy, car=car).mu_low <= warned.mu_low + 1e-9
 
