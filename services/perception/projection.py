@@ -29,8 +29,11 @@ NEAR_QUANTILE = 0.25
 SIDES_RETURNS, SIDE_QUANTILE = 8, 0.05
 """So many returns tell how broad a thing is; the outermost of them may be another's."""
 AGREEMENT_SIGMAS = 3.0
-LONELY_SIGMA_M = {1: 1.0, 2: 0.3}
-"""One or two returns may come from something else in the box."""
+LONELY_SIGMA_M, HIDDEN_MORE_M = {1: 0.3, 2: 0.1}, {1: 0.7, 2: 0.2}
+"""One or two returns may come from something else in the box: from a whole vehicle seven single ones in a thousand were more than 2 m
+off, of 1,662, the others by 0.1 m; from one that is hidden in part one in twenty to one in two, and about as many from two returns."""
+SHOWN_M = 1.3
+"""A vehicle of which less than this width shows is hidden in part, by something that has no box."""
 BOTTOM_SIGMA_PX = 1.5
 BOTTOM_SIGMA_SHARE = 0.04
 """How well a box's lower edge sits on the tyres: pixels, plus a share of the box's height."""
@@ -111,7 +114,12 @@ def find_range(
     seen = _weigh(_possible(ground_range(detection, camera), detection, camera), size_range(detection, camera))
     nearest_m = 0.0 if hiding else nearest_possible_m(detection, camera)
     measured = lidar_range(detection, sweep.outside(hiding), seen, nearest_m) if sweep is not None else None
-    return measured or seen
+    if measured is None:
+        return seen
+    shown_m = detection.width_px * measured.depth_m / camera.calibration.fx_px
+    if detection.kind == "vehicle" and not hiding and shown_m >= SHOWN_M:
+        return measured
+    return replace(measured, sigma_m=measured.sigma_m + HIDDEN_MORE_M.get(measured.returns, 0.0))
 
 
 def nearest_possible_m(detection: Detection, camera: Camera) -> float:

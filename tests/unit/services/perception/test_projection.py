@@ -281,6 +281,23 @@ def test_a_lone_return_is_trusted_less_than_many() -> None:
     assert one.sigma_m > 3 * many.sigma_m
 
 
+@given(st.floats(10.0, 55.0), st.integers(1, 2), st.floats(0.3, 0.65), st.booleans())
+def test_lone_returns_are_trusted_less_where_another_thing_may_have_given_them(
+    near_m: float, count: int, shown: float, boxed: bool
+) -> None:
+    points = np.array([[near_m, 0.1 * k, 0.8] for k in range(count)])
+    car = box_of((near_m, -0.9, 0.0), (near_m, 0.9, 1.5))
+    before = box_of((near_m - 4.0, -2.5, 0.0), (near_m - 4.0, -0.7, 1.5))
+    narrow = box_of((near_m, -0.9 * shown, 0.0), (near_m, 0.9 * shown, 1.5))
+    sweep = ProjectedSweep.of(points, CAMERA)
+    whole = find_range(car, CAMERA, sweep)
+    hidden = find_range(car, CAMERA, sweep, [before]) if boxed else find_range(narrow, CAMERA, sweep)
+    assert whole is not None
+    assert hidden is not None
+    assert (whole.source, hidden.source) == ("lidar", "lidar")
+    assert hidden.sigma_m >= 2 * whole.sigma_m
+
+
 def test_the_ground_range_is_right_on_a_level_road_and_doubtful_far_away() -> None:
     near, far = ground_range(CAR, CAMERA), ground_range(box_of((70.0, -0.9, 0.0), (70.0, 0.9, 1.5)), CAMERA)
     assert near is not None
