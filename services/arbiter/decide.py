@@ -181,10 +181,29 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
         and track.sigma_vx_mps <= profile.speed_known_mps
         and _well_seen(track, profile)
-        and track.confidence >= (profile.act_confidence if track.oncoming else profile.hazard_confidence)
+        and track.confidence >= profile.hazard_confidence
+        and _believed(track, view.ego_speed_mps, profile)
         and not passed(track, view.ego_speed_mps, profile)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
+
+
+def _believed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
+    """Whether a vehicle ahead is one: it is certain, or known for a while, or comes from the side, where no time is left.
+
+    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it must be certain as well.
+    """
+    certain = track.confidence >= profile.act_confidence
+    known = track.age_s >= profile.hazard_known_s or crosses(track, ego_mps, profile)
+    if track.kind != "vehicle":
+        return True
+    return certain and known if track.oncoming else certain or known
+
+
+def crosses(track: Track, ego_mps: float | None, profile: Profile) -> bool:
+    """Whether a vehicle drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
+    ahead_mps = 0.0 if ego_mps is None else abs(ego_mps + track.vx_mps)
+    return abs(track.vy_mps) >= max(profile.stands_mps, ahead_mps)
 
 
 def _well_seen(track: Track, profile: Profile) -> bool:

@@ -72,6 +72,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     budget_refill_s: float
     actor_floor: float
     hazard_confidence: float
+    hazard_known_s: float
     speed_known_mps: float
     speed_sigmas: float
     act_confidence: float

@@ -195,13 +195,20 @@ def surely_nears(way: Way) -> bool:
 
 
 def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
-    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it.
+    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it."""
+    return well_seen(way.track) and believed(way) and not contradicted(gaps, way) and not passed(way)
 
-    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it needs to be certain.
+
+def believed(way: Way) -> bool:
+    """Whether a vehicle ahead is one: it is certain, or known for a while, or comes from the side, where no time is left.
+
+    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it must be certain as well.
     """
     track = way.track
-    doubted = track.kind == "vehicle" and track.oncoming and track.confidence < CERTAIN
-    return well_seen(track) and not doubted and not contradicted(gaps, way) and not passed(way)
+    certain, known = track.confidence >= CERTAIN, track.age_s >= KNOWN_S or crosses_over(way)
+    if track.kind != "vehicle":
+        return True
+    return certain and known if track.oncoming else certain or known
 
 
 STANDS_MPS = 2.0
@@ -225,10 +232,15 @@ CROSSES_MPS = 2.0
 """Slower sideways a vehicle changes its lane, or is measured badly."""
 
 
+def crosses_over(way: Way) -> bool:
+    """Whether it drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
+    return abs(way.track.vy_mps) >= max(CROSSES_MPS, abs(way.speed_mps or 0.0))
+
+
 def comes_from(way: Way) -> Literal["left", "right"] | None:
     """From which side a vehicle drives across our way; None: it does not, or that is unknown."""
     track = way.track
-    if track.kind != "vehicle" or way.speed_mps is None or abs(track.vy_mps) < max(CROSSES_MPS, abs(way.speed_mps)):
+    if track.kind != "vehicle" or way.speed_mps is None or not crosses_over(way):
         return None
     if track.y_m * track.vy_mps >= 0.0:
         return None  # it is through

@@ -196,7 +196,8 @@ def _closing_lead(state: State, before: State, query: str) -> Signal:
 
 
 def _vulnerable(state: State, before: State, query: str) -> Signal:
-    person = next((way for way in people(state.world) if well_seen(way.track)), None)
+    seen = (way for way in people(state.world) if well_seen(way.track))
+    person = next((way for way in seen if confirmed(state.gaps, way)), None)
     if person is None:
         return NOTHING
     return Signal(person.track.confidence, f"{person.track.kind} {person.track.track_id}", person.track.confidence)

@@ -204,6 +204,21 @@ def test_what_is_passed_is_not_shouted_about_and_what_is_met_or_cuts_in_is() -> 
     assert shouts(closing_mps=20.0, steady_s=None)
 
 
+@given(
+    confidence=st.floats(0.45, 1.0), age_s=st.floats(0.3, 3.0), vy_mps=st.floats(-9.0, 9.0), oncoming=st.booleans(),
+    kind=st.sampled_from(["vehicle", "pedestrian"]),
+)  # fmt: skip
+def test_a_vehicle_that_is_doubted_is_shouted_about_once_it_is_known(
+    confidence: float, age_s: float, vy_mps: float, *, oncoming: bool, kind: str
+) -> None:
+    thing = track(confidence=confidence, age_s=age_s, vy_mps=vy_mps, closing_mps=20.0, oncoming=oncoming, kind=kind)
+    quiet = request(thing, fused=fused(new_information=False))
+    hazard = decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard
+    certain, known = confidence >= 0.7, age_s >= 1.0 or abs(vy_mps) >= 2.0
+    believed = kind != "vehicle" or ((certain and known) if oncoming else (certain or known))
+    assert (hazard != "") is believed
+
+
 def test_whose_near_end_is_beside_us_is_not_shouted_about_unless_it_leaves_no_room() -> None:
     def shouts(**fields: Any) -> bool:
         lead = track(gap_m=-0.5, closing_mps=8.0, **fields)

@@ -227,10 +227,38 @@ def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
 
 
 @pytest.mark.parametrize("confidence", [0.5, 0.69, 0.7, 0.95])
-def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confidence: float) -> None:
-    coming = car(60.0, -30.0, oncoming=True, confidence=confidence, clearance_m=-1.0)
-    assert ("lead" in hazards(seen(coming))) == (confidence >= 0.7)
+@pytest.mark.parametrize("age_s", [0.5, 1.0, 2.0])
+def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confidence: float, age_s: float) -> None:
+    coming = car(60.0, -30.0, oncoming=True, confidence=confidence, age_s=age_s, clearance_m=-1.0)
+    assert ("lead" in hazards(seen(coming))) == (confidence >= 0.7 and age_s >= 1.0)
     assert target(seen(coming)).mps <= target(seen()).mps
+
+
+@given(st.floats(0.45, 0.99), st.floats(0.3, 3.0), st.floats(-9.0, 9.0), st.floats(10.0, 30.0))
+def test_a_vehicle_that_is_doubted_is_told_of_once_it_is_known_and_lowers_the_target_before(
+    confidence: float, age_s: float, vy_mps: float, x_m: float
+) -> None:
+    thing = car(x_m, -13.0, confidence=confidence, age_s=age_s, vy_mps=vy_mps)
+    told = confidence >= 0.7 or age_s >= 1.0 or abs(vy_mps) >= 2.0
+    assert ("lead" in hazards(seen(thing))) is told
+    assert target(seen(thing)).mps < target(seen()).mps
+    assert target(seen(thing)).mps == target(seen(replace(thing, confidence=0.99, age_s=3.0))).mps
+
+
+@given(
+    st.floats(0.45, 0.99),
+    st.floats(0.3, 3.0),
+    st.floats(-9.0, 9.0),
+    st.booleans(),
+    st.floats(0.0, 0.5),
+    st.floats(0.0, 2.0),
+)
+def test_who_is_surer_or_longer_known_is_never_less_of_a_hazard(
+    confidence: float, age_s: float, vy_mps: float, oncoming: bool, surer: float, longer_s: float
+) -> None:
+    thing = car(20.0, -20.0, confidence=confidence, age_s=age_s, vy_mps=vy_mps, oncoming=oncoming)
+    surely = replace(thing, confidence=min(1.0, confidence + surer), age_s=age_s + longer_s)
+    assert hazards(seen(thing)) <= hazards(seen(surely))
 
 
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (None, True)])

@@ -126,6 +126,29 @@ def test_a_lead_that_does_not_come_nearer_though_it_claims_to_is_none() -> None:
     assert "closing_lead" not in {event.kind for event in drive.history[-1][2].events}
 
 
+@pytest.mark.parametrize(
+    ("confidence", "raised"), [(0.5, [False, False, True]), (0.69, [False, False, True]), (0.7, [True] * 3)]
+)
+def test_a_doubted_person_is_an_event_once_it_is_seen_in_three_ticks(confidence: float, raised: list[bool]) -> None:
+    drive = Drive()
+    drive.ticks(2)
+    found = []
+    for tick in range(3):
+        drive.tracks = (actor(30.0 - 1.2 * tick, 12.0, kind="pedestrian", confidence=confidence),)
+        drive.tick()
+        found.append("vulnerable_road_user" in kinds(drive))
+    assert found == raised
+
+
+@pytest.mark.parametrize(("age_s", "raised"), [(0.4, False), (0.99, False), (1.0, True)])
+def test_a_doubted_vehicle_is_an_event_once_it_is_known(age_s: float, *, raised: bool) -> None:
+    drive = Drive()
+    drive.ticks(2)
+    drive.tracks, drive.lead = (actor(20.0, 8.0, confidence=0.6, age_s=age_s),), 5
+    drive.tick()
+    assert ("closing_lead" in kinds(drive)) is raised
+
+
 def test_an_unknown_speed_raises_no_overspeed() -> None:
     drive = Drive()
     drive.speed_mps = None
