@@ -63,6 +63,8 @@ class Fused(msgspec.Struct, frozen=True, kw_only=True):
     muted: bool = False
     ahead_mps: float | None = None
     """A lower limit that begins ahead, where it is what the message announces."""
+    target_why: str = ""
+    """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
 
 
 class SafetyMetrics(msgspec.Struct, frozen=True, kw_only=True):
@@ -154,6 +156,8 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True):
     late_tools: tuple[str, ...] = ()
     ahead_mps: float | None = None
     """A lower limit that begins ahead, where it is what the message announces: the speed to have come down to by then."""
+    target_why: str = ""
+    """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
 
 
 class BrakeCommand(msgspec.Struct, frozen=True, kw_only=True):

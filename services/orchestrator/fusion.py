@@ -63,6 +63,7 @@ def advise(
         first_notice=chosen is not None and owes_first_notice(chosen, state),
         muted=preferences.muted,
         ahead_mps=chosen.ahead_mps if chosen is not None else None,
+        target_why=goal.bounds[0].why,
     )
     return fused, chosen, goal
 

@@ -20,7 +20,7 @@ NO_LIMIT_MPS = 130 / 3.6
 GENTLE_MPS2 = -2.5
 """What he does without being startled; more takes his reaction time first."""
 ADVICE_HOLDS_S, WARNING_HOLDS_S = 25.0, 4.0
-"""How long he keeps to what was said when it is not said again; a hazard he can see pass himself."""
+"""How long he keeps to what was said when it is not said again; a hazard he can see pass himself, and who drives before him."""
 WARNED_FACTOR = 0.6
 """A warned driver reacts in this share of his reaction time."""
 ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
@@ -44,6 +44,8 @@ class Advice:
     """A lower limit that it announces."""
     slow: bool = False
     """Whether it tells him to slow down to that, not only that it comes."""
+    seen: bool = False
+    """Whether the target is for somebody whom he sees before him."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,7 +133,7 @@ class Driver:
             habit = 1.0 if advice.slow else self.profile.speed_bias
             self._stand_by(advice, advice.ahead_mps * habit, time_s, ADVICE_HOLDS_S)
         elif advice.target_mps is not None:
-            holds_s = WARNING_HOLDS_S if advice.warns else ADVICE_HOLDS_S
+            holds_s = WARNING_HOLDS_S if advice.warns or advice.seen else ADVICE_HOLDS_S
             self._stand_by(advice, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
 
     def drive(self, view: View, dt: float) -> Wish:

@@ -116,6 +116,15 @@ def test_a_lead_that_closes_in_is_a_hazard() -> None:
     assert drive.target_mps < 50 * KMH
 
 
+def test_an_advisory_tells_what_its_target_is_for() -> None:
+    drive = Drive()
+    drive.ticks(3)
+    assert drive.history[-1][2].advisory.target_why == "law"
+    drive.tracks, drive.lead = (actor(8.0, 2.0),), 5
+    drive.tick()
+    assert drive.history[-1][2].advisory.target_why == "lead"
+
+
 def test_a_person_stepping_out_is_braked_for() -> None:
     drive = Drive(speed_mps=13.0)
     drive.ticks(3)

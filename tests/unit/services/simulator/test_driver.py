@@ -75,6 +75,14 @@ def test_a_warning_wears_off_sooner_than_a_limit() -> None:
     assert driver.wanted_mps(replace(ROAD, time_s=8.0)) == pytest.approx(25.0)
 
 
+def test_a_target_for_who_drives_before_him_wears_off_as_soon_and_the_limit_told_with_it_stays() -> None:
+    driver = Driver(CALM, believed_mps=25.0)
+    driver.hear(Advice(topic="limit", target_mps=2.0, limit_mps=20.0, seen=True), 0.0)
+    assert driver.wanted_mps(replace(ROAD, time_s=3.0)) == pytest.approx(2.0)
+    driver.drive(replace(ROAD, time_s=3.0), 0.05)
+    assert driver.wanted_mps(replace(ROAD, time_s=8.0)) == pytest.approx(20.0)
+
+
 def test_a_warned_driver_brakes_earlier_for_somebody_on_the_road() -> None:
     view = replace(ROAD, person_m=30.0)
     alone, warned = Driver(CALM, 25.0), Driver(CALM, 25.0)
