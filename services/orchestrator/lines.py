@@ -4,6 +4,7 @@ from proto.vehicle import Ego
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.motion import STANDING_MPS, Motion
+from services.orchestrator.same_sign import is_earlier_track
 from services.orchestrator.state import SignAhead, Signs, State
 from services.orchestrator.validity import VALID_NS, fresh, number
 
@@ -44,8 +45,9 @@ SAME_LINE_M = 10.0
 
 def beyond(signs: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
     """Those, of stop signs by their distance, that do not mean the line of the nearest."""
-    first = signs[0].distance_m if signs else None
-    return tuple(s for s in signs[1:] if s.distance_m is None or s.distance_m > (first or 0.0) + SAME_LINE_M)
+    first_m = (signs[0].distance_m or 0.0) if signs else 0.0
+    others = (sign for sign in signs[1:] if not is_earlier_track(sign, signs[0]))
+    return tuple(sign for sign in others if sign.distance_m is None or sign.distance_m > first_m + SAME_LINE_M)
 
 
 def line_of(sign: SignAhead, stop_m: float | None, stop_kind: str) -> float | None:

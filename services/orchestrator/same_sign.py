@@ -1,4 +1,4 @@
-"""One sign that two cameras follow: what hangs below it holds for both of its tracks."""
+"""One sign under two tracks: what hangs below it holds for both, and a stop sign asks for one stop."""
 
 from collections.abc import Iterable
 
@@ -9,6 +9,26 @@ from services.orchestrator.state import SignAhead
 
 SAME_M = 8.0
 """Ranges of one sign by two cameras differ by a few metres; two signs of one limit do not follow each other so closely."""
+
+RANGE_SHARE = 0.5
+"""From afar only its size tells how far away a sign is: stop signs 90 m away were thought to be 129 m away."""
+
+
+def without_earlier_tracks(stop: SignAhead, others: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
+    """The other signs without those that a stop sign just passed was known as before. Other signs have none."""
+    return tuple(each for each in others if not is_earlier_track(each, stop))
+
+
+def is_earlier_track(other: SignAhead, stop: SignAhead) -> bool:
+    """Whether another track was of the same stop sign, lost from sight before this one was first seen.
+
+    A second sign behind the first would have been seen since then.
+    """
+    if stop.reading != "stop" or not _same(stop, other) or other.seen_ns >= stop.first_ns:
+        return False
+    if stop.distance_m is None or other.distance_m is None or other.seen_m is None:
+        return False
+    return abs(other.distance_m - stop.distance_m) <= RANGE_SHARE * other.seen_m
 
 
 def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[SignAhead]) -> SignAhead:

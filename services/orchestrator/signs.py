@@ -28,7 +28,7 @@ from services.orchestrator.limits import (
     without_country,
 )
 from services.orchestrator.motion import Motion
-from services.orchestrator.same_sign import with_its_plates
+from services.orchestrator.same_sign import with_its_plates, without_earlier_tracks
 from services.orchestrator.state import Believed, SignAhead, Signs
 
 DOUBTED = 0.5
@@ -96,7 +96,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
     read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
     if not fact.passed:
         return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))
-    signs = msgspec.structs.replace(signs, ahead=others)
+    signs = msgspec.structs.replace(signs, ahead=without_earlier_tracks(sign, others))
     for each in read:
         signs = apply(signs, each, now_ns)
     return signs
@@ -142,6 +142,7 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         confidence=min(1.0, max(0.0, fact.confidence)),
         believed=fact.believed,
         distance_m=distance if distance is not None or known is None else known.distance_m,
+        seen_m=distance if distance is not None or known is None else known.seen_m,
         seen_ns=fact.frame_stamp_ns,
         first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
         candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
@@ -257,7 +258,7 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
         lost = sign.distance_m is None and unseen_s > LOST_S and not kept
         forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or not (kept or sign.reading == "stop"))
         if reached or lost or forgotten:
-            left = tuple(each for each in signs.ahead if each is not sign)
+            left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
             if reached or lowers(signs, sign):

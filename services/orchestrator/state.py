@@ -47,6 +47,8 @@ class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
     distance_m: float | None
     seen_ns: int
     first_ns: int
+    seen_m: float | None = None
+    """How far away it was when it was last seen."""
     candidates: tuple[Candidate, ...] = ()
     plates: tuple[str, ...] = ()
     shared: bool = False

@@ -1,11 +1,13 @@
 """Who has stopped at the line, and which line it is."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proto.sensors import StopLine
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.stops import stops
-from tests.unit.services.orchestrator.support import Drive, fact
+from tests.unit.services.orchestrator.support import TICK, Drive, fact
 
 
 def at_sign(sign_m: float | None, *lines_m: float, kind: str = "stop_line", speed_mps: float = 0.0) -> Drive:
@@ -148,3 +150,42 @@ def test_who_has_stood_at_it_may_go_on_whether_or_not_the_sign_is_read_then() ->
 @pytest.mark.parametrize("line_m", [8.0, 40.0, 120.0])
 def test_a_line_never_raises_the_target(line_m: float) -> None:
     assert at_line(line_m).target_mps <= at_line(line_m, kind="yield_line").target_mps
+
+
+def past_the_sign(far_m: float, *, seen_again: bool = False) -> Drive:
+    """Stood at a stop sign, went on and passed it; another track had shown one at `far_m` when it was 90 m away."""
+    drive = Drive(speed_mps=14.0)
+    drive.tick(fact("sign", "stop", track_id=1, distance_m=far_m))
+    while (left_m := 90.0 - travelled_m(drive)) > 5.0:
+        near = [fact("sign", "stop", track_id=2, distance_m=left_m)] if left_m < 60.0 else []
+        again = [fact("sign", "stop", track_id=1, distance_m=far_m - travelled_m(drive))] if seen_again else []
+        drive.tick(*near, *again)
+        drive.speed_mps = min(14.0, (4.0 * left_m) ** 0.5)
+    drive.speed_mps = 0.0
+    drive.ticks(3)
+    assert "stop_sign" not in wanted(drive) or stops(drive.state)[0].room_m > 8.0
+    drive.speed_mps = 4.0
+    drive.ticks(6)
+    drive.tick(fact("sign", "stop", track_id=2, distance_m=-1.0, passed=True))
+    return drive
+
+
+def travelled_m(drive: Drive) -> float:
+    """Since the first sign was seen."""
+    speeds = [seen.ego.message.speed_mps or 0.0 for _, seen, _ in drive.history[2:] if seen.ego is not None]
+    return sum(speeds) * TICK / 1e9
+
+
+@given(st.floats(100.0, 130.0))
+def test_a_stop_sign_followed_from_afar_under_another_track_asks_for_no_second_stop(far_m: float) -> None:
+    assert wanted(past_the_sign(far_m)) == []
+
+
+@given(st.floats(110.0, 170.0))
+def test_a_second_stop_sign_that_was_seen_beside_the_first_is_stopped_for(far_m: float) -> None:
+    assert wanted(past_the_sign(far_m, seen_again=True)) == ["stop_sign"]
+
+
+@given(st.floats(190.0, 250.0))
+def test_one_that_is_too_far_behind_the_first_for_the_same_is_stopped_for(far_m: float) -> None:
+    assert wanted(past_the_sign(far_m)) == ["stop_sign"]
