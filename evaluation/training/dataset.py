@@ -23,6 +23,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.training.dataset_crossing import with_crossing
 from evaluation.training.dataset_people import with_people
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
@@ -62,12 +63,19 @@ class Frames:
 
 
 def render_stage(
-    renderer: Renderer | None, seed: int, split: Split, views: int, boards: float = 0.0, people: float = 0.0
+    renderer: Renderer | None,
+    seed: int,
+    split: Split,
+    views: int,
+    boards: float = 0.0,
+    people: float = 0.0,
+    crossing: float = 0.0,
 ) -> tuple[Renderer, list[Shot]]:
     """Some views of one stage by both cameras; makes the renderer where there is none yet.
 
     `boards`: which share of the posts carries a board (town, border, information) instead, which are rare otherwise.
     `people`: in which share of the views more people stand where they are hard to see (`dataset_people`).
+    `crossing`: in which share vehicles stand across (`dataset_crossing`).
     """
     static, first = random_stage(seed, split)
     rng = np.random.default_rng((77, seed, split == "test"))
@@ -81,6 +89,8 @@ def render_stage(
         scene = first if number == 0 else _further(first, static, rng, split)
         if people > 0 and rng.uniform() < people:
             scene = with_people(scene, split, rng)
+        if crossing > 0 and rng.uniform() < crossing:
+            scene = with_crossing(scene, split, rng)
         for camera in CAMERAS:
             shots.append(shot_of(renderer, scene, jittered(camera, rng), rng, seed))
     return renderer, shots
@@ -252,6 +262,7 @@ def main() -> None:
     parser.add_argument("--views", type=int, default=3, help="places along each stage's road; each gives two pictures")
     parser.add_argument("--boards", type=float, default=0.0, help="share of posts that carry a board instead")
     parser.add_argument("--people", type=float, default=0.0, help="share of views with people who are hard to see")
+    parser.add_argument("--crossing", type=float, default=0.0, help="share of views with vehicles across our way")
     flags = parser.parse_args()
     flags.out.mkdir(parents=True, exist_ok=True)
     renderer: Renderer | None = None
@@ -259,7 +270,9 @@ def main() -> None:
     for first in range(flags.first, flags.first + flags.stages, STAGES_PER_SHARD):
         shots: list[Shot] = []
         for seed in range(first, min(first + STAGES_PER_SHARD, flags.first + flags.stages)):
-            renderer, new = render_stage(renderer, seed, flags.split, flags.views, flags.boards, flags.people)
+            renderer, new = render_stage(
+                renderer, seed, flags.split, flags.views, flags.boards, flags.people, flags.crossing
+            )
             shots += new
         write_shard(flags.out / f"{flags.split}-{first:06d}.npz", shots)
         done += len(shots)

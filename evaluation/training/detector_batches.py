@@ -33,8 +33,9 @@ CROPS = (
     Crops(288, 448, 12, SCALES),
     Crops(384, 640, 6, SCALES),
     Crops(*CLOSER_PX, 6, (2.0, 2.4)),
+    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
 )
-"""One is drawn for each batch. The last is what the closer look shows."""
+"""One is drawn for each batch. The last two are what the closer look shows, in which people are found or missed."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.5
