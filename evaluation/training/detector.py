@@ -54,7 +54,7 @@ SIDES_WEIGHT = 3.0
 AVERAGE_DECAY = 0.998
 STAGE_FRAMES = 6
 """Pictures of one stage lie together in the shards."""
-LEAST_CHANCE = {"vehicle": 0.3, "pedestrian": 0.2}
+LEAST_CHANCE = {"vehicle": 0.3, "pedestrian": 0.1}
 """To miss a road user is worse than to see one too many: boxes are told from this probability on, and the tracker weighs them.
 Vehicles from 0.2 on made more false tracks."""
 TARGETS_AP50 = {"vehicle": 0.85, "pedestrian": 0.75, "sign": 0.92, "panel": 0.92, "light": 0.8}
