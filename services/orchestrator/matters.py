@@ -238,13 +238,26 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
     road_mps = min(bound.mps for bound in target.bounds if bound.why in ("law", "sight"))
     yield Matter(
         topic="friction",
-        key=event.detail,
+        key=_gravest(state, event.detail),
         phrase="friction",
         urgency="warning" if event.detail == "severe" else "advice",
         values={"target": drive(state.preferences, road_mps)},
-        repeat_s=180.0,
+        repeat_s=FRICTION_REPEAT_S,
         confidence=event.confidence,
     )
+
+
+SLIPPERY = ("low", "moderate", "high", "severe")
+FRICTION_REPEAT_S = 180.0
+
+
+def _gravest(state: State, level: str) -> str:
+    """The level, or a graver one that was told of late: where grip wavers between two, neither is news again."""
+    told = state.memory.last("friction")
+    known = told is not None and told.key in SLIPPERY and level in SLIPPERY
+    if told is None or not known or not told_within(state, "friction", FRICTION_REPEAT_S):
+        return level
+    return max(told.key, level, key=SLIPPERY.index)
 
 
 def _expert(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.conditions import WEATHER_SURE
+from services.orchestrator.matters import FRICTION_TOLD_S
 from tests.unit.services.orchestrator.support import FEW, Drive, Played, conditions, fact, law_of
 
 
@@ -128,3 +129,15 @@ def test_nobody_drives_faster_than_one_can_stop_within_sight() -> None:
     drive = drive_in(conditions(factor=0.4, visibility_m=15.0, safe_speed_mps=3.0))
     assert drive.target_mps == 3.0
     assert "sight" in drive.history[-1][2].fused.justification
+
+
+@FEW
+@given(st.lists(st.sampled_from(["moderate", "high", "severe"]), min_size=6, max_size=10))
+def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str]) -> None:
+    drive = Drive(Played({"applicable_limit": law_of}))
+    drive.ticks(round(FRICTION_TOLD_S * 10) + 20)
+    for level in levels:
+        drive.weather = conditions(mu=0.4, factor=0.8, risk_level=level)
+        drive.ticks(25)
+    said = [words for words in drive.spoken() if words.startswith("Slippery")]
+    assert 1 <= len(said) <= len(set(levels))
