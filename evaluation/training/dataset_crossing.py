@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.simulator.render.stage import FAMILIES, SIZES, Split
+from services.simulator.render.stage import Split
+from services.simulator.render.stage_traffic import drawn
 from services.simulator.scene import Actor, ActorKind, Pose, Scene
 
 NEAREST_M, FARTHEST_M = 9.0, 75.0
@@ -48,18 +49,7 @@ def _somewhere(ego: Pose, rng: np.random.Generator) -> Pose:
 
 def _vehicle(id_: int, pose: Pose, split: Split, rng: np.random.Generator, *, lit: bool) -> Actor:
     kind: ActorKind = rng.choice(KINDS, p=LIKELY)
-    length, width, height = (float(rng.uniform(*limits)) for limits in SIZES[kind])
-    return Actor(
-        id=id_,
-        kind=kind,
-        pose=pose,
-        length_m=length,
-        width_m=width,
-        height_m=height,
-        look_seed=int(rng.integers(1 << 20)),
-        mesh_family=FAMILIES - 1 if split == "test" else int(rng.integers(FAMILIES - 1)),
-        lights_on=lit and bool(rng.uniform() < 0.9),
-    )
+    return replace(drawn(rng, split, id_, kind, pose), lights_on=lit and bool(rng.uniform() < 0.9))
 
 
 def _apart(one: Actor, other: Actor) -> bool:

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.simulator.render.stage import FAMILIES, SIZES, Split
+from services.simulator.render.stage import Split
+from services.simulator.render.stage_traffic import drawn
 from services.simulator.scene import Actor, Pose, Scene
 from services.simulator.sensors import in_ego_frame
 
@@ -88,18 +89,7 @@ def _near(middle: Pose, heading: float, rng: np.random.Generator) -> Pose:
 
 
 def _person(id_: int, pose: Pose, split: Split, rng: np.random.Generator) -> Actor:
-    length, width, height = (float(rng.uniform(*limits)) for limits in SIZES["pedestrian"])
-    return Actor(
-        id=id_,
-        kind="pedestrian",
-        pose=pose,
-        length_m=length,
-        width_m=width,
-        height_m=height,
-        look_seed=int(rng.integers(1 << 20)),
-        mesh_family=FAMILIES - 1 if split == "test" else int(rng.integers(FAMILIES - 1)),
-        walk_phase=float(rng.uniform()),
-    )
+    return replace(drawn(rng, split, id_, "pedestrian", pose), walk_phase=float(rng.uniform()))
 
 
 def _clear_of(pose: Pose, vehicle: Actor) -> bool:

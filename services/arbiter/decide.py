@@ -194,13 +194,13 @@ def _believed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
     Traffic that comes towards us in our own lane is rare, and mistaken for it often: it must be certain as well.
     """
     certain = track.confidence >= profile.act_confidence
-    known = track.age_s >= profile.hazard_known_s or crosses(track, ego_mps, profile)
+    known = track.age_s >= profile.hazard_known_s or _crosses(track, ego_mps, profile)
     if track.kind != "vehicle":
         return True
     return certain and known if track.oncoming else certain or known
 
 
-def crosses(track: Track, ego_mps: float | None, profile: Profile) -> bool:
+def _crosses(track: Track, ego_mps: float | None, profile: Profile) -> bool:
     """Whether a vehicle drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
     ahead_mps = 0.0 if ego_mps is None else abs(ego_mps + track.vx_mps)
     return abs(track.vy_mps) >= max(profile.stands_mps, ahead_mps)

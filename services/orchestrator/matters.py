@@ -248,14 +248,14 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
 
 
 SLIPPERY = ("low", "moderate", "high", "severe")
+"""Levels of risk, the gravest last; an unknown one is none of them."""
 FRICTION_REPEAT_S = 180.0
 
 
 def _gravest(state: State, level: str) -> str:
     """The level, or a graver one that was told of late: where grip wavers between two, neither is news again."""
     told = state.memory.last("friction")
-    known = told is not None and told.key in SLIPPERY and level in SLIPPERY
-    if told is None or not known or not told_within(state, "friction", FRICTION_REPEAT_S):
+    if told is None or not told_within(state, "friction", FRICTION_REPEAT_S) or not {told.key, level} <= set(SLIPPERY):
         return level
     return max(told.key, level, key=SLIPPERY.index)
 

@@ -15,7 +15,7 @@ RANGE_SHARE = 0.5
 
 
 def without_earlier_tracks(stop: SignAhead, others: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
-    """The other signs without those that a stop sign just passed was known as before. Other signs have none."""
+    """The other signs without those that a stop sign was known as before, which is to be forgotten. Other signs have none."""
     return tuple(each for each in others if not is_earlier_track(each, stop))
 
 

@@ -26,7 +26,8 @@ TRAFFIC: tuple[tuple[ActorKind, float], ...] = (
 assert set(SIZES) == set(get_args(ActorKind))
 
 
-def _actor(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, pose: Pose, lit: bool) -> Actor:
+def drawn(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, pose: Pose) -> Actor:
+    """Somebody of a kind: a size and a look that the split may use, all lamps off."""
     length, width, height = (float(rng.uniform(*limits)) for limits in SIZES[kind])
     return Actor(
         id=id_,
@@ -37,6 +38,12 @@ def _actor(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, po
         height_m=height,
         look_seed=int(rng.integers(1 << 20)),
         mesh_family=family(rng, split),
+    )
+
+
+def _actor(rng: np.random.Generator, split: Split, id_: int, kind: ActorKind, pose: Pose, lit: bool) -> Actor:
+    return replace(
+        drawn(rng, split, id_, kind, pose),
         braking=bool(rng.uniform() < 0.3),
         indicator=str(rng.choice(["off", "off", "off", "off", "left", "right"])),  # type: ignore[arg-type]
         walk_phase=float(rng.uniform()),
