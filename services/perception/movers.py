@@ -38,6 +38,8 @@ GRID_M = 0.8
 AHEAD_M, ASIDE_M = (-2.0, 60.0), 50.0
 LEAST_NEW, LEAST_SHARE = 4, 0.2
 """Of a thing's returns, so many lie where it was free: fewer are noise, or the moving edge of a shadow."""
+LEAST_BEARINGS, BESIDE_DEG, SAME_DEG = 3, 1.5, 0.1
+"""They come from so many rays side by side: a post is thinner than the gap between two rays, and slips through it at times."""
 LONG_M, WIDE_M = (1.2, 12.0), 4.0
 """Over ground, the longer and the shorter side of a vehicle as far as it is seen."""
 LORRY_M = 6.5
@@ -172,7 +174,8 @@ def _movers(body: Floats, pose: Pose, before: _Swept) -> Iterator[Floats]:
     number = _things(body)
     for each in np.unique(number[new]).tolist():
         own = number == each
-        if _like_a_vehicle(body[own]) and int((own & new).sum()) >= max(LEAST_NEW, LEAST_SHARE * int(own.sum())):
+        enough = int((own & new).sum()) >= max(LEAST_NEW, LEAST_SHARE * int(own.sum()))
+        if enough and _like_a_vehicle(body[own]) and _side_by_side(body[own & new]) >= LEAST_BEARINGS:
             yield body[own]
 
 
@@ -209,6 +212,17 @@ def _things(body: Floats) -> NDArray[np.int_]:
 def _like_a_vehicle(thing: Floats) -> bool:
     short_m, long_m = sorted(np.ptp(thing, axis=0).tolist())
     return bool(LONG_M[0] <= long_m <= LONG_M[1] and short_m <= WIDE_M)
+
+
+def _side_by_side(points: Floats) -> int:
+    """The most rays side by side, whatever their heights, that these returns (N, 2) came from."""
+    bearings = np.sort(np.degrees(np.arctan2(points[:, 1], points[:, 0])))
+    gaps = np.diff(bearings)
+    most = row = 1
+    for gap in gaps[gaps > SAME_DEG].tolist():
+        row = row + 1 if gap < BESIDE_DEG else 1
+        most = max(most, row)
+    return most
 
 
 def _velocity(thing: Floats, past: Sequence[_Past]) -> OverGround | None:

@@ -69,6 +69,7 @@ standing = st.lists(
 )
 
 
+@example(rows=[(23.0, 21.0, False, 0.0, POST), (21.5, 21.0, False, 0.0, POST)], speed=3.0, yaw_rate=0.125, rain=0.0)
 @given(
     rows=standing,
     speed=st.floats(0.0, 30.0),
