@@ -8,6 +8,8 @@ from evaluation.observed.recording import Recording
 from evaluation.observed.sight import LAMPS_SIZE_M, Lens, Thing, things
 from proto.perception import Box
 from proto.truth import Truth
+from services.perception.detection import Detection
+from services.perception.doubt import rides
 from services.perception.projection import STANDING
 from services.simulator.session import CAMERAS
 
@@ -35,7 +37,7 @@ class Look(NamedTuple):
 
 
 class Stray(NamedTuple):
-    """A box of nothing."""
+    """A box of nothing. A motorcyclist's second one, as of a person, is none: production makes nothing of it."""
 
     camera: str
     stamp_ns: int
@@ -72,9 +74,16 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
         stray = [
             Stray(boxes.camera, stamp_ns, box, truth.speed_mps, truth.heading_rad or 0.0)
             for k, box in enumerate(boxes.boxes)
-            if k not in owned and not _untold(boxes.camera, box) and not any(_is_of(each, box) for each in present)
+            if k not in owned
+            and not _untold(boxes.camera, box)
+            and not any(_is_of(each, box) for each in present)
+            and not rides(_detection(box), [_detection(each) for each in boxes.boxes])
         ]
         yield found, stray
+
+
+def _detection(box: Box) -> Detection:
+    return Detection(x0_px=box.x0_px, y0_px=box.y0_px, x1_px=box.x1_px, y1_px=box.y1_px, kind=box.kind, score=box.score)
 
 
 def _is_of(thing: Thing, box: Box) -> bool:

@@ -35,6 +35,11 @@ class Detection:
         return self.y1_px - self.y0_px
 
     @property
+    def box_px(self) -> tuple[float, float, float, float]:
+        """Its edges: left, top, right, bottom."""
+        return self.x0_px, self.y0_px, self.x1_px, self.y1_px
+
+    @property
     def centre_px(self) -> tuple[float, float]:
         """Middle of the box."""
         return (self.x0_px + self.x1_px) / 2, (self.y0_px + self.y1_px) / 2

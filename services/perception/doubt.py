@@ -1,15 +1,18 @@
 """When to doubt a box: a doubted one counts for less, so that it confirms a track later, if at all.
 
 What is tiny in one camera while another looks closer at the same place makes no track here: size and feet of a dozen
-pixels give ranges wrong by half, always to the same side. The box itself is published all the same.
+pixels give ranges wrong by half, always to the same side. Nor does the second box of one body. The box itself is
+published all the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from services.perception.camera import Camera, Floats
-from services.perception.detection import Detection
+from services.perception.detection import Detection, overlaps
 from services.perception.projection import (
     EDGE_PX,
     FURTHEST_M,
@@ -28,6 +31,10 @@ HUGE_SHARE = 0.45
 """Of the picture's height: so large a vehicle's box is a part of what the picture cannot hold, or large in the wider one too."""
 CLOSER = 1.5
 """A camera with this many times the focal length sees what is small here well enough to be the judge of it."""
+SAME_OVERLAP, SURELY = 0.7, 0.9
+"""Intersection over union of two boxes of one body, and the score from which a vehicle is one whatever else it looks like. In 24
+recorded drives 34 of the 7,936 boxes of people on foot lie so on the box of such a vehicle, or of a surer one (25 of them
+where there is a vehicle as well); of other boxes of people 876 do, most of them of motorcyclists."""
 TOO_TALL = 1.3
 """Times the tallest of its class: on a road that rises by one in a hundred, a person at 40 m seems 1.4 times as tall."""
 
@@ -55,6 +62,18 @@ def left_to_another(detection: Detection, found: Range, camera: Camera, others: 
     return (tiny and seen_closer(detection, found, camera, others)) or (
         huge and seen_wider(detection, found, camera, others)
     )
+
+
+def rides(detection: Detection, others: Sequence[Detection]) -> bool:
+    """Whether a person's box is that of a vehicle, surely or rather: who rides a motorcycle is not on foot as well."""
+    if detection.kind != "pedestrian":
+        return False
+    least = min(detection.score, SURELY)
+    vehicles = [each for each in others if each.kind == "vehicle" and each.score > least]
+    if not vehicles:
+        return False
+    own, theirs = np.array([detection.box_px], np.float32), np.array([each.box_px for each in vehicles], np.float32)
+    return bool(overlaps(own, theirs).max() >= SAME_OVERLAP)
 
 
 def too_tall(detection: Detection, camera: Camera) -> bool:

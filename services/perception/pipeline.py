@@ -14,7 +14,7 @@ from proto.vehicle import Ego
 from services.perception.camera import Camera, Floats
 from services.perception.detection import Detection
 from services.perception.detector import Detector
-from services.perception.doubt import DOUBTED_SHARE, doubted, in_view, left_to_another
+from services.perception.doubt import DOUBTED_SHARE, doubted, in_view, left_to_another, rides
 from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
@@ -256,6 +256,8 @@ class Perception:
             sighting = sighting_of(detection, found, camera, lag, hiding(detection, detections))
             if sighting is not None:
                 users.append((index, sighting))
+        bodies = [detections[index] for index, _ in users]
+        users = [(index, each) for index, each in users if not rides(detections[index], bodies)]
 
         def sees(x_m: float, y_m: float) -> bool:
             return in_view(camera, np.array([[x_m, y_m, BODY_UP_M]]))

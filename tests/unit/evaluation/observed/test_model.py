@@ -198,6 +198,18 @@ def test_what_hides_a_thing_has_range_errors_of_its_own() -> None:
     assert np.allclose(errors["small hidden"].quantiles, -0.2)
 
 
+def test_a_motorcyclist_who_is_found_as_a_person_too_is_no_box_of_nothing() -> None:
+    step = truth(1.0, car(1, 20.0))
+    (thing,) = [each for each in things(step, Lens(CAMERAS["front"])) if each.key == "actor/1"]
+    x0, y0, x1, y1 = thing.box
+    vehicle = Box(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind="vehicle", score=0.96)
+    twice = msgspec.structs.replace(vehicle, kind="pedestrian", score=0.8)
+    elsewhere = msgspec.structs.replace(twice, x0_px=20.0, x1_px=30.0)
+    boxes = Boxes(camera="front", frame=1, boxes=(vehicle, twice, elsewhere))
+    (picture,) = looks(Recording(spec=SPEC, truths=[(NS, step)], boxes=[(NS, boxes)]))
+    assert [each.box for each in picture[1]] == [elsewhere]
+
+
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
     def stray(k: int, x0: float) -> Stray:
         box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)

@@ -1,6 +1,7 @@
 """Boxes that something speaks against count for less."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from proto.sensors import Calibration
 from services.perception.camera import Camera
 from services.perception.detection import Detection
-from services.perception.doubt import doubted, left_to_another, too_tall
+from services.perception.doubt import doubted, left_to_another, rides, too_tall
 from services.perception.projection import ProjectedSweep, Range, find_range
 
 
@@ -77,6 +78,18 @@ def test_what_overflows_a_close_view_is_left_to_a_wider_one() -> None:
     assert not left_to_another(lorry, lasered, TELE, []), "nobody else looks"
     assert not left_to_another(lorry, lasered, FRONT, [TELE]), "the closer view holds even less of it"
     assert not left_to_another(person, lasered, TELE, [FRONT]), "of people every camera tells"
+
+
+def test_who_rides_is_not_on_foot_as_well_and_whoever_a_vehicle_is_less_sure_of_is() -> None:
+    motorcycle = replace(standing(25.0, 3.0, 1.6, "pedestrian"), kind="vehicle", score=0.96)
+    rider = replace(motorcycle, kind="pedestrian", score=0.76, y0_px=motorcycle.y0_px - 2.0)
+    assert rides(rider, [rider, motorcycle])
+    assert not rides(motorcycle, [rider, motorcycle]), "the surer one is tracked"
+    assert rides(replace(rider, score=0.99), [motorcycle]), "surely a vehicle, whatever else it looks like"
+    assert not rides(rider, [replace(motorcycle, score=0.7)]), "rather a person than a vehicle"
+    assert not rides(rider, [rider, replace(rider, score=0.99)]), "who stands before another person is a second one"
+    before_a_car = standing(20.0, 0.0, 1.75, "pedestrian")
+    assert not rides(before_a_car, [replace(standing(21.0, 0.0, 1.5, "vehicle"), score=0.99)])
 
 
 def test_signs_are_no_road_users_and_not_doubted_here() -> None:

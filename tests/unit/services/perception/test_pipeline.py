@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import msgspec
@@ -293,6 +293,22 @@ def test_a_vehicle_seen_by_both_cameras_is_one_track() -> None:
         front = perception.see("front", k * STEP_NS, PICTURE)
         tele = perception.see("tele", k * STEP_NS, PICTURE)
         assert front.boxes.boxes[0].track_id == tele.boxes.boxes[0].track_id == 1
+
+
+def test_a_motorcyclist_is_one_track_whatever_the_detector_calls_him_besides() -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.calibrate("front", CALIBRATION)
+    for k in range(1, 12):
+        vehicle = car_at(30.0)
+        person = replace(vehicle, kind="pedestrian", score=0.8, y0_px=vehicle.y0_px + 1.0)
+        detector.found = [vehicle, person] if k % 2 else [person, vehicle]
+        seen = perception.see("front", k * STEP_NS, PICTURE)
+        assert {box.kind for box in seen.boxes.boxes if box.track_id} == {"vehicle"}
+        assert len(seen.boxes.boxes) == 2, "what was found is published all the same"
+    assert seen.tracks is not None
+    (track,) = seen.tracks.tracks
+    assert track.kind == "vehicle"
 
 
 def test_a_calibration_that_cannot_be_is_refused_and_the_last_one_kept() -> None:
