@@ -17,6 +17,7 @@ from evaluation.observed.card import (
     own_odds,
     pace_of,
     regime_of,
+    surroundings_of,
 )
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
@@ -95,7 +96,7 @@ class Eye:
                 detections.append((detection, thing, row))
         boxes = [each for each, *_ in detections]
         found = [Found(each, self._range(each, thing, row, stamp_ns, boxes), thing) for each, thing, row in detections]
-        return [*found, *self._haunted(truth.speed_mps, truth.heading_rad or 0.0, stamp_ns)]
+        return [*found, *self._haunted(truth, stamp_ns)]
 
     def understood(self, pipeline: Perception, truth: Truth, stamp_ns: int, frame: int) -> Seen:
         """What production makes of what is found in the picture taken then."""
@@ -178,13 +179,14 @@ class Eye:
         rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift
         return float(np.interp(rank, SPREADS, errors.quantiles))
 
-    def _haunted(self, speed_mps: float, heading_rad: float, stamp_ns: int) -> list[Found]:
-        """Boxes of nothing: each comes by chance, and is what one that was measured at such a speed was.
+    def _haunted(self, truth: Truth, stamp_ns: int) -> list[Found]:
+        """Boxes of nothing: each comes by chance, and is what one that was measured in such surroundings at such a speed was.
 
         As the ego turns they move in the picture as what stands by the road does.
         """
+        speed_mps, heading_rad = truth.speed_mps, truth.heading_rad or 0.0
         pace = pace_of(speed_mps)
-        clutter = self._card.clutter[self.camera][pace]
+        clutter = self._card.clutter[self.camera][surroundings_of(truth.law_limit_mps)][pace]
         since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
         self._looked_ns, self._driven_m = stamp_ns, self._driven_m + speed_mps * since_s
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:

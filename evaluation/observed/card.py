@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
@@ -113,10 +114,21 @@ PACES_MPS = (1.0, 8.0, 16.0, 25.0, math.inf)
 
 
 class Clutter(msgspec.Struct, frozen=True, kw_only=True):
-    """Boxes of nothing in one camera's pictures, while the ego goes at one of `PACES_MPS`."""
+    """Boxes of nothing in one camera's pictures, while the ego goes at one of `PACES_MPS` in one kind of surroundings."""
 
     per_minute: float
     ghosts: tuple[Ghost, ...]
+
+
+Surroundings = Literal["built_up", "open"]
+BUILT_UP_MPS = 16.0
+"""A lower limit (50 km/h, 35 mph) is of a built-up road: posts, trees and parked cars deceive two to four times as often
+there, at equal speed."""
+
+
+def surroundings_of(limit_mps: float | None) -> Surroundings:
+    """By the limit in force; None: there is none."""
+    return "built_up" if limit_mps is not None and limit_mps < BUILT_UP_MPS else "open"
 
 
 def pace_of(speed_mps: float) -> int:
@@ -162,8 +174,8 @@ class Card(msgspec.Struct, frozen=True, kw_only=True):
     """`camera/class`."""
     ranged: dict[str, Ranging]
     """`camera/class`."""
-    clutter: dict[str, tuple[Clutter, ...]]
-    """By camera, one for each of `PACES_MPS`."""
+    clutter: dict[str, dict[Surroundings, tuple[Clutter, ...]]]
+    """By camera and surroundings, one for each of `PACES_MPS`."""
     reading: Reading
     weather: tuple[LooksLike, ...]
     provenance: dict[str, object] = {}

@@ -1,10 +1,10 @@
 """Boxes of nothing: which came, and how they went on from picture to picture."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, pairwise
 
-from evaluation.observed.card import Clutter, Ghost, GhostBox, pace_of
+from evaluation.observed.card import Clutter, Ghost, GhostBox, Surroundings, pace_of
 from evaluation.observed.pairing import Stray
 from evaluation.observed.sight import Lens, turn_rad
 from proto.perception import Box
@@ -16,15 +16,22 @@ JOINED_S, JOINED_SIZES, JOINED_PX = 0.95, 0.8, 4.0
 """Boxes of nothing are one where the next comes within so many seconds and lies within so many of its sizes and pixels."""
 
 
-def clutter(runs: Sequence[Sequence[Stray]], camera: str, minutes: Sequence[float]) -> tuple[Clutter, ...]:
-    """Of one camera's pictures. `minutes`: how long the ego went at each of `PACES_MPS`."""
+def clutter(
+    runs: Sequence[Sequence[Stray]], camera: str, minutes: Mapping[Surroundings, Sequence[float]]
+) -> dict[Surroundings, tuple[Clutter, ...]]:
+    """Of one camera's pictures. `minutes`: how long the ego went at each of `PACES_MPS` there."""
     lens = Lens(CAMERAS[camera])
     chains = [chain for strays in runs for chain in _chains([s for s in strays if s.camera == camera], lens)]
     picture_s = CAMERA_STEPS[camera][0] * STEP_S
-    return tuple(
-        _at_pace([_ghost(chain, picture_s) for chain in chains if pace_of(chain[0].speed_mps) == pace], driven)
-        for pace, driven in enumerate(minutes)
-    )
+
+    def began(where: Surroundings, pace: int) -> list[Ghost]:
+        begun = [chain for chain in chains if (chain[0].surroundings, pace_of(chain[0].speed_mps)) == (where, pace)]
+        return [_ghost(chain, picture_s) for chain in begun]
+
+    return {
+        where: tuple(_at_pace(began(where, pace), driven) for pace, driven in enumerate(at_pace))
+        for where, at_pace in minutes.items()
+    }
 
 
 def _at_pace(ghosts: Sequence[Ghost], minutes: float) -> Clutter:

@@ -23,7 +23,9 @@ from evaluation.observed.card import (
     Reading,
     Reads,
     Seen,
+    Surroundings,
     pace_of,
+    surroundings_of,
 )
 from evaluation.observed.clutter import clutter
 from evaluation.observed.lines import chains, measure, odds, rows_of, shares_of
@@ -52,7 +54,7 @@ def fit(recordings: Sequence[Recording], *, legible: float = 1.0) -> Card:
         rows = list(looks(recording))
         seen += [look for found, _ in rows for look in found]
         stray.append([each for _, strays in rows for each in strays])
-    minutes = _minutes_at_pace(recordings)
+    minutes = _minutes_driven(recordings)
     return Card(
         found=_found(seen),
         ranged=_ranged(seen),
@@ -205,11 +207,13 @@ def _weather(recording: Recording) -> Iterable[LooksLike]:
             yield LooksLike(weather=weather_name(truth), open_m=round(truth.visibility_m, 1), told=told)
 
 
-def _minutes_at_pace(recordings: Sequence[Recording]) -> list[float]:
-    minutes = [0.0 for _ in PACES_MPS]
+def _minutes_driven(recordings: Sequence[Recording]) -> dict[Surroundings, list[float]]:
+    """By surroundings and pace."""
+    minutes = {where: [0.0 for _ in PACES_MPS] for where in get_args(Surroundings)}
     for recording in recordings:
         for _, truth in recording.truths:
-            minutes[pace_of(truth.speed_mps)] += _minutes(recording) / len(recording.truths)
+            at_pace = minutes[surroundings_of(truth.law_limit_mps)]
+            at_pace[pace_of(truth.speed_mps)] += _minutes(recording) / len(recording.truths)
     return minutes
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from evaluation.observed.card import Surroundings, surroundings_of
 from evaluation.observed.recording import Recording
 from evaluation.observed.sight import LAMPS_SIZE_M, Lens, Thing, things
 from proto.perception import Box
@@ -46,6 +47,7 @@ class Stray(NamedTuple):
     """Of the ego."""
     heading_rad: float
     """Of the ego."""
+    surroundings: Surroundings
 
 
 def air_of(truth: Truth, rain_mm_h: float = 0.0) -> Air:
@@ -65,14 +67,14 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
             continue
         present = [each for each in things(truth, lenses[boxes.camera]) if each.height_px >= LEAST_PX]
         pairs = pair(present, boxes.boxes)
-        air = air_of(truth)
+        air, where = air_of(truth), surroundings_of(truth.law_limit_mps)
         owned = set(pairs.values())
         found = [
             Look(boxes.camera, stamp_ns, thing, air, boxes.boxes[pairs[k]] if k in pairs else None)
             for k, thing in enumerate(present)
         ]
         stray = [
-            Stray(boxes.camera, stamp_ns, box, truth.speed_mps, truth.heading_rad or 0.0)
+            Stray(boxes.camera, stamp_ns, box, truth.speed_mps, truth.heading_rad or 0.0, where)
             for k, box in enumerate(boxes.boxes)
             if k not in owned
             and not _untold(boxes.camera, box)

@@ -1,26 +1,66 @@
-"""The one number that no single picture tells: how legible driven faces are beside those of the reader's own table."""
+"""What no single picture tells: how legible driven faces are beside those of the reader's own table, and how many boxes of
+nothing there are in all, since some fall on what is there.
+"""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import msgspec
 import numpy as np
 
-from evaluation.observed.card import Card
+from evaluation.observed.card import Card, Surroundings
 from evaluation.observed.compare import FIRST, RIGHTLY, Figures, Share, figures
 from evaluation.observed.imagined import imagine
+from evaluation.observed.pairing import looks
 from evaluation.observed.recording import Recording
 
 TRIED = (1.0, 1.5, 2.0, 2.5, 3.0)
 SEEDS = (1, 2, 3)
 MISSED_M = 10.0
 """What a tenth of the signs believed more or less weighs beside metres of where the first belief comes."""
+MOST_HAUNTED = 2.0
 
 
 def tuned(card: Card, recordings: Sequence[Recording]) -> Card:
-    """The card with the legibility at which signs are believed from as far, and as often, as they were."""
+    """The card with as many boxes of nothing as there were, and the legibility at which signs are believed from as far, and as
+    often, as they were.
+    """
     measured = figures(recordings)
-    tried = [_with(card, legible) for legible in TRIED]
+    haunted = as_haunted(card, recordings)
+    tried = [_with(haunted, legible) for legible in TRIED]
     return min(tried, key=lambda each: _misfit(each, recordings, measured))
+
+
+def as_haunted(card: Card, recordings: Sequence[Recording]) -> Card:
+    """With boxes of nothing so much more often, up to twice, that as many as were recorded lie where nothing is."""
+    recorded = _strays(recordings)
+    drawn = _strays([imagine(each, card, seed) for each in recordings for seed in SEEDS])
+    return msgspec.structs.replace(
+        card,
+        clutter={
+            camera: {
+                where: tuple(
+                    msgspec.structs.replace(each, per_minute=round(each.per_minute * times, 4)) for each in at_pace
+                )
+                for where, at_pace in places.items()
+                for times in [_times(len(SEEDS) * recorded[camera, where], drawn[camera, where])]
+            }
+            for camera, places in card.clutter.items()
+        },
+    )
+
+
+def _times(recorded: int, drawn: int) -> float:
+    return min(max(recorded / drawn, 1.0), MOST_HAUNTED) if drawn else 1.0
+
+
+def _strays(recordings: Sequence[Recording]) -> Counter[tuple[str, Surroundings]]:
+    return Counter(
+        (stray.camera, stray.surroundings)
+        for recording in recordings
+        for _, strays in looks(recording)
+        for stray in strays
+    )
 
 
 def _with(card: Card, legible: float) -> Card:

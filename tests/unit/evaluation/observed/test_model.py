@@ -24,6 +24,7 @@ from evaluation.observed.ranging import ranging
 from evaluation.observed.recording import Recording, listener, load, save
 from evaluation.observed.regression import linear, logistic, memory_s
 from evaluation.observed.sight import Lens, Thing, things
+from evaluation.observed.tune import as_haunted
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from evaluation.training.detector_calibration import calibrated
@@ -213,10 +214,13 @@ def test_a_motorcyclist_who_is_found_as_a_person_too_is_no_box_of_nothing() -> N
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:
     def stray(k: int, x0: float) -> Stray:
         box = Box(x0_px=x0, y0_px=170.0, x1_px=x0 + 20.0, y1_px=190.0, kind="vehicle", score=0.5)
-        return Stray("front", NS + k * NS // 10, box, 10.0, 0.0)
+        return Stray("front", NS + k * NS // 10, box, 10.0, 0.0, "built_up")
 
     runs = [[stray(k, 100.0 + 2.0 * k) for k in range(11) if k != 5] + [stray(40, 120.0)]]
-    paces = clutter(runs, "front", [1.0, 0.0, 1.0, 2.0, 0.0])
+    minutes = [1.0, 0.0, 1.0, 2.0, 0.0]
+    told_by = clutter(runs, "front", {"built_up": minutes, "open": minutes})
+    assert not any(each.ghosts for each in told_by["open"])
+    paces = told_by["built_up"]
     assert [len(each.ghosts) for each in paces] == [0, 0, 2, 0, 0], "at 10 m/s"
     told = paces[2]
     assert told.per_minute == 2.0
@@ -227,16 +231,45 @@ def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> N
     assert [each.driven_m for each in moved.boxes] == [round(1.0 * k, 3) for k in range(11) if k != 5]
 
 
+def test_posts_deceive_where_the_road_is_built_up_as_often_as_they_did_there() -> None:
+    ghost = Stray("front", NS, _post(30.0), 12.0, 0.0, "built_up")
+    minutes = [0.0, 0.0, 1.0, 0.0, 0.0]
+    told = clutter([[ghost]], "front", {"built_up": minutes, "open": minutes})
+    often = {where: tuple(msgspec.structs.replace(each, per_minute=300.0) for each in told[where]) for where in told}
+    haunted = msgspec.structs.replace(read_card(data(CARD)), clutter={"front": often})
+    for limit_mps, there in ((13.9, True), (27.8, False), (None, False)):
+        steps = (msgspec.structs.replace(truth(k / 10), speed_mps=12.0, law_limit_mps=limit_mps) for k in range(40))
+        eye = Eye(haunted, "front", 1)
+        found = [each for k, step in enumerate(steps) for each in eye.look(step, NS + k * NS // 10)]
+        assert bool(found) is there
+
+
+def test_boxes_of_nothing_come_so_much_oftener_as_fall_on_what_is_there(card: Card) -> None:
+    there = msgspec.structs.replace(truth(0.0, car(1, 12.0), car(2, 9.0, 3.5)), law_limit_mps=13.9, speed_mps=12.0)
+    steps = [(NS + k * NS // 10, there) for k in range(600)]
+    twice = {
+        name: {
+            where: tuple(msgspec.structs.replace(each, per_minute=1.6 * each.per_minute) for each in at_pace)
+            for where, at_pace in places.items()
+        }
+        for name, places in card.clutter.items()
+    }
+    haunted = imagine(drawn(steps), msgspec.structs.replace(card, clutter=twice), 9)
+    found = as_haunted(card, [haunted]).clutter["front"]["built_up"]
+    for new, old in zip(found, card.clutter["front"]["built_up"], strict=True):
+        assert 1.3 * old.per_minute <= new.per_minute < 2.0 * max(old.per_minute, 0.1), "told from pictures alone"
+
+
 @given(speed_mps=st.floats(8.5, 15.5), slowing_mps2=st.floats(0.0, 3.0))
 def test_what_deceived_a_moving_camera_stays_where_it_stood_however_fast_the_ego_goes(
     speed_mps: float, slowing_mps2: float
 ) -> None:
     """A post 40 m ahead, seen at 12 m/s; it used to walk towards who drove slower than that."""
     depths = [40.0 - 1.2 * k for k in range(25)]
-    strays = [Stray("front", NS + k * NS // 10, _post(depth_m), 12.0, 0.0) for k, depth_m in enumerate(depths)]
-    paces = clutter([strays], "front", [0.0, 0.0, 1.0, 0.0, 0.0])
-    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces)
-    eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": often}), "front", 1)
+    strays = [Stray("front", NS + k * NS // 10, _post(depth_m), 12.0, 0.0, "open") for k, depth_m in enumerate(depths)]
+    paces = clutter([strays], "front", {"open": [0.0, 0.0, 1.0, 0.0, 0.0]})
+    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces["open"])
+    eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": {"open": often}}), "front", 1)
     driven_m, seen = 0.0, 0
     began: list[float] = []
     for k in range(100):
@@ -266,12 +299,12 @@ def test_what_deceived_a_camera_turns_with_the_road_and_not_with_the_ego(
         turned_rad = 0.1 * k * recorded_radps
         u = lens.aside(320.0, turned_rad)
         box = Box(x0_px=u - 5.0, y0_px=165.0, x1_px=u + 5.0, y1_px=190.0, kind="pedestrian", score=0.6)
-        return Stray("front", NS + k * NS // 10, box, 12.0, heading_rad + turned_rad)
+        return Stray("front", NS + k * NS // 10, box, 12.0, heading_rad + turned_rad, "open")
 
-    paces = clutter([[stray(k) for k in range(8)]], "front", [0.0, 0.0, 1.0, 0.0, 0.0])
-    assert [len(each.boxes) for each in paces[2].ghosts] == [8], "one, however quickly the ego turned"
-    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces)
-    eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": often}), "front", 1)
+    paces = clutter([[stray(k) for k in range(8)]], "front", {"open": [0.0, 0.0, 1.0, 0.0, 0.0]})
+    assert [len(each.boxes) for each in paces["open"][2].ghosts] == [8], "one, however quickly the ego turned"
+    often = tuple(msgspec.structs.replace(each, per_minute=30.0) for each in paces["open"])
+    eye = Eye(msgspec.structs.replace(read_card(data(CARD)), clutter={"front": {"open": often}}), "front", 1)
     bearings: list[float] = []
     began: list[float] = []
     for k in range(100):
