@@ -68,7 +68,7 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
         present = [each for each in things(truth, lenses[boxes.camera]) if each.height_px >= LEAST_PX]
         pairs = pair(present, boxes.boxes)
         air, where = air_of(truth), surroundings_of(truth.law_limit_mps)
-        owned = set(pairs.values())
+        owned, told = set(pairs.values()), [_detection(each) for each in boxes.boxes]
         found = [
             Look(boxes.camera, stamp_ns, thing, air, boxes.boxes[pairs[k]] if k in pairs else None)
             for k, thing in enumerate(present)
@@ -79,7 +79,7 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
             if k not in owned
             and not _untold(boxes.camera, box)
             and not any(_is_of(each, box) for each in present)
-            and not rides(_detection(box), [_detection(each) for each in boxes.boxes])
+            and not rides(told[k], told)
         ]
         yield found, stray
 

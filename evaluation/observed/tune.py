@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 
-from evaluation.observed.card import Card, Surroundings
+from evaluation.observed.card import Card, Clutter, Surroundings
 from evaluation.observed.compare import FIRST, RIGHTLY, Figures, Share, figures
 from evaluation.observed.imagined import imagine
 from evaluation.observed.pairing import looks
@@ -19,6 +19,7 @@ SEEDS = (1, 2, 3)
 MISSED_M = 10.0
 """What a tenth of the signs believed more or less weighs beside metres of where the first belief comes."""
 MOST_HAUNTED = 2.0
+"""How many times as often as recorded boxes of nothing come at most."""
 
 
 def tuned(card: Card, recordings: Sequence[Recording]) -> Card:
@@ -35,23 +36,17 @@ def as_haunted(card: Card, recordings: Sequence[Recording]) -> Card:
     """With boxes of nothing so much more often, up to twice, that as many as were recorded lie where nothing is."""
     recorded = _strays(recordings)
     drawn = _strays([imagine(each, card, seed) for each in recordings for seed in SEEDS])
-    return msgspec.structs.replace(
-        card,
-        clutter={
-            camera: {
-                where: tuple(
-                    msgspec.structs.replace(each, per_minute=round(each.per_minute * times, 4)) for each in at_pace
-                )
-                for where, at_pace in places.items()
-                for times in [_times(len(SEEDS) * recorded[camera, where], drawn[camera, where])]
-            }
-            for camera, places in card.clutter.items()
-        },
-    )
 
+    def oftener(camera: str, where: Surroundings, at_pace: tuple[Clutter, ...]) -> tuple[Clutter, ...]:
+        wanted, had = len(SEEDS) * recorded[camera, where], drawn[camera, where]
+        times = min(max(wanted / had, 1.0), MOST_HAUNTED) if had else 1.0
+        return tuple(msgspec.structs.replace(each, per_minute=round(each.per_minute * times, 4)) for each in at_pace)
 
-def _times(recorded: int, drawn: int) -> float:
-    return min(max(recorded / drawn, 1.0), MOST_HAUNTED) if drawn else 1.0
+    clutter = {
+        camera: {where: oftener(camera, where, at_pace) for where, at_pace in places.items()}
+        for camera, places in card.clutter.items()
+    }
+    return msgspec.structs.replace(card, clutter=clutter)
 
 
 def _strays(recordings: Sequence[Recording]) -> Counter[tuple[str, Surroundings]]:

@@ -78,7 +78,7 @@ def _judge(
     taken: set[int] = set()
     verdicts = []
     for each in sorted(detections, key=lambda detection: -detection.score):
-        box = np.array([[each.x0_px, each.y0_px, each.x1_px, each.y1_px]], dtype=np.float32)
+        box = np.array([each.box_px], dtype=np.float32)
         overlap = overlaps(box, boxes)[0] if len(boxes) else np.zeros(0, np.float32)
         free = [k for k in np.flatnonzero(wanted & (overlap >= least)).tolist() if k not in taken]
         if free:

@@ -68,7 +68,7 @@ def recall_near(
 
 def _hits(found: list[Detection], rows: FloatArray, kind: ObjectClass, floor: float) -> list[bool]:
     wanted = rows[counted(rows) & (rows[:, 0] == CLASSES.index(kind)) & (rows[:, 6] < NEAR_M)][:, 1:5]
-    boxes = [(d.x0_px, d.y0_px, d.x1_px, d.y1_px) for d in found if d.kind == kind and d.score >= floor]
+    boxes = [d.box_px for d in found if d.kind == kind and d.score >= floor]
     if not boxes:
         return [False] * len(wanted)
     best = overlaps(wanted, np.array(boxes, np.float32)).max(axis=1, initial=0.0)

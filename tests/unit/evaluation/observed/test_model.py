@@ -247,14 +247,14 @@ def test_posts_deceive_where_the_road_is_built_up_as_often_as_they_did_there() -
 def test_boxes_of_nothing_come_so_much_oftener_as_fall_on_what_is_there(card: Card) -> None:
     there = msgspec.structs.replace(truth(0.0, car(1, 12.0), car(2, 9.0, 3.5)), law_limit_mps=13.9, speed_mps=12.0)
     steps = [(NS + k * NS // 10, there) for k in range(600)]
-    twice = {
+    oftener = {
         name: {
             where: tuple(msgspec.structs.replace(each, per_minute=1.6 * each.per_minute) for each in at_pace)
             for where, at_pace in places.items()
         }
         for name, places in card.clutter.items()
     }
-    haunted = imagine(drawn(steps), msgspec.structs.replace(card, clutter=twice), 9)
+    haunted = imagine(drawn(steps), msgspec.structs.replace(card, clutter=oftener), 9)
     found = as_haunted(card, [haunted]).clutter["front"]["built_up"]
     for new, old in zip(found, card.clutter["front"]["built_up"], strict=True):
         assert 1.3 * old.per_minute <= new.per_minute < 2.0 * max(old.per_minute, 0.1), "told from pictures alone"

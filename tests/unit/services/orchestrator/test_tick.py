@@ -11,7 +11,7 @@ from proto.rules import RulesAnswer
 from proto.sensors import StopLine
 from services.orchestrator.local import decide_locally
 from services.orchestrator.state import State, digest
-from services.orchestrator.tick import redecide, state_of, tick, trace_of
+from services.orchestrator.tick import redecide, state_of, trace_of
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
@@ -454,20 +454,3 @@ def test_the_watchdogs_tick_is_degraded_and_no_less_careful() -> None:
     assert ticked.world.ego.speed_mps is None
     assert ticked.world.actors is None
     assert drive.target_mps <= before
-
-
-def test_the_tick_itself_is_cheap() -> None:
-    """The budget for the pure parts is 10 ms; a tick in traffic is measured, with room for a slow machine."""
-    import time
-
-    drive = Drive()
-    drive.tracks = tuple(actor(20.0 + 5 * i, 3.0, track_id=i) for i in range(12))
-    drive.ticks(10)
-    seen = drive.observations()
-    times = []
-    for _ in range(30):
-        began = time.perf_counter()
-        ticked = tick(drive.state, seen, drive.ask)
-        msgspec.json.encode(trace_of(ticked, seen, {}, ticked.advisory, whole=False))
-        times.append(time.perf_counter() - began)
-    assert sorted(times)[len(times) // 2] < 0.010
