@@ -47,6 +47,8 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     sigma_x_m: float = 1.0
     sigma_y_m: float = 1.0
     sigma_vx_mps: float = 1.0
+    sigma_vy_mps: float | None = None
+    """None: not told."""
     confidence: float = 0.0
     age_s: float = 0.0
     unseen_s: float = 0.0

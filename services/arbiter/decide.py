@@ -189,21 +189,30 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
 
 
 def _believed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
-    """Whether a vehicle ahead is one: it is certain, or known for a while, or comes from the side, where no time is left.
+    """Whether a vehicle ahead is one: it is certain, or known for a while, or surely comes from the side, where no time is left.
 
-    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it must be certain as well.
+    Two are mistaken often, and must be certain as well as known: traffic that comes towards us in our own lane, and one
+    that stands aside and is in the way only if the speed across is right that it may not have.
     """
-    certain = track.confidence >= profile.act_confidence
-    known = track.age_s >= profile.hazard_known_s or _crosses(track, ego_mps, profile)
     if track.kind != "vehicle":
         return True
-    return certain and known if track.oncoming else certain or known
+    crosses, surely = _crosses(track, ego_mps, profile), _surely_moves_across(track, profile)
+    certain = track.confidence >= profile.act_confidence
+    known = track.age_s >= profile.hazard_known_s or (crosses and surely)
+    aside = track.clearance_m is not None and track.clearance_m > 0.0
+    doubtful = track.oncoming or (aside and crosses and not surely)
+    return certain and known if doubtful else certain or known
 
 
 def _crosses(track: Track, ego_mps: float | None, profile: Profile) -> bool:
     """Whether a vehicle drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
     ahead_mps = 0.0 if ego_mps is None else abs(ego_mps + track.vx_mps)
     return abs(track.vy_mps) >= max(profile.stands_mps, ahead_mps)
+
+
+def _surely_moves_across(track: Track, profile: Profile) -> bool:
+    """Whether its speed sideways may not be none at all; where nobody tells how sure that is, it may not."""
+    return track.sigma_vy_mps is None or abs(track.vy_mps) >= profile.across_sigmas * track.sigma_vy_mps
 
 
 def _well_seen(track: Track, profile: Profile) -> bool:

@@ -75,6 +75,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     hazard_known_s: float
     speed_known_mps: float
     speed_sigmas: float
+    across_sigmas: float
     act_confidence: float
     act_unseen_s: float
     act_track_age_s: float

@@ -200,15 +200,18 @@ def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
 
 
 def believed(way: Way) -> bool:
-    """Whether a vehicle ahead is one: it is certain, or known for a while, or comes from the side, where no time is left.
+    """Whether a vehicle ahead is one: it is certain, or known for a while, or surely comes from the side, where no time is left.
 
-    Traffic that comes towards us in our own lane is rare, and mistaken for it often: it must be certain as well.
+    Two are mistaken often, and must be certain as well as known: traffic that comes towards us in our own lane, and one
+    that stands aside and is in the way only if the speed across is right that it may not have.
     """
     track = way.track
-    certain, known = track.confidence >= CERTAIN, track.age_s >= KNOWN_S or crosses_over(way)
     if track.kind != "vehicle":
         return True
-    return certain and known if track.oncoming else certain or known
+    certain, known = track.confidence >= CERTAIN, track.age_s >= KNOWN_S or surely_crosses(way)
+    aside = track.clearance_m is not None and track.clearance_m > 0.0
+    doubtful = track.oncoming or (aside and crosses_over(way) and not surely_crosses(way))
+    return certain and known if doubtful else certain or known
 
 
 STANDS_MPS = 2.0
@@ -235,6 +238,16 @@ CROSSES_MPS = 2.0
 def crosses_over(way: Way) -> bool:
     """Whether it drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
     return abs(way.track.vy_mps) >= max(CROSSES_MPS, abs(way.speed_mps or 0.0))
+
+
+ACROSS_SIGMAS = 4.0
+"""Faster sideways than this many standard deviations a vehicle surely moves: what crosses is mostly told with 12 and more."""
+
+
+def surely_crosses(way: Way) -> bool:
+    """Whether it crosses, and not only by a speed that may be none at all; where nobody tells how sure that is, it does."""
+    sigma_mps = way.track.sigma_vy_mps
+    return crosses_over(way) and (sigma_mps is None or abs(way.track.vy_mps) >= ACROSS_SIGMAS * sigma_mps)
 
 
 def comes_from(way: Way) -> Literal["left", "right"] | None:

@@ -293,6 +293,7 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
         sigma_x_m=sigma[0],
         sigma_y_m=sigma[1],
         sigma_vx_mps=sigma[2],
+        sigma_vy_mps=sigma[3],
         confidence=max(0.0, min(1.0, track.sure * (1.0 - 0.7 * unseen_s / COAST_S))),
         age_s=(now_ns - track.born_ns) / 1e9,
         unseen_s=unseen_s,

@@ -219,6 +219,24 @@ def test_a_vehicle_that_is_doubted_is_shouted_about_once_it_is_known(
     assert (hazard != "") is believed
 
 
+@given(
+    across_mps=st.floats(2.1, 9.0), sigma_mps=st.one_of(st.none(), st.floats(0.1, 4.0)), age_s=st.floats(0.3, 3.0),
+    confidence=st.floats(0.45, 1.0), clearance_m=st.one_of(st.none(), st.floats(-1.0, 6.0)),
+)  # fmt: skip
+def test_a_vehicle_that_may_only_seem_to_come_from_the_side_is_shouted_about_once_it_is_certain_and_known(
+    across_mps: float, sigma_mps: float | None, age_s: float, confidence: float, clearance_m: float | None
+) -> None:
+    thing = track(
+        confidence=confidence, age_s=age_s, vy_mps=-across_mps, sigma_vy_mps=sigma_mps, clearance_m=clearance_m,
+        closing_mps=20.0,
+    )  # fmt: skip
+    quiet = request(thing, fused=fused(new_information=False))
+    hazard = decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.hazard
+    surely, aside = sigma_mps is None or across_mps >= 4.0 * sigma_mps, clearance_m is not None and clearance_m > 0.0
+    certain, known = confidence >= 0.7, age_s >= 1.0
+    assert (hazard != "") is (surely or ((certain and known) if aside else (certain or known)))
+
+
 def test_whose_near_end_is_beside_us_is_not_shouted_about_unless_it_leaves_no_room() -> None:
     def shouts(**fields: Any) -> bool:
         lead = track(gap_m=-0.5, closing_mps=8.0, **fields)

@@ -245,20 +245,56 @@ def test_a_vehicle_that_is_doubted_is_told_of_once_it_is_known_and_lowers_the_ta
     assert target(seen(thing)).mps == target(seen(replace(thing, confidence=0.99, age_s=3.0))).mps
 
 
+ROOM = st.one_of(st.none(), st.floats(-1.0, 6.0))
+"""Beside the way that our lane takes, m; None: the way is unknown."""
+
+
 @given(
     st.floats(0.45, 0.99),
     st.floats(0.3, 3.0),
     st.floats(-9.0, 9.0),
+    st.floats(0.0, 4.0),
+    ROOM,
     st.booleans(),
     st.floats(0.0, 0.5),
     st.floats(0.0, 2.0),
+    st.floats(0.0, 1.0),
 )
 def test_who_is_surer_or_longer_known_is_never_less_of_a_hazard(
-    confidence: float, age_s: float, vy_mps: float, oncoming: bool, surer: float, longer_s: float
+    confidence: float,
+    age_s: float,
+    vy_mps: float,
+    sigma_mps: float,
+    clearance_m: float | None,
+    oncoming: bool,
+    surer: float,
+    longer_s: float,
+    share: float,
 ) -> None:
-    thing = car(20.0, -20.0, confidence=confidence, age_s=age_s, vy_mps=vy_mps, oncoming=oncoming)
-    surely = replace(thing, confidence=min(1.0, confidence + surer), age_s=age_s + longer_s)
+    thing = car(
+        20.0, -20.0, confidence=confidence, age_s=age_s, vy_mps=vy_mps, sigma_vy_mps=sigma_mps,
+        clearance_m=clearance_m, oncoming=oncoming,
+    )  # fmt: skip
+    surely = replace(
+        thing, confidence=min(1.0, confidence + surer), age_s=age_s + longer_s, sigma_vy_mps=share * sigma_mps
+    )
     assert hazards(seen(thing)) <= hazards(seen(surely))
+    assert hazards(seen(thing)) <= hazards(seen(replace(thing, sigma_vy_mps=None))), (
+        "what is not told makes no one silent"
+    )
+
+
+@given(st.floats(2.1, 9.0), st.floats(0.1, 4.0), st.sampled_from([-1.0, 1.0]), st.floats(0.45, 0.99), ROOM)
+def test_who_may_only_seem_to_come_from_the_side_is_waited_for_and_lowers_the_target(
+    across_mps: float, sigma_mps: float, side: float, confidence: float, clearance_m: float | None
+) -> None:
+    young = car(
+        15.0, -13.0, confidence=confidence, age_s=0.5, vy_mps=side * across_mps, sigma_vy_mps=sigma_mps,
+        clearance_m=clearance_m,
+    )  # fmt: skip
+    surely, aside = across_mps >= 4.0 * sigma_mps, clearance_m is not None and clearance_m > 0.0
+    assert ("lead" in hazards(seen(young))) is (surely or (confidence >= 0.7 and not aside))
+    assert target(seen(young)) == target(seen(replace(young, sigma_vy_mps=0.0)))
 
 
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (None, True)])
