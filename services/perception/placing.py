@@ -186,19 +186,27 @@ def _covariance(
     *,
     covered: bool,
 ) -> Floats:
-    """Range sigma along the line of sight, across it that of the returns or of pixels."""
+    """Range sigma along the line of sight, and across it that of pixels.
+
+    Where returns tell how far beside the axis it is, a wrong range moves it along the axis and not along the line of sight.
+    """
     c = camera.calibration
+    if flank_m is not None:
+        return _turned(found.sigma_m, FLANK_SIGMA_M, c.yaw_rad)
     person = detection.kind == "pedestrian"
     sigma_px, sigma_m = (PERSON_SIGMA_PX, PERSON_SIGMA_M) if person else (ACROSS_SIGMA_PX, ACROSS_SIGMA_M)
     across = sigma_m + (sigma_px + ACROSS_SIGMA_SHARE * detection.width_px) * found.depth_m / c.fx_px
-    if flank_m is not None:
-        across = FLANK_SIGMA_M
-    elif covered:
+    if covered:
         hidden = not person and found.source == "lidar" and not _cut_off(detection, camera)
         across += (HIDDEN_SIGMA_SHARE if hidden else CUT_SIGMA_SHARE) * body.width_m
-    if not covered and not person:
+    elif not person:
         across += _unshown_m(detection, found, camera, body) / 2
     angle = math.atan2(place[1] - camera.eye[1], place[0] - camera.eye[0])
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    covariance: Floats = turn @ np.diag([(found.sigma_m / max(math.cos(angle), 0.2)) ** 2, across**2]) @ turn.T
+    return _turned(found.sigma_m / max(math.cos(angle - c.yaw_rad), 0.2), across, angle)
+
+
+def _turned(along_m: float, across_m: float, angle_rad: float) -> Floats:
+    """The covariance of a place with these sigmas along and across a direction, so far to the left."""
+    turn = np.array([[math.cos(angle_rad), -math.sin(angle_rad)], [math.sin(angle_rad), math.cos(angle_rad)]])
+    covariance: Floats = turn @ np.diag([along_m**2, across_m**2]) @ turn.T
     return covariance

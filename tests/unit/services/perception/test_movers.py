@@ -83,6 +83,7 @@ def test_what_stands_never_moves_however_the_ego_does(
     assert movers([world] * 10, speed, yaw_rate, rain) == []
 
 
+@example(speed=6.0, x=38.0, ego_mps=0.0, rain=0.0, left=True)
 @given(
     speed=st.floats(6.0, 14.0),
     x=st.floats(25.0, 38.0),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from proto.sensors import Calibration
@@ -14,6 +14,7 @@ from services.perception.detection import Detection
 from services.perception.placing import Lag, sighting_of
 from services.perception.projection import (
     ProjectedSweep,
+    Range,
     find_range,
     ground_range,
     hiding,
@@ -21,6 +22,8 @@ from services.perception.projection import (
     seen_through,
     size_range,
 )
+from services.perception.tracked import EgoState
+from services.perception.tracker import Tracker
 
 CALIBRATION = Calibration(
     fx_px=457.0,
@@ -118,6 +121,25 @@ def test_a_parked_car_stays_beside_the_lane_however_the_pictures_end_cuts_its_bo
     seen = sighting_of(box, found, CAMERA, Lag())
     assert seen is not None
     assert seen.fix.place[1] == pytest.approx(-2.8, abs=0.25)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.3, 1.5), st.floats(3.0, 12.0), st.floats(1.5, 6.0), st.sampled_from([-1, 1]))
+def test_a_wrong_range_moves_a_parked_car_along_and_not_aside(
+    wrong_m: float, sigma_m: float, near_m: float, inner_m: float, side: int
+) -> None:
+    """Its returns tell how far beside us it is, however far they are: taken together it seemed to drive into our lane."""
+    low, high = sorted((side * inner_m, side * (inner_m + 1.8)))
+    near, far = (box_of((x, low, 0.0), (x, high, 1.5)) for x in (near_m, near_m + 4.5))
+    box = replace(near, x0_px=max(min(near.x0_px, far.x0_px), 0.0), x1_px=min(max(near.x1_px, far.x1_px), 640.0))
+    told = Range(depth_m=near_m - 0.6 + wrong_m, sigma_m=sigma_m, source="lidar", returns=20, sides_m=(-high, -low))
+    tracker, ego = Tracker(), EgoState(speed_mps=0.0, yaw_rate_radps=0.0)
+    for picture, found in enumerate((replace(told, depth_m=near_m - 0.6, sigma_m=0.1), told, told, told)):
+        seen = sighting_of(box, found, CAMERA, Lag())
+        assert seen is not None
+        assume(abs(seen.fix.place[1] - side * (inner_m + 0.9)) < 0.05)
+        tracker.step(picture * 100_000_000, [seen], ego)
+    for track in tracker.tracks:
+        assert abs(float(track.estimate.mean[3])) < 0.3, "it stands"
 
 
 @pytest.mark.parametrize("far_m", [25.0, 40.0, 60.0])
