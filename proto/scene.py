@@ -46,6 +46,8 @@ class Fact(msgspec.Struct, frozen=True, kw_only=True):
     disc_px: float | None = None
     passed: bool = False
     """The track has left the picture: the sign stands beside or behind the ego now."""
+    withdrawn: bool = False
+    """A light that was doubted before is more probably none, by later pictures of the same track."""
     assumed: bool = False
     """A setting says so, and no picture yet."""
     grounding: str = ""

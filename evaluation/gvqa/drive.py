@@ -83,6 +83,8 @@ class Eyes:
 
     def _note(self, facts: Sequence[Fact], stamp_ns: int) -> None:
         self.facts |= {(fact.camera, fact.track_id): (stamp_ns, fact) for fact in facts}
+        for gone in (fact for fact in facts if fact.withdrawn):
+            del self.facts[gone.camera, gone.track_id]
 
 
 def graphs(steps: Sequence[Step]) -> Iterator[Graphs]:

@@ -11,6 +11,7 @@ from services.drivelm.backend import Answer, Backend
 from services.drivelm.classes import OTHER
 from services.drivelm.crops import Picture, Region, crop
 from services.drivelm.cues import Whereabouts, cues_of
+from services.drivelm.doubted_lights import DoubtedLights
 from services.drivelm.evidence import Evidence
 from services.drivelm.facts import Here, fact_of
 from services.drivelm.jurisdictions import has_boards
@@ -90,6 +91,7 @@ class FrontEnd:
         self.road_type: tuple[str, float] | None = None
         """The kind of road that the last deciding sign told of, and how sure that sign was."""
         self._ghosts = 0
+        self._doubted_lights: DoubtedLights[Key] = DoubtedLights()
 
     def see(self, sighting: Sighting) -> tuple[Fact, ...]:
         """Read what is worth reading in a picture; facts that are new, changed or due."""
@@ -210,6 +212,7 @@ class FrontEnd:
         self.guard.forget(key)
         self.lettering.forget(key)
         self.heard.pop(key, None)
+        self._doubted_lights.forget(key)
         return self.tracks.pop(key)
 
     def _chosen(self, sighting: Sighting) -> list[Box]:
@@ -354,6 +357,8 @@ class FrontEnd:
 
     def _said(self, key: Key, stamp_ns: int) -> tuple[Fact, ...]:
         track, facts = self.tracks[key], self._facts(key)
+        if track.kind == "light":
+            facts = self._doubted_lights.after(key, track, facts)
         content = tuple(
             (each.reading, each.believed, each.scope, each.plates, each.unit, each.text, each.grounding)
             for each in facts

@@ -191,6 +191,8 @@ class Bindings:
             return
         for fact in facts:
             self.facts[fact.camera, fact.track_id] = (stamp_ns, fact)
+            if fact.withdrawn:
+                del self.facts[fact.camera, fact.track_id]
         message = Facts(facts=facts, backend=self.front_end.backend.name, latency_ms=round(latency_ms, 3))
         self.node.publish(topics.FACTS, message, stamp_ns=stamp_ns)
 

@@ -61,9 +61,8 @@ class SignTrack:
 
     def doubted(self, best: Belief) -> bool:
         """Whether there is probably something, yet not surely what."""
-        something = sum(share for reading, share in best.ranked if reading != OTHER)
         readable = self.region.height_px >= DOUBT_PX and self.evidence.frames >= 2
-        return readable and something >= 0.5 and best.probability >= DOUBT
+        return readable and not is_nothing(best) and best.probability >= DOUBT
 
     def plates(self) -> tuple[str, ...]:
         """The believed plate below, if any."""
@@ -117,6 +116,11 @@ class SignTrack:
         since_ns = max(self.moved_ns, self.seen_ns)
         step_m = max(0.0, speed_mps) * max(0, stamp_ns - since_ns) * 1e-9
         return replace(self, travelled_m=self.travelled_m + step_m, moved_ns=stamp_ns)
+
+
+def is_nothing(best: Belief) -> bool:
+    """Whether there is more probably nothing to be read than something."""
+    return sum(share for reading, share in best.ranked if reading != OTHER) < 0.5
 
 
 def _legible_px(kind: str, region: Region) -> float:

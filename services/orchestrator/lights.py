@@ -3,6 +3,8 @@
 Which way the ego goes is not known, so an arrow's red or amber counts as red or amber, and its green permits nothing:
 it only ends the red of its own lamp. Where a round red stands beside arrows, no arrow ends it.
 
+A red that was doubted, and is more probably none in later pictures of the same track, is taken back.
+
 Who stands at the line has the lamp above the pictures: what it shows then is unknown, neither red nor green.
 """
 
@@ -79,6 +81,8 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
     (state, arrow), age_ns = _colour_and_arrow(fact), now_ns - fact.frame_stamp_ns
     if light is not None and _outdated(light, fact):
         return light
+    if fact.withdrawn:
+        return None if light is not None and _takes_back(light, fact) else light
     if fact.passed:
         return None if light is not None and light.track_id == fact.track_id else light
     if state not in _STATES or not math.isfinite(fact.confidence) or age_ns > RED_LASTS_NS:
@@ -102,6 +106,11 @@ def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
         track_id=fact.track_id,
         arrow="" if light is not None and light.track_id == fact.track_id and not light.arrow else arrow,
     )
+
+
+def _takes_back(light: Light, fact: Fact) -> bool:
+    """Whether that there is none ends the light: the same one, read with doubt. A red of which one was sure stands."""
+    return light.track_id == fact.track_id and light.confidence < SURE
 
 
 def _outdated(light: Light, fact: Fact) -> bool:

@@ -94,6 +94,8 @@ class Drawing:
             if fact.track_id:
                 mark = "" if fact.believed else "?"
                 self._readings.pop(fact.track_id, None)
+                if fact.withdrawn:
+                    continue
                 why = f" ({fact.grounding})" if fact.grounding else ""
                 self._readings[fact.track_id] = f"{fact.reading}{mark} {fact.confidence:.2f}{why}"
         while len(self._readings) > _READINGS_KEPT:

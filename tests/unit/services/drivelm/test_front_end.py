@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proto.scene import Fact
 from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.surroundings import surroundings
@@ -127,6 +128,45 @@ def test_a_light_is_said_with_every_frame_and_forgotten_when_it_is_gone() -> Non
     assert len(facts) >= 8
     assert not any(fact.passed for fact in facts)
     assert not end.tracks
+
+
+def _light_read(*answers: Answer) -> tuple[FrontEnd, list[tuple[Fact, ...]]]:
+    """What is said of a light 20 m ahead in one picture after another, each read as given."""
+    scripted = iter(answers)
+    end = FrontEnd(Scripted(lambda q, n: next(scripted)), home="DEU")
+    return end, [
+        end.see(sighting((number + 1) * NS // 10, box_at(20, -3, "light", size_m=1.0)))
+        for number in range(len(answers))
+    ]
+
+
+def test_a_light_that_was_doubted_and_is_none_is_withdrawn_once() -> None:
+    doubt, nothing = says("light:red", 0.6, ("other", 0.3)), says("other", 0.98)
+    _, said = _light_read(doubt, doubt, nothing, nothing, nothing)
+    assert [fact.reading for fact in said[1]] == ["light:red"]
+    assert not said[1][0].believed
+    later = [fact for facts in said[2:] for fact in facts]
+    assert [(fact.reading, fact.withdrawn, fact.confidence) for fact in later] == [("light:red", True, 0.0)]
+
+
+def test_a_doubted_light_that_goes_out_of_sight_is_not_withdrawn() -> None:
+    doubt = says("light:red", 0.6, ("other", 0.3))
+    end, said = _light_read(doubt, doubt)
+    assert said[1]
+    assert not [fact for tenth in range(2, 100) for fact in end.settle(tenth * NS // 10, 8.0)]
+    assert not end.tracks
+
+
+shares = st.sampled_from((0.34, 0.6, 0.8, 0.97))
+
+
+@settings(max_examples=60)
+@given(st.lists(st.tuples(st.sampled_from(("light:red", "light:green", "other")), shares), max_size=12))
+def test_a_light_that_was_believed_is_never_withdrawn(later: list[tuple[str, float]]) -> None:
+    red = says("light:red", 0.97)
+    _, said = _light_read(red, red, red, red, *(says(reading, share) for reading, share in later))
+    assert any(fact.believed for facts in said[:4] for fact in facts)
+    assert not any(fact.withdrawn for facts in said for fact in facts)
 
 
 def test_boxes_without_a_track_or_too_small_are_not_read() -> None:

@@ -195,3 +195,36 @@ def test_a_green_that_leaves_the_pictures_wears_off_and_asks_nobody_to_look() ->
         ticked = drive.tick()
         assert drive.state.light is None or not drive.state.light.lost_at_line
         assert "light" not in ticked.fused.directive
+
+
+def test_a_doubted_red_that_is_none_stops_nobody_later() -> None:
+    drive = Drive(speed_mps=5.0)
+    ticked = drive.tick(lamp("red", distance_m=18.0, confidence=0.32, believed=False))
+    assert any(event.kind == "stop_required" for event in ticked.events), "a doubted red asks for care"
+    ticked = drive.tick(lamp("red", distance_m=17.5, confidence=0.0, believed=False, withdrawn=True))
+    assert state(drive) is None
+    assert not any(event.kind == "stop_required" for event in ticked.events)
+
+
+@FEW
+@given(
+    st.floats(0.6, 1.0),
+    st.lists(st.tuples(st.integers(1, 4), st.floats(0.0, 1.0), st.floats(-5.0, 80.0)), max_size=6),
+)
+def test_no_withdrawal_ends_a_red_that_was_sure(sure: float, told: list[tuple[int, float, float]]) -> None:
+    drive = Drive(speed_mps=0.0)
+    drive.tick(lamp("red", confidence=sure))
+    for track_id, confidence, distance_m in told:
+        drive.tick(
+            lamp("red", track_id=track_id, confidence=confidence, distance_m=distance_m, believed=False, withdrawn=True)
+        )
+        assert state(drive) == "red"
+
+
+@FEW
+@given(st.integers(2, 9), st.floats(0.0, 0.59))
+def test_no_withdrawal_of_another_light_ends_a_red(track_id: int, confidence: float) -> None:
+    drive = Drive(speed_mps=0.0)
+    drive.tick(lamp("red", confidence=confidence, believed=False))
+    drive.tick(lamp("red", track_id=track_id, confidence=0.0, believed=False, withdrawn=True))
+    assert state(drive) == "red"
