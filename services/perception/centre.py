@@ -25,8 +25,9 @@ STRIP = (124 / 360, 220 / 360)
 """What is looked at closer: top and bottom as shares of the picture's height, about the horizon of a level camera."""
 CLOSER_PX = (192, 1280)
 """Height and width of that then: twice as large in our pictures."""
-CUT_PX = 3.0
-"""What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better."""
+CUT_PX, CUT_SHARE = 3.0, 0.08
+"""What comes so near to the strip's edge there, in pixels or as a share of its own size (detectors draw edges inwards), may go on beyond
+it: the whole picture shows it better."""
 
 
 _Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
@@ -100,7 +101,8 @@ class CentreDetector:
         canvas, top, bottom = strip(rgb)
         rows, columns = CLOSER_PX
         boxes, scores, kinds = self._found(canvas)
-        uncut = ((boxes[:, :2] >= CUT_PX) & (boxes[:, 2:] <= (columns - CUT_PX, rows - CUT_PX))).all(axis=1)
+        near = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 2:] - boxes[:, :2]))
+        uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
         stretch = np.array([rgb.shape[1] / columns, (bottom - top) / rows] * 2, np.float32)
         return boxes[uncut] * stretch + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
 

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from drivemcp.paths import data
+from services.perception.centre import STRIP
 from services.perception.detection import Detection, overlaps
 from services.perception.detector import DetectorOptions, Picture
 from services.perception.loading import load_detector
 from services.simulator.render.context import RendererUnavailable
 from services.simulator.render.renderer import Renderer
 from services.simulator.scene import FRONT, Actor, Lane, Pose, Road, Scene, StaticWorld
+
+Edges = np.typing.NDArray[np.float32]
 
 
 def with_curve(folder: Path, slope: float, offset: float) -> Path:
@@ -37,18 +40,22 @@ def test_the_cards_curve_bends_scores_and_moves_no_box(street: Picture, tmp_path
         assert after.score == pytest.approx(1 / (1 + math.exp(-(2.0 * odds + 0.5))), abs=1e-3)
 
 
-def of_people(found: list[Detection]) -> np.typing.NDArray[np.float32]:
-    people = [(d.x0_px, d.y0_px, d.x1_px, d.y1_px) for d in found if d.kind == "pedestrian"]
-    return np.array(people, dtype=np.float32).reshape(-1, 4)
+def of_kind(found: list[Detection], kind: str = "pedestrian") -> Edges:
+    boxes = [(d.x0_px, d.y0_px, d.x1_px, d.y1_px) for d in found if d.kind == kind]
+    return np.array(boxes, dtype=np.float32).reshape(-1, 4)
 
 
-def test_a_closer_look_finds_people_that_are_small_each_once_and_where_they_are() -> None:
+def straight_road() -> tuple[StaticWorld, Renderer]:
     line = np.array([(x, 0.0) for x in np.arange(-20.0, 200.0, 5.0)])
     static = StaticWorld(road=Road(lanes=(Lane(centre_m=line, left="dashed", right="edge"),)))
     try:
-        renderer = Renderer(static)
+        return static, Renderer(static)
     except RendererUnavailable as error:
         pytest.skip(str(error))
+
+
+def test_a_closer_look_finds_people_that_are_small_each_once_and_where_they_are() -> None:
+    static, renderer = straight_road()
     detector, plain, closer = load_detector(data("models/detector.onnx")), 0, 0
     for look in range(20):
         place = Pose(x_m=24.0 + look, y_m=-3.0 if look % 2 else 2.5, yaw_rad=1.5 * look)
@@ -58,13 +65,43 @@ def test_a_closer_look_finds_people_that_are_small_each_once_and_where_they_are(
         scene = Scene(static=static, ego=Pose(x_m=0.0, y_m=0.0), actors=(person,))
         picture, (label,) = renderer.render(scene, FRONT), renderer.render_labels(scene, FRONT)
         there = np.array([label.box_px], dtype=np.float32)
-        with_closer = of_people(detector.detect(picture, closer=True))
-        plain += bool((overlaps(there, of_people(detector.detect(picture))) >= 0.5).any())
+        with_closer = of_kind(detector.detect(picture, closer=True))
+        plain += bool((overlaps(there, of_kind(detector.detect(picture))) >= 0.5).any())
         closer += bool((overlaps(there, with_closer) >= 0.5).any())
         assert len(with_closer) <= 1, "one that was seen twice is still one"
     renderer.close()
     assert closer > plain
     assert closer >= 15
+
+
+def is_half_of_another(box: Edges, boxes: Edges) -> bool:
+    """Whether it ends where the closer look ends, and lies in a box that goes on."""
+    _, top, _, bottom = box
+    rows = round(STRIP[0] * 360), round(STRIP[1] * 360)
+    cut = top < rows[0] + 8 or bottom > rows[1] - 8
+    low, high = np.maximum(box[:2], boxes[:, :2]), np.minimum(box[2:], boxes[:, 2:])
+    inside = np.prod(np.maximum(high - low, 0.0), axis=1) / np.prod(box[2:] - box[:2])
+    larger = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) > np.prod(box[2:] - box[:2])
+    return bool(cut and rows[0] <= top and bottom <= rows[1] and (larger & (inside > 0.7)).any())
+
+
+def test_of_near_vehicles_that_the_closer_look_cuts_there_is_one_box_each() -> None:
+    static, renderer = straight_road()
+    detector = load_detector(data("models/detector.onnx"))
+    for look in range(20, 93):
+        rng = np.random.default_rng(look)
+        nearest_m, side = rng.uniform(5.0, 12.0), 1 if look % 2 else -1
+        parked = tuple(
+            Actor(
+                id=number + 1, kind="van" if look % 3 == 2 and not number else "saloon", look_seed=7 * look + number,
+                pose=Pose(x_m=nearest_m + 6.2 * number, y_m=side * rng.uniform(2.5, 3.2)),
+                length_m=4.5, width_m=1.9, height_m=2.3 if look % 3 == 2 and not number else 1.5,
+            )
+            for number in range(1 + look % 3)
+        )  # fmt: skip
+        picture = renderer.render(Scene(static=static, ego=Pose(x_m=0.0, y_m=0.0), actors=parked), FRONT)
+        found = of_kind(detector.detect(picture, closer=True), "vehicle")
+        assert not [box for box in found if is_half_of_another(box, found)], f"look {look}: {found.round().tolist()}"
 
 
 def test_what_the_whole_picture_shows_well_stays_where_it_is(street: Picture) -> None:
