@@ -26,8 +26,8 @@ STRIP = (124 / 360, 220 / 360)
 CLOSER_PX = (192, 1280)
 """Height and width of that then: twice as large in our pictures."""
 CUT_PX, CUT_SHARE = 3.0, 0.08
-"""What comes so near to the strip's edge there, in pixels or as a share of its own size (detectors draw edges inwards), may go on beyond
-it: the whole picture shows it better."""
+"""What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better. Above and below, where the strip
+cuts what the picture does not, also as a share of the height: detectors draw edges inwards."""
 
 
 _Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
@@ -101,7 +101,8 @@ class CentreDetector:
         canvas, top, bottom = strip(rgb)
         rows, columns = CLOSER_PX
         boxes, scores, kinds = self._found(canvas)
-        near = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 2:] - boxes[:, :2]))
+        near = np.full((len(boxes), 2), CUT_PX, np.float32)
+        near[:, 1] = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 3] - boxes[:, 1]))
         uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
         stretch = np.array([rgb.shape[1] / columns, (bottom - top) / rows] * 2, np.float32)
         return boxes[uncut] * stretch + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
