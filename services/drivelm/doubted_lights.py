@@ -4,25 +4,23 @@ A red light stands until it is passed, out of sight too. Without a word a dark w
 pictures would so stop a car seconds later.
 """
 
-from collections.abc import Hashable
-from typing import Generic, TypeVar
-
 import msgspec
 
 from proto.scene import Fact
 from services.drivelm.tracks import SignTrack, is_nothing
 
-K = TypeVar("K", bound=Hashable)
+Key = tuple[str, int]
+"""Camera and number of a track."""
 
 
-class DoubtedLights(Generic[K]):
+class DoubtedLights:
     """What was last said of each light in sight. One that was ever believed is never taken back, nor one out of sight."""
 
     def __init__(self) -> None:
-        self._last: dict[K, Fact] = {}
-        self._believed: set[K] = set()
+        self._last: dict[Key, Fact] = {}
+        self._believed: set[Key] = set()
 
-    def after(self, key: K, track: SignTrack, facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+    def after(self, key: Key, track: SignTrack, facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
         """What is to be said of a light after one more picture: its facts, or, once, that it is withdrawn."""
         if facts:
             self._last[key] = facts[0]
@@ -34,7 +32,7 @@ class DoubtedLights(Generic[K]):
         doubted = self._last.pop(key)
         return (msgspec.structs.replace(doubted, frame_stamp_ns=track.seen_ns, confidence=0.0, withdrawn=True),)
 
-    def forget(self, key: K) -> None:
+    def forget(self, key: Key) -> None:
         """The light is out of the pictures: what was told of it stands."""
         self._last.pop(key, None)
         self._believed.discard(key)

@@ -91,7 +91,7 @@ class FrontEnd:
         self.road_type: tuple[str, float] | None = None
         """The kind of road that the last deciding sign told of, and how sure that sign was."""
         self._ghosts = 0
-        self._doubted_lights: DoubtedLights[Key] = DoubtedLights()
+        self._doubted_lights = DoubtedLights()
 
     def see(self, sighting: Sighting) -> tuple[Fact, ...]:
         """Read what is worth reading in a picture; facts that are new, changed or due."""
