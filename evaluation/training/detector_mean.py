@@ -24,6 +24,7 @@ from drivemcp.paths import data
 from evaluation.training.dataset import load_frames
 from evaluation.training.detector_int8 import FLOAT, origin, quantise
 
+MEAN_OF = "mean_of"
 OF_A_RUN = ("train_frames", "steps", "minutes", "seed", "recipe", "command")
 
 
@@ -49,14 +50,15 @@ def _tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
 
 
 def card_of(before: Path, after: Path, exported: Path) -> dict[str, Any]:
-    """The later run's card, with what it says of a run for each of the two."""
+    """The later run's card, with what it says of a run for each of the two; of what is a mean itself, its own two."""
     cards = [json.loads((path.parent / "detector.json").read_text(encoding="utf-8")) for path in (before, after)]
-    runs = [
-        {key: card[key] for key in OF_A_RUN} | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+    made = [
+        {key: card[key] for key in ((MEAN_OF,) if MEAN_OF in card else OF_A_RUN)}
+        | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
         for card, path in zip(cards, (before, after), strict=True)
     ]
-    kept = {key: value for key, value in cards[1].items() if key not in OF_A_RUN}
-    return kept | {"mean_of": runs, "eight_bits": origin(exported)}
+    kept = {key: value for key, value in cards[1].items() if key not in (*OF_A_RUN, MEAN_OF)}
+    return kept | {MEAN_OF: made, "eight_bits": origin(exported)}
 
 
 def main() -> None:

@@ -1,12 +1,15 @@
 """The mean of two networks, weight by weight."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
 from drivemcp.errors import UserError
-from evaluation.training.detector_mean import mean
+from evaluation.training.detector_mean import OF_A_RUN, card_of, mean
 
 
 def tensor(name: str, *values: float) -> onnx.TensorProto:
@@ -37,3 +40,24 @@ def test_of_a_network_with_itself_it_is_the_network() -> None:
 def test_networks_of_different_shapes_have_none() -> None:
     with pytest.raises(UserError, match="AFTER must have begun as BEFORE"):
         mean(network(1.0, 4.0), network(1.0, 4.0, 2.0))
+
+
+def test_the_card_of_a_mean_tells_of_every_run(tmp_path: Path) -> None:
+    def made(name: str, **card: object) -> Path:
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "detector.json").write_text(json.dumps({"classes": ["vehicle"], "parameters": 7} | card))
+        (folder / "detector-float.onnx").write_bytes(name.encode())
+        return folder / "detector-float.onnx"
+
+    def run(steps: int) -> dict[str, object]:
+        return dict.fromkeys(OF_A_RUN, "") | {"steps": steps}
+
+    first, second, third = (made(name, **run(steps)) for name, steps in (("first", 1), ("second", 2), ("third", 3)))
+    once = card_of(first, second, second)
+    mean_of_both = made("both", **once)
+    twice = card_of(mean_of_both, third, third)
+    assert [each["steps"] for each in once["mean_of"]] == [1, 2]
+    assert [each["steps"] for each in twice["mean_of"][0]["mean_of"]] == [1, 2]
+    assert twice["mean_of"][1]["steps"] == 3
+    assert not set(OF_A_RUN) & set(twice)
