@@ -101,11 +101,21 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         signs = _beyond_the_junction(signs, now_ns)
     slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
     known: InForce | None = getattr(signs, slot)
+    if slot == "permanent" and _is_of_the_zone(signs, posted, now_ns):
+        return signs
     if known is not None and not _differs(known, posted):
         return signs
     also = {"permanent": None} if slot == "zone" else {}
     when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
     return changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+
+
+def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:
+    """Whether a limit is what a zone's sign shows on the same post: the ring on its board, which a camera may find alone."""
+    zone = signs.zone
+    if zone is None or now_ns - zone.since_ns >= SAME_POST_NS:
+        return False
+    return (zone.posted.value, zone.posted.unit, zone.posted.plates) == (posted.value, posted.unit, posted.plates)
 
 
 def _beyond_the_junction(signs: Signs, now_ns: int) -> Signs:

@@ -145,6 +145,28 @@ def test_a_zone_ends_by_its_own_sign() -> None:
     assert drive.target_mps == pytest.approx(50 * KMH)
 
 
+@given(st.permutations(("zone:30", "zone:30", "limit:30", "limit:30")), st.integers(0, 10))
+@FEW
+def test_the_ring_of_a_zones_sign_that_is_read_alone_ends_with_the_zone(order: list[str], apart: int) -> None:
+    drive = Drive()
+    for track_id, reading in enumerate(order, start=1):
+        drive.tick(limit_sign(reading, track_id=track_id))
+        drive.ticks(apart)
+    assert drive.target_mps == pytest.approx(30 * KMH)
+    drive.tick(end_sign("zone_end", track_id=9))
+    assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+@pytest.mark.parametrize(("reading", "later"), [("limit:20", 3), ("limit:30", 60)])
+def test_another_number_or_a_later_post_is_no_ring_of_the_zone(reading: str, later: int) -> None:
+    drive = Drive()
+    drive.tick(limit_sign("zone:30", track_id=1))
+    drive.ticks(later)
+    drive.tick(limit_sign(reading, track_id=2))
+    drive.tick(end_sign("zone_end", track_id=3))
+    assert drive.target_mps == pytest.approx(int(reading[-2:]) * KMH)
+
+
 readings = st.sampled_from(
     ("limit:30", "limit:50", "limit:80", "limit:130", "zone:30", "led:60", "led:100", "limit_end", "all_end", "zone_end",
      "led:end", "town_entry", "town_exit", "motorway", "national", "border:GBR", "stop", "plate:when_wet:de", "limit:999",

@@ -62,7 +62,9 @@ def test_a_sure_limit_whose_post_was_never_seen_raises_nothing() -> None:
 @pytest.mark.parametrize("reading", ["limit_end:30", "limit_end:20", "zone_end:30"])
 def test_no_unsure_end_sign_ends_a_limit_by_its_number(reading: str, passed: bool, scope: str) -> None:
     drive = Drive()
-    drive.tick(limit_sign("zone:30"), limit_sign("limit:30", track_id=4))
+    drive.tick(limit_sign("zone:30"))
+    drive.ticks(60)
+    drive.tick(limit_sign("limit:30", track_id=4))
     value = float(reading.partition(":")[2])
     drive.tick(end_sign(reading, value=value, confidence=0.4, passed=passed, scope=scope))
     drive.ticks(80)
