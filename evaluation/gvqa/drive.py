@@ -24,13 +24,14 @@ from evaluation.gvqa.scores import report
 from evaluation.gvqa.truth import true_graph
 from evaluation.tracking.recording import DriveName, Look, Step, record
 from proto.perception import Tracks
-from proto.scene import Fact, SceneGraph
+from proto.scene import SceneGraph
 from services.drivelm.ask import ask
 from services.drivelm.backend import EmbeddedBackend
 from services.drivelm.drivelm_json import Scene, to_drivelm
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import Seen, build
 from services.drivelm.reader import Reader
+from services.drivelm.recent_facts import RecentFacts
 from services.drivelm.templates import recognise
 from services.perception.loading import load_detector
 from services.perception.pictures import open_picture
@@ -40,7 +41,6 @@ from services.simulator.render import RendererUnavailable
 from services.simulator.session import CAMERAS
 
 EVERY_NS = 1_000_000_000
-RECENT_NS = 2_000_000_000
 Graphs = tuple[SceneGraph, SceneGraph]
 
 
@@ -53,7 +53,7 @@ class Eyes:
         self.calibrations = {name: sensors.calibration(camera) for name, camera in CAMERAS.items()}
         for name, calibration in self.calibrations.items():
             self.perception.calibrate(name, calibration)
-        self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
+        self.facts = RecentFacts()
         self.tracks: Tracks | None = None
 
     def take_in(self, step: Step) -> None:
@@ -63,7 +63,7 @@ class Eyes:
             self.perception.sweep(step.stamp_ns, step.sweep)
         if step.map is not None:
             self.perception.map(step.stamp_ns, step.map)
-        self._note(self.front_end.settle(step.stamp_ns, step.ego.speed_mps), step.stamp_ns)
+        self.facts.take_in(self.front_end.settle(step.stamp_ns, step.ego.speed_mps), step.stamp_ns)
 
     def look(self, step: Step, look: Look) -> SceneGraph:
         """See a picture; the graph as it is then."""
@@ -76,15 +76,10 @@ class Eyes:
             open_picture=lambda: open_picture(look.frame),
             calibration=self.calibrations[look.camera],
         )
-        self._note(self.front_end.see(sighting), step.stamp_ns)
+        self.facts.take_in(self.front_end.see(sighting), step.stamp_ns)
         tracks = self.tracks.tracks if self.tracks is not None else ()
-        facts = tuple(fact for stamp_ns, fact in self.facts.values() if step.stamp_ns - stamp_ns < RECENT_NS)
+        facts = self.facts.at(step.stamp_ns)
         return build(Seen(look.camera, look.frame.frame, seen.boxes.boxes, tracks, facts, step.ego))
-
-    def _note(self, facts: Sequence[Fact], stamp_ns: int) -> None:
-        self.facts |= {(fact.camera, fact.track_id): (stamp_ns, fact) for fact in facts}
-        for gone in (fact for fact in facts if fact.withdrawn):
-            del self.facts[gone.camera, gone.track_id]
 
 
 def graphs(steps: Sequence[Step]) -> Iterator[Graphs]:

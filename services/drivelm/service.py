@@ -30,9 +30,8 @@ from services.drivelm.graph import Seen
 from services.drivelm.graph import build as build_graph
 from services.drivelm.lettering import Lettering, load_lettering
 from services.drivelm.reader import Reader
+from services.drivelm.recent_facts import RecentFacts
 from services.drivelm.surroundings import surroundings
-
-_RECENT_NS = 2_000_000_000
 
 
 class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -129,7 +128,7 @@ class Bindings:
         node.on_close(lettering.close)
         self.front_end = front_end or load_front_end(config, node, lettering)
         self.template, self.generator = whole_prompts.load(), load_generator(config, self.front_end)
-        self.facts: dict[tuple[str, int], tuple[int, Fact]] = {}
+        self.facts = RecentFacts()
         self.boxes: dict[str, Boxes] = {}
         self.graph: SceneGraph | None = None
         node.detail["backend"] = self.front_end.backend.name
@@ -189,10 +188,7 @@ class Bindings:
     def say(self, facts: tuple[Fact, ...], stamp_ns: int, latency_ms: float) -> None:
         if not facts:
             return
-        for fact in facts:
-            self.facts[fact.camera, fact.track_id] = (stamp_ns, fact)
-            if fact.withdrawn:
-                del self.facts[fact.camera, fact.track_id]
+        self.facts.take_in(facts, stamp_ns)
         message = Facts(facts=facts, backend=self.front_end.backend.name, latency_ms=round(latency_ms, 3))
         self.node.publish(topics.FACTS, message, stamp_ns=stamp_ns)
 
@@ -204,7 +200,7 @@ class Bindings:
 
     def say_graph(self) -> None:
         now_ns = self.node.clock.now_ns()
-        self.facts = {key: row for key, row in self.facts.items() if now_ns - row[0] < _RECENT_NS}
+        facts = self.facts.at(now_ns)
         boxes, tracks, ego = (
             self.boxes.get(self.config.graph_camera),
             self.node.latest(topics.TRACKS),
@@ -217,7 +213,7 @@ class Bindings:
             frame=boxes.frame,
             boxes=boxes.boxes,
             tracks=tracks.message.tracks if tracks is not None else (),
-            facts=tuple(fact for _, fact in self.facts.values()),
+            facts=facts,
             ego=ego.message if ego is not None else None,
             backend=self.front_end.backend.name,
         )

@@ -111,9 +111,12 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
 
 
 def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:
-    """Whether a limit is what a zone's sign shows on the same post: the ring on its board, which a camera may find alone."""
+    """Whether a limit is what a zone's sign shows on the same post: the ring on its board, which a camera may find alone.
+
+    Where another limit stands beside the zone it is none: it may lower what holds once the zone has ended.
+    """
     zone = signs.zone
-    if zone is None or now_ns - zone.since_ns >= SAME_POST_NS:
+    if zone is None or signs.permanent is not None or now_ns - zone.since_ns >= SAME_POST_NS:
         return False
     return (zone.posted.value, zone.posted.unit, zone.posted.plates) == (posted.value, posted.unit, posted.plates)
 

@@ -167,6 +167,14 @@ def test_another_number_or_a_later_post_is_no_ring_of_the_zone(reading: str, lat
     assert drive.target_mps == pytest.approx(int(reading[-2:]) * KMH)
 
 
+def test_after_another_limit_a_zones_number_is_no_ring_of_it() -> None:
+    drive = Drive()
+    for track_id, reading in enumerate(("zone:30", "limit:40", "limit:30"), start=1):
+        drive.tick(limit_sign(reading, track_id=track_id))
+    drive.tick(end_sign("zone_end", track_id=9))
+    assert drive.target_mps == pytest.approx(30 * KMH)
+
+
 readings = st.sampled_from(
     ("limit:30", "limit:50", "limit:80", "limit:130", "zone:30", "led:60", "led:100", "limit_end", "all_end", "zone_end",
      "led:end", "town_entry", "town_exit", "motorway", "national", "border:GBR", "stop", "plate:when_wet:de", "limit:999",

@@ -102,6 +102,7 @@ def test_of_near_vehicles_that_the_closer_look_cuts_there_is_one_box_each() -> N
         picture = renderer.render(Scene(static=static, ego=Pose(x_m=0.0, y_m=0.0), actors=parked), FRONT)
         found = of_kind(detector.detect(picture, closer=True), "vehicle")
         assert not [box for box in found if is_half_of_another(box, found)], f"look {look}: {found.round().tolist()}"
+    renderer.close()
 
 
 def test_what_the_whole_picture_shows_well_stays_where_it_is(street: Picture) -> None:
