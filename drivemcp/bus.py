@@ -14,6 +14,9 @@ from zenoh import handlers
 from drivemcp.config import BusConfig
 from drivemcp.errors import BusError
 
+SHARED_FROM_BYTES = 65536
+"""Between processes of one machine larger messages (pictures, point clouds) go through shared memory. The first one makes a
+session keep 16 MB for it, which who sends none this large is spared."""
 OnSample = Callable[[str, bytes, bytes], None]
 OnLife = Callable[[str, bool], None]
 
@@ -212,6 +215,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 1000,
         "timestamping/enabled": False,
+        "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_FROM_BYTES,
     }
     if config.user:
         password = Path(config.password_file).read_text(encoding="utf-8").strip()
