@@ -27,6 +27,7 @@ MOVING_MPS = 1.0
 WHOLLY = 0.95
 """Hidden by so much, nothing shows: a car before another leaves no more of it than what boxes are wider than bodies."""
 Box4 = tuple[float, float, float, float]
+Point = tuple[float, float]
 _PERSON_M = SIZES_M["pedestrian"][2]
 _HEIGHTS_M = sorted((length, height) for kind, (length, _, height) in SIZES_M.items() if kind != "pedestrian")
 PANEL_WIDE_M = 1.2
@@ -128,26 +129,39 @@ def body_height_m(actor: TrueActor) -> float:
 
 def _user(actor: TrueActor, truth: Truth, lens: Lens) -> Thing | None:
     speed = actor.vx_mps + truth.speed_mps, actor.vy_mps
-    heading = math.atan2(speed[1], speed[0]) if math.hypot(*speed) > MOVING_MPS else 0.0
-    c, s = abs(math.cos(heading)), abs(math.sin(heading))
-    half_x = (c * actor.length_m + s * actor.width_m) / 2
-    half_y = (s * actor.length_m + c * actor.width_m) / 2
-    near_m, far_m, high = actor.x_m - half_x, actor.x_m + half_x, body_height_m(actor)
-    if far_m < NEAREST_M + EGO_BODY.length_m / 2:
+    corners = _outline(actor, math.atan2(speed[1], speed[0]) if math.hypot(*speed) > MOVING_MPS else 0.0)
+    xs, high = [x for x, _ in corners], body_height_m(actor)
+    if max(xs) < NEAREST_M + EGO_BODY.length_m / 2:
         return None
-    near_m = max(near_m, NEAREST_M)
-    corners = [
-        lens.pixel(x, actor.y_m + side * half_y, z) for x in (near_m, far_m) for side in (-1, 1) for z in (0, high)
-    ]
+    near_m = max(min(xs), NEAREST_M)
+    pixels = [lens.pixel(max(x, NEAREST_M), y, z) for x, y in corners for z in (0, high)]
     depth = lens.depth_m(near_m, lens.camera.z_m)
     kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
-    us, vs = [u for u, _ in corners], [v for _, v in corners]
+    us, vs = [u for u, _ in pixels], [v for _, v in pixels]
     shown = _cut(kind, f"actor/{actor.actor_id}", kind, depth, (min(us), min(vs), max(us), max(vs)), lens.camera)
-    middle_m = lens.camera.y_m - actor.y_m
     if shown is None:
         return None
-    sides_m = (middle_m - half_y, middle_m + half_y)
-    return shown._replace(sides_m=sides_m, ahead_mps=speed[0], walled=actor.walled)
+    across = [lens.camera.y_m - y for _, y in _facing(corners, (lens.camera.x_m, lens.camera.y_m))]
+    return shown._replace(sides_m=(min(across), max(across)), ahead_mps=speed[0], walled=actor.walled)
+
+
+def _outline(actor: TrueActor, heading_rad: float) -> list[Point]:
+    """The corners of a body on the ground, counter-clockwise."""
+    c, s = math.cos(heading_rad), math.sin(heading_rad)
+    long, wide = actor.length_m / 2, actor.width_m / 2
+    own = ((long, -wide), (long, wide), (-long, wide), (-long, -wide))
+    return [(actor.x_m + c * x - s * y, actor.y_m + s * x + c * y) for x, y in own]
+
+
+def _facing(corners: list[Point], eye: Point) -> list[Point]:
+    """The corners of the faces that can be seen from a point outside; of a body around it, all."""
+    faces = ((p, q) for p, q in pairwise((*corners, corners[0])) if _turn(p, q, eye) < 0.0)
+    return [corner for face in faces for corner in face] or corners
+
+
+def _turn(p: Point, q: Point, at: Point) -> float:
+    """Positive where a point lies to the left of the way from p to q."""
+    return (q[0] - p[0]) * (at[1] - p[1]) - (q[1] - p[1]) * (at[0] - p[0])
 
 
 def _signs(truth: Truth, lens: Lens) -> Iterator[Thing | None]:
