@@ -4,6 +4,7 @@ A limit that was believed stays until positive evidence ends it: an end sign, a 
 turned, a border.
 """
 
+import math
 from collections.abc import Callable
 from typing import Literal, cast
 
@@ -31,7 +32,10 @@ SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE, WET_PLATE = "plate:school", "plate:ar
 LORRIES_PLATE = "plate:lorries"
 RESTRICTED_PLATES = (LORRIES_PLATE, "plate:time", WET_PLATE, SCHOOL_PLATE, ARROW_PLATE)
 """Plates under which a limit stands beside the others instead of replacing them. Which way the ego will go is not
-known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing."""
+known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing, but for
+a town where more than its law is posted."""
+TOWN_KMH = 50.0
+"""No country of ours lets cars drive faster in a town unless a sign there says so."""
 
 
 def lowers(signs: Signs, sign: SignAhead) -> bool:
@@ -71,13 +75,20 @@ def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     if shows_limit(sign):
         return _set(signs, sign, now_ns)
-    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates):
+    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates) and not _enters_a_slower_town(signs, sign):
         return signs
     head = sign.reading.partition(":")[0]
     if sign.scope == "end" and sign.value is not None:
         head = "limit_end"
     ends = ENDS.get(sign.reading) or ENDS.get(head)
     return ends(signs, sign, now_ns) if ends is not None else signs
+
+
+def _enters_a_slower_town(signs: Signs, sign: SignAhead) -> bool:
+    """Whether a town begins here whose law is lower than all that holds; no such sign is for one way, its arrow is misread."""
+    inside = signs.road_type is not None and signs.road_type.value in ("urban", "living_street")
+    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=math.inf)
+    return sign.reading == "town_entry" and not inside and least > TOWN_KMH
 
 
 def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:

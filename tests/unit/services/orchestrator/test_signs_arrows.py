@@ -41,6 +41,39 @@ def test_an_end_or_a_start_for_one_way_changes_nothing(code: str, arrow: str) ->
     assert drive.target_mps <= 50 * KMH + 1e-9
 
 
+@FEW
+@given(
+    posted=st.lists(st.sampled_from([20, 30, 40, 50, 60, 70, 80, 100]), max_size=3),
+    plate=st.sampled_from(ARROWS),
+    first=st.booleans(),
+)
+def test_a_town_whose_sign_another_track_shows_with_an_arrow_slows_and_never_raises(
+    posted: list[int], plate: str, first: bool
+) -> None:
+    """Town signs stand for one road: an arrow below one was misread, and 70 km/h was held through the town."""
+    drive = Drive(road="rural")
+    for number, value in enumerate(posted):
+        drive.tick(limit_sign(f"limit:{value}", track_id=20 + number))
+    for number, plates in enumerate([(plate,), ()] if first else [(), (plate,)]):
+        drive.tick(end_sign("town_entry", track_id=30 + number, plates=plates))
+    assert drive.target_mps <= 50 * KMH + 1e-9
+
+
+@FEW
+@given(posted=st.sampled_from([None, 20, 30, 50, 51, 60, 70, 100]), plate=st.sampled_from(ARROWS))
+@pytest.mark.parametrize("road", ["urban", "rural", "living_street", "motorway"])
+def test_a_town_under_an_arrow_never_raises_the_target(road: str, posted: int | None, plate: str) -> None:
+    drive = Drive(road=road)
+    drive.ticks(1)
+    if posted is not None:
+        drive.tick(limit_sign(f"limit:{posted}"))
+    before_mps = drive.target_mps
+    drive.tick(end_sign("town_entry", track_id=9, plates=(plate,)))
+    assert drive.target_mps <= before_mps + 1e-9
+    if road == "rural":
+        assert drive.target_mps <= 50 * KMH + 1e-9
+
+
 _SIGNS = st.one_of(
     st.builds(
         lambda value, arrow: limit_sign(f"limit:{value}", track_id=8, plates=(arrow,)),
@@ -49,7 +82,9 @@ _SIGNS = st.one_of(
     ),
     st.builds(
         lambda code, arrow: end_sign(code, track_id=9, plates=(arrow,)),
-        st.sampled_from(["limit_end", "all_end", "national", "town_exit", "motorway", "border:FRA", "led:end"]),
+        st.sampled_from(
+            ["limit_end", "all_end", "national", "town_entry", "town_exit", "motorway", "border:FRA", "led:end"]
+        ),
         st.sampled_from(ARROWS),
     ),
 )
