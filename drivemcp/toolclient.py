@@ -241,8 +241,11 @@ class ToolClient:
         if now_s - self._discovered_s < 1.0:
             return self.catalogue()
         self._discovered_s = now_s
-        # a watched bus brings catalogues by itself: never wait for one within a tick
-        return self.catalogue() if self._watching and self._tools else self.discover()
+        if not (self._watching and self._tools):
+            return self.discover()
+        # a watched bus brings catalogues by itself, unless one was lost: ask again, and never wait for it within a tick
+        self._fetch(catalogue_key(self._vehicle), lambda: None, DISCOVERY_TIMEOUT_S)
+        return self.catalogue()
 
     def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
         if pending.done:

@@ -8,7 +8,7 @@ from subprocess import PIPE, Popen
 import msgspec
 import pytest
 
-from drivemcp.bus import open_bus, wait_settled
+from drivemcp.bus import Query, open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
@@ -17,7 +17,7 @@ from drivemcp.supervisor import free_port
 from drivemcp.testing import TestBus, bus
 from drivemcp.tooldef import define
 from proto import topics
-from proto.keys import catalogue_key, tool_key
+from proto.keys import alive_key, catalogue_key, tool_key
 from proto.sensors import GnssFix
 from proto.tools import CallRecord, Catalogue
 from proto.vehicle import Ego
@@ -151,6 +151,31 @@ def test_bytes_beyond_all_use_are_an_outcome_and_no_exception() -> None:
         for _ in payloads:
             outcome = b.call("lie")
             assert outcome.status == "protocol_error", outcome
+
+
+def test_a_server_whose_catalogue_was_lost_as_it_appeared_is_found_all_the_same(wet_bus: TestBus) -> None:
+    def slow_start() -> Wetness:
+        """A tool of a server that is too busy for the first that ask it."""
+        raise AssertionError
+
+    vehicle = wet_bus.probe.config.vehicle
+    catalogue, tool = catalogue_key(vehicle, "busy"), tool_key(vehicle, "busy", "slow_start")
+    offered = Catalogue(server="busy", tools=(define(slow_start, server="busy", deadline_ms=40).entry,))
+    asked: list[int] = []
+
+    def list_tools(query: Query) -> None:
+        asked.append(len(asked))
+        query.drop() if len(asked) <= 2 else query.answer(catalogue, msgspec.json.encode(offered))
+
+    caller = wet_bus.node("caller")
+    caller.watch_services()
+    assert wait_settled(lambda: "how_wet" in caller.catalogue(), 10.0)
+    wet_bus.session.serve(catalogue, list_tools)
+    wet_bus.session.serve(tool, lambda query: query.answer(tool, b'{"structuredContent":{"wet":true,"mu":0.5}}'))
+    wet_bus.session.announce(alive_key(vehicle, "busy"))
+    assert wait_settled(lambda: bool(asked), 10.0)
+    assert wait_settled(lambda: caller.call("slow_start", {}, deadline_ms=1000).ok, 20.0)
+    assert len(asked) > 2
 
 
 def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: TestBus) -> None:

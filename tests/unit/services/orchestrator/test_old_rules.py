@@ -64,7 +64,7 @@ def test_on_the_bus_it_is_spoken_once_and_the_advice_is_less_sure(tmp_path: Path
         b.start(SERVICE, CONFIG)
         road = Road(b)
         here = (fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("road_type", "urban"))
-        told = road.until(*here, want=TOLD["en"], steps=300)
+        told = road.until(*here, want=TOLD["en"])
         assert "DEU-v1-VSL" in told.justification
         assert told.confidence <= 0.5
         later = [road.step(*here) for _ in range(100)]

@@ -54,10 +54,11 @@ class Road:
         self.node.publish(topics.TRACKS, shown)
         return self.advisories.wait_count(count + 1)[count]
 
-    def until(self, *facts: object, want: str, steps: int = 100, **fields: object) -> Advisory:
-        """Step until a directive begins with `want`; subscriptions settle meanwhile."""
-        for _ in range(steps):
-            advisory = self.step(*facts, **fields)  # type: ignore[arg-type]
+    def until(self, *facts: object, want: str, seconds: float = 20.0) -> Advisory:
+        """Step until a directive begins with `want`; subscriptions and catalogues settle meanwhile."""
+        end_s = time.monotonic() + seconds
+        while time.monotonic() < end_s:
+            advisory = self.step(*facts)
             if advisory.directive.startswith(want) and advisory.kind != "SILENT":
                 return advisory
         raise AssertionError(f"{want!r} never came; last: {advisory.directive!r}")
