@@ -8,12 +8,12 @@ from pathlib import Path
 
 @cache
 def code_hash(*packages: str) -> str:
-    """The first 12 hex digits of the SHA-256 over all `.py` and `.toml` files of the packages, by name and content."""
+    """The first 12 hex digits of the SHA-256 over all `.py`, `.toml` and `.json` files of the packages, by name and content."""
     digest = hashlib.sha256()
     for package in sorted(packages):
         spec = find_spec(package)
         for root in spec.submodule_search_locations or () if spec else ():
             for path in sorted(Path(root).rglob("*")):
-                if path.suffix in (".py", ".toml"):
+                if path.suffix in (".py", ".toml", ".json"):
                     digest.update(f"{package}/{path.relative_to(root)}".encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:12]

@@ -11,9 +11,9 @@ import msgspec
 
 from evaluation.calibrate.constants import Candidate
 from evaluation.calibrate.recordings import Recording, Step
-from evaluation.evaluate.one import GRANT
 from evaluation.metrics import Record
 from evaluation.metrics.record import At, Tick
+from evaluation.run.grant import GRANT
 from proto.decision import Advisory, ArbitrationRequest, Decision
 from proto.tools import Outcome
 from services.arbiter.act import Permission

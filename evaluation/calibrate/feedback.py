@@ -5,7 +5,7 @@ false what braked for nothing, as late what was told late or never, as annoying 
 where the last one ended, as the arbiter's own file has it.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import cycle, islice, pairwise
 from typing import NamedTuple
 
@@ -16,32 +16,12 @@ from evaluation.calibrate.again import again
 from evaluation.calibrate.constants import shipped
 from evaluation.calibrate.recordings import Recording
 from evaluation.evaluate.plots import svg_of
-from evaluation.metrics import Record
-from evaluation.metrics.conflicts import interventions, is_false
-from evaluation.metrics.hazards import answers
-from evaluation.metrics.speech import nags
+from evaluation.metrics.labels import Drive, labelled
 from proto.decision import Feedback
 from services.arbiter.adapt import learn, relax, within_bounds
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Adapted
 from services.orchestrator.ratelimit import Given, admit
-
-LATE_S = 1.0
-"""Ours: who waits longer for a word on a hazard calls it late."""
-
-
-class Label(NamedTuple):
-    """What the driver says, and when in the drive."""
-
-    time_s: float
-    label: str
-
-
-class Drive(NamedTuple):
-    """The labels of one drive, and how long it took."""
-
-    labels: tuple[Label, ...]
-    seconds: float
 
 
 class Moved(NamedTuple):
@@ -92,23 +72,6 @@ def from_truth(recordings: Sequence[Recording], base: Profile, count: int) -> Dr
         return labelled(record)
 
     return driver
-
-
-def labelled(record: Record) -> Drive:
-    """A drive with the labels of who knows its truth."""
-    return Drive(tuple(labels_of(record)), record.truths[-1].time_s)
-
-
-def labels_of(record: Record) -> Iterable[Label]:
-    """What a driver who knows the truth would say of a drive."""
-    for braked in interventions(record):
-        if is_false(record, braked):
-            yield Label(braked.to_s, "false_positive")
-    for told in answers(record):
-        if told.response_s is None or told.response_s > LATE_S:
-            yield Label(told.episode.over_s, "late_warning")
-    for _ in range(min(1, nags(record))):  # one word on it a drive
-        yield Label(record.truths[-1].time_s, "annoying")
 
 
 class Swing(NamedTuple):

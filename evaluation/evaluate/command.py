@@ -15,7 +15,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="drive and measure the paper's tables",
         description="Drives what is missing, measures it, and writes CSV, JSON and one HTML report beside the paper's numbers. "
         "Finished runs are kept by code, configuration and models; interrupted, the same command goes on. "
-        "Exit status: 0 all runs are there, 1 some failed, 130 interrupted.",
+        "Exit status: 0 all runs are there, 1 some failed or came out otherwise than published, 130 interrupted.",
     )
     parser.add_argument("table", choices=(*TABLES, "all"), metavar="TABLE", help=", ".join((*TABLES, "all")))
     parser.add_argument("--runs", type=_count, help="runs a row (4, or as many as --km takes)")
@@ -52,6 +52,22 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         default=[],
         metavar="SERVICE.KEY=VALUE",
         help="one setting of one service, in all runs",
+    )
+    parser.add_argument(
+        "--published",
+        default="",
+        metavar="FILE",
+        help="runs that were driven before or elsewhere: those that fit this code are not driven again",
+    )
+    parser.add_argument(
+        "--again",
+        action="append",
+        default=[],
+        metavar="KEY",
+        help="drive a published run here all the same, for its log and to compare; more than once, or `all`",
+    )
+    parser.add_argument(
+        "--publish", default="", metavar="FILE", help="add the runs of these tables to FILE.jsonl or FILE.jsonl.gz"
     )
     parser.add_argument("--docs", default="", metavar="FILE", help="write the results as a page of the docs, too")
     parser.set_defaults(run=command)

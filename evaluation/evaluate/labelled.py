@@ -1,17 +1,14 @@
 """Rows that adapt: each run begins with the Delta and c_min that labels on the runs before it have left. Labels are scripted,
-from truth: what a driver who knows it would say of each drive (`evaluation.calibrate.feedback`).
+from truth: what a driver who knows it would say of each drive (`evaluation.metrics.labels`).
 """
 
 from collections.abc import Iterator, Sequence
-from functools import cache
-from pathlib import Path
 
 import msgspec
 
-from evaluation.calibrate.feedback import Drive, after, labelled
+from evaluation.calibrate.feedback import after
 from evaluation.evaluate.plan import Run, with_settings
-from evaluation.evaluate.store import LOG, Store
-from evaluation.metrics import from_log
+from evaluation.evaluate.store import Store
 from evaluation.run.spec import RunSpec
 from services.arbiter.profiles import Profile, load
 from services.arbiter.state import Adapted
@@ -33,12 +30,11 @@ def _in_turn(runs: Sequence[Run], store: Store) -> Iterator[tuple[int, RunSpec]]
         learnt = None if adapted is None else [round(adapted.delta, 6), round(adapted.c_min, 6)]
         spec = run.spec if learnt is None else with_settings(run.spec, "arbiter", {"learnt": learnt})
         yield id(run), spec
-        key = store.key(spec)
-        if store.kept(key) is None:
+        kept = store.kept(store.key(spec))
+        if kept is None:
             return
         profile = _profile(spec)
-        drive = _drive(store.path(key) / LOG)
-        adapted, _ = after(adapted or Adapted(delta=profile.delta, c_min=profile.c_min), drive, profile)
+        adapted, _ = after(adapted or Adapted(delta=profile.delta, c_min=profile.c_min), kept.labelled, profile)
 
 
 def _profile(spec: RunSpec) -> Profile:
@@ -46,9 +42,3 @@ def _profile(spec: RunSpec) -> Profile:
     settings = spec.settings.get("arbiter", {})
     profile = load(settings.get("profile", CALIBRATED))
     return msgspec.structs.replace(profile, delta=settings.get("delta", profile.delta))
-
-
-@cache
-def _drive(log: Path) -> Drive:
-    """Of a run that is there; it takes most of a second, and each run that follows begins with it."""
-    return labelled(from_log(log))

@@ -1,7 +1,5 @@
 """One run: driven, measured, kept. The same function for a process of this machine and for Ray."""
 
-import base64
-import hashlib
 import logging
 import os
 import shutil
@@ -11,25 +9,17 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from drivemcp.grants import KeyPair, sign_grant
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
 from evaluation.evaluate.moments import with_pictures, worst_moments
-from evaluation.evaluate.plan import with_settings
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
 from evaluation.metrics import Record, Recorder, from_log, keep, measure
+from evaluation.metrics.labels import labelled
+from evaluation.run.grant import granted
 from evaluation.run.host import drive
 from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec
-from proto.decision import Grant
-from proto.topics import BRAKE
-
-GRANT = Grant(
-    grant_id="evaluation", vehicle="ego", capability=BRAKE.name, max_deceleration_mps2=4.0, max_duration_s=2.0,
-    issued_at="2020-01-01T00:00:00+00:00", expires_at="2120-01-01T00:00:00+00:00",
-)  # fmt: skip
 
 
 def run_one(folder: str, key: str, spec: RunSpec) -> Kept:
@@ -83,20 +73,6 @@ def _cpu_s() -> float:
     return times.user + times.system + times.children_user + times.children_system
 
 
-def _pair() -> KeyPair:
-    """The same for all simulated cars, so that runs come out alike; nobody else trusts it."""
-    key = Ed25519PrivateKey.from_private_bytes(hashlib.sha256(b"the simulated cars of the evaluation").digest())
-    halves = key.private_bytes_raw(), key.public_key().public_bytes_raw()
-    return KeyPair(*(base64.b64encode(half).decode() for half in halves))
-
-
-def granted(spec: RunSpec, folder: Path) -> RunSpec:
-    """The spec with permission for the simulated car to be braked; where the grant lies is no part of a run's key."""
-    file, pair = folder / "grant.json", _pair()
-    file.write_bytes(msgspec.json.encode(sign_grant(GRANT, pair.private)))
-    return with_settings(spec, "arbiter", {"grant_file": str(file), "trusted_keys": [pair.public]})
-
-
 def _tidy(folder: Path) -> None:
     """The log by its fixed name; the key that signed it goes, its public half stays."""
     logs = sorted((folder / "logs").glob("*.mcap"))
@@ -111,7 +87,8 @@ def _tidy(folder: Path) -> None:
 def _measure(record: Record, folder: Path, wall_s: float, cpu_s: float) -> Kept:
     kept = Kept(
         metrics=msgspec.to_builtins(measure(record)), moments=with_pictures(worst_moments(record), folder / LOG),
-        wall_s=wall_s, cpu_s=cpu_s, measured_by=measuring(),
+        wall_s=round(wall_s, 2), cpu_s=round(cpu_s, 2), measured_by=measuring(), outcome=record.outcome(),
+        labelled=labelled(record),
     )  # fmt: skip
     (folder / METRICS).write_bytes(msgspec.json.format(msgspec.json.encode(kept)))
     return kept

@@ -29,6 +29,8 @@ def _head(about: About) -> Iterator[str]:
         f"of wall time (all slots together); {about.missing} runs are missing. "
         f"{about.machine}. Sensors: {about.sensors}. DriveLM backend: {about.backend}. Latencies: {about.latencies}.\n"
     )
+    if about.published:
+        yield f"{about.published}\n"
     yield (
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
         "binomial one, other numbers Student's for the mean over runs. The paper drove in CARLA: orderings and ratios can be "

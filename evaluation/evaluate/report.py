@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
@@ -46,9 +47,25 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
     sensors: str
     latencies: str
     """Which modelled latencies calls took: fixed ones, or measured where."""
+    published: str = ""
+    """Which runs were taken from a file of published ones; empty: none was named."""
 
 
-def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool, latencies: str) -> About:
+class Behind(NamedTuple):
+    """Where a table's runs lie, seen from the report, and what drives a published one again."""
+
+    runs: Path
+    base: str
+    command: str
+
+    def here(self, key: str) -> bool:
+        """Whether the run's log is there to be linked to."""
+        return (self.runs / key / LOG).exists()
+
+
+def about(
+    tables: Sequence[Table], command: str, machine: str, *, quick: bool, latencies: str, published: str = ""
+) -> About:
     """Sums over all runs, each counted once."""
     runs = {run.key: run for table in tables for row in table.rows for run in row.runs}
     kept = [run.kept for run in runs.values() if run.kept is not None]
@@ -57,15 +74,15 @@ def about(tables: Sequence[Table], command: str, machine: str, *, quick: bool, l
         wall_s=sum(each.wall_s for each in kept), driven_s=sum(each.metrics.get("seconds") or 0.0 for each in kept),
         km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
         backend=", ".join(dict.fromkeys(table.backend for table in tables)),
-        sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies,
+        sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies, published=published,
     )  # fmt: skip
 
 
 def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
     """The whole report, to be written in `folder`; links to `runs` are relative to it."""
-    base = os.path.relpath(runs, folder)
+    behind = Behind(runs, os.path.relpath(runs, folder), told_of.command)
     parts = (
-        _head(told_of), _goals(tables), *(_table(table, base) for table in tables), _moments(tables, runs, base),
+        _head(told_of), _goals(tables), *(_table(table, behind) for table in tables), _moments(tables, behind),
         _reading(), _missing(tables), "</main></body></html>\n",
     )  # fmt: skip
     return "".join(parts)
@@ -84,6 +101,7 @@ def _head(about: About) -> str:
         ("sensors", escape(about.sensors)), ("DriveLM backend", escape(about.backend)),
         ("latencies", escape(about.latencies)),
         ("driven", f"{driven}, {speed}"),
+        *((("published", escape(about.published)),) if about.published else ()),
         ("missing", f"{about.missing} runs" if about.missing else "none"),
     )  # fmt: skip
     rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in facts)
@@ -107,7 +125,7 @@ def _goals(tables: Sequence[Table]) -> str:
     return f"<h2>What we want to read</h2><table>{head}{rows}</table>" if rows else ""
 
 
-def _table(table: Table, base: str) -> str:
+def _table(table: Table, behind: Behind) -> str:
     paper = [at for at, column in enumerate(table.columns) if column in COLUMNS[table.name]]
     ours = [at for at in range(len(table.columns)) if at not in paper]
     plots = "".join(f"<figure>{svg}<figcaption>{escape(name)}</figcaption></figure>" for name, svg in plots_of(table))
@@ -115,7 +133,7 @@ def _table(table: Table, base: str) -> str:
         f"<h2 id='{table.name}'>{_TITLES[table.name]}</h2><p>Made with {escape(table.sensors)} sensors, DriveLM backend "
         f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{_pairs(table.pairs)}{plots}"
         f"<details><summary>What we measure beside</summary>{_cells(table, ours)}</details>"
-        f"{_orders(orders(table))}{_runs(table, base)}"
+        f"{_orders(orders(table))}{_runs(table, behind)}"
     )
 
 
@@ -198,35 +216,46 @@ def _ratio(number: float | None) -> str:
     return "-" if number is None else f"{number:.2f}"
 
 
-def _runs(table: Table, base: str) -> str:
+def _runs(table: Table, behind: Behind) -> str:
     rows = "".join(
-        f"<h4 id='{_anchor(row)}'>{escape(row.row.group)}: {escape(row.row.label)}</h4>{_run_list(row.runs, base)}"
+        f"<h4 id='{_anchor(row)}'>{escape(row.row.group)}: {escape(row.row.label)}</h4>{_run_list(row.runs, behind)}"
         for row in table.rows
     )
     return f"<details class=runs><summary>The runs behind the numbers</summary>{rows}</details>"
 
 
-def _run_list(runs: Iterable[Ran], base: str) -> str:
-    return "<ul>" + "".join(f"<li>{_run(run, base)}</li>" for run in runs) + "</ul>"
+def _run_list(runs: Iterable[Ran], behind: Behind) -> str:
+    return "<ul>" + "".join(f"<li>{_run(run, behind)}</li>" for run in runs) + "</ul>"
 
 
-def _run(run: Ran, base: str) -> str:
+def _run(run: Ran, behind: Behind) -> str:
     if run.kept is None:
         why = escape((run.problem.strip().splitlines() or ["not driven yet"])[-1])
         return f"run {run.number}, seed {run.seed}: <span class=warn>{why}</span>"
-    path, metrics = f"{base}/{run.key}", run.kept.metrics
+    path, metrics = f"{behind.base}/{run.key}", run.kept.metrics
     ticks = ", ".join(
         f"tick {moment.tick} ({escape(moment.what)})" for moment in run.kept.moments if moment.tick is not None
     )
+    files = (
+        f"<a href='{path}/{LOG}'>log</a>, <a href='{path}/metrics.json'>metrics</a>, <a href='{path}/spec.json'>spec</a>"
+        if behind.here(run.key)
+        else "published, its log is not here"
+    )
     return (
-        f"run {run.number}, seed {run.seed}: <a href='{path}/{LOG}'>log</a>, <a href='{path}/metrics.json'>metrics</a>, "
-        f"<a href='{path}/spec.json'>spec</a>; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, {metrics.get('ticks', 0)} ticks"
-        f"{'; ' + ticks if ticks else ''}<br><code>drivemcp replay {path}/{LOG}</code>"
+        f"run {run.number}, seed {run.seed}: {files}; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, {metrics.get('ticks', 0)} ticks"
+        f"{'; ' + ticks if ticks else ''}<br><code>{_to_see(run, behind)}</code>"
     )
 
 
-def _moments(tables: Sequence[Table], runs: Path, base: str) -> str:
-    shown = "".join(_moment(row, run, moment, runs, base) for row, run, moment in worst(tables))
+def _to_see(run: Ran, behind: Behind) -> str:
+    """The command that shows a run; of a published one, the command that drives it here."""
+    if behind.here(run.key):
+        return f"drivemcp replay {behind.base}/{run.key}/{LOG}"
+    return escape(f"{behind.command} --again {run.key}")
+
+
+def _moments(tables: Sequence[Table], behind: Behind) -> str:
+    shown = "".join(_moment(row, run, moment, behind) for row, run, moment in worst(tables))
     text = (
         f"<div class=moments>{shown}</div>"
         if shown
@@ -249,17 +278,17 @@ def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
     return chosen
 
 
-def _moment(row: TableRow, run: Ran, moment: Moment, runs: Path, base: str) -> str:
-    file = runs / run.key / moment.picture
+def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:
+    file = behind.runs / run.key / moment.picture
     picture = ""
     if moment.picture and file.is_file():
         data = base64.b64encode(file.read_bytes()).decode("ascii")
         picture = f"<img alt='{escape(moment.kind)}' src='data:image/jpeg;base64,{data}'>"
-    path = f"{base}/{run.key}/{LOG}"
+    log = f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>" if behind.here(run.key) else "Published:"
     return (
         f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
-        f"{escape(row.row.spec.method)}, {escape(row.row.family)}, run {run.number}. <a href='{path}'>log</a> "
-        f"<code>drivemcp replay {path}</code></figcaption></figure>"
+        f"{escape(row.row.spec.method)}, {escape(row.row.family)}, run {run.number}. {log} "
+        f"<code>{_to_see(run, behind)}</code></figcaption></figure>"
     )
 
 

@@ -1,13 +1,17 @@
-"""Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, moments.json, *.jpg}. What is there is finished."""
+"""Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, moments.json, *.jpg}. What is there is finished.
+
+Beside them a store may know runs that were published: their numbers count, and nothing else of them is here.
+"""
 
 import fcntl
 import hashlib
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, get_args
 
 import msgspec
 
@@ -16,9 +20,12 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.evaluate import moments
 from evaluation.evaluate.moments import Moment
-from evaluation.run.spec import RunSpec, run_key
+from evaluation.metrics.labels import Drive
+from evaluation.run.spec import RunSpec, Sensors, driven_by, run_key
 
 DATA = ("models", "rulepacks", "vehicles", "scenarios")
+PICTURES = ("detector", "reader", "weather")
+"""The networks that look at pictures, by how their files' names begin. Modelled sensors have no pictures (tested: they open none)."""
 GENERATORS = ("evaluation.scenarios", "evaluation.observed")
 MEASURES = "evaluation.metrics"
 LOG, SPEC, METRICS, FAILED = "log.mcap", "spec.json", "metrics.json", "failed.txt"
@@ -33,16 +40,32 @@ class Kept(msgspec.Struct, frozen=True, kw_only=True):
     cpu_s: float
     measured_by: str
     """The digest of the code that measured: another one measures again, from the log."""
+    outcome: str = ""
+    """A digest of the run's truth and of what was decided and said in it (`evaluation.metrics.Record`): equal if a run came out alike."""
+    labelled: Drive = Drive((), 0.0)
+    """What a driver who knows the truth would say of it: rows that adapt begin their next run with it."""
 
 
 @cache
-def world_digest() -> str:
-    """Of models, rulepacks, vehicles and scenarios, and of the code that makes scenarios and modelled sensors."""
+def world_digest(sensors: Sensors) -> str:
+    """Of the data that such runs read, and of the code that makes scenarios and modelled sensors."""
     digest = hashlib.sha256(code_hash(*GENERATORS).encode())
+    for name, path in world_files(sensors):
+        digest.update(name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def world_files(sensors: Sensors) -> Iterator[tuple[str, Path]]:
+    """Models, rulepacks, vehicles and scenarios, by name; without pictures not the networks for them."""
     for root in map(data, DATA):
         for path in sorted(path for path in root.rglob("*") if path.is_file()):
-            digest.update(f"{root.name}/{path.relative_to(root)}".encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
+            if sensors == "rendered" or root.name != "models" or not path.name.startswith(PICTURES):
+                yield f"{root.name}/{path.relative_to(root).as_posix()}", path
+
+
+def drivers() -> frozenset[str]:
+    """What drives the runs of today, by either kind of sensors."""
+    return frozenset(driven_by(sensors, world_digest(sensors)) for sensors in get_args(Sensors))
 
 
 @cache
@@ -55,20 +78,25 @@ def measuring() -> str:
 class Store:
     """The folder of all runs; tables share them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, published: Mapping[str, Kept] = MappingProxyType({})) -> None:
         self.folder = folder
         self._known: dict[str, Kept] = {}
+        self._published = published
 
     def key(self, spec: RunSpec) -> str:
         """The run's name: of spec, code, configuration and models."""
-        return run_key(spec, world_digest())
+        return run_key(spec, world_digest(spec.sensors))
 
     def path(self, key: str) -> Path:
         """Where the run lies, or will."""
         return self.folder / key
 
     def kept(self, key: str) -> Kept | None:
-        """What a finished run came to, by today's measures; None: it is not there, or has to be measured again."""
+        """What a finished run came to, by today's measures, here or as published; None: it has to be driven or measured again."""
+        return self.here(key) or self._published.get(key)
+
+    def here(self, key: str) -> Kept | None:
+        """The same of runs in this folder alone."""
         if key in self._known:
             return self._known[key]
         try:

@@ -14,7 +14,7 @@ import msgspec
 from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
 from evaluation.drive.stack import settings_of
-from evaluation.evaluate import files, report
+from evaluation.evaluate import files, published, report
 from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
@@ -22,11 +22,13 @@ from evaluation.evaluate.one import run_one
 from evaluation.evaluate.page import page
 from evaluation.evaluate.plan import Amount, Row, Run, rows_of, runs_of, with_settings
 from evaluation.evaluate.pool import Done, Job, Pool
+from evaluation.evaluate.published import Line
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
 from evaluation.latencies import Latencies, read
 from evaluation.methods import METHODS
+from evaluation.run.spec import RunSpec
 
 REPORT = "report.html"
 FIXED = "fixed"
@@ -35,19 +37,52 @@ FIXED = "fixed"
 def evaluate(flags: argparse.Namespace) -> int:
     """Drive, measure, write; the exit status."""
     screen, folder = Screen(), Path(flags.out)
-    store = Store(folder / "runs")
+    lines = _published(flags)
+    store = Store(folder / "runs", published.taken(lines, flags.again))
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
     if not rows:
         raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
     runs = runs_of(rows, _amount(flags))
+    if flags.published:
+        screen.say(f"{flags.published}: {published.fit(lines)}")
     with store.alone():
         try:
             with interruptible():
                 _drive_in_turn(runs, store, flags, screen)
         finally:
+            specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
-            _write(tables, folder, store, flags, screen)
-    return int(any(row.missing for table in tables for row in table.rows))
+            _write(tables, folder, store, flags, screen, published.told(flags.published, lines, specs, store))
+            otherwise = _publish(specs, lines, store, flags, screen)
+    return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
+
+
+def _published(flags: argparse.Namespace) -> dict[str, Line]:
+    """The lines of --published; the file that --publish names, too, need not be there yet. Raises UserError now, not after hours."""
+    there = _there(flags)
+    if flags.published == flags.publish:
+        return there
+    return published.read(Path(flags.published)) if flags.published else {}
+
+
+def _there(flags: argparse.Namespace) -> dict[str, Line]:
+    """What the file to publish into holds by now."""
+    return published.read(Path(flags.publish)) if flags.publish and Path(flags.publish).exists() else {}
+
+
+def _publish(
+    specs: Mapping[str, RunSpec], lines: Mapping[str, Line], store: Store, flags: argparse.Namespace, screen: Screen
+) -> list[str]:
+    """Compare the runs that are here with what is published of them, add them where it is asked for; those that came out otherwise."""
+    kept = {key: store.here(key) for key in specs}
+    here = [published.line_of(key, specs[key], found) for key, found in kept.items() if found is not None]
+    otherwise = sorted({*published.otherwise(lines, here), *published.otherwise(_there(flags), here)})
+    for key in otherwise:
+        screen.say(f"{key} came out otherwise here than it was published: {store.path(key)}")
+    if flags.publish:
+        elsewhere = [line for key, line in lines.items() if key in specs and store.here(key) is None and line.of_today]
+        screen.say(f"{published.publish(Path(flags.publish), [*here, *elsewhere])} runs are new in {flags.publish}")
+    return otherwise
 
 
 @contextmanager
@@ -124,7 +159,9 @@ def _drive_in_turn(runs: Sequence[Run], store: Store, flags: argparse.Namespace,
 def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, screen: Screen) -> None:
     """Drive the runs that are not there. A run that several rows share is driven once."""
     jobs = [Job(key, run.spec) for key, run in runs.items() if store.kept(key) is None]
-    screen.say(f"{len(runs)} runs, {len(runs) - len(jobs)} of them are there; in {store.folder}")
+    taken = sum(store.here(key) is None for key in runs) - len(jobs)
+    also = f", {taken} are published" if flags.published else ""
+    screen.say(f"{len(runs)} runs, {len(runs) - len(jobs) - taken} of them are there{also}; in {store.folder}")
     started_s, failed = time.monotonic(), 0
     for count, done in enumerate(_ends(jobs, store, flags), 1):
         store.note(done.key, done.problem)
@@ -167,10 +204,12 @@ def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str],
     ]
 
 
-def _write(tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen) -> None:
+def _write(
+    tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen, taken: str
+) -> None:
     measured = _latencies(flags)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
-    told = report.about(tables, _command(flags), machine(), quick=flags.quick, latencies=latencies)
+    told = report.about(tables, _command(flags), machine(), quick=flags.quick, latencies=latencies, published=taken)
     files.write(folder, tables)
     (folder / REPORT).write_text(report.html(tables, told, store.folder, folder), encoding="utf-8")
     if flags.docs:
@@ -189,4 +228,5 @@ def _command(flags: argparse.Namespace) -> str:
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
+    words += ["--published", flags.published] if flags.published else []
     return shlex.join(words)

@@ -1,6 +1,7 @@
 """What a run's messages leave behind: taken from the bus as they pass, or from the log and the truth kept beside it."""
 
 import gzip
+import hashlib
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -71,6 +72,15 @@ class Record:
                 heard.append(each)
             before = each
         return tuple(heard)
+
+    def outcome(self) -> str:
+        """A digest of all of it, in hex: runs that came out alike have the same. The last tick's decision may come after the end
+        of the log, so it is none of it.
+        """
+        last_s = max((each.time_s for each in self.advisories), default=0.0)
+        decisions = [each for each in self.decisions if each.time_s < last_s]
+        told = (self.truths, self.advisories, decisions, self.traces, self.conditions)
+        return hashlib.sha256(msgspec.json.encode(told, order="deterministic")).hexdigest()
 
     @cached_property
     def _times_s(self) -> list[float]:

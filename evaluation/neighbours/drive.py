@@ -56,7 +56,7 @@ def key_of(spec: RunSpec, store: Store) -> str:
     """A run's name in the store; a neighbour's is of the neighbours' code, too."""
     if spec.method not in NEIGHBOURS:
         return store.key(spec)
-    return run_key(spec, f"{world_digest()} {code_hash('evaluation.neighbours')}")
+    return run_key(spec, f"{world_digest(spec.sensors)} {code_hash('evaluation.neighbours')}")
 
 
 def run_any(folder: str, key: str, spec: RunSpec) -> Kept:

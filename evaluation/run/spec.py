@@ -50,8 +50,19 @@ class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 def run_key(spec: RunSpec, models: str = "") -> str:
     """16 hex digits of the spec, the code and the digests of the models."""
-    told = msgspec.json.encode(spec, order="deterministic")
-    digest = hashlib.sha256(
-        told + b"\0" + code_hash(*PACKAGES, *_SENSING[spec.sensors]).encode() + b"\0" + models.encode()
-    )
-    return digest.hexdigest()[:16]
+    return key_of(encoded(spec), driven_by(spec.sensors, models))
+
+
+def encoded(spec: RunSpec) -> bytes:
+    """The spec's own form: equal specs give equal bytes."""
+    return msgspec.json.encode(spec, order="deterministic")
+
+
+def driven_by(sensors: Sensors, models: str = "") -> str:
+    """What drives such runs: a digest of the code, then that of the models."""
+    return f"{code_hash(*PACKAGES, *_SENSING[sensors])}-{models}"
+
+
+def key_of(spec: bytes, driver: str) -> str:
+    """The key of an encoded spec, whichever code it is of: `driver` is what `driven_by` said there."""
+    return hashlib.sha256(spec + b"\0" + driver.encode()).hexdigest()[:16]

@@ -6,11 +6,10 @@ from itertools import pairwise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.calibrate.feedback import Drive, Label, Moved, labels_of, sequence, swing
-from evaluation.metrics import Record
+from evaluation.calibrate.feedback import Moved, sequence, swing
+from evaluation.metrics.labels import Drive, Label
 from services.arbiter.adapt import STEPS
 from services.arbiter.profiles import Profile
-from tests.unit.evaluation.metrics.logs import decided, hazard, steady
 from tests.unit.services.arbiter.support import CALIBRATED
 
 labels = st.builds(Label, st.floats(0.0, 1800.0), st.sampled_from(sorted(STEPS)))
@@ -66,10 +65,3 @@ def test_a_driver_who_reacts_to_what_feedback_did_does_not_make_it_hunt() -> Non
 def test_hunting_would_be_seen() -> None:
     assert swing([0.0, 0.4] * 5, 0.1).turns == 8
     assert swing([0.0, 0.1, 0.2, 0.3, 0.2, 0.2], 0.05).turns == 1
-
-
-def test_labels_follow_truth() -> None:
-    acts = tuple(decided(at_s, "ACT") for at_s in (5.0, 5.1))
-    drive = Record(truths=steady(10.0, hazards=(hazard("stopped_lead", 2.0, 150.0),)), decisions=acts)
-    assert [each.label for each in labels_of(drive)] == ["false_positive", "late_warning"]
-    assert list(labels_of(Record(truths=steady(10.0)))) == []

@@ -25,11 +25,13 @@ def test_the_log_and_the_truth_beside_it_measure_the_same_as_the_run(tmp_path: P
     alone = measure(from_log(log))
     assert (alone.infractions, alone.messages) == (None, measure(live).messages)
     assert alone.seconds > 1.0
+    alone_outcome = from_log(log).outcome()
 
     assert keep(recorder, log.parent).name == TRUTH_FILE
     again = from_log(log)
     assert again.truths == live.truths
     assert measure(again) == measure(live)
+    assert again.outcome() == live.outcome() != alone_outcome
     assert msgspec.json.decode(msgspec.json.encode(measure(live)), type=type(measure(live))) == measure(live)
 
 

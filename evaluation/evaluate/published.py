@@ -1,0 +1,157 @@
+"""Runs in one file that is committed, a line each, so that tables grow over sittings and machines: FILE.jsonl or FILE.jsonl.gz.
+
+A line says what a run was and what it came to. Its log is not there: driving the run again makes it anew.
+"""
+
+import gzip
+import zlib
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from drivemcp.errors import UserError
+from evaluation.evaluate.moments import Moment
+from evaluation.evaluate.store import Kept, Store, drivers, measuring, world_digest
+from evaluation.metrics import Metrics
+from evaluation.metrics.labels import Drive
+from evaluation.run.spec import RunSpec, driven_by, encoded, key_of
+
+ALL = "all"
+"""In place of a key: every run of the file."""
+
+
+class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One run. Of other code, what is raw may have other fields; so it is read only where it is of today's."""
+
+    key: str
+    """Of the bytes of `spec` and of `driven_by`."""
+    spec: msgspec.Raw
+    driven_by: str
+    measured_by: str
+    outcome: str
+    wall_s: float
+    cpu_s: float
+    metrics: msgspec.Raw
+    moments: msgspec.Raw
+    labelled: msgspec.Raw
+
+    @property
+    def of_today(self) -> bool:
+        """Whether today's code, configuration and models would drive and measure the same."""
+        return self.driven_by in drivers() and self.measured_by == measuring()
+
+    def kept(self) -> Kept:
+        """What the run came to. Raises msgspec.MsgspecError; only of today's."""
+        return Kept(
+            metrics=msgspec.json.decode(self.metrics, type=dict[str, Any]),
+            moments=msgspec.json.decode(self.moments, type=tuple[Moment, ...]),
+            labelled=msgspec.json.decode(self.labelled, type=Drive),
+            wall_s=self.wall_s, cpu_s=self.cpu_s, measured_by=self.measured_by, outcome=self.outcome,
+        )  # fmt: skip
+
+
+def line_of(key: str, spec: RunSpec, kept: Kept) -> Line:
+    """The line of a run that is here."""
+    return Line(
+        key=key, spec=msgspec.Raw(encoded(spec)), driven_by=driven_by(spec.sensors, world_digest(spec.sensors)),
+        measured_by=kept.measured_by, outcome=kept.outcome, wall_s=kept.wall_s, cpu_s=kept.cpu_s,
+        metrics=msgspec.Raw(msgspec.json.encode(kept.metrics)), moments=msgspec.Raw(msgspec.json.encode(kept.moments)),
+        labelled=msgspec.Raw(msgspec.json.encode(kept.labelled)),
+    )  # fmt: skip
+
+
+def read(file: Path) -> dict[str, Line]:
+    """A file's lines by key. Raises UserError naming file, line and field."""
+    lines: dict[str, Line] = {}
+    for number, text in enumerate(_bytes(file).splitlines(), 1):
+        try:
+            line = msgspec.json.decode(text, type=Line)
+            problem = "`$.key`: it is there twice" if line.key in lines else _problem(line)
+        except msgspec.MsgspecError as error:
+            problem = str(error)
+        if problem:
+            raise UserError(f"{file}, line {number}: {problem}")
+        lines[line.key] = line
+    return lines
+
+
+def _bytes(file: Path) -> bytes:
+    try:
+        whole = file.read_bytes()
+        return gzip.decompress(whole) if file.suffix == ".gz" else whole
+    except (OSError, EOFError, zlib.error) as error:
+        raise UserError(f"{file}: no published runs: {error}") from None
+
+
+_FORMS = (("spec", RunSpec), ("metrics", Metrics), ("moments", tuple[Moment, ...]), ("labelled", Drive))
+
+
+def _problem(line: Line) -> str:
+    """What is wrong with a line, and in which field; empty: nothing."""
+    key = key_of(bytes(line.spec), line.driven_by)
+    if line.key != key:
+        return f"`$.key`: {line.key} does not fit `$.spec` and `$.driven_by`, which make {key}"
+    if not line.of_today:
+        return ""
+    for name, kind in _FORMS:
+        try:
+            msgspec.json.decode(getattr(line, name), type=kind)
+        except msgspec.MsgspecError as error:
+            return f"`$.{name}`: {error}"
+    odd = set(line.kept().metrics) ^ set(Metrics.__struct_fields__)
+    return f"`$.metrics.{min(odd)}`: missing, or no metric" if odd else ""
+
+
+def taken(lines: Mapping[str, Line], again: Sequence[str]) -> dict[str, Kept]:
+    """The runs of today's code, less those that are to be driven again. Raises UserError where one of these is not published."""
+    for key in again:
+        if key not in lines and (key != ALL or not lines):
+            raise UserError(f"--again {key}: no such run in the file of --published")
+    return {key: line.kept() for key, line in lines.items() if line.of_today and not {key, ALL} & set(again)}
+
+
+def fit(lines: Mapping[str, Line]) -> str:
+    """How many lines fit today's code, and what becomes of the others."""
+    count = sum(line.of_today for line in lines.values())
+    others = f"; the other {len(lines) - count} are ignored" if count < len(lines) else ""
+    return f"{count} of its {len(lines)} runs fit this code and its models{others}"
+
+
+def told(file: str, lines: Mapping[str, Line], wanted: Collection[str], store: Store) -> str:
+    """For the report: how many of the wanted runs come from the file, what of them is not here, and what of the file does not fit."""
+    if not file:
+        return ""
+    count = sum(store.here(key) is None and store.kept(key) is not None for key in wanted)
+    told = f"{count} runs are taken from {file} ({fit(lines)})"
+    if not count:
+        return f"{told}: with this amount, these latencies and settings no other run of these tables is in it."
+    return (
+        f"{told}, driven before or elsewhere: their logs are not here. With --again KEY the command drives one of them here, with "
+        "--again all all; each comes out the same, bit for bit, or the command says that it did not."
+    )
+
+
+def publish(file: Path, ours: Iterable[Line]) -> int:
+    """Add runs to a file, sorted by key; how many are new. What is there stays, of other code too, unless it is now measured otherwise."""
+    there = read(file) if file.exists() else {}
+    new = {line.key: line for line in ours if line.key not in there or not there[line.key].of_today}
+    lines = {**there, **new}
+    whole = b"".join(msgspec.json.encode(lines[key]) + b"\n" for key in sorted(lines))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_name(f"{file.name}.part")
+    part.write_bytes(gzip.compress(whole, mtime=0) if file.suffix == ".gz" else whole)
+    part.replace(file)
+    return len(new)
+
+
+def otherwise(published: Mapping[str, Line], here: Iterable[Line]) -> list[str]:
+    """The keys of runs that came out otherwise here than they were published by the same code: that should not be."""
+    pairs = ((line, published[line.key]) for line in here if line.key in published)
+    return [line.key for line, other in pairs if other.of_today and _came_to(line) != _came_to(other)]
+
+
+def _came_to(line: Line) -> Line:
+    """All but how long it took to drive."""
+    return msgspec.structs.replace(line, wall_s=0.0, cpu_s=0.0)
