@@ -20,6 +20,7 @@ _MODULES = {
 }  # fmt: skip
 _DATA = (
     "models/detector.onnx",
+    "models/people.onnx",
     "models/reader.onnx",
     "models/weather.onnx",
     "vehicles/sim/sim.dbc",

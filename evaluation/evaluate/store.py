@@ -24,7 +24,7 @@ from evaluation.metrics.labels import Drive
 from evaluation.run.spec import RunSpec, Sensors, driven_by, run_key
 
 DATA = ("models", "rulepacks", "vehicles", "scenarios")
-PICTURES = ("detector", "reader", "weather")
+PICTURES = ("detector", "people", "reader", "weather")
 """The networks that look at pictures, by how their files' names begin. Modelled sensors have no pictures (tested: they open none)."""
 GENERATORS = ("evaluation.scenarios", "evaluation.observed")
 MEASURES = "evaluation.metrics"

@@ -37,7 +37,7 @@ from proto.perception import ObjectClass
 from proto.truth import Truth
 from services.simulator.session import CAMERAS
 
-MODELS = ("detector.onnx", "reader.onnx", "weather.onnx")
+MODELS = ("detector.onnx", "people.onnx", "reader.onnx", "weather.onnx")
 FITTED = ("evaluation.observed", "services.perception", "services.drivelm")
 ENOUGH_OF_ONE, MOST_OWN = 10, 2.5
 """Pictures of a thing from which it tells how things differ; and the most that is believed of that."""

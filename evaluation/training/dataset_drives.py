@@ -1,7 +1,7 @@
 """Renders labelled pictures along scenario drives into the detector's shards: what stands beside real roads, and who is nobody.
 
 `python -m evaluation.training.dataset_drives --out DIR --scenario urb-rain --first 1000 --drives 10` writes
-`DIR/train-<900000 + seed>.npz`, one file a drive. Road users, letterings and plants of the held-out families are
+`DIR/train-<scenario>-<seed>.npz`, one file a drive. Road users, letterings and plants of the held-out families are
 exchanged for others, and most pictures show another weather than the scenario's. Drives that are measured have seeds
 below 1000.
 """
@@ -26,7 +26,6 @@ from services.simulator.scenario import load_scenario
 from services.simulator.scene import Actor, Scenery, SignPost, StaticWorld
 from services.simulator.session import CAMERAS, Session
 
-FIRST_SHARD = 900_000
 OWN_WEATHER = 0.35
 PLANTS = {"tree": TREES, "conifer": CONIFERS, "hedge": HEDGES}
 
@@ -103,7 +102,7 @@ def main() -> None:
     for seed in range(flags.first, flags.first + flags.drives):
         started = time.monotonic()
         shots = list(drive_shots(flags.scenario, seed, flags.seconds, flags.every))
-        write_shard(flags.out / f"train-{FIRST_SHARD + seed:06d}.npz", shots)
+        write_shard(flags.out / f"train-{flags.scenario}-{seed:06d}.npz", shots)
         print(f"{flags.scenario} seed {seed}: {len(shots)} pictures, {time.monotonic() - started:.0f} s", flush=True)  # noqa: T201
 
 

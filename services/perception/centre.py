@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from proto.perception import ObjectClass
 from services.perception.detection import Detection, FloatArray, detections, suppress
 from services.perception.detector import DetectorError, DetectorOptions, Picture
+from services.perception.second_look import ASKS_FROM, SecondLook
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 STRIDE_PX = 4
@@ -39,9 +40,18 @@ class CentreDetector:
     Its card may hold `calibration`: slope and offset that make a class's scores probabilities. Floors are of the raw heat.
     A net for pictures of any size, multiples of 32, can look closer; one for a single size does not. With two threads and
     more the closer look is taken beside the other, which is faster than both of them one after the other on all threads.
+    With a second look who may be a person is judged by it: floors and calibration of people are of its scores then.
     """
 
-    def __init__(self, session: Any, card: dict[str, Any], options: DetectorOptions, *, name: str) -> None:
+    def __init__(
+        self,
+        session: Any,
+        card: dict[str, Any],
+        options: DetectorOptions,
+        *,
+        name: str,
+        second: SecondLook | None = None,
+    ) -> None:
         self.name = name
         self._session = session
         self._input = session.get_inputs()[0].name
@@ -55,7 +65,13 @@ class CentreDetector:
             raise DetectorError(f"the detector's card names unknown classes: {self._classes}")
         written = card.get("floors", {})
         floors = [(options.floors or {}).get(kind, written.get(kind, options.score_floor)) for kind in self._classes]
-        self._floors = np.array(floors, dtype=np.float32)[:, None, None]
+        self._told_from = np.array(floors, dtype=np.float32)
+        self._second = second
+        asked = [
+            ASKS_FROM if second and kind == "pedestrian" else floor
+            for kind, floor in zip(self._classes, floors, strict=True)
+        ]
+        self._floors = np.array(asked, dtype=np.float32)[:, None, None]
         curves = [card.get("calibration", {}).get(kind, AS_IT_IS) for kind in self._classes]
         self._curves = np.array(curves, dtype=np.float32).reshape(-1, 2)
 
@@ -67,10 +83,26 @@ class CentreDetector:
             kinds = np.concatenate([kinds, more[2]])
         else:
             boxes, scores, kinds = self._whole(rgb)
+        boxes, scores, kinds = self._kept(boxes, scores, kinds)
+        if self._second is not None:
+            boxes, scores, kinds = self._looked_again(rgb, (boxes, scores, kinds), self._second)
+        names = [self._classes[kind] for kind in kinds]
+        return detections(boxes, _probabilities(scores, self._curves[kinds]), names, (rgb.shape[1], rgb.shape[0]))
+
+    def _kept(self, boxes: FloatArray, scores: FloatArray, kinds: NDArray[np.int64]) -> _Found:
+        """Best first, each thing once."""
         kept = suppress(boxes, scores, kinds, self._options.overlap_limit)
-        names = [self._classes[kinds[index]] for index in kept]
-        sure = _probabilities(scores[kept], self._curves[kinds[kept]])
-        return detections(boxes[kept], sure, names, (rgb.shape[1], rgb.shape[0]))
+        return boxes[kept], scores[kept], kinds[kept]
+
+    def _looked_again(self, rgb: Picture, found: _Found, second: SecondLook) -> _Found:
+        """The same with who may be a person judged anew; whose boxes are the same person's then is one."""
+        boxes, scores, kinds = found
+        people = np.flatnonzero(kinds == self._classes.index("pedestrian"))
+        if not len(people):
+            return found
+        boxes[people], scores[people] = second.look(rgb, boxes[people], scores[people])
+        told = scores >= self._told_from[kinds]
+        return self._kept(boxes[told], scores[told], kinds[told])
 
     def _both(self, rgb: Picture) -> tuple[_Found, _Found]:
         if self._beside is None:

@@ -15,6 +15,7 @@ Models with their own suppression, other classes or several outputs are refused.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ import numpy as np
 from services.perception.centre import CentreDetector
 from services.perception.detection import FloatArray
 from services.perception.detector import Detector, DetectorError, DetectorOptions
+from services.perception.second_look import SecondLook
 from services.perception.yolox import COCO_CLASSES, YOLO_V5, YOLO_V8, YOLOX, YOLOX_DECODED, CocoDetector, Layout, cells
 
 FREE_SIDE_PX = 640
@@ -34,7 +36,7 @@ SIDES_PX = (32, 2048)
 def load_detector(path: Path, options: DetectorOptions | None = None) -> Detector:
     """The detector in an ONNX file; its outputs tell which kind it is. Raises DetectorError naming the file.
 
-    A `.json` file beside it may hold `classes` and `floors` (our own detector writes both).
+    A `.json` file beside it may hold `classes` and `floors` (our own detector writes both), and name a `second_look`.
     """
     options = options or DetectorOptions()
     session = open_session(path, options.threads)
@@ -44,7 +46,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
         if options.threads > 1 and not isinstance(session.get_inputs()[0].shape[1], int):
             # A net for any size looks twice, side by side, each time on half of the threads.
             session = open_session(path, options.threads // 2)
-        return CentreDetector(session, card, options, name=path.stem)
+        return CentreDetector(session, card, options, name=path.stem, second=_second_look(path, card))
     side_px = _square_side(session)
     if len(outputs) != 1 or side_px is None:
         raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
@@ -52,6 +54,29 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     if layout is None:
         raise DetectorError(f"{path} is no COCO-style detector that we know: its outputs are {outputs}")
     return CocoDetector(session, options, name=path.stem, layout=layout, side_px=side_px)
+
+
+def digest(path: Path) -> str:
+    """The first 12 hex digits of the SHA-256 of a detector's network, and of the one that its card names."""
+    beside = _named_beside(path, _card(path))
+    content = [each.read_bytes() for each in (path, beside) if each is not None]
+    return hashlib.sha256(b"".join(content)).hexdigest()[:12]
+
+
+def _named_beside(path: Path, card: dict[str, Any]) -> Path | None:
+    return path.parent / Path(str(card["second_look"])).name if "second_look" in card else None
+
+
+def _second_look(path: Path, card: dict[str, Any]) -> SecondLook | None:
+    """The network beside the detector that its card names, to be weighed as that network's own card says."""
+    beside = _named_beside(path, card)
+    if beside is None:
+        return None
+    session = open_session(beside, 1)
+    weights = _card(beside).get("weights")
+    if not isinstance(weights, list) or len(weights) != 3 or not all(isinstance(each, int | float) for each in weights):
+        raise DetectorError(f"{beside.with_suffix('.json')} must hold `weights`: three numbers")
+    return SecondLook(session, (weights[0], weights[1], weights[2]))
 
 
 def _square_side(session: Any) -> int | None:

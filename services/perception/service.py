@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
 from services.perception.camera_weather import WeatherModel
 from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
+from services.perception.loading import digest, load_detector
 from services.perception.pictures import Malformed
 from services.perception.pipeline import Perception
 from services.perception.untracked import tracker_of
@@ -60,7 +59,7 @@ def build(config: PerceptionConfig, node: Node) -> None:
     """Load the detector and subscribe; raises DetectorError where the model cannot be used."""
     path = Path(config.detector) if config.detector else data("models/detector.onnx")
     detector = load_detector(path, DetectorOptions(threads=config.threads, score_floor=config.score_floor))
-    node.detail["detector"] = f"{detector.name} sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
+    node.detail["detector"] = f"{detector.name} sha256:{digest(path)}"
     perception, drops = Perception(detector, tracker=tracker_of(tracking=config.tracking)), Drops(node)
     latest: dict[str, tuple[int, Tracks]] = {}
     hurried = itertools.count(1)

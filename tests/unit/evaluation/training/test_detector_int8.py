@@ -39,7 +39,8 @@ def of_the_float_one(folder: Path) -> Path:
     """The float network under the shipped one's card, so that floors and curves are the same."""
     path = folder / "detector.onnx"
     shutil.copy(data("models") / FLOAT, path)
-    shutil.copy(data("models/detector.json"), path.with_suffix(".json"))
+    for name in ("detector.json", "people.onnx", "people.json"):
+        shutil.copy(data(f"models/{name}"), folder / name)
     return path
 
 
