@@ -4,18 +4,21 @@ import heapq
 import threading
 from collections import deque
 from collections.abc import Callable
+from queue import Empty, SimpleQueue
 from typing import NamedTuple
+
+from proto.wire import PubHead
 
 INBOX_LIMIT = 4096
 """Publications kept for a worker that is behind; the oldest go first and are counted."""
 
 
 class Parcel(NamedTuple):
-    """One publication as it came."""
+    """One publication as it came; `head` is None where it does not decode."""
 
     key: str
     payload: bytes
-    attachment: bytes
+    head: PubHead | None
     arrived_ns: int
     deliver: Callable[["Parcel"], None]
 
@@ -25,7 +28,9 @@ class Inbox:
 
     def __init__(self, limit: int = INBOX_LIMIT) -> None:
         self._limit = limit
-        self._ready = threading.Condition()
+        self._lock = threading.Lock()
+        self._ready: SimpleQueue[None] = SimpleQueue()
+        """One for each parcel and job: what wakes the worker."""
         self._parcels: deque[Parcel] = deque()
         self._latest: dict[tuple[str, int], Parcel] = {}
         self._jobs: deque[Callable[[], None]] = deque()
@@ -34,7 +39,7 @@ class Inbox:
 
     def put(self, parcel: Parcel, *, latest: bool) -> None:
         """Add a publication; of a `latest` topic only the newest of a key is kept."""
-        with self._ready:
+        with self._lock:
             if latest:
                 slot = _slot(parcel)
                 waiting = slot in self._latest
@@ -46,19 +51,21 @@ class Inbox:
             if len(self._parcels) > self._limit:
                 self._latest.pop(_slot(self._parcels.popleft()), None)  # else its key would be waited for for ever
                 self.dropped += 1
-            self._ready.notify()
+                return
+        self._ready.put(None)
 
     def put_job(self, job: Callable[[], None]) -> None:
         """Add work for the worker thread itself."""
-        with self._ready:
-            self._jobs.append(job)
-            self._ready.notify()
+        self._jobs.append(job)
+        self._ready.put(None)
 
     def take(self, timeout_s: float) -> Parcel | Callable[[], None] | None:
         """The next publication or job; None after the timeout or when closed."""
-        with self._ready:
-            if not self._parcels and not self._jobs and not self._closed:
-                self._ready.wait(timeout_s)
+        try:
+            self._ready.get(timeout=timeout_s)
+        except Empty:
+            return None
+        with self._lock:
             if self._jobs:
                 return self._jobs.popleft()
             if not self._parcels:
@@ -68,9 +75,8 @@ class Inbox:
 
     def close(self) -> None:
         """Wake the worker for the last time."""
-        with self._ready:
-            self._closed = True
-            self._ready.notify_all()
+        self._closed = True
+        self._ready.put(None)
 
     @property
     def closed(self) -> bool:

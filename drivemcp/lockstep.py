@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Mapping
+from queue import Empty, SimpleQueue
 
 import msgspec
 
@@ -11,13 +12,15 @@ from drivemcp.errors import LockstepError
 from drivemcp.inbox import Parcel
 from proto.keys import step_key
 from proto.services import BY_NAME
-from proto.wire import PubHead, StepReply, StepRequest
+from proto.wire import StepReply, StepRequest
 
 STEP_BOUND_S = 30.0
 """Wall time within which a service must finish one step; a longer one is a stuck run."""
-_HEAD = msgspec.msgpack.Decoder(PubHead)
 _REQUEST = msgspec.json.Encoder()
 _REPLY = msgspec.json.Decoder(StepReply)
+
+
+_Held = tuple[int, int, str, int, int, Parcel]
 
 
 def matches(pattern: str, key: str) -> bool:
@@ -36,7 +39,8 @@ class HeldParcels:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._held: list[tuple[int, int, str, int, int, Parcel]] = []
+        self._waiting = False
+        self._held: list[_Held] = []
         self._seen: dict[str, int] = {}
         self._patterns: set[str] = set()
         self._awaited: dict[str, bool] = {}
@@ -50,18 +54,20 @@ class HeldParcels:
 
     def put(self, parcel: Parcel) -> None:
         """Hold one; called on the bus's threads."""
-        try:
-            head = _HEAD.decode(parcel.attachment)
-        except msgspec.MsgspecError:
+        head = parcel.head
+        if head is None:
             return
         with self._changed:
             self._count += 1
             self._held.append((head.stamp_ns, step_order(head.publisher), parcel.key, head.seq, self._count, parcel))
             self._seen[parcel.key] = max(head.seq, self._seen.get(parcel.key, -1))
-            self._changed.notify_all()
+            if self._waiting:
+                self._changed.notify_all()
 
     def take(self, published: Mapping[str, int], timeout_s: float) -> list[Parcel]:
         """All that was published up to the given numbers, by stamp, the publisher's place in the step, key and number.
+
+        Keys that are not given are those with no new number since they were last given.
 
         Raises LockstepError when some never come.
         """
@@ -72,10 +78,14 @@ class HeldParcels:
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
+                self._waiting = True
                 if not self._changed.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:
                     raise LockstepError(f"publications never arrived: {', '.join(missing[:4])}")
-            ready = [item for item in self._held if item[3] <= wanted.get(item[2], -1)]
-            self._held = [item for item in self._held if item[3] > wanted.get(item[2], -1)]
+            self._waiting = False
+            ready, still = list[_Held](), list[_Held]()
+            for item in self._held:
+                (ready if item[3] <= wanted.get(item[2], -1) else still).append(item)
+            self._held = still
         return [item[5] for item in sorted(ready, key=lambda item: item[:5])]
 
 
@@ -87,42 +97,55 @@ class Conductor:
         self._vehicle = vehicle
         self._name = name
         self._step = 0
-        self.published: dict[str, int] = {}
+        self._untold: dict[str, dict[str, int]] = {}
+        """By service, the last numbers of the keys published on since it was last told."""
+        self._published: dict[str, int] = {}
 
     def step(self, services: set[str], now_ns: int, own: Mapping[str, int]) -> None:
         """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck."""
         self._step += 1
-        self.published.update(own)
         others = services - {self._name}
+        for service in services - self._untold.keys():
+            self._untold[service] = dict(self._published)
+        self._note(own)
         called: set[str] = set()
         for service in _in_order(others):
             called |= self._ask(service, now_ns, report_only=False)
         while called & others:  # what calls of its tools made a service publish after its own turn
             called = set().union(*(self._ask(each, now_ns, report_only=True) for each in _in_order(called & others)))
 
+    def untold(self, service: str) -> dict[str, int]:
+        """The last number of every key that was published on since the service was last told."""
+        untold, self._untold[service] = self._untold.get(service, self._published), {}
+        return untold
+
+    def _note(self, published: Mapping[str, int]) -> None:
+        self._published.update(published)
+        for untold in self._untold.values():
+            untold.update(published)
+
     def _ask(self, service: str, now_ns: int, *, report_only: bool) -> set[str]:
         """Let one service do its step, or only tell what it has published since; whose tools it has called."""
-        done = threading.Event()
-        replies: list[Reply] = []
-
-        def on_reply(reply: Reply | None) -> None:
-            if reply is None:
-                done.set()
-            else:
-                replies.append(reply)
-
+        replies: SimpleQueue[Reply | None] = SimpleQueue()
         request = StepRequest(
-            step=self._step, now_ns=now_ns, published={} if report_only else self.published, report_only=report_only
+            step=self._step,
+            now_ns=now_ns,
+            published={} if report_only else self.untold(service),
+            report_only=report_only,
         )
         key = step_key(self._vehicle, service)
-        self._bus.get(key, on_reply, timeout_s=STEP_BOUND_S, payload=_REQUEST.encode(request))
-        if not done.wait(STEP_BOUND_S + 1) or not replies or replies[0].payload is None:
-            why = (replies[0].error or b"").decode("utf-8", "replace")[:300] if replies else "no answer"
+        self._bus.get(key, replies.put, timeout_s=STEP_BOUND_S, payload=_REQUEST.encode(request))
+        try:
+            first = replies.get(timeout=STEP_BOUND_S + 1)
+        except Empty:
+            first = None
+        if first is None or first.payload is None:
+            why = (first.error or b"").decode("utf-8", "replace")[:300] if first else "no answer"
             raise LockstepError(f"step {self._step}: {service} did not finish ({why or 'timeout'})")
-        reply = _REPLY.decode(replies[0].payload)
+        reply = _REPLY.decode(first.payload)
         if reply.error:
             raise LockstepError(f"step {self._step}: {service} failed: {reply.error}")
-        self.published.update(reply.published)
+        self._note(reply.published)
         return set(reply.called)
 
 

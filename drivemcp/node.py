@@ -79,7 +79,8 @@ class Node:
         self._timers = Timers()
         self._closers: list[Callable[[], None]] = []
         self._conductor = Conductor(bus, config.vehicle, self.name)
-        self._reported: dict[str, int] = {}
+        self._fresh: dict[str, int] = {}
+        """By key, the last number published since the last report to the conductor."""
         self._started_ns = time.time_ns()
         self._announced = False
         self._closed = threading.Event()
@@ -115,6 +116,9 @@ class Node:
         outlet = self._outlet(key, droppable=topic.droppable and not self.lockstep)
         with outlet.lock:
             outlet.seq += 1
+            if self.lockstep:
+                with self._outlet_lock:
+                    self._fresh[key] = outlet.seq
             head = PubHead(
                 seq=outlet.seq,
                 stamp_ns=now_ns if stamp_ns is None else stamp_ns,
@@ -193,7 +197,7 @@ class Node:
             self._held.subscribe(pattern)
 
         def receive(key: str, payload: bytes, attachment: bytes) -> None:
-            parcel = Parcel(key, payload, attachment, time.time_ns(), deliver)
+            parcel = Parcel(key, payload, _head(attachment), time.time_ns(), deliver)
             if self.lockstep:
                 self._held.put(parcel)
             else:
@@ -202,15 +206,13 @@ class Node:
         self._bus.subscribe(pattern, receive)
 
     def _head(self, parcel: Parcel, monitor: TopicMonitor) -> PubHead | None:
-        try:
-            head = _HEAD_DECODER.decode(parcel.attachment)
-        except msgspec.MsgspecError:
+        if parcel.head is None:
             monitor.broken()
             return None
         monitor.saw(
-            parcel.key, head, self.clock.now_ns() if self.lockstep else parcel.arrived_ns, wall=not self.lockstep
+            parcel.key, parcel.head, self.clock.now_ns() if self.lockstep else parcel.arrived_ns, wall=not self.lockstep
         )
-        return head
+        return parcel.head
 
     def _open(self, topic: Topic[M], parcel: Parcel, monitor: TopicMonitor) -> Received[M] | None:
         head = self._head(parcel, monitor)
@@ -352,7 +354,7 @@ class Node:
         """
         self.set_clock(now_ns)
         self._conductor.step(self.alive_services() if services is None else services, now_ns, self._new_publications())
-        self._drain(self._conductor.published)
+        self._drain(self._conductor.untold(self.name))
 
     def set_clock(self, now_ns: int) -> None:
         """Set the simulated clock; only the conductor does."""
@@ -381,10 +383,16 @@ class Node:
         self._fire_timers()
 
     def _new_publications(self) -> dict[str, int]:
-        now = {key: outlet.seq for key, outlet in list(self._outlets.items()) if outlet.seq}
-        new = {key: seq for key, seq in now.items() if self._reported.get(key) != seq}
-        self._reported = now
-        return new
+        with self._outlet_lock:
+            fresh, self._fresh = self._fresh, {}
+        return fresh
+
+
+def _head(attachment: bytes) -> PubHead | None:
+    try:
+        return _HEAD_DECODER.decode(attachment)
+    except msgspec.MsgspecError:
+        return None
 
 
 def _received(message: Any, parcel: Parcel, head: PubHead) -> Received[Any]:

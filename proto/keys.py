@@ -1,12 +1,14 @@
 """Key expressions. Nothing that a caller typed becomes part of one before it is checked here."""
 
 import re
+from functools import lru_cache
 
 from proto.topics import Topic
 
 _CHUNK = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
+@lru_cache(maxsize=1024)
 def chunk(text: str) -> str:
     """`text` if it can stand as one chunk of a key expression; ValueError on wildcards, slashes, excess length."""
     if _CHUNK.fullmatch(text) is None:

@@ -17,7 +17,7 @@ class PubHead(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
 
 class StepRequest(msgspec.Struct, frozen=True, kw_only=True):
-    """One simulated step: the time, and the last number published on every key so far."""
+    """One simulated step: the time, and the last number of every key published on since the service's last step."""
 
     step: int
     now_ns: int

@@ -16,7 +16,7 @@ def _heard(parcel: Parcel) -> None:
 
 
 def _put(inbox: Inbox, key: str, n: int) -> None:
-    inbox.put(Parcel(key, str(n).encode(), b"", n, _heard), latest=key in LATEST)
+    inbox.put(Parcel(key, str(n).encode(), None, n, _heard), latest=key in LATEST)
 
 
 def _taken(inbox: Inbox) -> list[Parcel]:
