@@ -202,7 +202,7 @@ class _Place:
         """The value as it stands in the message's number."""
         if value != value:
             return self._unavailable << self.start
-        held = min(max(value, self._low), self._high)
+        held = self._low if value < self._low else self._high if value > self._high else value
         return (round((held - self._offset) / self._scale) & self._mask) << self.start
 
 
@@ -246,7 +246,7 @@ class _Cycle:
         """The message's bytes."""
         if state is not self._state:
             values = self.signals(state)
-            self._state, self._number = state, sum(place.bits(values[place.name]) for place in self._places)
+            self._state, self._number = state, sum([place.bits(values[place.name]) for place in self._places])
         number = self._number
         if self._counter is not None:
             number |= self._counter.bits(self.counter)

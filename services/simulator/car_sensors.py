@@ -98,6 +98,8 @@ def read(sensor: Sensor, state: CarState) -> float:
 def without_gaps(told: CarState, state: CarState) -> CarState:
     """`told` with what is missing taken from `state`: for answers that have no way of saying "not available"."""
     values = {name: read(sensor, told) for name, sensor in SENSORS.items()}
+    if not any(map(math.isnan, values.values())):
+        return told
     return _with(
         told, {name: read(SENSORS[name], state) if math.isnan(value) else value for name, value in values.items()}
     )

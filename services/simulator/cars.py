@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from highway_env.road.road import Road
+from highway_env.utils import not_zero, wrap_to_pi
 from highway_env.vehicle.behavior import IDMVehicle
 from highway_env.vehicle.controller import ControlledVehicle
 from highway_env.vehicle.kinematics import Vehicle
@@ -46,6 +48,10 @@ def body(kind: ActorKind, look_seed: int) -> Body:
     )
 
 
+def _within(value: float, most: float) -> float:
+    return min(max(value, -most), most)
+
+
 class _Grounded:
     """What both share: real size, place on the spine, grip, and no rolling backwards."""
 
@@ -61,6 +67,12 @@ class _Grounded:
     lane_index: LaneIndex
     target_lane_index: LaneIndex
     position: Array
+    heading: float
+    road: Road
+    KP_LATERAL: float
+    KP_HEADING: float
+    TAU_PURSUIT: float
+    MAX_STEERING_ANGLE: float
 
     def settle(self, body: Body) -> None:
         """Give a fresh vehicle its size."""
@@ -74,10 +86,22 @@ class _Grounded:
         self.action["acceleration"] = max(wanted, -max(self.speed, 0.0) / dt)
         self.applied_mps2 = float(self.action["acceleration"])
 
+    def steering_control(self, target_lane_index: LaneIndex) -> float:
+        """highway-env's own, which spends most of its time on `np.clip` of single numbers."""
+        lane = lane_of(self.road, target_lane_index)
+        along, beside = lane.local_coordinates(self.position)
+        speed = not_zero(self.speed)
+        lateral_mps = -self.KP_LATERAL * beside
+        swing = np.arcsin(_within(lateral_mps / speed, 1.0))
+        wanted = lane.heading_at(along + self.speed * self.TAU_PURSUIT) + _within(swing, np.pi / 4)
+        turn_radps = self.KP_HEADING * wrap_to_pi(wanted - self.heading)
+        slip = np.arcsin(_within(self.LENGTH / 2 / speed * turn_radps, 1.0))
+        return float(_within(np.arctan(2 * np.tan(slip)), self.MAX_STEERING_ANGLE))
+
     @property
     def s_m(self) -> float:
         """Place along the spine."""
-        return self.spine_place[0]
+        return self.lane.spine_place(self.position)[0]
 
     @property
     def spine_place(self) -> tuple[float, float]:

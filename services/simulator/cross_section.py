@@ -48,14 +48,14 @@ class CrossSection:
         plain = self.median_m / 2 + (lane + 0.5) * self.lane_width_m
         return plain * self._swing(s_m) * (1.0 if direction == "forward" else -1.0)
 
-    def reach_m(self, s_m: Array) -> Array:
-        """Half the width of the carriageway at each s: wider where lanes change sides."""
+    def reach_m(self, s_m: float) -> float:
+        """Half the width of the carriageway at s: wider where lanes change sides."""
         wide = self.half_width_m + (BULGE - 1.0) * self.half_width_m / 2
         if self.changeover_m is None:
-            return np.full_like(s_m, self.half_width_m)
-        away = np.abs(s_m - self.changeover_m)
-        share = _smooth(1.0 - (away - CROSSING_M / 2) / APPROACH_M)
-        return self.half_width_m + (wide - self.half_width_m) * share
+            return self.half_width_m
+        away = abs(s_m - self.changeover_m)
+        share = min(max(1.0 - (away - CROSSING_M / 2) / APPROACH_M, 0.0), 1.0)
+        return self.half_width_m + (wide - self.half_width_m) * (share * share * (3.0 - 2.0 * share))
 
     def span(self) -> tuple[float, float] | None:
         """Start and end of the changeover along the spine."""

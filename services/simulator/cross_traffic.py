@@ -107,12 +107,17 @@ class CrossTraffic:
 
     def step(self, dt: float, ego: Ego, others: Iterable[Car]) -> None:
         """All of them a moment later."""
-        near = [car for car in others if any(abs(car.s_m - each.s_m) < 25.0 for each in self.cars)]
+        if not self.cars:
+            return
+        near = [car for car in others if self._near(car.s_m)]
         for car in self.cars:
             distance = car.line.at_m - ego.s_m - ego.LENGTH / 2
             car.started = car.started or distance <= car.plan.when_ego_within_m
             if car.started and not car.gone:
                 car.drive(dt, self._blocked_m(car, (ego, *near)))
+
+    def _near(self, s_m: float) -> bool:
+        return any(abs(s_m - car.s_m) < 25.0 for car in self.cars)
 
     def _blocked_m(self, car: CrossCar, others: Iterable[Car | Ego]) -> float | None:
         """How far it may still go because somebody is in its way."""

@@ -17,8 +17,10 @@ def person_ahead_m(
     """Distance from a vehicle's front to the nearest person who is in its corridor or will be soon."""
     nearest: float | None = None
     for person in people:
+        if not person.crossing:
+            continue
         ahead = person.s_m - front_s_m if forward else front_s_m - person.s_m
-        if person.crossing and -0.5 < ahead < reach_m and enters(person, lane_d_m) and (not nearest or ahead < nearest):
+        if -0.5 < ahead < reach_m and enters(person, lane_d_m) and (not nearest or ahead < nearest):
             nearest = max(ahead, 0.05)
     return nearest
 

@@ -24,7 +24,7 @@ EGO = 0
 
 @dataclass(slots=True)
 class Outlook:
-    """The road ahead of the ego and of each car; `people` is set anew every step."""
+    """The road ahead of the ego and of each car; `crossing` is set anew every step."""
 
     ego: Ego
     traffic: Traffic
@@ -32,7 +32,8 @@ class Outlook:
     lights: Lights
     cross: CrossTraffic
     stood: Stood = field(default_factory=Stood)
-    people: tuple[Person, ...] = ()
+    crossing: tuple[Person, ...] = ()
+    """People on their way over the road."""
     time_s: float = 0.0
 
     # For the ego ------------------------------------------------------------------------------------------------------
@@ -45,12 +46,13 @@ class Outlook:
     def lead(self) -> tuple[float, float] | None:
         """(gap, speed along the road) of the nearest vehicle in the ego's path, whichever way it faces."""
         found: tuple[float, float] | None = None
+        ego_s_m, front_m = self.ego.s_m, self.front_m
         for car in self.traffic.cars:
-            gap = car.s_m - self.ego.s_m - (car.LENGTH + self.ego.LENGTH) / 2
+            gap = car.s_m - ego_s_m - (car.LENGTH + self.ego.LENGTH) / 2
             if -1.0 < gap < SEES_CAR_M and self.in_path(car) and (found is None or gap < found[0]):
                 found = (max(gap, 0.0), car.speed * math.cos(float(car.heading) - float(self.ego.heading)))
         for each in self.cross.on_the_road():
-            gap = each.s_m - each.body.width_m / 2 - self.front_m
+            gap = each.s_m - each.body.width_m / 2 - front_m
             if -1.0 < gap < SEES_CAR_M and self.crosses_path(each) and (found is None or gap < found[0]):
                 found = (max(gap, 0.0), 0.0)
         return found
@@ -71,7 +73,7 @@ class Outlook:
 
     def person_m(self) -> float | None:
         """Distance to somebody who crosses the ego's way or will soon, on foot or out of a side road."""
-        person = person_ahead_m(self.people, self.front_m, self.lane_d_m, True)
+        person = person_ahead_m(self.crossing, self.front_m, self.lane_d_m, True)
         cars = [car.s_m - 1.0 - self.front_m for car in self.cross.cars if car.seen and self._comes(car)]
         ahead = [max(each, 0.05) for each in cars if -0.5 < each < SEES_LINE_M]
         return min(ahead + ([] if person is None else [person]), default=None)
@@ -81,9 +83,9 @@ class Outlook:
 
     def stop_ahead(self, visibility_m: float) -> StopAhead | None:
         """The next line at which the ego has to stop now."""
-        speed = float(self.ego.speed)
+        speed, front_m = float(self.ego.speed), self.front_m
         for line in self.lines:
-            distance = line.at_m - self.front_m
+            distance = line.at_m - front_m
             if not -1.0 < distance < min(SEES_LINE_M, visibility_m):
                 continue
             if line.kind == "stop_line" and not self.stood.watch(EGO, line, distance, speed, self.time_s):
@@ -96,8 +98,9 @@ class Outlook:
 
     def stop_due(self) -> tuple[Line, float] | None:
         """The next line at which the ego has to stop or give way now, seen or not, and how far its front is from it."""
+        front_m = self.front_m
         for line in self.lines:
-            distance = line.at_m - self.front_m
+            distance = line.at_m - front_m
             if -1.0 < distance < SEES_LINE_M and self.must_stop(line, distance):
                 return line, distance
         return None
@@ -140,8 +143,10 @@ class Outlook:
         return not self.stood.watch(car.number, line, distance_m, car.speed, self.time_s)
 
     def _for_people(self, car: Car) -> float:
+        if not self.crossing:
+            return FREE
         forward, front = _front(car)
-        ahead = person_ahead_m(self.people, front, car.lane.line.offset_at(car.s_m), forward, 45.0)
+        ahead = person_ahead_m(self.crossing, front, car.lane.line.offset_at(car.s_m), forward, 45.0)
         return FREE if ahead is None else stopping_mps2(car.speed, ahead - KEEPS_FROM_PEOPLE_M, 1.5)
 
 

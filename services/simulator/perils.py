@@ -69,9 +69,10 @@ class Perils:
     # Road users -----------------------------------------------------------------------------------------------------
 
     def _people(self) -> Iterator[Peril]:
-        for person in self.outlook.people:
-            ahead = person.s_m - self.outlook.front_m
-            if person.plan is not None and person.plan.hazard and person.crossing and -2.0 < ahead < PERSON_M:
+        front_m = self.outlook.front_m
+        for person in self.outlook.crossing:
+            ahead = person.s_m - front_m
+            if person.plan is not None and person.plan.hazard and -2.0 < ahead < PERSON_M:
                 body = Box(self.route.pose(person.s_m, person.d_m), 0.45, 0.55, person.height_m)
                 yield Peril(
                     kind="pedestrian",

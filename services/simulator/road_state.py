@@ -122,11 +122,14 @@ def friction(cover: Cover, road: Road, road_c: float, speed_mps: float) -> float
     """mu under sound tyres at a speed, forwards or backwards: water first, then frost, snow and ice over their shares of the ground."""
     mu = _wet(cover.film_mm, road, abs(speed_mps))
     cold = min(0.0, road_c)
-    for depth_mm, covers_mm, slippery in (
-        (cover.frost_mm, 0.04, 0.36 - 0.10 * math.exp(cold / 3.0)),
-        (cover.snow_mm, 0.6, 0.30 - 0.11 * math.exp(cold / 4.0)),
-        (cover.ice_mm, 0.04, 0.19 - 0.10 * math.exp(cold / 3.0)),
+    for depth_mm, covers_mm, melting, colder, per_k in (
+        (cover.frost_mm, 0.04, 0.36, 0.10, 3.0),
+        (cover.snow_mm, 0.6, 0.30, 0.11, 4.0),
+        (cover.ice_mm, 0.04, 0.19, 0.10, 3.0),
     ):
+        if depth_mm == 0.0:
+            continue
+        slippery = melting - colder * math.exp(cold / per_k)
         share = 1.0 - math.exp(-depth_mm / covers_mm)
         mu += share * (min(mu, slippery + 0.15 * (road.dry - 0.85)) - mu)
     return max(LEAST_MU, mu)

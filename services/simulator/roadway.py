@@ -38,11 +38,11 @@ class Projector:
 
     def __init__(self, spine: Spine) -> None:
         self.spine = spine
-        self._known: dict[tuple[float, float], tuple[float, float]] = {}
+        self._known: dict[tuple[float, ...], tuple[float, float]] = {}
 
     def __call__(self, position: Array) -> tuple[float, float]:
         """(s, d) with d to the left."""
-        key = (float(position[0]), float(position[1]))
+        key = tuple(position.tolist())
         found = self._known.get(key)
         if found is None:
             if len(self._known) > _REMEMBERED:
@@ -55,7 +55,8 @@ class RouteLane(AbstractLane):  # type: ignore[misc]
     """One lane along the whole route; its longitudinal coordinate is the spine's s, from its own start."""
 
     def __init__(self, line: LaneLine, projector: Projector) -> None:
-        self.line, self._project = line, projector
+        self.line, self.spine_place = line, projector
+        """`spine_place`: (s, d) of a place, whatever the lane."""
         self.length = line.spine.length_m
         self.forbidden, self.speed_limit, self.priority = False, None, 0
         self._back = line.direction == "oncoming"
@@ -64,17 +65,13 @@ class RouteLane(AbstractLane):  # type: ignore[misc]
         """The spine's s of a longitudinal coordinate, and the other way round."""
         return float(self.length - longitudinal if self._back else longitudinal)
 
-    def spine_place(self, position: Array) -> tuple[float, float]:
-        """(s, d) of a place, whatever the lane."""
-        return self._project(position)
-
     def position(self, longitudinal: float, lateral: float) -> Array:
         s = self.s_of(longitudinal)
         side = lateral if self._back else -lateral
         return from_world(*self.line.spine.place(s, self.line.offset_at(s) + side))
 
     def local_coordinates(self, position: Array) -> tuple[float, float]:
-        s, d = self._project(position)
+        s, d = self.spine_place(position)
         left = d - self.line.offset_at(s)
         return self.s_of(s), left if self._back else -left
 

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from services.simulator.cross_section import CrossSection
 from services.simulator.plan import Scenario, StretchPlan
 from services.simulator.scene import Pose
@@ -54,7 +52,7 @@ class Route:
 
     def reach_m(self, s_m: float) -> float:
         """Half the width of the carriageway."""
-        return float(self.section.reach_m(np.array([s_m]))[0])
+        return self.section.reach_m(s_m)
 
     def kerb_m(self, s_m: float) -> float:
         """|d| of the kerb, or of the outer edge of the shoulder."""

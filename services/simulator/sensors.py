@@ -176,7 +176,7 @@ def _lane_paths(moment: Moment, route: Route) -> Iterable[LanePath]:
             points = (section.spine.places(s, offsets) - (ego.pose.x_m, ego.pose.y_m)) @ to_ego
             yield LanePath(
                 lane_id=f"{'f' if forward else 'o'}{lane}",
-                points=tuple((round(float(x), 2), round(float(y), 2)) for x, y in points),
+                points=tuple([(round(x, 2), round(y, 2)) for x, y in points.tolist()]),
                 width_m=section.lane_width_m,
                 is_ego=forward and lane == ego.lane,
                 oncoming=not forward,

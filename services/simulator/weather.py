@@ -66,11 +66,12 @@ class WeatherCourse:
     def __init__(self, keys: tuple[WeatherPlan, ...], seed: int | None = None) -> None:
         self._keys, self._times = keys, [key.at_s for key in keys]
         self.road = Road() if seed is None else draw_road(seed)
-        self._covers = self._lie()
+        self._covers: list[Cover] = []
+        """Second by second, as far as they were asked for."""
 
     def at(self, time_s: float) -> Weather:
         """The weather at a time; after the last key it stays."""
-        cover = self._covers[min(len(self._covers) - 1, max(0, round(time_s)))]
+        cover = self._cover(min(_HORIZON_S - 1, max(0, round(time_s))))
         sky, wind_mps = self._sky(time_s, cover.film_mm), self._value(time_s, "wind_mps")
         gust_mps = self._given(time_s, "gust_mps")
         return Weather(
@@ -87,21 +88,21 @@ class WeatherCourse:
             road=self.road,
         )
 
-    def _lie(self) -> list[Cover]:
-        """The cover second by second: it starts as the first key says, and as wet as its rain has long kept it."""
+    def _cover(self, second: int) -> Cover:
+        while len(self._covers) <= second:
+            before = self._covers[-1] if self._covers else self._first()
+            self._covers.append(before.after(self._sky(float(len(self._covers)), before.film_mm), self.road, 1.0))
+        return self._covers[second]
+
+    def _first(self) -> Cover:
+        """What lies at the start: what the first key says, as wet as its rain has long kept it."""
         first = self._keys[0]
-        sky = self._sky(0.0, 0.0)
-        cover = Cover(
-            film_mm=road_state.wet_film_mm(sky),
+        return Cover(
+            film_mm=road_state.wet_film_mm(self._sky(0.0, 0.0)),
             snow_mm=first.lying_snow_mm,
             ice_mm=first.lying_ice_mm,
             frost_mm=first.lying_frost_mm,
         )
-        covers = []
-        for second in range(_HORIZON_S):
-            cover = cover.after(self._sky(float(second), cover.film_mm), self.road, 1.0)
-            covers.append(cover)
-        return covers
 
     def _sky(self, time_s: float, film_mm: float) -> Sky:
         return Sky(

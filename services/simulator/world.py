@@ -134,7 +134,8 @@ class World:
             cars_have_red=self._cars_have_red,
         )
         self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)
-        self.outlook.people, self.outlook.time_s = self.people, self.time_s
+        self.outlook.crossing = tuple(person for person in self.people if person.crossing)
+        self.outlook.time_s = self.time_s
         if self._step % LAW_EVERY == 0:
             for ordinal, plan in enumerate(self.scenario.gantries):
                 downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
@@ -213,14 +214,14 @@ class World:
         return min(sees_m, UNLIT_M) if self._night and not car.headlamps else sees_m
 
     def _posts_passed(self, weather: Weather) -> tuple[tuple[int, float | None, bool], ...]:
-        passed = []
+        passed, front_m = [], self.outlook.front_m
         for number, post in enumerate(self.law.posts):
-            if self._read_to_m < post.at_m <= self.outlook.front_m:
+            if self._read_to_m < post.at_m <= front_m:
                 if post.ordinal >= 0:
                     self._passed_panels[post.ordinal] = self.gantries[post.ordinal].code
                 limit = self.law.at(post.at_m, self._passed_panels).limit_mps(weather.wet)
                 passed.append((number, limit, understands(self.scenario, post)))
-        self._read_to_m = self.outlook.front_m
+        self._read_to_m = front_m
         return tuple(passed)
 
     # What came of it --------------------------------------------------------------------------------------------------------
@@ -292,8 +293,9 @@ class World:
         return None if due is None else (due[0].kind, due[1])
 
     def _crossed(self) -> Crossed | None:
+        front_m = self.outlook.front_m
         for line in self.lines:
-            if self._front_before < line.at_m + 0.3 <= self.outlook.front_m:
+            if self._front_before < line.at_m + 0.3 <= front_m:
                 if line.kind == "light":
                     return Crossed(kind="light", must_have_stopped=self.lights.state(line) == "red")
                 return Crossed(kind=line.kind, must_have_stopped=self.outlook.must_stop(line, 0.0))
@@ -335,11 +337,11 @@ class World:
         return self.scenario.daylight.sun_elevation_deg < 4.0
 
     def _movers(self) -> tuple[Mover, ...]:
-        cars = []
+        cars, ego_s_m = [], self.ego.s_m
         for car in self.traffic.cars:
             yaw = -float(car.heading)
             vx, vy = float(car.speed) * math.cos(yaw), float(car.speed) * math.sin(yaw)
-            ahead = car.s_m - self.ego.s_m > 0.0
+            ahead = car.s_m - ego_s_m > 0.0
             cars.append(
                 Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self.outlook.in_path(car))
             )
@@ -347,14 +349,14 @@ class World:
         for each in self.cross.on_the_road():
             yaw = self.cross.pose(each).yaw_rad
             vx, vy = each.speed_mps * math.cos(yaw) * each.started, each.speed_mps * math.sin(yaw) * each.started
-            inside = each.s_m > self.ego.s_m and self.outlook.crosses_path(each)
+            inside = each.s_m > ego_s_m and self.outlook.crosses_path(each)
             cars.append(Mover(actor_id=each.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
         for person in self.people:
             yaw = self.route.section.spine.yaw(person.s_m)
             c, s = math.cos(yaw), math.sin(yaw)
             along = person.along_mps if person.mode == "walking" else 0.0
             vx, vy = along * c - person.across_mps * s, along * s + person.across_mps * c
-            inside = abs(person.d_m - lane_d) < 1.5 and person.s_m > self.ego.s_m
+            inside = abs(person.d_m - lane_d) < 1.5 and person.s_m > ego_s_m
             cars.append(Mover(actor_id=staging.PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
         return tuple(cars)
 

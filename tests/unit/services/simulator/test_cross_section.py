@@ -33,7 +33,7 @@ def test_oncoming_lanes_lie_opposite_and_cross_only_at_the_changeover() -> None:
 def test_the_carriageway_is_wide_enough_for_its_lanes_everywhere() -> None:
     road = section(changeover_m=400.0)
     s = np.arange(0.0, 900.0, 1.0)
-    assert np.all(np.abs(road.offset_m(s, "forward", 0)) + 1.4 < road.reach_m(s))
+    assert np.all(np.abs(road.offset_m(s, "forward", 0)) + 1.4 < [road.reach_m(each) for each in s.tolist()])
 
 
 def test_the_changeover_can_be_driven_at_town_speed() -> None:
