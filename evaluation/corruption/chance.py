@@ -7,7 +7,7 @@ _PARTS = 2.0**53
 
 def chance(seed: int, *names: str | int) -> float:
     """A number in [0, 1) that depends on the seed and the names alone, evenly spread over names."""
-    text = "\x1f".join(str(name) for name in (seed, *names))
+    text = "\x1f".join(map(str, (seed, *names)))
     return (int.from_bytes(blake2b(text.encode(), digest_size=8).digest()) >> 11) / _PARTS
 
 

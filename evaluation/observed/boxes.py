@@ -1,9 +1,8 @@
 """What a detector would find in a picture of what is so: boxes with scores and ranges, and some of nothing."""
 
 import math
+from bisect import bisect_right
 from typing import NamedTuple
-
-import numpy as np
 
 from evaluation.corruption.chance import chance
 from evaluation.observed.card import (
@@ -177,7 +176,7 @@ class Eye:
         errors = ranging.errors[regime]
         drift = self._drift.at("range", whose, stamp_ns, errors.memory_s)
         rank = math.sqrt(errors.own) * self._own(f"range/{regime}", whose) + math.sqrt(1.0 - errors.own) * drift
-        return float(np.interp(rank, SPREADS, errors.quantiles))
+        return _between(rank, errors.quantiles)
 
     def _haunted(self, truth: Truth, stamp_ns: int) -> list[Found]:
         """Boxes of nothing: each comes by chance, and is what one that was measured in such surroundings at such a speed was.
@@ -228,6 +227,14 @@ class Eye:
         if ghost.range_m is None:
             return Found(detection, find_range(detection, self._camera, None))
         return Found(detection, Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
+
+
+def _between(rank: float, quantiles: tuple[float, ...]) -> float:
+    """The quantile at a place among `SPREADS`, evenly between two, held at the ends."""
+    k = bisect_right(SPREADS, rank) - 1
+    if k < 0 or k == len(SPREADS) - 1:
+        return quantiles[k if k > 0 else 0]
+    return (quantiles[k + 1] - quantiles[k]) / (SPREADS[k + 1] - SPREADS[k]) * (rank - SPREADS[k]) + quantiles[k]
 
 
 def _share(odds: float) -> float:

@@ -23,7 +23,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
 
     def at(self, features: tuple[float, ...]) -> float:
         """Its value."""
-        return sum(weight * feature for weight, feature in zip(self.weights, features, strict=True))
+        return sum([weight * feature for weight, feature in zip(self.weights, features, strict=True)])
 
 
 class Seen(msgspec.Struct, frozen=True, kw_only=True):

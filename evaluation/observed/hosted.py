@@ -127,9 +127,9 @@ def weather_told(rows: tuple[LooksLike, ...], truth: Truth, seed: int) -> Camera
     alike = [row for row in rows if row.weather == weather_name(truth)]
     if not alike or truth.visibility_m is None:
         return None
-    alike.sort(key=lambda row: abs(np.log(row.open_m / max(truth.visibility_m or OPEN_M, 10.0))))
-    near = alike[: max(5, len(alike) // 4)]
-    row = near[int(chance(seed, "weather", int(truth.time_s) // SLOT_S) * len(near))]
+    away = np.abs(np.log(np.array([row.open_m for row in alike]) / max(truth.visibility_m or OPEN_M, 10.0)))
+    near = np.argsort(away, kind="stable")[: max(5, len(alike) // 4)]
+    row = alike[int(near[int(chance(seed, "weather", int(truth.time_s) // SLOT_S) * len(near))])]
     told, ratio = row.told.visibility_m, truth.visibility_m / row.open_m
     if told is None or told.low >= OPEN_M:
         return row.told

@@ -64,6 +64,7 @@ class Lens:
     def __init__(self, camera: CameraSpec) -> None:
         self.camera = camera
         self._cos, self._sin = math.cos(camera.pitch_rad), math.sin(camera.pitch_rad)
+        self.focal_px = camera.focal_px
 
     def depth_m(self, x_m: float, z_m: float) -> float:
         """Along the camera's axis."""
@@ -71,16 +72,16 @@ class Lens:
 
     def pixel(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float]:
         """Where a point before the camera shows."""
-        camera, depth = self.camera, max(self.depth_m(x_m, z_m), 0.3)
+        camera, focal_px, depth = self.camera, self.focal_px, max(self.depth_m(x_m, z_m), 0.3)
         up = (z_m - camera.z_m) * self._cos - (x_m - camera.x_m) * self._sin
-        u = camera.width_px / 2 - camera.focal_px * (y_m - camera.y_m) / depth
-        return u, camera.height_px / 2 - camera.focal_px * up / depth
+        u = camera.width_px / 2 - focal_px * (y_m - camera.y_m) / depth
+        return u, camera.height_px / 2 - focal_px * up / depth
 
     def aside(self, u_px: float, turned_rad: float) -> float:
         """Where what stands at this column shows, so far away that only the turn counts, once the camera turned so far to the left."""
         camera, most = self.camera, math.pi / 2 - 0.1
-        right_rad = math.atan((u_px - camera.width_px / 2) / camera.focal_px) + turned_rad
-        return camera.width_px / 2 + camera.focal_px * math.tan(max(-most, min(most, right_rad)))
+        right_rad = math.atan((u_px - camera.width_px / 2) / self.focal_px) + turned_rad
+        return camera.width_px / 2 + self.focal_px * math.tan(max(-most, min(most, right_rad)))
 
 
 def turn_rad(before_rad: float, now_rad: float) -> float:
@@ -203,7 +204,7 @@ def _face(
     if depth < NEAREST_M:
         return None
     u, v = lens.pixel(*place)
-    wide, high = (lens.camera.focal_px * size / depth / 2 for size in size_m)
+    wide, high = (lens.focal_px * size / depth / 2 for size in size_m)
     return _cut(kind, key, code, depth, (u - wide, v - high, u + wide, v + high), lens.camera)
 
 

@@ -1,5 +1,6 @@
 """All services of a run on one in-process Zenoh session, stepped by the simulator. The services are those of production."""
 
+import gc
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -51,8 +52,10 @@ def drive(
             wait_for_tools(nodes)
             end = _watch(bus, observe, nodes)
             nodes.append(_start_source(bus, spec, folder))
+            gc.freeze()  # what the services have read stays for all of the run: no collection need look through it
             return end()
         finally:
+            gc.unfreeze()
             for node in reversed(nodes):
                 node.close()
 

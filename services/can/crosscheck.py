@@ -172,11 +172,11 @@ class _Watch:
         if len(self._recent) < NOISE_LEAST:
             return 0.0
         values = list(self._recent)
-        bends = sorted(abs(a - 2.0 * b + c) for a, b, c in zip(values, values[1:], values[2:], strict=False))
+        bends = sorted([abs(a - 2.0 * b + c) for a, b, c in zip(values, values[1:], values[2:], strict=False)])
         return bends[len(bends) // 2] / 1.652
 
     def _weigh(self, shown: frozenset[SensorFaultKind], dt_s: float, *, able: bool) -> None:
-        for kind in _ORDER:
+        for kind in _ORDER if shown or self.doubted else ():
             change = dt_s if kind in shown else -2.0 * dt_s if shown or able else 0.0
             self.evidence[kind] = min(max(0.0, self.evidence[kind] + change), 2.0 * NEEDED_S[kind])
         grave = any(self.evidence[kind] > 0.5 * NEEDED_S[kind] for kind in _ORDER)

@@ -128,9 +128,9 @@ def slope(points: Sequence[tuple[float, float]]) -> float | None:
     """Least squares, per second; None below eight points or over less than 0.3 s."""
     if len(points) < 8 or points[-1][0] - points[0][0] < 0.3:
         return None
-    mean_t = sum(t for t, _ in points) / len(points)
-    mean_v = sum(v for _, v in points) / len(points)
-    return sum((t - mean_t) * (v - mean_v) for t, v in points) / sum((t - mean_t) ** 2 for t, _ in points)
+    mean_t = sum([t for t, _ in points]) / len(points)
+    mean_v = sum([v for _, v in points]) / len(points)
+    return sum([(t - mean_t) * (v - mean_v) for t, v in points]) / sum([(t - mean_t) ** 2 for t, _ in points])
 
 
 def expected(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:

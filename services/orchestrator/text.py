@@ -9,7 +9,9 @@ _ENDS = re.compile(r"[.!?](?=\s|$)")
 
 def plain(text: str, most: int = MOST) -> str:
     """One line of printable characters, cut to `most`; formatting and control characters go."""
-    kept = "".join(c if unicodedata.category(c)[0] not in ("C", "Z") else " " for c in text[: 4 * most])
+    kept = text[: 4 * most]
+    if not kept.isprintable():
+        kept = "".join(c if unicodedata.category(c)[0] not in ("C", "Z") else " " for c in kept)
     line = " ".join(kept.split())
     return line if len(line) <= most else line[: most - 1] + "…"
 
