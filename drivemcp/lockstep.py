@@ -75,6 +75,8 @@ class HeldParcels:
         for key in published.keys() - awaited.keys():
             awaited[key] = any(matches(pattern, key) for pattern in self._patterns)
         wanted = {key: seq for key, seq in published.items() if awaited[key]}
+        if not wanted:
+            return []
         deadline = time.monotonic() + timeout_s
         with self._changed:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
@@ -120,9 +122,9 @@ class Conductor:
         return untold
 
     def _note(self, published: Mapping[str, int]) -> None:
-        self._published.update(published)
-        for untold in self._untold.values():
-            untold.update(published)
+        if published:
+            for known in (self._published, *self._untold.values()):
+                known.update(published)
 
     def _ask(self, service: str, now_ns: int, *, report_only: bool) -> set[str]:
         """Let one service do its step, or only tell what it has published since; whose tools it has called."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import msgspec
+
 from proto.perception import ActorClass
 from services.perception.kalman import Estimate, Fix
 from services.perception.sizes import PERSON, Body
@@ -34,8 +36,7 @@ class Sighting:
     """A box says what its range is of, and may be wrong; False: its returns do, by moving together."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tracked:
+class Tracked(msgspec.Struct, frozen=True, eq=False):
     """A track's state between two instants."""
 
     track_id: int

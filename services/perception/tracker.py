@@ -8,9 +8,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec.structs import replace
 
 from proto.perception import ActorClass, Track
 from services.perception.association import DOUBTED, GATE, by_bearing, falls_short, is_measured, pairs, scales

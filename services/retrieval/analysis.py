@@ -127,7 +127,7 @@ def _first(joined: str, link: str, stems: Collection[str], stem: Stem, links: tu
 
 
 def _is_code(word: str) -> bool:
-    return _DIGIT.search(word) is not None
+    return not word.isalpha() and _DIGIT.search(word) is not None
 
 
 def _code_parts(code: str) -> list[str]:

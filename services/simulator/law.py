@@ -3,7 +3,10 @@
 Statutory speeds outside signs: DEU § 3 StVO, GBR Highway Code rule 124; the others likewise from their codes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
+import msgspec
+from msgspec.structs import replace
 
 from services.simulator.plan import RoadClass, Scenario
 from services.simulator.scenario import sign_country
@@ -19,8 +22,7 @@ _DEFAULTS: dict[str, dict[RoadClass, float | None]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Legal:
+class Legal(msgspec.Struct, frozen=True, kw_only=True):
     """What the law says at a place: limits in m/s, None where there is none."""
 
     country: str

@@ -92,9 +92,9 @@ class RouteNetwork(RoadNetwork):  # type: ignore[misc]
         """The lane whose centre is nearest among those that run the vehicle's way."""
         nearest: LaneIndex | None = None
         best = math.inf
+        s, d = self.graph["start"]["end"][0].spine_place(position)
         for direction, (start, end) in _NODES.items():
             lanes: list[RouteLane] = self.graph[start][end]
-            s, d = lanes[0].spine_place(position)
             against = heading is not None and math.cos(heading + lanes[0].line.yaw_at(s)) < 0.0
             for lane in range(len(lanes)):
                 beside = abs(d - lanes[lane].line.offset_at(s)) + (100.0 if against else 0.0)
@@ -120,13 +120,13 @@ class RouteRoad(Road):  # type: ignore[misc]
         """The vehicles before and behind on a lane; each is on the lane it is closest to."""
         index = lane_index or vehicle.lane_index
         lane = lane_of(self, index)
-        own = lane.local_coordinates(vehicle.position)[0]
+        own = lane.s_of(lane.spine_place(vehicle.position)[0])
         front: tuple[float, Vehicle] | None = None
         rear: tuple[float, Vehicle] | None = None
         for other in self.vehicles:
             if other is vehicle or other.lane_index != index:
                 continue
-            along = lane.local_coordinates(other.position)[0]
+            along = lane.s_of(lane.spine_place(other.position)[0])
             if along >= own and (front is None or along < front[0]):
                 front = (along, other)
             if along < own and (rear is None or along > rear[0]):

@@ -24,7 +24,7 @@ from services.simulator.lights import Cycle
 from services.simulator.lines import Lights, LineKind, build_lines
 from services.simulator.moment import EgoMotion, Moment, Mover
 from services.simulator.outlook import Outlook
-from services.simulator.people import Surroundings, populate, step_person
+from services.simulator.people import Person, Surroundings, populate, step_person
 from services.simulator.perils import Perils
 from services.simulator.plan import RoadClass, Scenario
 from services.simulator.reading import understands
@@ -321,7 +321,7 @@ class World:
         lamps = weather.rain_mm_h > 1.0 or weather.visibility_m < LIGHTS_BELOW_M or self._night
         cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - s_m < 450.0]
         crossing = [self.cross.actor(car, lamps) for car in self.cross.on_the_road() if -40.0 < car.s_m - s_m < 200.0]
-        people = [staging.person_actor(self.route, p) for p in self.people if -40.0 < p.s_m - s_m < 160.0]
+        people = [staging.person_actor(self.route, person) for person in self._people_near(s_m)]
         return Scene(
             static=self.static,
             ego=pose,
@@ -331,6 +331,10 @@ class World:
             atmosphere=atmosphere(weather, self.scenario.daylight),
             time_s=self.time_s,
         )
+
+    def _people_near(self, s_m: float) -> list[Person]:
+        """Those whom anything can perceive."""
+        return [person for person in self.people if -40.0 < person.s_m - s_m < 160.0]
 
     @property
     def _night(self) -> bool:
@@ -351,7 +355,7 @@ class World:
             vx, vy = each.speed_mps * math.cos(yaw) * each.started, each.speed_mps * math.sin(yaw) * each.started
             inside = each.s_m > ego_s_m and self.outlook.crosses_path(each)
             cars.append(Mover(actor_id=each.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
-        for person in self.people:
+        for person in self._people_near(ego_s_m):
             yaw = self.route.section.spine.yaw(person.s_m)
             c, s = math.cos(yaw), math.sin(yaw)
             along = person.along_mps if person.mode == "walking" else 0.0
