@@ -38,7 +38,8 @@ class HeldParcels:
     """Publications that wait for the step in which they count."""
 
     def __init__(self) -> None:
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._waiting = False
         self._held: list[_Held] = []
         self._seen: dict[str, int] = {}
@@ -57,7 +58,7 @@ class HeldParcels:
         head = parcel.head
         if head is None:
             return
-        with self._changed:
+        with self._lock:
             self._count += 1
             self._held.append((head.stamp_ns, step_order(head.publisher), parcel.key, head.seq, self._count, parcel))
             self._seen[parcel.key] = max(head.seq, self._seen.get(parcel.key, -1))
@@ -78,7 +79,7 @@ class HeldParcels:
         if not wanted:
             return []
         deadline = time.monotonic() + timeout_s
-        with self._changed:
+        with self._lock:
             while missing := [key for key, seq in wanted.items() if self._seen.get(key, -1) < seq]:
                 self._waiting = True
                 if not self._changed.wait(max(0.0, deadline - time.monotonic())) and time.monotonic() >= deadline:

@@ -77,7 +77,9 @@ class _Watch:
         self.evidence: dict[SensorFaultKind, float] = dict.fromkeys(_ORDER, 0.0)
         self.verdict: SensorFaultKind | None = None
         self.plausible_s = 0.0
-        self._recent: deque[float] = deque(maxlen=NOISE_SAMPLES)
+        self._recent: deque[float] = deque(maxlen=2)
+        self._bends: deque[float] = deque(maxlen=NOISE_SAMPLES - 2)
+        """Second differences of its samples, their sign aside."""
         self._residuals: deque[float] = deque(maxlen=MEAN_SAMPLES)
         self._stamp_ns = 0
         self._last: float | None = None
@@ -124,6 +126,8 @@ class _Watch:
     ) -> float | None:
         """Remember the value; its residual, where somebody vouches for it."""
         if fresh:
+            if len(self._recent) == 2:
+                self._bends.append(abs(self._recent[0] - 2.0 * self._recent[1] + value))
             self._recent.append(value)
         if value != self._last:
             self._last, self._same_s, self._witnessed = value, 0.0, None
@@ -169,10 +173,9 @@ class _Watch:
 
     def _noise(self) -> float:
         """Standard deviation of white noise by the median of second differences: ramps and single steps do not count."""
-        if len(self._recent) < NOISE_LEAST:
+        if len(self._bends) < NOISE_LEAST - 2:
             return 0.0
-        values = list(self._recent)
-        bends = sorted([abs(a - 2.0 * b + c) for a, b, c in zip(values, values[1:], values[2:], strict=False)])
+        bends = sorted(self._bends)
         return bends[len(bends) // 2] / 1.652
 
     def _weigh(self, shown: frozenset[SensorFaultKind], dt_s: float, *, able: bool) -> None:
