@@ -1,7 +1,8 @@
 """A tracker that remembers nothing, for the evaluation's ablation: what tracking is worth shows where there is none."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from proto.perception import Track
 from services.perception.lookback import Sweeps
