@@ -33,7 +33,7 @@ from services.perception.projection import Range, find_range, hiding
 from services.simulator import sensors
 from services.simulator.session import CAMERAS
 
-SCORE_FLOORS = {"pedestrian": 0.1}
+SCORE_FLOORS = {"pedestrian": 0.05}
 SCORE_FLOOR = 0.3
 """Of all other classes. Of road users it is where the detector's card has it, held by a test."""
 CUT_EDGE_PX, CUT_MEMORY_S = 4.0, 0.3
