@@ -26,7 +26,7 @@ from pathlib import Path
 
 import cv2
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from evaluation.training import detector_calibration
 from evaluation.training.dataset import (
@@ -102,9 +102,9 @@ def _area(sides: Tensor) -> Tensor:
     return (sides[:, 0] + sides[:, 2]) * (sides[:, 1] + sides[:, 3])
 
 
-def rate_at(progress: float, step: int, peak_rate: float = PEAK_RATE) -> float:
+def rate_at(progress: float, step: int, peak_rate: float = PEAK_RATE, warm_steps: int = WARM_STEPS) -> float:
     """The learning rate: a short warm-up, then half a cosine down."""
-    warm = min(1.0, (step + 1) / WARM_STEPS)
+    warm = min(1.0, (step + 1) / warm_steps)
     return warm * (LAST_RATE + (peak_rate - LAST_RATE) * 0.5 * (1 + math.cos(math.pi * min(progress, 1.0))))
 
 
@@ -134,10 +134,10 @@ def train(frames: Frames, plan: Plan) -> tuple[DetectorNet, int]:
         for group in optimiser.param_groups:
             group["lr"] = rate_at(progress, step, plan.peak_rate)
         heat, sides = _learn(net, optimiser, next(source))
-        _follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
+        follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
         step += 1
         if step % 50 == 0:
-            _say(f"step {step} {time.monotonic() - started:.0f} s: heat {heat:.3f} sides {sides:.3f}")
+            say(f"step {step} {time.monotonic() - started:.0f} s: heat {heat:.3f} sides {sides:.3f}")
         if time.monotonic() - saved_at > 60:
             saved_at = time.monotonic()
             _save(plan.state, net, average, optimiser, step, saved_at - started)
@@ -149,7 +149,7 @@ def _begin_with(net: DetectorNet, weights: dict[str, Tensor]) -> None:
     """Take over what fits; what is new or wider starts afresh beside it."""
     own = net.state_dict()
     widened, taken = grown(own, weights)
-    _say(f"{taken} of {len(own)} tensors taken over")
+    say(f"{taken} of {len(own)} tensors taken over")
     net.load_state_dict(widened)
 
 
@@ -171,7 +171,8 @@ def _learn(net: DetectorNet, optimiser: torch.optim.Optimizer, batch: Batch) -> 
     return float(heat), float(sides)
 
 
-def _follow(average: DetectorNet, net: DetectorNet, decay: float) -> None:
+def follow(average: nn.Module, net: nn.Module, decay: float) -> None:
+    """Draw the averaged network's weights towards those of the trained one."""
     with torch.no_grad():
         ours, theirs = average.state_dict(), net.state_dict()
         for name, value in theirs.items():
@@ -261,7 +262,7 @@ def _rendered(folder: Path, count: int) -> Path:
             renderer, shots = render_stage(renderer, seed, split, 3)
             write_shard(folder / f"{split}-{seed:06d}.npz", shots)
             if seed % 10 == 9:
-                _say(f"{split}: {(seed + 1) * 6} pictures rendered")
+                say(f"{split}: {(seed + 1) * 6} pictures rendered")
     return folder
 
 
@@ -348,10 +349,11 @@ def measure(out: Path, card: dict[str, object], choosing: Frames, testing: Frame
     curves = calibration(found, choosing)
     chosen = {"floors": floors(found, choosing, curves), "calibration": curves}
     write_card(out, card | chosen | {"ap50_test": measured, "test_frames": len(testing)})
-    _say(f"{json.dumps(measured)} written to {out}")
+    say(f"{json.dumps(measured)} written to {out}")
 
 
-def _say(line: str) -> None:
+def say(line: str) -> None:
+    """Tell of progress at once."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from evaluation.training.dataset import CLASSES, Frames, counted
 from proto.perception import ObjectClass
-from services.perception.detection import Detection, overlaps
+from services.perception.detection import Detection, FloatArray, overlaps
 from services.perception.detector import Detector
 from services.simulator.scene import FRONT
 
@@ -91,8 +91,13 @@ def _judge(
 
 def _on_ignored(box: NDArray[np.float32], ignored: NDArray[np.float32], overlap: NDArray[np.float32]) -> bool:
     """Whether it overlaps an ignored object by half, or lies mostly inside one."""
-    if not len(ignored):
-        return False
-    both = np.clip(np.minimum(box[2:], ignored[:, 2:]) - np.maximum(box[:2], ignored[:, :2]), 0, None).prod(axis=1)
-    own = max(float((box[2:] - box[:2]).prod()), 1e-6)
-    return bool((overlap >= OVERLAP).any() or (both / own >= 0.7).any())
+    return bool((overlap >= OVERLAP).any() or (inside(box[None], ignored) >= 0.7).any())
+
+
+def inside(boxes: FloatArray, others: FloatArray) -> FloatArray:
+    """The share (N, M) of each box (N, 4) that lies in each of the others (M, 4)."""
+    low, high = np.maximum(boxes[:, None, :2], others[None, :, :2]), np.minimum(boxes[:, None, 2:], others[None, :, 2:])
+    both = np.clip(high - low, 0, None).prod(axis=2)
+    own = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    share: FloatArray = both / np.maximum(own, 1e-6)[:, None]
+    return share

@@ -11,7 +11,6 @@ import argparse
 import copy
 import hashlib
 import json
-import math
 import shlex
 import sys
 import time
@@ -27,9 +26,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from drivemcp.paths import data
+from evaluation.observed.regression import logistic
 from evaluation.training.bins import Floats
 from evaluation.training.dataset import Frames, counted, load_frames, shards
-from evaluation.training.detector import without_paths
+from evaluation.training.detector import AVERAGE_DECAY, follow, rate_at, say, without_paths
 from evaluation.training.detector_calibration import THERE, logit
 from evaluation.training.detector_scores import run
 from evaluation.training.people_crops import PERSON, ROOM, Batch, Crops, batches, collected
@@ -40,12 +40,11 @@ from services.perception.detector import Detector, DetectorOptions
 from services.perception.loading import open_session
 from services.perception.second_look import ASKS_FROM, NOTHING_WEIGHED, SecondLook
 
-PEAK_RATE, LAST_SHARE, WARM_STEPS, WEIGHT_DECAY = 2e-3, 0.01, 200, 2e-2
+PEAK_RATE, WARM_STEPS, WEIGHT_DECAY = 2e-3, 200, 2e-2
 BATCH = 128
-AVERAGE_DECAY = 0.998
 EDGES_WEIGHT = 4.0
 """Of the edges' distances in shares of the square, beside one minus their generalised IoU."""
-RIDGE, ROUNDS = 1e-2, 40
+RIDGE = 1e-2
 
 
 def looked_at(pictures: NDArray[np.uint8], looks: Tensor, mirrored: Tensor) -> Tensor:
@@ -103,19 +102,14 @@ def train(crops: Crops, minutes: float, seed: int) -> tuple[PeopleNet, int]:
     net.train()
     while (progress := (time.monotonic() - started) / (60 * minutes)) < 1.0:
         for group in optimiser.param_groups:
-            group["lr"] = _rate_at(progress, step)
+            group["lr"] = rate_at(progress, step, PEAK_RATE, WARM_STEPS)
         lost.append(_learn(net, optimiser, next(source)))
-        _follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
+        follow(average, net, min(AVERAGE_DECAY, (step + 1) / (step + 10)))
         step += 1
         if step % 200 == 0:
             verdict, edges = np.mean(lost[-200:], axis=0)
-            _say(f"step {step} {time.monotonic() - started:.0f} s: verdict {verdict:.4f} edges {edges:.4f}")
+            say(f"step {step} {time.monotonic() - started:.0f} s: verdict {verdict:.4f} edges {edges:.4f}")
     return average.eval(), step
-
-
-def _rate_at(progress: float, step: int) -> float:
-    fallen = LAST_SHARE + (1 - LAST_SHARE) * 0.5 * (1 + math.cos(math.pi * progress))
-    return PEAK_RATE * min(1.0, (step + 1) / WARM_STEPS) * fallen
 
 
 def _learn(net: PeopleNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
@@ -130,16 +124,6 @@ def _learn(net: PeopleNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tu
     nn.utils.clip_grad_norm_(net.parameters(), 5.0)
     optimiser.step()
     return float(verdict.detach()), float(edges.detach())
-
-
-def _follow(average: PeopleNet, net: PeopleNet, decay: float) -> None:
-    with torch.no_grad():
-        ours = average.state_dict()
-        for name, value in net.state_dict().items():
-            if value.dtype.is_floating_point:
-                ours[name].lerp_(value, 1 - decay)
-            else:
-                ours[name].copy_(value)
 
 
 def export(net: PeopleNet, path: Path) -> None:
@@ -168,11 +152,7 @@ def detector_alone(path: Path) -> Detector:
 def weights(odds: Floats, own: Floats, right: NDArray[np.bool_]) -> tuple[float, float, float]:
     """What its log-odds, the detector's own and a constant weigh (logistic regression): for candidates N and whether they are right."""
     design = np.stack([odds, own, np.ones(len(odds))], axis=1)
-    found = np.zeros(3)
-    for _ in range(ROUNDS):
-        told = 1.0 / (1.0 + np.exp(-design @ found))
-        curvature = (design * (told * (1 - told))[:, None]).T @ design + RIDGE * np.eye(3)
-        found = found + np.linalg.solve(curvature, design.T @ (right - told) - RIDGE * found)
+    found = logistic(design, right.astype(np.float64), np.full(3, RIDGE))
     new, old, offset = (round(float(each), 4) for each in found)
     return new, old, offset
 
@@ -229,17 +209,12 @@ def main() -> None:
     torch.set_num_threads(flags.threads)
     cv2.setNumThreads(1)
     crops = collected(shards(flags.cache, "train"), detector_alone(flags.detector), flags.seed)
-    _say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of people")
+    say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of people")
     net, steps = train(crops, flags.minutes, flags.seed)
     export(net, flags.out)
     card = _card(flags, flags.out, crops, steps)
     flags.out.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
-    _say(f"weights {card['weights']}, {flags.out}")
-
-
-def _say(line: str) -> None:
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
+    say(f"weights {card['weights']}, {flags.out}")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.dataset import CLASSES, counted, shard_frames
+from evaluation.training.detector_scores import inside
 from evaluation.training.detector_targets import TRAIN_HEIGHT_PX
 from evaluation.training.lens import through_lens
 from services.perception.detection import FloatArray, overlaps
@@ -95,7 +96,7 @@ def cropped(picture: Picture, boxes: FloatArray, rows: FloatArray) -> Crops:
     if len(people):
         theirs[best >= KNOWN] = people[overlap.argmax(axis=1)][best >= KNOWN]
     kinds = np.where(best >= THERE, 1, np.where(best < ABSENT, 0, -1))
-    kinds[(best < THERE) & (_inside(boxes, ignored) >= IGNORED_SHARE)] = -1
+    kinds[(best < THERE) & (inside(boxes, ignored).max(axis=1, initial=0.0) >= IGNORED_SHARE)] = -1
     room = windows(boxes) * np.array([1.0, 1.0, ROOM], np.float32)
     return Crops(cut(picture, room, CROP_PX), boxes, theirs, kinds)
 
@@ -105,16 +106,6 @@ def _people(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     mine = rows[rows[:, 0] == PERSON]
     wanted = counted(mine, TRAIN_HEIGHT_PX)
     return mine[wanted, 1:5], mine[~wanted, 1:5]
-
-
-def _inside(boxes: FloatArray, others: FloatArray) -> FloatArray:
-    """The largest share (N) of each box that lies in one of the others."""
-    low = np.maximum(boxes[:, None, :2], others[None, :, :2])
-    high = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
-    both = np.clip(high - low, 0.0, None).prod(axis=2)
-    own = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
-    share: FloatArray = (both / np.maximum(own[:, None], 1e-6)).max(axis=1, initial=0.0).astype(np.float32)
-    return share
 
 
 def batches(crops: Crops, count: int, seed: int) -> Iterator[Batch]:
@@ -135,7 +126,7 @@ def _met(crops: Crops, some: NDArray[np.int64], rng: np.random.Generator) -> Bat
     shift = rng.uniform(-SHIFT, SHIFT, (len(some), 2))
     middle, side = squares[:, :2] + shift * squares[:, 2:], squares[:, 2:] * scale
     half = (asked[:, 2:] - asked[:, :2]) / 2 * scale
-    overlap = _each_with_its_own(np.concatenate([middle - half, middle + half], axis=1), people)
+    overlap = overlaps(np.concatenate([middle - half, middle + half], axis=1), people).diagonal()
     kinds = crops.kinds[some].copy()
     kinds[(kinds == 1) & (overlap < THERE)] = -1
     return Batch(
@@ -146,12 +137,3 @@ def _met(crops: Crops, some: NDArray[np.int64], rng: np.random.Generator) -> Bat
         known=(people[:, 2] > 0) & (overlap >= KNOWN),
         sides=((people - np.tile(middle, 2)) / side).astype(np.float32),
     )
-
-
-def _each_with_its_own(ours: FloatArray, theirs: FloatArray) -> FloatArray:
-    """IoU (N)."""
-    low, high = np.maximum(ours[:, :2], theirs[:, :2]), np.minimum(ours[:, 2:], theirs[:, 2:])
-    both = np.clip(high - low, 0, None).prod(axis=1)
-    area = (ours[:, 2:] - ours[:, :2]).prod(axis=1) + (theirs[:, 2:] - theirs[:, :2]).prod(axis=1)
-    share: FloatArray = (both / np.maximum(area - both, 1e-6)).astype(np.float32)
-    return share

@@ -130,4 +130,4 @@ def test_what_is_exported_takes_bytes_and_says_the_same() -> None:
     torch.testing.assert_close(person_odds, plain_odds, atol=1e-3, rtol=1e-3)
     torch.testing.assert_close(sides, plain_sides, atol=1e-3, rtol=1e-3)
     own = torch.cat([-sizes / 2, sizes / 2], dim=1)
-    torch.testing.assert_close(sides, own), "before it has learnt anything a box stays where it is"
+    torch.testing.assert_close(sides, own, msg="before it has learnt anything a box stays where it is")
