@@ -1,5 +1,6 @@
 """An annotated video from a drive's log: boxes with track ids and ranges, and what was said."""
 
+import textwrap
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +18,9 @@ from proto.decision import Advisory
 from proto.perception import Boxes
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
-BANNER_PX = 64
+BANNER_PX, LINE_PX, MOST_LINES = 84, 18, 3
+CHARACTER_PX = 7.6
+"""Of the banner's letters, in the mean."""
 _COLOURS = {
     "vehicle": (80, 200, 255), "pedestrian": (80, 120, 255), "sign": (255, 160, 80), "panel": (255, 200, 120),
     "light": (120, 255, 120),
@@ -113,10 +116,12 @@ def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory |
         f"{now.kind if now else 'no tick'}{'  degraded: ' + ', '.join(now.degraded) if now and now.degraded else ''}"
     )
     second = f"{said.directive} ({said.justification})" if said else "nothing said yet"
-    for text, line in ((first, 24), (second, 50)):
-        cv2.putText(banner, _ascii(text)[:150], (10, line), _FONT, 0.5, (235, 235, 235), 1, cv2.LINE_AA)
+    for number, text in enumerate([first, *lines_of(second, picture.shape[1])]):
+        place = (10, 20 + LINE_PX * number)
+        cv2.putText(banner, text, place, _FONT, 0.42, (235, 235, 235), 1, cv2.LINE_AA)
     return np.vstack([picture, banner])
 
 
-def _ascii(text: str) -> str:
-    return text.encode("ascii", "replace").decode()
+def lines_of(text: str, width_px: int) -> list[str]:
+    """The text in lines that a picture has room for; what is left over ends in dots."""
+    return textwrap.wrap(text, int((width_px - 20) / CHARACTER_PX), max_lines=MOST_LINES, placeholder=" ...")
