@@ -26,6 +26,9 @@ SCALE_SIGMA = 0.2
 """Of the logarithm of the factor by which guessed ranges are wrong."""
 MOST_FACTOR, NEAR_M = 2.0, 5.0
 """Between a fix and its track's range; nearer than the second all counts as that."""
+CONTRADICTION = 9.2
+"""Squared Mahalanobis distance that one true fix in a hundred exceeds: of a first measured range and a second that is so far off, one
+is of something else."""
 DOUBTED = 0.3
 """Boxes with a lower score go on with tracks that no other box took, and begin none (Zhang et al. 2022)."""
 
@@ -86,6 +89,11 @@ def _apart(track: Tracked, fix: Fix) -> tuple[float, float]:
 def scales(track: Tracked, fix: Fix) -> bool:
     """Whether a fix is the first measured range of a vehicle whose own were only guessed."""
     return track.kind == "vehicle" and not track.ranged and is_measured(fix)
+
+
+def contradicts(track: Tracked, fix: Fix, squared: float) -> bool:
+    """Whether a fix so far off speaks against the one measured range that its track has, rather than of a speed or a swerve."""
+    return squared > CONTRADICTION and track.ranges == 1 and is_measured(fix)
 
 
 def _likely(track: Tracked, sighting: Sighting, squared: float) -> bool:

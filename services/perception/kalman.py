@@ -104,6 +104,14 @@ def widened(estimate: Estimate, factor: float) -> Estimate:
     return Estimate(estimate.mean, factor * estimate.covariance)
 
 
+def displaced(estimate: Estimate, fix: Fix) -> Estimate:
+    """The same place and speed, the place unsure by as much as the fix is off: the way between says nothing of the speed."""
+    off = fix.place - (fix.matrix() @ estimate.mean)
+    covariance = estimate.covariance.copy()
+    covariance[:2, :2] += np.outer(off, off)
+    return Estimate(estimate.mean, covariance)
+
+
 def correction(estimate: Estimate, fix: Fix) -> float:
     """The factor by which a fix corrects the range (0.5 to 2)."""
     expected = max(1.0, float((fix.matrix() @ estimate.mean)[0]))

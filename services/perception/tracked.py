@@ -54,12 +54,17 @@ class Tracked(msgspec.Struct, frozen=True, eq=False):
     """Mean score of late, pictures without it as 0."""
     confirmed: bool = False
     """It was sure enough to be published."""
-    ranged: bool = False
-    """Its range was measured at least once, not only guessed from size or ground."""
+    ranges: int = 0
+    """How often its range was measured, not guessed from size or ground."""
     missed: bool = False
     """The last picture of its place did not show it."""
     ground_vx_mps: float | None = None
     ax_mps2: float = 0.0
+
+    @property
+    def ranged(self) -> bool:
+        """Whether its range was measured at least once."""
+        return self.ranges > 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,13 +14,23 @@ import numpy as np
 from msgspec.structs import replace
 
 from proto.perception import ActorClass, Track
-from services.perception.association import DOUBTED, GATE, by_bearing, falls_short, is_measured, pairs, scales
+from services.perception.association import (
+    DOUBTED,
+    GATE,
+    by_bearing,
+    contradicts,
+    falls_short,
+    is_measured,
+    pairs,
+    scales,
+)
 from services.perception.kalman import (
     EgoMotion,
     Estimate,
     Fix,
     Floats,
     Noise,
+    displaced,
     distance,
     predict,
     rescaled,
@@ -144,7 +154,8 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         fix = by_bearing(track, fix)
         squared, _ = distance(track.estimate, fix)
     estimate = _taken_in(track, fix, squared, sweeps)
-    leaps = sighting.boxed and (squared > GATE or _leaps(track.estimate, estimate))
+    off = squared > GATE or contradicts(track, fix, squared)
+    leaps = sighting.boxed and (off or _leaps(track.estimate, estimate))
     anew = leaps or now_ns - track.seen_ns > BREAK_S * 1e9
     return replace(
         track,
@@ -155,7 +166,7 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
         placed_ns=track.placed_ns if short else now_ns,
         hits=hits,
         sure=sure,
-        ranged=track.ranged or is_measured(sighting.fix),
+        ranges=track.ranges + is_measured(sighting.fix),
         confirmed=track.confirmed or any(hits >= least and sure >= needed for least, needed in CONFIRMING),
     )
 
@@ -181,7 +192,11 @@ def _taken_in(track: Tracked, fix: Fix, squared: float, sweeps: Sweeps | None) -
 
 def _ready(track: Tracked, fix: Fix, squared: float) -> Estimate:
     """The track's estimate such that it can take the fix in, so far off: a swerve widens it, the first measured range scales it."""
-    estimate = widened(track.estimate, squared / GATE) if squared > GATE else track.estimate
+    estimate = track.estimate
+    if contradicts(track, fix, squared):
+        estimate = displaced(estimate, fix)
+    elif squared > GATE:
+        estimate = widened(estimate, squared / GATE)
     return rescaled(estimate, fix) if scales(track, fix) else estimate
 
 
@@ -210,7 +225,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
         steady_ns=now_ns,
         placed_ns=now_ns,
         sure=BIRTH_SHARE * sighting.score,
-        ranged=is_measured(sighting.fix),
+        ranges=int(is_measured(sighting.fix)),
     )
 
 

@@ -246,6 +246,24 @@ def test_the_first_measured_range_corrects_the_speed_that_guessed_ranges_gave() 
     assert abs(track.vx_mps + closing) < 0.4 * abs(guessed_mps + closing)
 
 
+@pytest.mark.parametrize("left", [False, True])
+def test_a_first_measured_range_that_the_second_contradicts_is_no_speed(left: bool) -> None:
+    """Met in a rendered drive: a parked car ahead, hidden in part; the first range was of something 4 m before it."""
+    tracker, ego = Tracker(), EgoState(9.2, 0.0)
+    seen = [  # x, y, and one sigma along the line of sight and across it
+        (60.2, 19.4, 14.5, 1.0), (59.5, 19.6, 14.2, 1.0), (56.9, 19.2, 13.3, 1.0), (55.3, 19.1, 12.7, 1.0), (43.05, 14.26, 0.43, 0.36),
+        (46.91, 16.9, 1.17, 0.75), (47.5, 17.2, 9.9, 1.0), (48.4, 17.7, 10.3, 1.0), (44.2, 16.4, 1.17, 0.75), (43.4, 16.2, 0.4, 0.75),
+    ]  # fmt: skip
+    for k, (x_m, y_m, along_m, across_m) in enumerate(seen, 1):
+        sight = np.array([x_m, y_m if left else -y_m])
+        turn = np.array([sight, (-sight[1], sight[0])]).T / np.linalg.norm(sight)
+        fix = Fix(sight, turn @ np.diag([along_m**2, across_m**2]) @ turn.T)
+        tracker.step(k * STEP_NS, [Sighting(kind="vehicle", fix=fix, score=0.9, body=CAR)], ego)
+    (track,) = tracker.published()
+    assert abs(track.vx_mps + 9.2) < 5.0
+    assert abs(track.vx_mps + 9.2) < 1.5 * track.sigma_vx_mps
+
+
 @pytest.mark.parametrize("closing", [0.0, 28.0, 56.0])
 def test_a_few_vague_ranges_tell_a_speed_whichever_way_it_goes(closing: float) -> None:
     """Followed, standing or oncoming, in eight pictures of the close camera."""
