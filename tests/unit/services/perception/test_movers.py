@@ -123,11 +123,8 @@ def test_who_crosses_is_told_with_his_velocity_over_ground(
     told = movers(crossing(across_mps, x, -2.5 * across_mps, sweeps), ego_mps, yaw_rate, rain)
     found = [each.over_ground for each in told if each.over_ground is not None]
     assert found, "a second is enough, in the rain two"
-    sigmas = (
-        3 if rain == 0.0 else 4
-    )  # where rain takes his leading end: 3.04 were seen, once in twelve sightings of one car
     for each in found:
-        off_mps = sigmas * each.sigma_mps + abs(speed * yaw_rate * sweeps * SWEEP_S)
+        off_mps = 3 * each.sigma_mps + abs(speed * yaw_rate * sweeps * SWEEP_S)
         assert each.ahead_mps == pytest.approx(0.0, abs=off_mps)
         assert each.across_mps == pytest.approx(across_mps, abs=off_mps)
 
