@@ -7,8 +7,8 @@ from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
-STOP = "stop"
-"""The topic of advice to stop at a line."""
+PRESSING = frozenset({"stop", "ahead"})
+"""Topics whose advice is of no use later: to stop at a line, and to come down to a lower limit before its sign."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")
@@ -28,10 +28,10 @@ def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:
 
 
 def needed(topic: str, urgency: Urgency, profile: Profile) -> float:
-    """What the budget must hold for a message: mere information leaves a reserve for advice, and a stop waits for none."""
+    """What the budget must hold for a message: mere information leaves a reserve for advice, and what presses waits for none."""
     if urgency == "info":
         return 1.0 + profile.budget_reserve
-    return 0.0 if topic == STOP else 1.0
+    return 0.0 if topic in PRESSING else 1.0
 
 
 def spend(attention: Attention) -> Attention:

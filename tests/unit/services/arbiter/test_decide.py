@@ -381,11 +381,11 @@ def test_information_never_takes_the_message_that_is_kept_for_advice(messages: f
     }
 
 
-@given(messages=st.floats(0.0, 4.0), muted=st.booleans(), new=st.booleans())
-def test_advice_to_stop_waits_for_no_budget_and_is_muted_like_any_other(
-    messages: float, muted: bool, new: bool
+@given(topic=st.sampled_from(["stop", "ahead"]), messages=st.floats(0.0, 4.0), muted=st.booleans(), new=st.booleans())
+def test_advice_that_is_of_no_use_later_waits_for_no_budget_and_is_muted_like_any_other(
+    topic: str, messages: float, muted: bool, new: bool
 ) -> None:
-    asked = request(fused=fused(topic="stop", urgency="advice", muted=muted, new_information=new))
+    asked = request(fused=fused(topic=topic, urgency="advice", muted=muted, new_information=new))
     inputs = mirror(asked)
     held = Attention(messages=messages, refilled_ns=inputs.now_ns)
     verdict = decide(asked, replace(inputs, state=replace(inputs.state, attention=held)), CALIBRATED)
