@@ -47,6 +47,9 @@ def main(arguments: list[str] | None = None) -> int:
     if options.only_scores:
         _add_scores(options)
         return 0
+    if options.mean_of:
+        _mean(options)
+        return 0
     crops, labels = _training_crops(options)
     if options.only_crops:
         return 0
@@ -80,6 +83,9 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--cache", type=Path, default=Path("out/reader"), help="where the crops are kept")
     parser.add_argument("--fonts", type=Path, nargs="*", default=FONT_FOLDERS)
     parser.add_argument("--crops", type=int, default=100_000)
+    parser.add_argument(
+        "--lights", type=int, default=0, help="so many crops of traffic lights more; --crops in thousands then"
+    )
     parser.add_argument("--steps", type=int, default=4000)
     parser.add_argument("--batch", type=int, default=96)
     parser.add_argument("--calibration", type=int, default=6000)
@@ -91,6 +97,9 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--rendered-test", type=Path, help="such crops of the split test (reader_rendered), to score")
     parser.add_argument("--lights-test", type=Path, help="such crops of lights alone (reader_rendered --lights)")
+    parser.add_argument(
+        "--mean-of", type=Path, nargs=2, help="two readers, AFTER trained on from BEFORE: write their mean"
+    )
     parser.add_argument("--only-crops", action="store_true")
     parser.add_argument("--only-scores", action="store_true", help="measure the reader in --out again")
     options = parser.parse_args(arguments)
@@ -113,7 +122,8 @@ def _joined(paths: Sequence[Path]) -> tuple[NDArray[np.uint8], NDArray[np.int64]
 
 
 def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    """Crops from the cache, or drawn now: half of them in easy conditions, half in the full mixture."""
+    """Crops from the cache, or drawn now: half of them in easy conditions, half in the full mixture; the last
+    ``options.lights`` of traffic lights alone."""
     folder: Path = options.cache
     crops_file, labels_file = folder / f"crops-{options.seed}.npy", folder / f"labels-{options.seed}.npy"
     if labels_file.is_file():
@@ -121,18 +131,36 @@ def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDA
     folder.mkdir(parents=True, exist_ok=True)
     source = Source("train", options.seed, options.fonts, each=EACH)
     chance = np.random.default_rng([options.seed, 2])
-    shape = (options.crops, 48, 48, 3)
+    total = options.crops + options.lights
+    shape = (total, 48, 48, 3)
     crops = np.lib.format.open_memmap(crops_file, mode="w+", dtype=np.uint8, shape=shape)
-    labels = np.zeros(options.crops, np.int64)
-    for start in range(0, options.crops, 1000):
-        count = min(1000, options.crops - start)
-        part = slice(start, start + count)
-        crops[part], labels[part], _ = source.batch(count, chance, hard=(start // 1000) % 2 * 0.6 + 0.4)
+    labels = np.zeros(total, np.int64)
+    for start in range(0, total, 1000):
+        count = min(1000, total - start)
+        part, hard = slice(start, start + count), (start // 1000) % 2 * 0.6 + 0.4
+        crops[part], labels[part], _ = source.batch(count, chance, hard, lights=start >= options.crops)
         if start % 10_000 == 0:
             _log.info("%d crops", start)
     crops.flush()
     np.save(labels_file, labels)
     return crops, labels
+
+
+def _mean(options: argparse.Namespace) -> None:
+    """The mean of two trained readers' weights, the second trained on from the first, with their recipes in its card."""
+    import onnx
+
+    from evaluation.training.detector_mean import mean
+
+    cards = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for path in options.mean_of]
+    options.out.mkdir(parents=True, exist_ok=True)
+    onnx.save(mean(*(onnx.load(path) for path in options.mean_of)), options.out / "reader.onnx")
+    recipes = [card["recipe"] | {"seed": card["seed"], "sha256": card["sha256"]} for card in cards]
+    letters = recipes[-1]["letterings"]
+    for recipe in recipes:
+        del recipe["letterings"]
+    temperature = sum(card["temperature"] for card in cards) / len(cards)
+    _write_card(options, temperature, {"command": options.command, "mean_of": recipes, "letterings": letters})
 
 
 def _write_card(options: argparse.Namespace, temperature: float, recipe: dict[str, Any]) -> None:
@@ -195,10 +223,12 @@ def read_by(reader: Reader, crops: Crops) -> Measured:
 def held_out(
     reader: Reader, source: Source, seed: int, tests: int, rendered: Crops | None, lights: Crops | None = None
 ) -> dict[str, Measured]:
-    """What it makes of hard crops, of half as many clean ones, and of rendered ones where there are any."""
+    """What it makes of hard crops, of half as many clean ones, of lights alone, and of rendered ones where there are any."""
     sets = {
         "hard": source.batch(tests, np.random.default_rng([seed, 5])),
         "clean": source.batch(tests // 2, np.random.default_rng([seed, 6]), hard=0.0),
+        "lights": source.batch(tests * 3 // 8, np.random.default_rng([seed, 15, 1]), lights=True),
+        "lights_clean": source.batch(tests * 3 // 8, np.random.default_rng([seed, 15, 0]), hard=0.0, lights=True),
         "rendered": rendered,
         "rendered_lights": lights,
     }

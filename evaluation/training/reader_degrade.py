@@ -12,6 +12,8 @@ from services.drivelm.crops import Picture, Region, crop
 Chance = np.random.Generator
 Floats = NDArray[np.float32]
 
+BOX_JITTER = 0.07
+"""How far off a detector's boxes are, as a share of their size (one sigma)."""
 _SPREAD = 1.9  # the patch is this many times the face's longer side
 
 
@@ -95,7 +97,7 @@ def view(
     return View(picture, Region(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
 
-def jittered(region: Region, chance: Chance, amount: float = 0.07) -> Region:
+def jittered(region: Region, chance: Chance, amount: float = BOX_JITTER) -> Region:
     """The box a detector might give for it: edges off by a share of its size and by about a pixel."""
     dx = chance.normal(0, amount * region.width_px + 0.4, 2)
     dy = chance.normal(0, amount * region.height_px + 0.4, 2)
@@ -107,7 +109,7 @@ def jittered(region: Region, chance: Chance, amount: float = 0.07) -> Region:
     )
 
 
-def seen_crop(taken: View, chance: Chance, amount: float = 0.07) -> Picture:
+def seen_crop(taken: View, chance: Chance, amount: float = BOX_JITTER) -> Picture:
     """The crop a reader gets of the view, through a sloppy box."""
     cut = crop(taken.picture, jittered(taken.region, chance, amount))
     return cut if cut is not None else crop(taken.picture, Region(0, 0, *taken.picture.shape[1::-1]))  # type: ignore[return-value]

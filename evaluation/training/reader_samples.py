@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.reader_backgrounds import background_bank, distractor
-from evaluation.training.reader_degrade import Chance, Conditions, View, any_conditions, seen_crop, view
+from evaluation.training.reader_degrade import BOX_JITTER, Chance, Conditions, View, any_conditions, seen_crop, view
 from evaluation.training.reader_faces import Face, draw_bank, drawable
 from evaluation.training.reader_fonts import letterings
 from evaluation.training.reader_odd import odd_faces
@@ -16,6 +16,9 @@ from services.drivelm.crops import Picture, Region, crop
 _GLOWING = ("led:", "light:")
 _INDEX = {label: index for index, label in enumerate(READER_CLASSES)}
 OTHER_SHARE = 0.18
+LIGHT_JITTER = 0.1
+"""How far off the boxes are of lights drawn alone to train with, as a share of their size: a head is narrow, and one that the box cuts was
+told as nothing."""
 # How often a class is drawn, beside 1.0 for all others: numbers are what matters most and is hardest to tell apart.
 _WEIGHTS = {
     "limit:": 2.0, "limit_board:": 1.5, "led:": 1.4, "light:": 1.4, "zone:": 2.5, "border:": 0.6, "limit_end": 2.0,
@@ -46,13 +49,16 @@ class Source:
         tuning = split == "tune"
         self.grounds = background_bank("train" if tuning else split, 400, seed + (_APART[split] if tuning else 0))
         self._labels = drawable()
+        self._light_jitter = LIGHT_JITTER if split == "train" else BOX_JITTER
+        self._lights = [label for label in self._labels if label.startswith("light:")]
         self._share = np.array([share_of(label) for label in self._labels])
 
     def batch(
-        self, count: int, chance: Chance, hard: float = 1.0
+        self, count: int, chance: Chance, hard: float = 1.0, lights: bool = False
     ) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]:
-        """``count`` crops (uint8 N x 48 x 48 x 3 RGB), class indexes, and sizes in camera pixels (0 for ``other``)."""
-        drawn = [self.one(chance, hard) for _ in range(count)]
+        """``count`` crops (uint8 N x 48 x 48 x 3 RGB), class indexes, and sizes in camera pixels (0 for ``other``).
+        ``lights``: of traffic lights alone, each state as often as any other."""
+        drawn = [self.light(chance, hard) if lights else self.one(chance, hard) for _ in range(count)]
         crops, labels, sizes = zip(*drawn, strict=True)
         return np.stack(crops), np.array([_INDEX[label] for label in labels]), np.array(sizes, np.float32)
 
@@ -64,6 +70,12 @@ class Source:
         size = any_size(chance)
         taken = self.view_of(label, size, any_conditions(chance, hard), chance)
         return seen_crop(taken, chance), label, size
+
+    def light(self, chance: Chance, hard: float = 1.0) -> tuple[Picture, str, float]:
+        """One crop of a traffic light, its state, and its true size."""
+        label, size = str(chance.choice(self._lights)), any_size(chance)
+        taken = self.view_of(label, size, any_conditions(chance, hard), chance)
+        return seen_crop(taken, chance, self._light_jitter), label, size
 
     def view_of(self, label: str, size_px: float, now: Conditions, chance: Chance, face: Face | None = None) -> View:
         """A picture of a class at a size under given conditions."""

@@ -103,6 +103,9 @@ def score_table(measured: Measured, sure: Sure | None = None) -> dict[str, Any]:
         shares = {name: _share(_sure(measured, signs, own, name == "right")) for name in ("right", "wrong")}
         table["sure"] = {**sure._asdict(), **shares, "right_at_0.9": _share(_sure(measured, signs, SURE, right=True))}
     table["green_for_red"] = _taken_for(measured, "light:red", "light:green")
+    large = _discs_px(measured, names) >= LIGHT_PX
+    legible = Measured(measured.probabilities[large], measured.labels[large], measured.sizes_px[large])
+    table["green_for_red_when_legible"] = _taken_for(legible, "light:red", "light:green")
     other = measured.probabilities[~signs]
     table["other"] = {"crops": len(other), "taken_for_a_sign_surely": _share(other[:, 1:].max(axis=1) > SURE)}
     table["calibration_error"] = round(measured.bins().error, 4)

@@ -35,3 +35,25 @@ def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -
     with torch.no_grad():
         resumed = reader_fit.resumed(tmp_path / "reader.onnx", crops)(torch.from_numpy(batch))
     assert np.allclose(torch.softmax(resumed / 1.7, dim=1).numpy(), got, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("true", "read", "costly"),
+    [
+        ("light:red", "light:green", True), ("light:red_left", "light:green_left", True), ("light:green", "light:red", False),
+        ("limit:30", "limit:80", True), ("limit:80", "limit:30", False), ("limit:30", "limit_board:80", False),
+        ("limit:30", "other", False), ("led:100", "led:120", True), ("limit:50", "limit:50", False),
+    ],
+)  # fmt: skip
+def test_dangerous_mistakes_cost_more_than_others(true: str, read: str, costly: bool) -> None:
+    import torch
+
+    from evaluation.training.reader_fit import loss_of
+    from services.drivelm.classes import READER_CLASSES
+
+    label = torch.tensor([READER_CLASSES.index(true)])
+    scores = torch.zeros(1, len(READER_CLASSES))
+    scores[0, READER_CLASSES.index(read)] = 6.0
+    plain = torch.nn.functional.cross_entropy(scores, label)
+    some = 0.1  # every class keeps a little probability, dangerous ones too
+    assert (float(loss_of(scores, label) - plain) > some) == costly

@@ -58,6 +58,13 @@ def test_a_batch_has_crops_labels_and_sizes_and_is_the_same_for_the_same_seed(so
     assert ((sizes == 0) == (labels == READER_CLASSES.index(OTHER))).all()
 
 
+def test_lights_alone_are_of_every_state_and_none_is_nothing(source: Source) -> None:
+    crops, labels, sizes = source.batch(200, np.random.default_rng(1), lights=True)
+    assert crops.shape == (200, 48, 48, 3)
+    assert {READER_CLASSES[label] for label in labels} == set(LIGHTS)
+    assert (sizes > 0).all()
+
+
 def test_a_face_lies_where_its_box_says() -> None:
     white = Face(np.full((64, 64, 4), 255, np.uint8), 1.0)
     chance = np.random.default_rng(2)
@@ -177,3 +184,14 @@ def test_green_told_of_red_costs_more_than_another_mistake() -> None:
     told[0, :, green], told[1, :, stop] = 6.0, 6.0
     as_green, as_stop = (float(loss_of(scores, torch.tensor([red, red, red]))) for scores in told)
     assert as_green > as_stop + 1.0
+
+
+@given(px=st.floats(9.0, 75.0), read=st.sampled_from(["light:green", "light:red", OTHER]))
+def test_green_for_red_counts_at_every_size_and_where_the_lamp_is_legible(px: float, read: str) -> None:
+    told = np.zeros((1, len(READER_CLASSES)), np.float32)
+    told[0, READER_CLASSES.index(read)] = 0.6
+    red = np.array([READER_CLASSES.index("light:red")])
+    table = score_table(Measured(told, red, np.array([px], np.float32)))
+    assert table["green_for_red"]["taken"] == (read == "light:green")
+    legible = table["green_for_red_when_legible"]
+    assert (legible["crops"], legible["taken"]) == ((px >= 40.0), (px >= 40.0 and read == "light:green"))
