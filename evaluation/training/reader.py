@@ -201,6 +201,7 @@ def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
     source = Source("test", SCORED_SEED, options.fonts, each=10)
     more = crops_of(options.rendered_test), crops_of(options.lights_test)
     measured = held_out(reader, source, SCORED_SEED, options.tests, *more)
+    measured |= lights_alone(reader, source, SCORED_SEED, options.tests * 3 // 8)
     tables = {name: {"crops": len(each.labels), **score_table(each, sure)} for name, each in measured.items()}
     found: dict[str, Any] = {"scores": {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}}
     found |= {f"scores_{name}": table for name, table in tables.items()}
@@ -223,16 +224,22 @@ def read_by(reader: Reader, crops: Crops) -> Measured:
 def held_out(
     reader: Reader, source: Source, seed: int, tests: int, rendered: Crops | None, lights: Crops | None = None
 ) -> dict[str, Measured]:
-    """What it makes of hard crops, of half as many clean ones, of lights alone, and of rendered ones where there are any."""
+    """What it makes of hard crops, of half as many clean ones, and of rendered ones where there are any."""
     sets = {
         "hard": source.batch(tests, np.random.default_rng([seed, 5])),
         "clean": source.batch(tests // 2, np.random.default_rng([seed, 6]), hard=0.0),
-        "lights": source.batch(tests * 3 // 8, np.random.default_rng([seed, 15, 1]), lights=True),
-        "lights_clean": source.batch(tests * 3 // 8, np.random.default_rng([seed, 15, 0]), hard=0.0, lights=True),
         "rendered": rendered,
         "rendered_lights": lights,
     }
     return {name: read_by(reader, each) for name, each in sets.items() if each is not None}
+
+
+def lights_alone(reader: Reader, source: Source, seed: int, tests: int) -> dict[str, Measured]:
+    """What it makes of drawn lights, in hard conditions and on fine days: among all signs they are too few to tell."""
+    return {
+        name: read_by(reader, source.batch(tests, np.random.default_rng([seed, 15, hard]), float(hard), lights=True))
+        for name, hard in (("lights", 1), ("lights_clean", 0))
+    }
 
 
 if __name__ == "__main__":
