@@ -7,7 +7,7 @@ from proto.decision import Event
 from proto.rules import LegalLimit
 from services.orchestrator.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.matter import Matter, told_within
-from services.orchestrator.state import State
+from services.orchestrator.state import Spoken, State
 from services.orchestrator.targets import Target
 
 OVER_MPS = 0.5
@@ -20,6 +20,8 @@ SPARE_S = 1.0
 """With less time to lose nobody is first told calmly."""
 EXPLAINED_S = 5.0
 """For so long after a foreign sign was explained its limit is not announced as well."""
+FIRM_MPS2, FAR_OVER = 3.0, 1.1
+"""Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is that far above it."""
 
 
 def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -35,8 +37,37 @@ def approach(state: State, target: Target, events: dict[str, Event], degraded: t
     announced = _announced(lower)
     told = state.memory.last("ahead")
     known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
-    if _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
-        yield announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
+    slow = announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
+    if _told_in_vain(state, slow, lower, ego.value):
+        yield slow._replace(key=_firmly(slow.key), urgency="warning")
+    elif _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
+        yield slow
+
+
+def _told_in_vain(state: State, slow: Matter, lower: LimitAhead, speed_mps: float) -> bool:
+    """Whether he was told to slow down, of late, and has to do so firmly now; once told firmly he hears no calmer word on it."""
+    told = state.memory.last(slow.slot)
+    if told is None or not told_within(state, slow.slot, slow.repeat_s):
+        return False
+    late = speed_mps > FAR_OVER * lower.mps and _spare_s(lower, speed_mps, FIRM_MPS2) <= 0.0
+    return told.key == _firmly(slow.key) or (told.key == slow.key and late)
+
+
+def _firmly(key: str) -> str:
+    return f"{key} firmly"
+
+
+def without_begun(spoken: tuple[Spoken, ...], limit: LegalLimit | None) -> tuple[Spoken, ...]:
+    """What was said, without announcements of the limit that is in force now: another sign of it, later on, is news again."""
+    if limit is None:
+        return spoken
+    key = _key(limit.value, limit.unit)
+    begun = {("ahead", key), ("approach", key), ("approach", _firmly(key))}
+    return tuple(each for each in spoken if (each.topic, each.key) not in begun)
+
+
+def _key(value: float, unit: str) -> str:
+    return f"{value:g} {unit}"
 
 
 def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -69,10 +100,10 @@ def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: flo
 def _announced(lower: LimitAhead) -> Matter:
     return Matter(
         topic="ahead",
-        key=f"{lower.sign.reading} {lower.unit}",
+        key=_key(lower.value, lower.unit),
         phrase="limit_ahead",
         urgency="info",
-        values={"limit": f"{lower.value:g} {lower.unit}", "gap": f"{_room_m(lower):.0f}"},
+        values={"limit": _key(lower.value, lower.unit), "gap": f"{_room_m(lower):.0f}"},
         why=("ahead",) if lower.law is None else ("place_ahead",),
         confidence=lower.confidence,
         ahead_mps=lower.mps,
@@ -80,9 +111,9 @@ def _announced(lower: LimitAhead) -> Matter:
     )
 
 
-def _spare_s(lower: LimitAhead, speed_mps: float) -> float:
+def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = SLOWING_MPS2) -> float:
     """Until one who has still to react must be told, to come down to the limit at its sign."""
-    slowing_m = max(0.0, speed_mps**2 - lower.mps**2) / (2.0 * SLOWING_MPS2)
+    slowing_m = max(0.0, speed_mps**2 - lower.mps**2) / (2.0 * slowing_mps2)
     return (_room_m(lower) - slowing_m) / max(speed_mps, 1.0) - REACTION_S
 
 

@@ -43,12 +43,45 @@ def test_who_slows_down_when_it_is_announced_is_told_no_more() -> None:
     assert FIRM not in spoken
 
 
-def test_who_does_not_is_told_to_once_while_he_can_still_do_it() -> None:
-    drive, spoken = approached(27.0, 165.0)
+def test_who_does_not_is_told_to_while_he_can_still_do_it() -> None:
+    _, spoken = approached(27.0, 165.0)
     assert list(spoken) == [CALM, FIRM]
-    assert drive.spoken().count(FIRM) == 1
     slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * SLOWING_MPS2)
     assert spoken[FIRM] == pytest.approx(27.0 * REACTION_S + slowing_m, abs=2 * 27.0 * TICK_S)
+
+
+def firm_words(drive: Drive) -> list[str]:
+    """Of the words to slow down, how urgent each was."""
+    said = (ticked.advisory for _, _, ticked in drive.history)
+    return [each.urgency for each in said if each.directive == FIRM and each.kind != "SILENT"]
+
+
+def test_who_was_told_in_vain_hears_it_once_more_and_more_urgently() -> None:
+    assert firm_words(approached(27.0, 165.0)[0]) == ["advice", "warning"]
+
+
+def test_who_is_hardly_above_it_does_not() -> None:
+    assert firm_words(approached(23.5, 165.0)[0]) == ["advice"]
+
+
+@FEW
+@given(speed_mps=st.floats(20.0, 45.0), from_m=st.floats(3.0, 250.0), slows_mps2=st.floats(0.0, 3.0))
+def test_nobody_hears_it_a_third_time(speed_mps: float, from_m: float, slows_mps2: float) -> None:
+    words = firm_words(approached(speed_mps, from_m, slows_mps2)[0])
+    assert words in ([], ["advice"], ["advice", "warning"])
+
+
+def test_another_sign_of_a_limit_that_has_ended_is_announced_again() -> None:
+    drive, spoken = approached(27.0, 165.0)
+    assert FIRM in spoken
+    drive.tick(limit_sign("limit:80"))
+    drive.ticks(30)
+    drive.tick(end_sign("limit_end"))
+    drive.ticks(30)
+    before = len(drive.spoken())
+    drive.tick(limit_sign("limit:80", track_id=9, passed=False, distance_m=150.0))
+    drive.ticks(10)
+    assert drive.spoken()[before:] == [CALM]
 
 
 def test_who_sees_the_sign_late_is_told_to_slow_down_at_once_and_nothing_calmer_after_it() -> None:
@@ -88,7 +121,7 @@ def test_nobody_speeds_up_past_a_limit_ahead_untold(speed_mps: float, change_mps
 
 def test_it_is_advice_of_that_limit() -> None:
     drive, _ = approached(27.0, 70.0)
-    (said,) = [t.advisory for _, _, t in drive.history if t.advisory.directive == FIRM and t.advisory.kind != "SILENT"]
+    said = next(t.advisory for _, _, t in drive.history if t.advisory.directive == FIRM and t.advisory.kind != "SILENT")
     assert (said.topic, said.urgency, said.hazard) == ("ahead", "advice", "")
     assert said.ahead_mps == pytest.approx(80 * KMH)
 
