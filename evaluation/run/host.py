@@ -11,6 +11,7 @@ import msgspec
 
 from drivemcp.bus import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.errors import UserError
 from drivemcp.node import Node
 from drivemcp.registry import load_service
 from drivemcp.service import Service
@@ -25,6 +26,9 @@ from evaluation.stand_ins.hosted import stood_in
 from proto import topics
 from proto.services import SERVICES
 from proto.truth import ScenarioState
+from services.simulator.plan import Scenario
+from services.simulator.scenario import ScenarioError
+from services.simulator.service import find_scenario
 
 SOURCE = "simulator"
 NOT_NEEDED = ("gateway", "player")
@@ -105,14 +109,22 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
             "lidar": spec.sensors == "rendered",
             "lidar_at_crossings": spec.sensors == "model",
         }
-    if spec.sensors == "model" and name in MODELLED:
-        return {"seed": _drawn_by(spec)}
-    return {}
+    seed = {"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {}
+    return {**seed, "home": _scenario(spec).country} if name == "drivelm" else seed
 
 
 def _drawn_by(spec: RunSpec) -> int:
     """The seed of modelled sensors: of runs with the same seed on other routes they draw other chances."""
     return int(chance(spec.seed, spec.scenario) * 2**31)
+
+
+def _scenario(spec: RunSpec) -> Scenario:
+    """Its country is the front end's home: a run begins on the road, in a car that knows where it stood."""
+    place = read_place(spec.scenario)
+    try:
+        return find_scenario(spec.scenario) if place is None else generate(place.family, place.number, place.split)
+    except ScenarioError as error:
+        raise UserError(str(error)) from error
 
 
 def _drive(spec: RunSpec, folder: Path) -> dict[str, Any]:
@@ -121,9 +133,7 @@ def _drive(spec: RunSpec, folder: Path) -> dict[str, Any]:
     if place is None:
         return {"scenario": spec.scenario, "seed": spec.seed}
     folder.mkdir(parents=True, exist_ok=True)
-    (file := folder / "scenario.json").write_bytes(
-        msgspec.json.encode(generate(place.family, place.number, place.split))
-    )
+    (file := folder / "scenario.json").write_bytes(msgspec.json.encode(_scenario(spec)))
     return {"scenario": str(file), "seed": place.world_seed(spec.seed)}
 
 

@@ -19,14 +19,13 @@ VILLAGES = {
     "DEU": "Mildorf",
 }
 WET = {
-    "GBR": ("50", "en"),
     "FRA": ("70", "fr"),
     "NLD": ("70", "nl"),
     "POL": ("70", "pl"),
     "AUT": ("80", "de"),
     "DEU": ("80", "de"),
 }
-"""The limit when wet outside towns, and the plate's language."""
+"""The limit when wet outside towns, and the plate's language; British law knows none."""
 LEAST_M = 2300.0
 Scene = Callable[[Draft, str], None]
 
@@ -84,15 +83,18 @@ def _frontier(draft: Draft, here: str, there: str) -> float | None:
 
 
 def _behind(draft: Draft, there: str) -> None:
-    """The new country's numbers, its end signs, its default and its limit when wet."""
+    """The new country's numbers, its end signs, its default and its limit when wet, if it has any."""
     draft.stretch("rural", "fields")
     draft.sign(10.0, "info:units")
     fast = "40" if there == "GBR" else "70"
     draft.sign(50.0, f"limit:{fast}", side="both")
     draft.straight(260.0)
     draft.sign(-20.0, *(("national",) if there == "GBR" else ("all_end",)))
-    number, tongue = WET[there]
-    draft.sign(90.0, f"limit:{number}", f"plate:when_wet:{tongue}")
+    if there in WET:
+        number, tongue = WET[there]
+        draft.sign(90.0, f"limit:{number}", f"plate:when_wet:{tongue}")
+    else:
+        draft.sign(90.0, "limit:50")
     draft.bend(draft.chance.choice((300.0, 380.0)), draft.chance.uniform(15.0, 30.0))
     draft.straight(draft.chance.choice((220.0, 320.0)))
     draft.sign(-110.0, "limit:40" if there == "GBR" else "limit:70")

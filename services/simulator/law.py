@@ -20,6 +20,8 @@ _DEFAULTS: dict[str, dict[RoadClass, float | None]] = {
     "NLD": {"urban": 50 * KMH, "rural": 80 * KMH, "motorway": 100 * KMH},
     "POL": {"urban": 50 * KMH, "rural": 90 * KMH, "motorway": 140 * KMH},
 }
+WITHOUT_WET_LIMITS = frozenset({"GBR"})
+"""Where a plate about rain is a warning (TSRGD 2016 has no limit that depends on wet weather): the number always holds."""
 
 
 class Legal(msgspec.Struct, frozen=True, kw_only=True):
@@ -119,7 +121,7 @@ def _read(legal: Legal, country: str, code: str, plate: str, road_class: RoadCla
 
 
 def _limit(legal: Legal, limit_mps: float, plate: str) -> Legal:
-    if plate.startswith("plate:when_wet"):
+    if plate.startswith("plate:when_wet") and legal.country not in WITHOUT_WET_LIMITS:
         return replace(legal, wet_mps=limit_mps)
     if plate in ("plate:lorries", "plate:time", "plate:arrow_left", "plate:arrow_right"):  # not for him who goes on
         return legal

@@ -34,6 +34,11 @@ def test_a_when_wet_plate_makes_it_conditional() -> None:
     assert limits(road, 150, wet=True) == pytest.approx([80 * KMH])
 
 
+def test_in_britain_a_plate_about_rain_only_warns() -> None:
+    road = law('"limit:50", "plate:when_wet:en"', country="GBR")
+    assert limits(road, 150) == limits(road, 150, wet=True) == pytest.approx([50 * MPH])
+
+
 def test_a_plate_for_lorries_does_not_bind_cars() -> None:
     assert limits(law('"limit:60", "plate:lorries"'), 150) == pytest.approx([100 * KMH])
 
