@@ -153,8 +153,9 @@ def _hit(track: Tracked, sighting: Sighting, now_ns: int, sweeps: Sweeps | None)
     if short:
         fix = by_bearing(track, fix)
         squared, _ = distance(track.estimate, fix)
-    estimate = _taken_in(track, fix, squared, sweeps)
-    off = squared > GATE or contradicts(track, fix, squared)
+    elsewhere = contradicts(track, fix, squared)
+    estimate = _taken_in(track, fix, squared, sweeps, elsewhere=elsewhere)
+    off = squared > GATE or elsewhere
     leaps = sighting.boxed and (off or _leaps(track.estimate, estimate))
     anew = leaps or now_ns - track.seen_ns > BREAK_S * 1e9
     return replace(
@@ -183,17 +184,17 @@ def _believed(track: Tracked, score: float, now_ns: int) -> float:
     return min(MOST_SURE, track.sure + (1.0 - math.exp(-passed_s / BELIEVING_S)) * (score - track.sure))
 
 
-def _taken_in(track: Tracked, fix: Fix, squared: float, sweeps: Sweeps | None) -> Estimate:
+def _taken_in(track: Tracked, fix: Fix, squared: float, sweeps: Sweeps | None, *, elsewhere: bool) -> Estimate:
     """The estimate with the fix; with the first measured one also where the same thing was a sweep before, which tells its speed."""
-    estimate = update(_ready(track, fix, squared), fix)
+    estimate = update(_ready(track, fix, squared, elsewhere=elsewhere), fix)
     before = fix_before(estimate, fix, sweeps) if sweeps is not None and scales(track, fix) else None
     return update(estimate, before) if before is not None else estimate
 
 
-def _ready(track: Tracked, fix: Fix, squared: float) -> Estimate:
+def _ready(track: Tracked, fix: Fix, squared: float, *, elsewhere: bool) -> Estimate:
     """The track's estimate such that it can take the fix in, so far off: a swerve widens it, the first measured range scales it."""
     estimate = track.estimate
-    if contradicts(track, fix, squared):
+    if elsewhere:
         estimate = displaced(estimate, fix)
     elif squared > GATE:
         estimate = widened(estimate, squared / GATE)
