@@ -43,6 +43,7 @@ from evaluation.training.detector_int8 import FLOAT, origin, quantise
 from evaluation.training.detector_net import DetectorNet, ExportNet, grown, sides_px
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
 from evaluation.training.detector_start import begin_with_exported
+from evaluation.training.precision import has_bfloat16
 from services.perception.detection import Detection
 from services.perception.detector import DetectorOptions
 from services.perception.loading import load_detector
@@ -160,7 +161,7 @@ def _progress(step: int, spent_s: float, plan: Plan) -> float:
 def _learn(net: DetectorNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
     pictures = torch.from_numpy(batch.pictures).float().contiguous(memory_format=torch.channels_last)
     goal = batch.targets
-    with torch.autocast("cpu", dtype=torch.bfloat16):
+    with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
         logits, raw = net(pictures)
     heat = heat_loss(logits.float(), torch.from_numpy(goal.heat), torch.from_numpy(goal.mask))
     sides = sides_loss(raw.float(), torch.from_numpy(goal.sides), torch.from_numpy(goal.weight))

@@ -34,6 +34,7 @@ from evaluation.training.detector_calibration import THERE, logit
 from evaluation.training.detector_scores import run
 from evaluation.training.people_crops import PERSON, ROOM, Batch, Crops, batches, collected
 from evaluation.training.people_net import SIDE_PX, ExportPeople, PeopleNet
+from evaluation.training.precision import has_bfloat16
 from services.perception.centre import CentreDetector
 from services.perception.detection import overlaps
 from services.perception.detector import Detector, DetectorOptions
@@ -114,7 +115,7 @@ def train(crops: Crops, minutes: float, seed: int) -> tuple[PeopleNet, int]:
 
 def _learn(net: PeopleNet, optimiser: torch.optim.Optimizer, batch: Batch) -> tuple[float, float]:
     mirrored = (torch.rand(len(batch.kinds)) < 0.5).float()
-    with torch.autocast("cpu", dtype=torch.bfloat16):
+    with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
         seen = looked_at(batch.pictures, torch.from_numpy(batch.looks), mirrored)
         person, told = net(seen.contiguous(memory_format=torch.channels_last), torch.from_numpy(batch.sizes))
     sides = _mirrored(torch.from_numpy(batch.sides), mirrored)

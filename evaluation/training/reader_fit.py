@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
+from evaluation.training.precision import has_bfloat16
 from evaluation.training.reader_net import ReaderNet, levelled
 from services.drivelm.classes import READER_CLASSES
 
@@ -48,7 +49,7 @@ def fit(
     network.train()
     for step in range(steps):
         crops, labels = _batch(drawn, rendered, batch, chance)
-        with torch.autocast("cpu", torch.bfloat16):  # three fifths of the time
+        with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):  # three fifths of the time
             scores = network(_varied(crops, chance))
         loss = loss_of(scores.float(), torch.from_numpy(labels))
         optimiser.zero_grad(set_to_none=True)
