@@ -34,7 +34,7 @@ Crops = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]
 FONT_FOLDERS = (Path("/usr/share/fonts"),)
 SCORED_SEED = 1
 """Scores are of the same crops whatever the seed of training."""
-EACH = 150
+EACH = 240
 """Faces of a class in training: as many as there are letterings, so that a class is met in most of them."""
 
 

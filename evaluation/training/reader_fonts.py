@@ -43,7 +43,7 @@ TUNE_STEMS = (
 )  # fmt: skip
 """Neither trained on nor tested with: thresholds are chosen on these."""
 _STEMS = {"train": TRAIN_STEMS, "tune": TUNE_STEMS, "test": TEST_STEMS}
-_INVENTED, _REWORKED = 60, 3
+_INVENTED, _REWORKED = 120, 6
 
 
 class TypeLettering:
