@@ -101,16 +101,15 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
     if name == "logger":
         return {"view": {"mode": "off"}}
     if name == SOURCE:
-        cameras = _CAMERAS[spec.sensors]
         return {
             **_drive(spec, folder),
             "seconds": spec.seconds,
-            "cameras": cameras,
+            "cameras": _CAMERAS[spec.sensors],
             "lidar": spec.sensors == "rendered",
             "lidar_at_crossings": spec.sensors == "model",
         }
-    seed = {"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {}
-    return {**seed, "home": _scenario(spec).country} if name == "drivelm" else seed
+    home = {"home": _scenario(spec).country} if name == "drivelm" else {}
+    return home | ({"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {})
 
 
 def _drawn_by(spec: RunSpec) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from proto.decision import Event
 from proto.rules import LegalLimit
 from services.orchestrator.limits_ahead import LimitAhead, binding_ahead, limits_ahead
-from services.orchestrator.matter import Matter, told_within
+from services.orchestrator.matter import Matter, limit_key, told_within
 from services.orchestrator.state import Spoken, State
 from services.orchestrator.targets import Target
 
@@ -22,6 +22,9 @@ EXPLAINED_S = 5.0
 """For so long after a foreign sign was explained its limit is not announced as well."""
 FIRM_MPS2, FAR_OVER = 3.0, 1.1
 """Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is that far above it."""
+FLICKERS_S = 5.0
+"""A gantry or a sign that was announced may be read otherwise for so long without being another one."""
+_FIRMLY = " firmly"
 
 
 def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -39,7 +42,7 @@ def approach(state: State, target: Target, events: dict[str, Event], degraded: t
     known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
     slow = announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
     if _told_in_vain(state, slow, lower, ego.value):
-        yield slow._replace(key=_firmly(slow.key), urgency="warning")
+        yield slow._replace(key=_firm(slow.key), urgency="warning")
     elif _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
         yield slow
 
@@ -50,24 +53,25 @@ def _told_in_vain(state: State, slow: Matter, lower: LimitAhead, speed_mps: floa
     if told is None or not told_within(state, slow.slot, slow.repeat_s):
         return False
     late = speed_mps > FAR_OVER * lower.mps and _spare_s(lower, speed_mps, FIRM_MPS2) <= 0.0
-    return told.key == _firmly(slow.key) or (told.key == slow.key and late)
+    return told.key == _firm(slow.key) or (told.key == slow.key and late)
 
 
-def _firmly(key: str) -> str:
-    return f"{key} firmly"
+def _firm(key: str) -> str:
+    return key + _FIRMLY
 
 
-def without_begun(spoken: tuple[Spoken, ...], limit: LegalLimit | None) -> tuple[Spoken, ...]:
-    """What was said, without announcements of the limit that is in force now: another sign of it, later on, is news again."""
-    if limit is None:
-        return spoken
-    key = _key(limit.value, limit.unit)
-    begun = {("ahead", key), ("approach", key), ("approach", _firmly(key))}
-    return tuple(each for each in spoken if (each.topic, each.key) not in begun)
+def without_past(state: State) -> tuple[Spoken, ...]:
+    """What was said, without announcements of limits that no sign ahead shows any more: one of the same limit, later on, is news.
 
-
-def _key(value: float, unit: str) -> str:
-    return f"{value:g} {unit}"
+    The sign was passed, or a gantry shows something else by now. One that flickers is not announced anew each time.
+    """
+    shown = {limit_key(each.value, each.unit) for each in limits_ahead(state)}
+    past_ns = state.now_ns - FLICKERS_S * 1e9
+    return tuple(
+        each
+        for each in state.memory.spoken
+        if each.topic not in ("ahead", "approach") or each.key.removesuffix(_FIRMLY) in shown or each.stamp_ns > past_ns
+    )
 
 
 def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
@@ -100,10 +104,10 @@ def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: flo
 def _announced(lower: LimitAhead) -> Matter:
     return Matter(
         topic="ahead",
-        key=_key(lower.value, lower.unit),
+        key=limit_key(lower.value, lower.unit),
         phrase="limit_ahead",
         urgency="info",
-        values={"limit": _key(lower.value, lower.unit), "gap": f"{_room_m(lower):.0f}"},
+        values={"limit": limit_key(lower.value, lower.unit), "gap": f"{_room_m(lower):.0f}"},
         why=("ahead",) if lower.law is None else ("place_ahead",),
         confidence=lower.confidence,
         ahead_mps=lower.mps,

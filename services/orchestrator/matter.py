@@ -51,6 +51,11 @@ def told_within(state: State, slot: str, seconds: float) -> bool:
     return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
 
 
+def limit_key(value: float, unit: str) -> str:
+    """By which a limit is remembered."""
+    return f"{value:g} {unit}"
+
+
 Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
 
 

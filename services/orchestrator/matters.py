@@ -12,7 +12,7 @@ from services.orchestrator.evidence import in_words
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
-from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, told_within
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, limit_key, told_within
 from services.orchestrator.messages import drive, say, speed, word
 from services.orchestrator.state import Believed, State
 from services.orchestrator.targets import Target
@@ -103,7 +103,7 @@ def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
 
 
 def _limit_key(limit: LegalLimit) -> str:
-    return f"{limit.value:g} {limit.unit}{' advisory' if limit.advisory else ''}"
+    return limit_key(limit.value, limit.unit) + (" advisory" if limit.advisory else "")
 
 
 def _safe_below(target: Target, limit: LegalLimit) -> bool:

@@ -3,7 +3,7 @@
 import msgspec
 
 from proto.decision import Decision, Event
-from services.orchestrator.announcements import without_begun
+from services.orchestrator.announcements import without_past
 from services.orchestrator.events import onsets
 from services.orchestrator.matter import Matter
 from services.orchestrator.state import Memory, Spoken, State
@@ -29,8 +29,8 @@ def remember(
     memory = state.memory
     if decision.kind in SPOKEN_KINDS:
         memory = said(memory, matter, state.now_ns)
-    memory = msgspec.structs.replace(memory, spoken=without_begun(memory.spoken, goal.law.limit))
-    return msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
+    state = msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
+    return msgspec.structs.replace(state, memory=msgspec.structs.replace(memory, spoken=without_past(state)))
 
 
 def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:

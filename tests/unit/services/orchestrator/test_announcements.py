@@ -84,6 +84,25 @@ def test_another_sign_of_a_limit_that_has_ended_is_announced_again() -> None:
     assert drive.spoken()[before:] == [CALM]
 
 
+def announced_after_another_reading(seconds: float) -> list[str]:
+    """What is spoken of a gantry's 80 that was announced, then read as 120 for so long, and then as 80 again."""
+    drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="motorway")
+    drive.ticks(20)
+    for reading, ticks, from_m in (("80", 10, 400.0), ("120", round(seconds / TICK_S), 370.0), ("80", 10, 300.0)):
+        for tick in range(ticks):
+            left_m = from_m - 2.7 * tick
+            drive.tick(limit_sign(f"led:{reading}", scope="gantry", passed=False, distance_m=max(left_m, 300.0)))
+    return [each for each in drive.spoken() if each == CALM]
+
+
+def test_what_a_gantry_shows_again_after_something_else_is_announced_again() -> None:
+    assert announced_after_another_reading(8.0) == [CALM, CALM]
+
+
+def test_a_reading_that_flickers_is_announced_once() -> None:
+    assert announced_after_another_reading(1.0) == [CALM]
+
+
 def test_who_sees_the_sign_late_is_told_to_slow_down_at_once_and_nothing_calmer_after_it() -> None:
     _, spoken = approached(27.0, 70.0)
     assert list(spoken) == [FIRM]
