@@ -20,6 +20,7 @@ import numpy as np
 from drivemcp.paths import data
 from evaluation.training.reader_avenue import SPACING_M, Avenue, Frame, any_atmosphere, avenue, class_of, frame_at
 from evaluation.training.reader_degrade import jittered
+from evaluation.training.reader_tracks import keep
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
@@ -186,12 +187,6 @@ def _share(flags: list[bool]) -> float | None:
     return round(float(np.mean(flags)), 4) if flags else None
 
 
-def _keep(card_file: Path, name: str, measured: dict[str, Any]) -> None:
-    card = json.loads(card_file.read_text(encoding="utf-8"))
-    card.setdefault("drives", {})[name] = measured
-    card_file.write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
-
-
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -216,9 +211,10 @@ def main() -> int:
     }
     json.dump(measured, sys.stdout, indent=1)
     if options.write:
-        _keep(
-            path.with_suffix(".json"), f"{options.camera}, {'all signs' if options.all_signs else 'limits'}", measured
-        )
+        name = f"{options.camera}, {'all signs' if options.all_signs else 'limits'}, seed {options.seed}"
+        card = path.with_suffix(".json")
+        known = json.loads(card.read_text(encoding="utf-8")).get("drives", {})
+        keep(card, {"drives": known | {name: measured}})
     return 0
 
 

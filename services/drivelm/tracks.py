@@ -7,7 +7,7 @@ from services.drivelm.crops import Region
 from services.drivelm.evidence import Belief, Evidence, belief, fused
 from services.drivelm.geometry import Place
 
-BELIEVE = 0.97
+BELIEVE = 0.98
 """Posterior from which a reading is believed; measured in ``models/reader.json`` (`tracks`)."""
 CLEAR_FRAMES = 2.0
 """Clear frames (see ``evidence.CLEAR``) that belief needs besides."""
@@ -27,6 +27,7 @@ _ENDS = frozenset(
     }
 )  # fmt: skip
 _LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.62
+_LIGHT_BELIEVE = 0.97  # with that share forgotten, small crops add up to no more, however clear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,8 +57,8 @@ class SignTrack:
 
     def believed(self, best: Belief) -> bool:
         """Whether the evidence suffices."""
-        clear = _LIGHT_CLEAR if self.kind == "light" else CLEAR_FRAMES
-        return best.reading != OTHER and best.probability >= BELIEVE and best.clear_frames >= clear
+        sure, clear = (_LIGHT_BELIEVE, _LIGHT_CLEAR) if self.kind == "light" else (BELIEVE, CLEAR_FRAMES)
+        return best.reading != OTHER and best.probability >= sure and best.clear_frames >= clear
 
     def doubted(self, best: Belief) -> bool:
         """Whether there is probably something, yet not surely what."""

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from services.drivelm.classes import OTHER
 from services.drivelm.crops import Region
-from services.drivelm.evidence import Evidence, belief, fused, weight
+from services.drivelm.evidence import CONTESTED, LEGIBLE_PX, Evidence, belief, fused, weight
 from services.drivelm.tracks import SignTrack
 
 Ranked = tuple[tuple[str, float], ...]
@@ -50,6 +51,34 @@ def test_frames_that_contradict_each_other_are_not_believed() -> None:
 def test_many_blurred_frames_do_not_add_up_to_belief() -> None:
     track = _track([(("limit:80", 0.5), ("limit:60", 0.3))] * 30)
     assert not track.believed(track.belief())
+
+
+@given(st.lists(st.booleans(), min_size=2, max_size=40))
+def test_no_number_is_believed_that_is_lower_in_more_than_a_small_share_of_the_frames(lower: list[bool]) -> None:
+    track = _track([(("limit:50" if each else "limit:80", 0.98),) for each in lower])
+    share = 0.98 * sum(lower) / len(lower)
+    believed = track.believed(track.belief()) and track.belief().reading == "limit:80"
+    assert not believed or share < CONTESTED
+
+
+def test_a_lower_number_seen_now_and_then_is_told_as_a_candidate() -> None:
+    best = _track([SURE] * 9 + [(("limit:50", 0.98),)] * 2 + [SURE] * 5).belief()
+    assert best.reading == "limit:80"
+    assert dict(best.ranked)["limit:50"] >= CONTESTED
+
+
+def test_a_higher_number_seen_now_and_then_keeps_no_lower_one_from_belief() -> None:
+    track = _track([SURE] * 9 + [(("limit:100", 0.98),)] + [SURE] * 5)
+    assert track.believed(track.belief())
+
+
+@pytest.mark.parametrize(("kind", "empty"), [("sign", "no_vehicles"), ("panel", "led:blank")])
+@pytest.mark.parametrize(("height_px", "believed"), [(LEGIBLE_PX - 1, False), (LEGIBLE_PX, True)])
+def test_nothing_in_a_ring_is_believed_only_where_a_number_could_be_read(
+    kind: str, empty: str, height_px: float, believed: bool
+) -> None:
+    track = _track([((empty, 0.98),)] * 20, height_px, kind)
+    assert track.believed(track.belief()) is believed
 
 
 def test_background_is_never_believed_to_be_a_sign() -> None:
