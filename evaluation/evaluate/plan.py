@@ -1,14 +1,17 @@
 """The tables as data: rows, the runs behind each, and which columns stand beside the paper's."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import count
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import msgspec
 
 from evaluation.corruption.spec import CLEAN, PAPER
+from evaluation.drive.stack import settings_of
 from evaluation.evaluate.names import TableName
+from evaluation.latencies import read
 from evaluation.methods import ABLATIONS, METHODS, applied
 from evaluation.run.spec import RunSpec, Sensors
 from evaluation.scenarios import Family, generate
@@ -25,6 +28,8 @@ RATES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 CURVES: Mapping[str, str] = MappingProxyType(
     {"sign_miss": "signs missed", "limit_misread": "limits misread", "dropout": "actors dropped out"}
 )
+FIXED = "fixed"
+"""In place of a table of latencies: 4 ms each."""
 FAULTS = ("abs_fault@2", "low_tyre@2")
 """The paper's two, early on: the tyre is down to 1.3 bar about ten seconds later."""
 TEST_SEED = 1001
@@ -178,6 +183,15 @@ def with_settings(spec: RunSpec, service: str, settings: dict[str, Any]) -> RunS
     """The spec with more settings for one service."""
     merged = {**spec.settings.get(service, {}), **settings}
     return msgspec.structs.replace(spec, settings={**spec.settings, service: merged})
+
+
+def as_asked(spec: RunSpec, latencies: str, settings: Sequence[str]) -> RunSpec:
+    """The spec with the latencies (`FIXED`, or a measured table's file) and the settings (SERVICE.KEY=VALUE) that are the user's.
+    Raises UserError naming the file or the setting."""
+    spec = msgspec.structs.replace(spec, modelled_ms={} if latencies == FIXED else read(Path(latencies)).modelled_ms())
+    for service, asked in settings_of(settings).items():
+        spec = with_settings(spec, service, asked)
+    return spec
 
 
 def runs_of(rows: Iterable[Row], amount: Amount) -> tuple[Run, ...]:

@@ -13,14 +13,13 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
-from evaluation.drive.stack import settings_of
 from evaluation.evaluate import files, published, report
 from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.page import page
-from evaluation.evaluate.plan import Amount, Row, Run, rows_of, runs_of, with_settings
+from evaluation.evaluate.plan import FIXED, Amount, Row, Run, as_asked, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.published import Line
 from evaluation.evaluate.spread import Spread
@@ -31,7 +30,6 @@ from evaluation.methods import METHODS
 from evaluation.run.spec import RunSpec
 
 REPORT = "report.html"
-FIXED = "fixed"
 
 
 def evaluate(flags: argparse.Namespace) -> int:
@@ -106,16 +104,10 @@ def _tables(name: str) -> tuple[TableName, ...]:
 
 def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's."""
-    measured = _latencies(flags)
-    modelled_ms = measured.modelled_ms() if measured is not None else {}
     _known("--method", flags.method)
     for row in rows_of(name, flags.sensors):
-        if flags.method and row.spec.method not in flags.method:
-            continue
-        spec = msgspec.structs.replace(row.spec, modelled_ms=modelled_ms)
-        for service, settings in settings_of(flags.set).items():
-            spec = with_settings(spec, service, settings)
-        yield msgspec.structs.replace(row, spec=spec)
+        if not flags.method or row.spec.method in flags.method:
+            yield msgspec.structs.replace(row, spec=as_asked(row.spec, flags.latencies, flags.set))
 
 
 def _latencies(flags: argparse.Namespace) -> Latencies | None:

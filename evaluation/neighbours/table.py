@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from evaluation.evaluate.columns import COLLISIONS, INFRACTIONS, NEAR, OURS, Column
-from evaluation.evaluate.plan import FAMILIES, TEST_SEED
+from evaluation.evaluate.plan import FAMILIES, FIXED, TEST_SEED, as_asked
 from evaluation.evaluate.tables import Value, value_of
 from evaluation.methods import METHODS, applied
 from evaluation.neighbours.drive import NEIGHBOURS
@@ -39,10 +39,18 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
     """By column."""
 
 
-def specs(label: str, families: Iterable[Family], runs: int, seconds: float = 0.0) -> list[RunSpec]:
-    """A row's runs: those of `drivemcp evaluate results --sensors model`, whose kept ones are not driven again."""
+def specs(
+    label: str,
+    families: Iterable[Family],
+    runs: int,
+    seconds: float = 0.0,
+    latencies: str = FIXED,
+    settings: Sequence[str] = (),
+) -> list[RunSpec]:
+    """A row's runs: those of `drivemcp evaluate results --sensors model`, with the same latencies and settings, whose kept ones
+    are not driven again. Neighbours have no services, so that neither is theirs."""
     base = RunSpec(scenario="", sensors="model", method=label)
-    spec = base if label in NEIGHBOURS else applied(METHODS[label], base)
+    spec = base if label in NEIGHBOURS else as_asked(applied(METHODS[label], base), latencies, settings)
     return [
         msgspec.structs.replace(spec, scenario=f"{family}/test/{number}", seed=TEST_SEED + number, seconds=seconds)
         for number in range(runs)

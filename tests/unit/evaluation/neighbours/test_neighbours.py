@@ -10,6 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from drivemcp.node import Node
+from evaluation.evaluate.plan import Amount, as_asked, rows_of, runs_of
 from evaluation.evaluate.store import Store
 from evaluation.methods import METHODS, applied
 from evaluation.metrics.conflicts import braking_mps2, violates_rss
@@ -24,6 +25,7 @@ from proto.truth import TrueActor, Truth
 from services.simulator.driver import View
 from services.simulator.driver_profile import draw_driver
 
+ROOT = Path(__file__).parents[4]
 SPEC = RunSpec(scenario="urb-rain/development/0", seed=5, seconds=4.0, sensors="model")
 DT = 0.05
 
@@ -142,6 +144,15 @@ def test_runs_with_services_are_those_of_the_results_table_and_neighbours_have_k
     (ours,), (idm,) = (specs(label, ("urb-rain",), 1) for label in ("DriveMCP", "IDM alone"))
     assert key_of(ours, store) == store.key(ours)
     assert len({key_of(ours, store), key_of(idm, store), store.key(idm)}) == 3
+
+
+def test_latencies_and_settings_make_them_those_of_a_results_table_with_the_same() -> None:
+    file, quiet = str(ROOT / "docs/results/latencies.json"), ["logger.pictures=none"]
+    (ours,) = specs("DriveMCP", ("urb-rain",), 1, 0.0, file, quiet)
+    rows = [msgspec.structs.replace(row, spec=as_asked(row.spec, file, quiet)) for row in rows_of("results", "model")]
+    assert ours in [run.spec for run in runs_of(rows, Amount(runs=1))]
+    (idm,) = specs("IDM alone", ("urb-rain",), 1, 0.0, file, quiet)
+    assert (idm.modelled_ms, idm.settings) == ({}, {})
 
 
 def test_a_neighbours_run_is_measured_and_kept(tmp_path: Path) -> None:
