@@ -23,6 +23,8 @@ STEERING_PLAY_RAD = 0.0015
 MOVING_MPS = 2.0
 TOUCHED, PRESSED = 0.005, 0.02
 """Travel of the brake pedal below which no foot is on it, and from which it tells how much is asked for."""
+COASTS_MPS2 = 1.0
+"""Engine and air slow a car by less than this."""
 SLOPE_SAMPLES = 16
 """Of the speed, over which the deceleration is told."""
 
@@ -175,13 +177,17 @@ costs only its field."""
 
 def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
     """Between what the foot asks for and what the car does: weak brakes and spongy pedals lie between them, a sensor
-    that lies does not.
+    that lies does not. A car that slows down without a foot by more than an engine does brakes by itself, with no more
+    pressure than shows in what it does.
     """
     pedal, full, per = values.get("brake_pedal"), shape.brake_bar_full_pedal, shape.brake_bar_per_mps2
-    if pedal is None:
+    pressure = values.get("brake_pressure_bar")
+    if pedal is None or (pedal < TOUCHED and pressure is None):
         return {}
-    if pedal < TOUCHED:
-        return {"brake_pressure_bar": Expected(0.0, 0.0, 4.0)} if values.get("brake_pressure_bar") is not None else {}
+    if pedal < TOUCHED and pressure is not None:
+        slows = -(moved.acceleration_mps2 or 0.0)
+        own = min(max(0.0, pressure), slows * (per or 0.0)) if slows > COASTS_MPS2 else 0.0
+        return {"brake_pressure_bar": Expected(own, own, 4.0 + 0.1 * own)}
     if full is None or per is None or moved.acceleration_mps2 is None or (moved.speed_mps or 0.0) < MOVING_MPS:
         return {}
     asked, done = pedal * full if pedal >= PRESSED else 0.0, max(0.0, -moved.acceleration_mps2) * per

@@ -150,7 +150,7 @@ def _body(state: CarState) -> Signals:
         "IndicatorLeft": state.indicator == "left",
         "IndicatorRight": state.indicator == "right",
         "HazardLights": state.indicator == "hazard",
-        "BrakeLamps": state.brake > 0.01,
+        "BrakeLamps": state.braked > 0.01,
         "SeatbeltDriver": 1,
     }
 

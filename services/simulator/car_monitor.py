@@ -98,7 +98,7 @@ class CarMonitor:
         steered = middle * math.tan(told.steering_wheel_rad / STEERING_RATIO) / WHEELBASE_M
         wrong["yaw_rate"] = abs(now["yaw_rate"] - steered) > YAW_RADPS
         wrong["acceleration"] = abs(now["acceleration"] - self._change) > ACCELERATION_MPS2
-        wrong["brake_pressure"] = told.brake <= 0.01 and now["brake_pressure"] > PRESSURE_BAR
+        wrong["brake_pressure"] = told.braked <= 0.01 and now["brake_pressure"] > PRESSURE_BAR
         low = (value < LAMP_SHARE * nominal for value, nominal in zip(told.tyre_pressure_bar, NOMINAL_BAR, strict=True))
         wrong |= dict(zip((name for name in now if name.startswith("tyre")), low, strict=True))
         wrong["outside_temperature"] = not -40.0 <= now["outside_temperature"] <= 60.0

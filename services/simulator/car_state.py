@@ -46,6 +46,9 @@ class Controls:
     road_wheel_rad: float = 0.0
     accelerator: float = 0.0
     brake: float = 0.0
+    """The foot's."""
+    system_brake: float = 0.0
+    """What the car brakes by itself, on the same scale; it moves no pedal."""
     abs_active: bool = False
     esc_active: bool = False
     locked: bool = False
@@ -60,6 +63,11 @@ class Controls:
     fog_rear: bool = False
     indicator: str = "off"
 
+    @property
+    def braked(self) -> float:
+        """What is braked in all, by foot or car."""
+        return max(self.brake, self.system_brake)
+
 
 @dataclass(frozen=True, slots=True)
 class CarState:
@@ -73,6 +81,9 @@ class CarState:
     steering_wheel_rate_radps: float = 0.0
     accelerator: float = 0.0
     brake: float = 0.0
+    """The foot's."""
+    braked: float = 0.0
+    """By foot or car."""
     brake_pressure_bar: float = 0.0
     brake_pedal_travel_mm: float = 0.0
     speed_known: bool = True
@@ -152,6 +163,7 @@ class CarModel:
             steering_wheel_rate_radps=(wheel_rad - before.steering_wheel_rad) / dt_s if dt_s > 0 else 0.0,
             accelerator=controls.accelerator,
             brake=controls.brake,
+            braked=controls.braked,
             brake_pressure_bar=_pressure_bar(controls, condition),
             brake_pedal_travel_mm=_travel_mm(controls, condition),
             speed_known=not controls.locked,
@@ -193,11 +205,11 @@ def _gear(speed_mps: float, gear: int) -> int:
 
 
 def _pressure_bar(controls: Controls, condition: Condition) -> float:
-    """Master cylinder pressure: what the deceleration takes on a sound brake, or what the foot asks for where grip
+    """Master cylinder pressure: what the deceleration takes on a sound brake, or what foot or car ask for where grip
     or a fault holds it back; without the booster the foot gives less of it.
     """
-    wanted = max(-controls.acceleration_mps2 if controls.brake > 0.01 else 0.0, controls.brake * 9.0)
-    return min(180.0, wanted * BAR_PER_MPS2 * (condition.assisted if controls.brake > 0.01 else 1.0))
+    wanted = max(-controls.acceleration_mps2 if controls.braked > 0.01 else 0.0, controls.braked * 9.0)
+    return min(180.0, wanted * BAR_PER_MPS2 * (condition.assisted if controls.braked > 0.01 else 1.0))
 
 
 def _travel_mm(controls: Controls, condition: Condition) -> float:
@@ -233,7 +245,7 @@ def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition
     """Each disc takes its share of the braking power and gives heat to the air, more so when driving, and by glowing;
     a locked wheel heats none.
     """
-    braked = controls.brake > 0.01 and not controls.locked
+    braked = controls.braked > 0.01 and not controls.locked
     braking_w = MASS_KG * max(0.0, -controls.acceleration_mps2) * speed_mps if braked else 0.0
     cooling, air_k = DISC_COOLING_W_PER_K * (1.0 + 0.2 * speed_mps), controls.outside_temperature_c + tyres.KELVIN
 

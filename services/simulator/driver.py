@@ -74,6 +74,8 @@ class View:
     person_m: float | None = None
     passed: tuple[tuple[int, float | None, bool], ...] = ()
     """Posts just passed: number, the limit that now holds, whether he can understand the sign."""
+    car_brakes: bool = False
+    """Whether the car brakes by itself, which he feels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +145,10 @@ class Driver:
         wanted = self._bounded(self._demand(view), view)
         jerk = JERK_EMERGENCY_MPS3 if wanted < -4.0 else JERK_DOWN_MPS3 if wanted < self._acceleration else JERK_UP_MPS3
         change = min(max(wanted - self._acceleration, -jerk * dt), jerk * dt)
+        if view.car_brakes:
+            change = min(
+                change, 0.0
+            )  # his foot stays where it is, or he brakes too: nobody steps on it to keep the speed
         self._acceleration += change
         return pedals(self._acceleration)
 

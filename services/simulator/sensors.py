@@ -196,7 +196,6 @@ def _stop_lines(s_m: float, route: Route, lines: Sequence[Line]) -> Iterable[Sto
 def car_controls(moment: Moment) -> Controls:
     """What the car's control units are told."""
     ego, weather, atmosphere = moment.ego, moment.weather, moment.scene.atmosphere
-    braked = max(moment.wish.brake, min(1.0, moment.brake.applied_mps2 / 8.0))
     dark = atmosphere.night or atmosphere.sun_elevation_deg < 4.0
     return Controls(
         speed_mps=ego.speed_mps,
@@ -204,7 +203,8 @@ def car_controls(moment: Moment) -> Controls:
         yaw_rate_radps=ego.yaw_rate_radps,
         road_wheel_rad=ego.road_wheel_rad,
         accelerator=moment.wish.accelerator,
-        brake=braked,
+        brake=moment.wish.brake,
+        system_brake=min(1.0, moment.brake.applied_mps2 / 8.0),
         abs_active=ego.abs_active,
         locked=ego.locked,
         mu=ego.mu,

@@ -206,6 +206,7 @@ class World:
             stop=self.outlook.stop_ahead(sees_m),
             person_m=self.outlook.person_m(),
             passed=self._posts_passed(weather),
+            car_brakes=self.brake.applied_mps2 > 0.0,
         )
 
     def _sees_m(self, weather: Weather, car: Ability) -> float:

@@ -138,6 +138,18 @@ def test_a_foot_that_rests_on_the_pedal_may_brake_as_much_as_the_car_does(
     assert (abs(pressure.residual(pressure_bar)) <= pressure.tolerance) is sound
 
 
+@pytest.mark.parametrize(
+    ("slows_mps2", "pressure_bar", "sound"),
+    [(4.0, 40.0, True), (4.0, 0.0, True), (4.0, 60.0, False), (0.5, 20.0, False)],
+)
+def test_a_car_that_brakes_by_itself_needs_no_foot_for_its_pressure(
+    slows_mps2: float, pressure_bar: float, *, sound: bool
+) -> None:
+    moved = Motion(speed_mps=15.0, yaw_rate_radps=0.0, acceleration_mps2=-slows_mps2)
+    pressure = expected({"brake_pedal": 0.0, "brake_pressure_bar": pressure_bar}, moved, SHAPE)["brake_pressure_bar"]
+    assert (abs(pressure.residual(pressure_bar)) <= pressure.tolerance) is sound
+
+
 @pytest.mark.parametrize(("seconds_ago", "sound"), [(0.3, True), (5.0, False)])
 def test_who_has_just_set_off_is_not_held_against_the_mean_of_the_last_moments(
     seconds_ago: float, *, sound: bool

@@ -12,6 +12,7 @@ from proto.decision import Advisory, BrakeCommand
 from proto.rules import LegalLimit
 from proto.sensors import CanFrame, CanFrames
 from proto.truth import Truth
+from services.simulator.car_state import BAR_PER_MPS2
 from services.simulator.plan import Scenario
 from services.simulator.scenario import parse_scenario
 from services.simulator.session import STEP_NS, Batch, SensorSet, Session
@@ -174,6 +175,33 @@ def test_the_same_seed_stops_later_for_a_braking_command_with_a_lost_circuit() -
             end = drive.advance().moment.ego
         ways.append(end.s_m)
     assert ways[1] > ways[0] + 3.0
+
+
+def test_what_the_car_brakes_by_itself_moves_no_pedal() -> None:
+    """Else whoever commands it would take its own braking for the driver's, and let go at once."""
+    drive = session(scenario(speed=104))
+    foot = run(drive, 60)[-1].moment.wish
+    brake(drive, 20)
+    state = drive.state
+    assert state.acceleration_mps2 == pytest.approx(-4.0, abs=0.5)
+    assert state.brake_pressure_bar == pytest.approx(4.0 * BAR_PER_MPS2, rel=0.15)
+    assert (state.brake, state.brake_pedal_travel_mm) == (foot.brake, 0.0) == (0.0, 0.0)
+
+
+def test_nobody_steps_on_the_accelerator_to_keep_the_speed_as_the_car_brakes() -> None:
+    drive = session(scenario(speed=50))
+    before = run(drive, 100)[-1].moment
+    after = brake(drive, 40).moment
+    assert after.ego.speed_mps < before.ego.speed_mps - 6.0
+    assert after.wish.accelerator <= before.wish.accelerator
+
+
+def brake(drive: Session, steps: int) -> Batch:
+    """Let the car brake by itself, and the last step of it."""
+    for _ in range(steps):
+        drive.brake(BrakeCommand(deceleration_mps2=4.0, jerk_mps3=10.0, grant_id="g"))
+        end = drive.advance()
+    return end
 
 
 def test_a_stuck_wheel_speed_sensor_takes_the_anti_lock_away_from_the_real_car() -> None:
