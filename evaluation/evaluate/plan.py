@@ -11,7 +11,7 @@ import msgspec
 from evaluation.corruption.spec import CLEAN, PAPER
 from evaluation.drive.stack import settings_of
 from evaluation.evaluate.names import TableName
-from evaluation.latencies import read
+from evaluation.latencies import Latencies, read
 from evaluation.methods import ABLATIONS, METHODS, applied
 from evaluation.run.spec import RunSpec, Sensors
 from evaluation.scenarios import Family, generate
@@ -185,10 +185,14 @@ def with_settings(spec: RunSpec, service: str, settings: dict[str, Any]) -> RunS
     return msgspec.structs.replace(spec, settings={**spec.settings, service: merged})
 
 
-def as_asked(spec: RunSpec, latencies: str, settings: Sequence[str]) -> RunSpec:
-    """The spec with the latencies (`FIXED`, or a measured table's file) and the settings (SERVICE.KEY=VALUE) that are the user's.
-    Raises UserError naming the file or the setting."""
-    spec = msgspec.structs.replace(spec, modelled_ms={} if latencies == FIXED else read(Path(latencies)).modelled_ms())
+def latencies_of(file: str) -> Latencies | None:
+    """The measured table; None: `FIXED`. Raises UserError naming the file."""
+    return None if file == FIXED else read(Path(file))
+
+
+def as_asked(spec: RunSpec, latencies: Latencies | None, settings: Sequence[str]) -> RunSpec:
+    """The spec with the latencies and the settings (SERVICE.KEY=VALUE) that are the user's. Raises UserError naming the setting."""
+    spec = msgspec.structs.replace(spec, modelled_ms={} if latencies is None else latencies.modelled_ms())
     for service, asked in settings_of(settings).items():
         spec = with_settings(spec, service, asked)
     return spec

@@ -19,13 +19,12 @@ from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.page import page
-from evaluation.evaluate.plan import FIXED, Amount, Row, Run, as_asked, rows_of, runs_of
+from evaluation.evaluate.plan import FIXED, Amount, Row, Run, as_asked, latencies_of, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.published import Line
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
-from evaluation.latencies import Latencies, read
 from evaluation.methods import METHODS
 from evaluation.run.spec import RunSpec
 
@@ -105,14 +104,10 @@ def _tables(name: str) -> tuple[TableName, ...]:
 def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's."""
     _known("--method", flags.method)
+    latencies = latencies_of(flags.latencies)
     for row in rows_of(name, flags.sensors):
         if not flags.method or row.spec.method in flags.method:
-            yield msgspec.structs.replace(row, spec=as_asked(row.spec, flags.latencies, flags.set))
-
-
-def _latencies(flags: argparse.Namespace) -> Latencies | None:
-    """The measured table; None: fixed. Raises UserError."""
-    return None if flags.latencies == FIXED else read(Path(flags.latencies))
+            yield msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, flags.set))
 
 
 def _amount(flags: argparse.Namespace) -> Amount:
@@ -199,7 +194,7 @@ def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str],
 def _write(
     tables: Sequence[Table], folder: Path, store: Store, flags: argparse.Namespace, screen: Screen, taken: str
 ) -> None:
-    measured = _latencies(flags)
+    measured = latencies_of(flags.latencies)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
     told = report.about(tables, _command(flags), machine(), quick=flags.quick, latencies=latencies, published=taken)
     files.write(folder, tables)

@@ -12,7 +12,7 @@ from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
 from evaluation.evaluate.machine import cores, machine
-from evaluation.evaluate.plan import FIXED
+from evaluation.evaluate.plan import FIXED, latencies_of
 from evaluation.evaluate.pool import Job, Pool
 from evaluation.evaluate.store import Store
 from evaluation.neighbours.drive import key_of, run_any
@@ -34,9 +34,11 @@ def main(arguments: list[str] | None = None) -> int:
         default=Path("out/evaluate"),
         help="the folder of `drivemcp evaluate`, whose runs are shared",
     )
-    for flag, what in (("--latencies", FIXED), ("--published", "")):
-        parser.add_argument(flag, default=what, metavar="FILE", help="as of `drivemcp evaluate`, whose runs these are")
+    parser.add_argument(
+        "--latencies", default=FIXED, metavar="FILE", help="as of `drivemcp evaluate`, for the same runs"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="the same")
+    parser.add_argument("--published", default="", metavar="FILE", help="runs that need not be driven again, as there")
     flags = parser.parse_args(arguments)
     if flags.runs < 1 or flags.jobs < 1 or flags.seconds < 0.0:
         parser.error("--runs and --jobs are at least 1, --seconds at least 0")
@@ -49,11 +51,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _table(flags: argparse.Namespace, store: Store) -> int:
-    families = flags.family or FAMILIES
+    families, latencies = flags.family or FAMILIES, latencies_of(flags.latencies)
     rows = {
         (family, label): [
             (key_of(spec, store), spec)
-            for spec in specs(label, (family,), flags.runs, flags.seconds, flags.latencies, flags.set)
+            for spec in specs(label, (family,), flags.runs, flags.seconds, latencies, flags.set)
         ]
         for family in families
         for label in LABELS

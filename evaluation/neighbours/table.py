@@ -6,8 +6,9 @@ from typing import Any
 import msgspec
 
 from evaluation.evaluate.columns import COLLISIONS, INFRACTIONS, NEAR, OURS, Column
-from evaluation.evaluate.plan import FAMILIES, FIXED, TEST_SEED, as_asked
+from evaluation.evaluate.plan import FAMILIES, TEST_SEED, as_asked
 from evaluation.evaluate.tables import Value, value_of
+from evaluation.latencies import Latencies
 from evaluation.methods import METHODS, applied
 from evaluation.neighbours.drive import NEIGHBOURS
 from evaluation.run.spec import RunSpec
@@ -44,7 +45,7 @@ def specs(
     families: Iterable[Family],
     runs: int,
     seconds: float = 0.0,
-    latencies: str = FIXED,
+    latencies: Latencies | None = None,
     settings: Sequence[str] = (),
 ) -> list[RunSpec]:
     """A row's runs: those of `drivemcp evaluate results --sensors model`, with the same latencies and settings, whose kept ones

@@ -212,9 +212,7 @@ def main() -> int:
     json.dump(measured, sys.stdout, indent=1)
     if options.write:
         name = f"{options.camera}, {'all signs' if options.all_signs else 'limits'}, seed {options.seed}"
-        card = path.with_suffix(".json")
-        known = json.loads(card.read_text(encoding="utf-8")).get("drives", {})
-        keep(card, {"drives": known | {name: measured}})
+        keep(path.with_suffix(".json"), measured, "drives", name)
     return 0
 
 

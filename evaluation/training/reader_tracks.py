@@ -100,14 +100,17 @@ def main() -> int:
     measured = track_table(Reader.load(path), source, options.count, options.seed)
     json.dump(measured, sys.stdout, indent=1)
     if options.write:
-        keep(path.with_suffix(".json"), {"tracks": measured})
+        keep(path.with_suffix(".json"), measured, "tracks")
     return 0
 
 
-def keep(card_file: Path, measured: dict[str, Any]) -> None:
-    """Put what was measured into a model's card, in place of what stood there under the same names."""
-    card = json.loads(card_file.read_text(encoding="utf-8"))
-    card_file.write_text(json.dumps(card | measured, indent=1) + "\n", encoding="utf-8")
+def keep(card_file: Path, measured: dict[str, Any], *names: str) -> None:
+    """Put what was measured into a model's card, in place of what stood there under these names, each within the one before."""
+    card = place = json.loads(card_file.read_text(encoding="utf-8"))
+    for name in names[:-1]:
+        place = place.setdefault(name, {})
+    place[names[-1]] = measured
+    card_file.write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

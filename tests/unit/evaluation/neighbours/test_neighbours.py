@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from drivemcp.node import Node
-from evaluation.evaluate.plan import Amount, as_asked, rows_of, runs_of
+from evaluation.evaluate.plan import Amount, as_asked, latencies_of, rows_of, runs_of
 from evaluation.evaluate.store import Store
 from evaluation.methods import METHODS, applied
 from evaluation.metrics.conflicts import braking_mps2, violates_rss
@@ -147,11 +147,13 @@ def test_runs_with_services_are_those_of_the_results_table_and_neighbours_have_k
 
 
 def test_latencies_and_settings_make_them_those_of_a_results_table_with_the_same() -> None:
-    file, quiet = str(ROOT / "docs/results/latencies.json"), ["logger.pictures=none"]
-    (ours,) = specs("DriveMCP", ("urb-rain",), 1, 0.0, file, quiet)
-    rows = [msgspec.structs.replace(row, spec=as_asked(row.spec, file, quiet)) for row in rows_of("results", "model")]
+    latencies, quiet = latencies_of(str(ROOT / "docs/results/latencies.json")), ["logger.pictures=none"]
+    (ours,) = specs("DriveMCP", ("urb-rain",), 1, 0.0, latencies, quiet)
+    rows = [
+        msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, quiet)) for row in rows_of("results", "model")
+    ]
     assert ours in [run.spec for run in runs_of(rows, Amount(runs=1))]
-    (idm,) = specs("IDM alone", ("urb-rain",), 1, 0.0, file, quiet)
+    (idm,) = specs("IDM alone", ("urb-rain",), 1, 0.0, latencies, quiet)
     assert (idm.modelled_ms, idm.settings) == ({}, {})
 
 
