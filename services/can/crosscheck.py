@@ -8,7 +8,7 @@ was plausible for `CLEAR_S` under a check that could have found it out. Same fra
 import math
 import statistics
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from proto.vehicle import SensorFault, SensorFaultKind
@@ -79,7 +79,7 @@ class _Watch:
         self.plausible_s = 0.0
         self._recent: deque[float] = deque(maxlen=2)
         self._bends: deque[float] = deque(maxlen=NOISE_SAMPLES - 2)
-        """Second differences of its samples, their sign aside."""
+        """Second differences of its samples, their sign aside, but for what the car did itself."""
         self._residuals: deque[float] = deque(maxlen=MEAN_SAMPLES)
         self._stamp_ns = 0
         self._last: float | None = None
@@ -95,15 +95,20 @@ class _Watch:
         *,
         age_s: float,
         mean: float | None = None,
+        jolt: float = 0.0,
     ) -> None:
-        """One sample later; `mean` is what `sound` is held against where that is a mean of the field over seconds."""
+        """One sample later; `mean` is what `sound` is held against where that is a mean of the field over seconds, `jolt`
+        the second difference that another sensor tells of.
+        """
         if reading.value is None:
             shown: frozenset[SensorFaultKind] = self._silent(reading, age_s)
             able = False
         else:
             fresh = reading.stamp_ns != self._stamp_ns
             self._stamp_ns = reading.stamp_ns
-            residual = self._take(reading.value, sound, dt_s, fresh=fresh, mean=mean)
+            if fresh:
+                self._bend(reading.value, jolt)
+            residual = self._take(reading.value, sound, dt_s, mean=mean)
             shown = self._shown(residual, sound)
             able = sound is not None or self.rule.rate > 0.0 or self.verdict in ("noisy", "missing")
         self._weigh(shown, dt_s, able=able)
@@ -121,14 +126,14 @@ class _Watch:
         gone = reading.reason in _GONE and (reading.stamp_ns > 0 or age_s > NEVER_S)
         return frozenset({"missing"}) if gone else frozenset()
 
-    def _take(
-        self, value: float, sound: Expected | None, dt_s: float, *, fresh: bool, mean: float | None
-    ) -> float | None:
+    def _bend(self, value: float, jolt: float) -> None:
+        if len(self._recent) == 2:
+            bend = self._recent[0] - 2.0 * self._recent[1] + value
+            self._bends.append(min(abs(bend), abs(bend - jolt)))
+        self._recent.append(value)
+
+    def _take(self, value: float, sound: Expected | None, dt_s: float, *, mean: float | None) -> float | None:
         """Remember the value; its residual, where somebody vouches for it."""
-        if fresh:
-            if len(self._recent) == 2:
-                self._bends.append(abs(self._recent[0] - 2.0 * self._recent[1] + value))
-            self._recent.append(value)
         if value != self._last:
             self._last, self._same_s, self._witnessed = value, 0.0, None
         self._same_s += dt_s
@@ -204,6 +209,8 @@ class CrossChecks:
         self.shape, self.tyres, self.brakes = shape, TyreRatios(tyre_nominal_bar), BrakeEffect()
         self._watches = tuple(_Watch(rule) for rule in SENSORS if rule.field in present)
         self._speeds: deque[tuple[float, float]] = deque(maxlen=SLOPE_SAMPLES)
+        self._braked: deque[tuple[float | None, float | None]] = deque(maxlen=3)
+        """(acceleration, pressure) of the last samples."""
         self._last_ns = 0
         self._age_s = 0.0
         self.moved = Motion(None, None, None)
@@ -235,8 +242,9 @@ class CrossChecks:
             for (tyre, row), wheel in ((each, _WHEEL_OF[each[0]]) for each in self.tyres.expected().items())
             if wheel not in doubted
         }
+        jolts = self._jolts(trusted)
         for watch in self._watches:
-            self._judge(watch, readings, trusted, sound, rolling, dt_s)
+            self._judge(watch, readings, trusted, sound, rolling, jolts, dt_s)
         self._convict()
 
     def _convict(self) -> None:
@@ -256,6 +264,17 @@ class CrossChecks:
         soft = {f"softness_{wheel}": ahead.get(tyre) for tyre, wheel in _PLACE_OF.items()}
         return {name: value for name, value in {**self.brakes.shares(), **soft}.items() if value is not None}
 
+    def _jolts(self, trusted: Mapping[str, float | None]) -> Mapping[str, float]:
+        """Brakes that are put on and let go in a tenth of a second bend pressure and acceleration alike: what each of the
+        two should have bent by, told by the other.
+        """
+        self._braked.append((trusted.get("acceleration_mps2"), trusted.get("brake_pressure_bar")))
+        per = self.shape.brake_bar_per_mps2
+        if per is None:
+            return {}
+        by_acceleration, by_pressure = (_second_difference(row) for row in zip(*self._braked, strict=True))
+        return {"acceleration_mps2": -by_pressure / per, "brake_pressure_bar": -by_acceleration * per}
+
     def _move(self, trusted: Mapping[str, float | None], stamp_ns: int) -> Motion:
         now = motion(trusted, tuple(self._speeds), self.shape)
         if now.speed_mps is not None:
@@ -274,13 +293,21 @@ class CrossChecks:
         trusted: Mapping[str, float | None],
         sound: Mapping[str, Expected],
         rolling: Mapping[str, tuple[float, Expected]],
+        jolts: Mapping[str, float],
         dt_s: float,
     ) -> None:
         name = watch.rule.field
         if watch.verdict is not None:  # its own value is not among the trusted: ask what the others say of it
             sound = expected({**trusted, name: readings[name].value}, self.moved, self.shape)
         mean, by_wheel = rolling.get(name, (None, None))
-        watch.step(readings[name], sound.get(name, by_wheel), dt_s, age_s=self._age_s, mean=mean)
+        beside = sound.get(name, by_wheel)
+        watch.step(readings[name], beside, dt_s, age_s=self._age_s, mean=mean, jolt=jolts.get(name, 0.0))
+
+
+def _second_difference(values: Sequence[float | None]) -> float:
+    """Of the last three; 0 where one is unknown."""
+    known = [value for value in values if value is not None]
+    return known[0] - 2.0 * known[1] + known[2] if len(known) == 3 else 0.0
 
 
 _PLACE_OF = dict(zip(TYRES, ("fl", "fr", "rl", "rr"), strict=True))

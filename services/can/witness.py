@@ -181,15 +181,19 @@ def _pressure(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected
     pressure than shows in what it does.
     """
     pedal, full, per = values.get("brake_pedal"), shape.brake_bar_full_pedal, shape.brake_bar_per_mps2
-    pressure = values.get("brake_pressure_bar")
-    if pedal is None or (pedal < TOUCHED and pressure is None):
+    if pedal is None:
         return {}
-    if pedal < TOUCHED and pressure is not None:
-        slows = -(moved.acceleration_mps2 or 0.0)
-        own = min(max(0.0, pressure), slows * (per or 0.0)) if slows > COASTS_MPS2 else 0.0
-        return {"brake_pressure_bar": Expected(own, own, 4.0 + 0.1 * own)}
+    if pedal < TOUCHED:
+        pressure = values.get("brake_pressure_bar")
+        return {} if pressure is None else {"brake_pressure_bar": _without_a_foot(pressure, moved, per)}
     if full is None or per is None or moved.acceleration_mps2 is None or (moved.speed_mps or 0.0) < MOVING_MPS:
         return {}
     asked, done = pedal * full if pedal >= PRESSED else 0.0, max(0.0, -moved.acceleration_mps2) * per
     low, high = min(asked, done), max(asked, done)
     return {"brake_pressure_bar": Expected(low, high, 4.0 + 0.1 * high)}
+
+
+def _without_a_foot(pressure_bar: float, moved: Motion, bar_per_mps2: float | None) -> Expected:
+    slows = -(moved.acceleration_mps2 or 0.0)
+    own = min(max(0.0, pressure_bar), slows * (bar_per_mps2 or 0.0)) if slows > COASTS_MPS2 else 0.0
+    return Expected(own, own, 4.0 + 0.1 * own)

@@ -8,6 +8,7 @@ they showed now and then stays as probable as it was in the mean.
 
 import math
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from services.drivelm.classes import OTHER
@@ -107,6 +108,7 @@ def _with_lower(posterior: dict[str, float], evidence: Evidence) -> dict[str, fl
     return {label: held.get(label, share * rest) for label, share in posterior.items()}
 
 
+@lru_cache(maxsize=1024)
 def _number(label: str) -> tuple[str, int | None]:
     kind, _, value = label.rpartition(":")
     return kind, int(value) if value.isdigit() else None

@@ -176,12 +176,18 @@ CRAWL_MPS, QUEUED_M = 5.0, 2.0
 
 
 def met(world: WorldState) -> tuple[Way, ...]:
-    """The vehicles that may be met, in the order of `vehicles`: in a crawling queue the next one, which hides the others."""
+    """The vehicles that may be met, in the order of `vehicles`: in a crawling queue none behind one that surely is before us."""
     ways, ego = vehicles(world), world.ego.speed_mps
     if ego is None or ego.value >= CRAWL_MPS:
         return ways
-    nearest_m = min((way.gap_m for way in ways if way.track.in_ego_path and well_seen(way.track)), default=math.inf)
+    nearest_m = min((way.gap_m for way in ways if _hides(way)), default=math.inf)
     return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
+
+
+def _hides(way: Way) -> bool:
+    """Whether a vehicle is surely between us and what is farther away; one that overlaps us is a mistake, and hides nobody."""
+    sure = way.track.confidence >= CERTAIN and way.track.age_s >= KNOWN_S
+    return way.track.in_ego_path and way.gap_m > 0.0 and sure and well_seen(way.track)
 
 
 def stands(world: WorldState) -> bool:

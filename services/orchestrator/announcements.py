@@ -60,7 +60,7 @@ def _firm(key: str) -> str:
     return key + _FIRMLY
 
 
-def without_past(state: State) -> tuple[Spoken, ...]:
+def without_past(spoken: tuple[Spoken, ...], state: State) -> tuple[Spoken, ...]:
     """What was said, without announcements of limits that no sign ahead shows any more: one of the same limit, later on, is news.
 
     The sign was passed, or a gantry shows something else by now. One that flickers is not announced anew each time.
@@ -69,7 +69,7 @@ def without_past(state: State) -> tuple[Spoken, ...]:
     past_ns = state.now_ns - FLICKERS_S * 1e9
     return tuple(
         each
-        for each in state.memory.spoken
+        for each in spoken
         if each.topic not in ("ahead", "approach") or each.key.removesuffix(_FIRMLY) in shown or each.stamp_ns > past_ns
     )
 

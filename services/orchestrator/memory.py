@@ -26,11 +26,9 @@ def remember(
         person_mps=person_mps,
         lost=still_lost(state, goal),
     )
-    memory = state.memory
-    if decision.kind in SPOKEN_KINDS:
-        memory = said(memory, matter, state.now_ns)
-    state = msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
-    return msgspec.structs.replace(state, memory=msgspec.structs.replace(memory, spoken=without_past(state)))
+    memory = said(state.memory, matter, state.now_ns) if decision.kind in SPOKEN_KINDS else state.memory
+    memory = msgspec.structs.replace(memory, spoken=without_past(memory.spoken, state))
+    return msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
 
 
 def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:

@@ -81,6 +81,8 @@ class Drive:
             active = self.fault if t >= self.fault.onset_s else Fault()
             brake = max(0.0, -accel - 0.4) / 9.0
             done = accel if active.kind != "weak_brakes" else accel + brake * 9.0 * active.size
+            pulse = active.size if active.kind == "pulses" and accel < 0.0 and step % 6 < 3 else 0.0
+            done -= pulse
             speed = max(0.0, speed + done * STEP_S)
             if speed == 0.0:
                 done = 0.0
@@ -90,6 +92,7 @@ class Drive:
             if active.kind == "soft_tyre":
                 leak = min(active.size, leak + 0.05 * STEP_S)
             truth = self._truth(speed, done, yaw, brake, outside, leak if active.kind == "soft_tyre" else 0.0)
+            truth["brake_pressure_bar"] += pulse * (SHAPE.brake_bar_per_mps2 or 0.0) if speed > 0.0 else 0.0
             yield int(t * NS) + NS, self._readings(rng, truth, held, active, int(t * NS) + NS, t, speed)
 
     def _truth(

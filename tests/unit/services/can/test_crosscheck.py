@@ -38,7 +38,9 @@ def test_in_a_sound_drive_no_sensor_is_accused(seed: int) -> None:
         ("noisy", "speed_mps", 1.0),
         ("stuck", "speed_mps", 0.0),
         ("offset", "acceleration_mps2", -1.5),
+        ("noisy", "acceleration_mps2", 0.9),
         ("noisy", "yaw_rate_radps", 0.06),
+        ("noisy", "brake_pressure_bar", 8.0),
         ("offset", "yaw_rate_radps", 0.1),
         ("offset", "brake_pressure_bar", 15.0),
         ("stuck", "brake_pressure_bar", 0.0),
@@ -63,6 +65,11 @@ def test_weak_brakes_are_no_sensor_fault_and_are_measured() -> None:
     assert weak.faults == ()
     assert (weak.measured()["brake_effect"] or 1.0) < 0.8
     assert (sound.measured()["brake_effect"] or 0.0) > 0.9
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_car_that_brakes_in_pulses_has_sound_sensors(seed: int) -> None:
+    assert accused(Drive(seed, Fault("pulses", "", 2.0, 5.0))) == []
 
 
 def test_two_witnesses_that_differ_accuse_nobody() -> None:
