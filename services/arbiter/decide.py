@@ -152,7 +152,7 @@ def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Si
         for view in (request_view(request), reading.view)
         for n in each(view, speak_bounds(view, profile), profile)
     ]
-    next_m = min((n.gap_m for n, _ in seen if _hides_others(n.track, profile)), default=math.inf)
+    next_m = min((n.gap_m for n, _ in seen if _hides_others(n, profile)), default=math.inf)
     near = [n for n, view in seen if _hazardous(n, view, sightings, profile) and not _queued(n, view, next_m, profile)]
     worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
     return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
@@ -221,13 +221,18 @@ def _well_seen(track: Track, profile: Profile) -> bool:
     return track.age_s >= profile.act_track_age_s and track.unseen_s <= profile.act_unseen_s
 
 
-def _hides_others(track: Track, profile: Profile) -> bool:
-    """Whether a vehicle is surely in our path, and just seen: who is behind it can be met only through it."""
+def _hides_others(numbers: Numbers, profile: Profile) -> bool:
+    """Whether a vehicle is surely in our path, before us, and just seen: who is behind it can be met only through it. One that
+    overlaps us is a mistake, and hides nobody.
+    """
+    track = numbers.track
     return (
         track.kind == "vehicle"
         and track.in_ego_path
+        and numbers.gap_m > 0.0
         and _well_seen(track, profile)
-        and track.confidence >= profile.hazard_confidence
+        and track.age_s >= profile.hazard_known_s
+        and track.confidence >= profile.act_confidence
     )
 
 

@@ -264,7 +264,7 @@ def test_in_a_crawling_queue_the_next_vehicle_alone_hides_others_from_the_words(
     behind_it = track(gap_m=15.0, closing_mps=8.0, oncoming=True)
     quiet = request(behind_it, ego_speed_mps=ego_mps, fused=fused(new_information=False))
     inputs = with_view(mirror(quiet, permission=Permission()), actors=(following, behind_it))
-    hidden = ego_mps is not None and ego_mps < 5.0 and confidence >= CALIBRATED.hazard_confidence
+    hidden = ego_mps is not None and ego_mps < 5.0 and confidence >= CALIBRATED.act_confidence
     decision = decide(quiet, inputs, CALIBRATED).decision
     assert (decision.hazard == "") is hidden
     assert decision.metrics.r >= decide(quiet, mirror(quiet, permission=Permission()), CALIBRATED).decision.metrics.r
@@ -278,6 +278,9 @@ def test_in_a_crawling_queue_the_next_vehicle_alone_hides_others_from_the_words(
         ({"gap_m": 8.0, "closing_mps": 0.0, "unseen_s": 0.9}, {}),
         ({"gap_m": 8.0, "closing_mps": 0.0, "kind": "pedestrian"}, {}),
         ({"gap_m": 13.5, "closing_mps": 0.0}, {}),
+        ({"gap_m": -0.5, "closing_mps": 0.0}, {}),
+        ({"gap_m": 8.0, "closing_mps": 0.0, "age_s": 0.9}, {}),
+        ({"gap_m": 8.0, "closing_mps": 0.0, "confidence": 0.69}, {}),
         ({"gap_m": 8.0, "closing_mps": 7.0}, {}),
     ],
 )
