@@ -27,6 +27,9 @@ WORDS: Mapping[str, frozenset[str]] = {
 """A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
 
+CONFLICT_WITHIN_S = 20.0
+"""Ours: who is met later than this is not closing in; at 0.1 m/s a steady lead would be minutes away, and the mean his."""
+
 
 SLOWER = frozenset({"deep_water", "school_zone"})
 """Hazards that call for less speed and no stop: a word that asks for it is in time as long as they are on."""
@@ -123,7 +126,8 @@ def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> It
     for each in about:
         if each.message.kind == "ACT" or (each.message.urgency in ESCALATES and each.message.hazard):
             truth = record.truth_at(each.time_s)
-            yield ttc_s(*distance(truth, kind)) if truth is not None else None
+            time = ttc_s(*distance(truth, kind)) if truth is not None else None
+            yield time if time is not None and time <= CONFLICT_WITHIN_S else None
 
 
 def distance(truth: Truth, kind: str) -> tuple[float | None, float]:

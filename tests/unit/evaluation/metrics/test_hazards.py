@@ -92,12 +92,16 @@ def test_limit_advice_and_mere_advice_escalate_nothing() -> None:
     assert found.hazard_response_s == pytest.approx((1.0,))
 
 
-def test_nobody_closing_in_has_no_time_to_collision() -> None:
+@pytest.mark.parametrize(
+    ("closing_mps", "ttcs_s"), [(-1.0, ()), (0.05, ()), (0.104, ()), (2.4, ()), (2.5, (20.0,)), (5.0, (10.0,))]
+)
+def test_nobody_closing_in_has_no_time_to_collision(closing_mps: float, ttcs_s: tuple[float, ...]) -> None:
     def at(time_s: float) -> dict[str, Any]:
-        return {"speed_mps": 20.0, "gap_m": 50.0, "closing_mps": -1.0, "hazards": (hazard("lead_brakes", 0.05),)}
+        now = (hazard("lead_brakes", 0.05),)
+        return {"speed_mps": 20.0, "gap_m": 50.0, "closing_mps": closing_mps, "hazards": now}
 
     found = measure(Record(truths=truths(3.0, at), advisories=(said(1.0, **LEAD),)))
-    assert (found.ttc_escalation_s, found.hazards_answered) == ((), 1)
+    assert (found.ttc_escalation_s, found.hazards_answered) == (ttcs_s, 1)
 
 
 def test_another_hazards_name_is_no_answer() -> None:
