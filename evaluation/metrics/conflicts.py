@@ -16,6 +16,8 @@ NEAR_TTC_S, NEAR_PET_S = 1.5, 1.0
 has the same 1.5 s for time to collision."""
 CLOSING_MPS = 0.1
 """Below this nobody closes in, and there is no time to collision."""
+CONFLICT_WITHIN_S = 20.0
+"""Ours: who is met later than this is not closing in; at 0.1 m/s a steady lead would be minutes away, and the mean his."""
 APART_S = 2.0
 """Two moments of conflict with one road user that lie nearer to each other are one near-collision."""
 ACROSS_MPS = 1.0
@@ -37,6 +39,11 @@ def ttc_s(gap_m: float | None, closing_mps: float | None) -> float | None:
     if gap_m is None or closing_mps is None or closing_mps <= CLOSING_MPS:
         return None
     return max(0.0, gap_m) / closing_mps
+
+
+def conflict_s(time_s: float | None) -> float | None:
+    """A time to collision that means one."""
+    return time_s if time_s is not None and time_s <= CONFLICT_WITHIN_S else None
 
 
 def gap_m(actor: TrueActor) -> float:
@@ -61,9 +68,9 @@ def nearest_ttc_s(truth: Truth) -> float | None:
 
 
 def nearest_ttc_at(record: Record, time_s: float) -> float | None:
-    """The same at an instant of the run."""
+    """The same at an instant of the run, where it is no longer than a conflict."""
     truth = record.truth_at(time_s)
-    return nearest_ttc_s(truth) if truth is not None else None
+    return conflict_s(nearest_ttc_s(truth)) if truth is not None else None
 
 
 def interventions(record: Record) -> tuple[Span, ...]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from evaluation.metrics.conflicts import gap_m, median_stop_m, person_ahead, ttc_s
+from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, person_ahead, ttc_s
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
@@ -26,9 +26,6 @@ WORDS: Mapping[str, frozenset[str]] = {
 }
 """A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
-
-CONFLICT_WITHIN_S = 20.0
-"""Ours: who is met later than this is not closing in; at 0.1 m/s a steady lead would be minutes away, and the mean his."""
 
 
 SLOWER = frozenset({"deep_water", "school_zone"})
@@ -126,8 +123,7 @@ def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> It
     for each in about:
         if each.message.kind == "ACT" or (each.message.urgency in ESCALATES and each.message.hazard):
             truth = record.truth_at(each.time_s)
-            time = ttc_s(*distance(truth, kind)) if truth is not None else None
-            yield time if time is not None and time <= CONFLICT_WITHIN_S else None
+            yield conflict_s(ttc_s(*distance(truth, kind))) if truth is not None else None
 
 
 def distance(truth: Truth, kind: str) -> tuple[float | None, float]:

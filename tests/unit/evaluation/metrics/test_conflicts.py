@@ -124,6 +124,8 @@ def test_a_person_in_the_path_within_the_stopping_distance_violates_rss() -> Non
 
 def test_time_to_collision_at_an_intervention() -> None:
     assert measure(braked(1.0, gap_m=26.0)).ttc_intervention_s == pytest.approx((5.2,))
+    assert measure(braked(1.0, gap_m=99.9)).ttc_intervention_s == pytest.approx((19.98,))
+    assert measure(braked(1.0, gap_m=100.1)).ttc_intervention_s == ()
 
 
 def test_headway_counts_only_while_following() -> None:
