@@ -1,4 +1,8 @@
-"""`python -m evaluation.calibrate feedback --from RUNS`: Delta and c_min over a sequence of drives with labels from truth."""
+"""Beside `drivemcp calibrate`:
+
+python -m evaluation.calibrate feedback --from RUNS      # Delta and c_min over a sequence of drives with labels from truth
+python -m evaluation.calibrate margins [--from RUNS]     # what Delta buys and costs where the arbiter alone decides
+"""
 
 import argparse
 import sys
@@ -6,26 +10,53 @@ from pathlib import Path
 
 from drivemcp.errors import DriveMcpError
 from evaluation.calibrate.feedback import from_truth, sequence, svg, swing
-from evaluation.calibrate.recordings import find, load
+from evaluation.calibrate.margins import approached, as_if_asked, decided, pooled, table
+from evaluation.calibrate.recordings import Recording, find, load
+from evaluation.evaluate.plan import DELTAS
+from services.arbiter.profiles import Profile
 from services.arbiter.profiles import load as load_profile
 
 
 def main() -> int:
-    """Print what feedback did; exit status 1 where a bound was left."""
-    parser = argparse.ArgumentParser(description="Feedback over a sequence of drives.")
-    parser.add_argument("what", choices=("feedback",))
-    parser.add_argument("--from", dest="logs", nargs="+", required=True, metavar="LOG|FOLDER")
-    parser.add_argument("--drives", type=int, default=40)
-    parser.add_argument("--profile", default="calibrated", metavar="NAME|FILE")
-    parser.add_argument("--svg", default="", metavar="FILE", help="plot of both over the drives")
+    """Print what was asked for; exit status 1 where feedback left a bound."""
+    parser = argparse.ArgumentParser(prog="python -m evaluation.calibrate", description=__doc__.partition("\n")[0])
+    commands = parser.add_subparsers(dest="what", required=True)
+    feedback = commands.add_parser("feedback", help="Delta and c_min over a sequence of drives")
+    feedback.add_argument("--drives", type=int, default=40)
+    feedback.add_argument("--svg", default="", metavar="FILE", help="plot of both over the drives")
+    margins = commands.add_parser("margins", help="what Delta buys and costs where the arbiter alone decides")
+    for command, needed in ((feedback, True), (margins, False)):
+        command.add_argument("--from", dest="logs", nargs="+", required=needed, default=(), metavar="LOG|FOLDER")
+        command.add_argument("--profile", default="calibrated", metavar="NAME|FILE")
     flags = parser.parse_args()
     try:
-        recordings, profile = [load(log) for log in find(flags.logs)], load_profile(flags.profile)
-        found = sequence(from_truth(recordings, profile, flags.drives), profile, flags.drives)
-        if flags.svg:
-            Path(flags.svg).write_text(svg(found, profile), encoding="utf-8")
+        profile = load_profile(flags.profile)
+        return _feedback(flags, profile) if flags.what == "feedback" else _margins(flags, profile)
     except DriveMcpError as error:
         parser.error(str(error))
+
+
+def _margins(flags: argparse.Namespace, profile: Profile) -> int:
+    found = [approached(profile, delta) for delta in DELTAS]
+    logs = find(flags.logs)
+    drives = []
+    for number, log in enumerate(logs, start=1):
+        drive = as_if_asked(load(log), profile)
+        drives.append([decided(drive, profile, delta) for delta in DELTAS])
+        sys.stderr.write(f"{number} of {len(logs)} drives: {drive.name}\n")
+    rows = [pooled(each) for each in zip(*drives, strict=True)]
+    if rows:
+        _say(f"{len(logs)} drives, {rows[0].km:.1f} km, decided again: road and driver are the recording's")
+    for line in table(found, rows):
+        _say(line)
+    return 0
+
+
+def _feedback(flags: argparse.Namespace, profile: Profile) -> int:
+    recordings: list[Recording] = [load(log) for log in find(flags.logs)]
+    found = sequence(from_truth(recordings, profile, flags.drives), profile, flags.drives)
+    if flags.svg:
+        Path(flags.svg).write_text(svg(found, profile), encoding="utf-8")
     _say(f"{flags.drives} drives, of {len(recordings)} recorded ones in turn; {sum(each.given for each in found)} labels, "
          f"{sum(each.counted for each in found)} counted")  # fmt: skip
     kept = True

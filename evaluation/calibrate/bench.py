@@ -6,6 +6,7 @@ The driver does nothing, the arbiter alone decides, on tracks as a settled track
 from typing import Literal, NamedTuple
 
 from evaluation.calibrate.again import GRANTED
+from evaluation.metrics.conflicts import ttc_s
 from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
 from services.arbiter.assess import View
@@ -45,22 +46,39 @@ APPROACHES = (
 """Ours: the hazards of the scenario families, each so near that a driver who does nothing meets it."""
 
 
+class Met(NamedTuple):
+    """How an approach ended."""
+
+    impact_mps: float
+    """The closing speed with which they meet; 0: they do not."""
+    braked_ttc_s: float | None = None
+    """Gap over closing speed as braking began; None: nothing braked, or nobody was closing in."""
+
+
 def impact_mps(approach: Approach, profile: Profile) -> float:
     """The closing speed with which they meet; 0: they do not."""
+    return meet(approach, profile).impact_mps
+
+
+def meet(approach: Approach, profile: Profile) -> Met:
+    """Let the arbiter brake, and nobody else."""
     state, gap, ego, lead, accel = fresh(profile), approach.gap_m, approach.ego_mps, approach.lead_mps, 0.0
+    began_s: float | None = None
     for number in range(round(LONGEST_S / TICK_S)):
         now_ns = 10_000_000_000 + number * TICK_NS
         track = _track(approach, number, gap, lead - ego)
         verdict = decide(_request(number, track, ego, accel), _inputs(track, ego, accel, state, now_ns), profile)
         state, accel = verdict.state, -verdict.decision.brake_mps2
+        if began_s is None and accel < 0.0:
+            began_s = ttc_s(gap, ego - lead)
         ego_after, lead_after = max(0.0, ego + accel * TICK_S), max(0.0, lead - approach.lead_brakes_mps2 * TICK_S)
         gap -= (ego + ego_after - lead - lead_after) / 2.0 * TICK_S
         ego, lead = ego_after, lead_after
         if gap <= 0.0:
-            return max(0.0, ego - lead)
+            return Met(max(0.0, ego - lead), began_s)
         if ego <= lead and approach.lead_brakes_mps2 == 0.0:
-            return 0.0
-    return 0.0
+            return Met(0.0, began_s)
+    return Met(0.0, began_s)
 
 
 def mean_impact_mps(profile: Profile) -> float:

@@ -11,10 +11,12 @@ from evaluation.calibrate import drives
 from evaluation.calibrate.again import again
 from evaluation.calibrate.constants import shipped
 from evaluation.calibrate.files import Provenance
+from evaluation.calibrate.margins import as_if_asked
 from evaluation.calibrate.recordings import Recording, find, load
 from evaluation.calibrate.search import on_cores
 from evaluation.evaluate.store import Store
 from services.arbiter.profiles import load as load_profile
+from services.orchestrator.inputs import Method
 from tests.unit.services.arbiter.support import CALIBRATED
 
 pytestmark = pytest.mark.slow
@@ -47,6 +49,19 @@ def test_with_the_constants_that_it_was_driven_with_a_drive_comes_out_as_it_was(
         assert msgspec.structs.replace(then.message, **measured) == now.message
     for then_tick, now_tick in zip(recording.record.traces, found.traces, strict=True):
         assert then_tick.message.events == now_tick.message.events
+
+
+def test_as_if_the_arbiter_had_been_asked_is_as_when_it_was(recording: Recording) -> None:
+    silent = Method(name="silent")
+    untold = recording._replace(
+        steps=tuple(
+            step._replace(own=None, seen=msgspec.structs.replace(step.seen, method=silent)) for step in recording.steps
+        )
+    )
+    asked = as_if_asked(untold, CALIBRATED)
+    pairs = [(then.own, now.own) for then, now in zip(recording.steps, asked.steps, strict=True)]
+    assert all(then is not None and now is not None and then.reading == now.reading for then, now in pairs)
+    assert [step.seen for step in asked.steps] == [step.seen for step in recording.steps]
 
 
 def test_other_constants_make_another_drive(recording: Recording) -> None:
