@@ -1,9 +1,12 @@
 """What corruption may do to the target, in a pure drive beside the clean one, tick by tick.
 
-What is never seen cannot bind: a missed restriction, an actor who is gone, and a gap that shrinks in a frozen picture let the
-target rise, and no test can forbid it. What can hold: until a restriction was missed, the target is never above the clean one;
-without an actor it is never above what the road allows; in a frozen picture never above what it last showed, or is in the clean one.
+What is never seen cannot bind: a missed restriction, an actor who is gone for longer than the tick remembers him, and a gap
+that shrinks in a frozen picture let the target rise, and no test can forbid it. What can hold: until a restriction was missed,
+the target is never above the clean one; an actor who drops out bounds it for three seconds as when last seen; in a frozen
+picture it is never above what that last showed, or is in the clean one.
 """
+
+import math
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -63,11 +66,11 @@ def test_missed_signs_never_raise_the_target_until_a_restriction_was_missed(seed
 
 @FEW
 @given(SEEDS, st.floats(8.0, 60.0), st.floats(-2.0, 15.0))
-def test_an_actor_that_drops_out_lifts_the_target_to_what_the_road_allows_and_no_higher(
+def test_a_known_actor_that_drops_out_bounds_the_target_as_when_last_seen(
     seed: int, gap_m: float, closing_mps: float
 ) -> None:
     clean, lossy, empty = (Drive(speed_mps=22.0, road="rural") for _ in range(3))
-    corruptor = Corruptor(CorruptionSpec(seed=seed, dropout=0.5))
+    corruptor, last_mps = Corruptor(CorruptionSpec(seed=seed, dropout=0.5)), math.inf
     for number in range(30):
         tracks = Tracks(camera="front", frame=number, tracks=(actor(gap_m, closing_mps),), lead_track_id=5)
         left: Tracks = corruptor.leave(topics.TRACKS, tracks, "perception", number * 10**8).message
@@ -79,6 +82,24 @@ def test_an_actor_that_drops_out_lifts_the_target_to_what_the_road_allows_and_no
         assert lossy.target_mps <= empty.target_mps + SLACK
         if left.tracks:
             assert lossy.target_mps <= clean.target_mps + SLACK
+            last_mps = lossy.target_mps
+        assert lossy.target_mps <= last_mps + SLACK
+
+
+@FEW
+@given(st.floats(8.0, 30.0))
+def test_after_three_seconds_without_it_the_target_is_what_the_road_allows(gap_m: float) -> None:
+    lossy, empty = (Drive(speed_mps=22.0, road="rural") for _ in range(2))
+    lossy.tracks, lossy.lead = (actor(gap_m, 5.0),), 5
+    lossy.tick()
+    empty.tick()
+    assert lossy.target_mps < empty.target_mps
+    lossy.tracks, lossy.lead = (), 0
+    for number in range(40):
+        lossy.tick()
+        empty.tick()
+        assert number >= 30 or lossy.target_mps < empty.target_mps
+    assert lossy.target_mps == empty.target_mps
 
 
 @FEW
