@@ -69,7 +69,12 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument(
         "--publish", default="", metavar="FILE", help="add the runs of these tables to FILE.jsonl or FILE.jsonl.gz"
     )
-    parser.add_argument("--docs", default="", metavar="FILE", help="write the results as a page of the docs, too")
+    parser.add_argument(
+        "--docs",
+        default="",
+        metavar="FILE",
+        help="write the results as a page of the docs, too, with its plots in the folder beside it that has its name",
+    )
     parser.set_defaults(run=command)
 
 

@@ -1,27 +1,72 @@
-"""docs/results.md, made from the tables: what was driven, the numbers beside the paper's, what holds and what does not."""
+"""A page of the docs, made from the tables: what was driven, the numbers beside the paper's, plots, what holds and what does not.
 
-from collections.abc import Iterator, Sequence
+What somebody has written about the numbers stands between two marks, and stays when the page is made anew.
+"""
 
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from drivemcp.errors import UserError
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import orders
 from evaluation.evaluate.goals import judged, told
+from evaluation.evaluate.names import TableName
+from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.report import About
 from evaluation.evaluate.tables import Table, TableRow, Value
 
+BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
-def page(tables: Sequence[Table], about: About) -> str:
-    """The page as Markdown."""
-    return (
-        "\n".join([*_head(about), *(line for table in tables for line in _table(table)), *_goals(tables), *_paper()])
-        + "\n"
+
+def write(file: Path, tables: Sequence[Table], about: About) -> None:
+    """Write the page, and its plots into the folder beside it that has its name. Raises UserError as `reading_of` does, OSError."""
+    reading = reading_of(file)
+    folder = file.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures: dict[TableName, list[tuple[str, str]]] = {}
+    for table in tables:
+        for title, svg in plots_of(table):
+            picture = folder / f"{re.sub('[^a-z0-9]+', '-', title.lower()).strip('-')}.svg"
+            picture.write_text(svg, encoding="utf-8")
+            pictures.setdefault(table.name, []).append((title, f"{folder.name}/{picture.name}"))
+    file.write_text(page(tables, about, reading, pictures), encoding="utf-8")
+
+
+def reading_of(file: Path) -> str:
+    """What stands between the marks of a page that is there. Raises UserError where a page has not both of them."""
+    if not file.exists():
+        return ""
+    _, begun, rest = file.read_text(encoding="utf-8").partition(BEGIN)
+    reading, ended, _ = rest.partition(END)
+    if not (begun and ended):
+        raise UserError(
+            f"--docs {file}: the page has no lines {BEGIN!r} and {END!r}, so what was written into it would be lost; put them about it, or "
+            "name another file"
+        )
+    return reading.strip("\n")
+
+
+def page(
+    tables: Sequence[Table],
+    about: About,
+    reading: str = "",
+    pictures: Mapping[TableName, Sequence[tuple[str, str]]] = {},
+) -> str:
+    """The page as Markdown; `pictures` are (title, path) of each table's plots."""
+    lines = [line for table in tables for line in (*_table(table), *_pictures(pictures.get(table.name, ())))]
+    return "\n".join([*_head(about, reading), *lines, *_goals(tables), *_paper()]) + "\n"
+
+
+def _head(about: About, reading: str) -> Iterator[str]:
+    yield "# Results in rendered pictures\n" if about.sensors == "rendered" else "# Results\n"
+    yield (
+        "Made by the command below with `--docs`; only what stands between its two marks is written by hand, and stays. What each "
+        "number is: [evaluation.md](evaluation.md).\n"
     )
-
-
-def _head(about: About) -> Iterator[str]:
-    yield "# Results\n"
-    yield "Made by the command below with `--docs`; do not edit. What each number is: [evaluation.md](evaluation.md).\n"
     yield f"```\n{about.command}\n```\n"
+    yield f"{BEGIN}\n{reading}\n{END}\n"
     if about.quick:
         yield "**This is a quick run: it shows that everything works; its numbers prove nothing, and the intervals say so.**\n"
     yield (
@@ -34,8 +79,12 @@ def _head(about: About) -> Iterator[str]:
     yield (
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
         "binomial one, other numbers Student's for the mean over runs. The paper drove in CARLA: orderings and ratios can be "
-        "compared, absolute numbers only stand side by side.\n"
+        "compared, absolute numbers only stand side by side. In the plots diamonds are the paper's.\n"
     )
+
+
+def _pictures(pictures: Sequence[tuple[str, str]]) -> Iterator[str]:
+    yield from (f"![{title}]({path})\n" for title, path in pictures)
 
 
 def _table(table: Table) -> Iterator[str]:

@@ -13,12 +13,11 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
-from evaluation.evaluate import files, published, report
+from evaluation.evaluate import files, page, published, report
 from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.one import run_one
-from evaluation.evaluate.page import page
 from evaluation.evaluate.plan import FIXED, Amount, Row, Run, as_asked, latencies_of, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.published import Line
@@ -35,6 +34,8 @@ def evaluate(flags: argparse.Namespace) -> int:
     """Drive, measure, write; the exit status."""
     screen, folder = Screen(), Path(flags.out)
     lines = _published(flags)
+    if flags.docs:
+        page.reading_of(Path(flags.docs))  # what cannot be kept is told now, not after hours
     store = Store(folder / "runs", published.taken(lines, flags.again))
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
     if not rows:
@@ -200,7 +201,7 @@ def _write(
     files.write(folder, tables)
     (folder / REPORT).write_text(report.html(tables, told, store.folder, folder), encoding="utf-8")
     if flags.docs:
-        Path(flags.docs).write_text(page(tables, told), encoding="utf-8")
+        page.write(Path(flags.docs), tables, told)
     missing = f"; {told.missing} are missing: the same command goes on" if told.missing else ""
     screen.say(f"{told.runs} runs, {told.km:.2f} km{missing}")
     sys.stdout.write(f"{folder / REPORT}\n")

@@ -7,9 +7,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from drivemcp.errors import UserError
 from evaluation.evaluate import report
 from evaluation.evaluate.goals import judged
-from evaluation.evaluate.page import page
+from evaluation.evaluate.page import BEGIN, END, page, write
 from evaluation.evaluate.plan import Row
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.report import About
@@ -90,6 +91,38 @@ def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
     assert "drivemcp evaluate results --quick" in text
     assert "proves" not in text
     assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
+
+
+def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: Path) -> None:
+    tables, file = [table("results", made_run), table("corruption", made_run)], tmp_path / "results.md"
+    write(file, tables, told(tables))
+    shown = re.findall(r"^!\[(.+)\]\((.+\.svg)\)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(shown) == 6
+    pictures = {path: (tmp_path / path).read_bytes() for _, path in shown}
+    assert set(tmp_path.glob("results/*.svg")) == {tmp_path / path for path in pictures}
+    assert all(picture.startswith(b"<svg") and b"xmlns=" in picture for picture in pictures.values())
+    write(file, tables, told(tables))
+    assert {path: (tmp_path / path).read_bytes() for path in pictures} == pictures
+
+
+def test_what_is_written_between_the_marks_stays_and_all_else_is_made_anew(tmp_path: Path) -> None:
+    tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
+    write(file, tables, told(tables))
+    made = file.read_text(encoding="utf-8")
+    reading = "- **What it means**: little.\n\n## Before\n\nMore of it."
+    edited = made.replace(f"{BEGIN}\n\n{END}", f"{BEGIN}\n{reading}\n{END}").replace("a machine", "another machine")
+    assert edited != made
+    file.write_text(edited, encoding="utf-8")
+    write(file, tables, told(tables))
+    assert file.read_text(encoding="utf-8") == made.replace(f"{BEGIN}\n\n{END}", f"{BEGIN}\n{reading}\n{END}")
+
+
+def test_a_page_without_both_marks_is_not_written_over(tmp_path: Path) -> None:
+    tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
+    file.write_text(f"Old words. {BEGIN} and the end is gone", encoding="utf-8")
+    with pytest.raises(UserError, match=r"results\.md: the page has no lines"):
+        write(file, tables, told(tables))
+    assert file.read_text(encoding="utf-8").startswith("Old words")
 
 
 def test_what_cannot_follow_from_the_paper_is_worked_out_from_its_numbers() -> None:
