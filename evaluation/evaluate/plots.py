@@ -1,6 +1,7 @@
 """Plots as SVG text: bars with intervals for rows, curves over a rate or Delta; the paper's numbers as diamonds."""
 
 import io
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -79,9 +80,9 @@ def _bars(rows: Sequence[TableRow], columns: Sequence[tuple[int, Column]]) -> "F
 
 
 def _errors(values: Sequence[Value]) -> list[list[float]]:
-    """Down and up; none where there is no interval."""
-    down = [max(0.0, v.value - v.low) if v.value is not None and v.low is not None else 0.0 for v in values]
-    up = [max(0.0, v.high - v.value) if v.value is not None and v.high is not None else 0.0 for v in values]
+    """Down and up; no number where there is no interval, so that none is drawn: a single run is not a sure one."""
+    down = [max(0.0, v.value - v.low) if v.value is not None and v.low is not None else math.nan for v in values]
+    up = [max(0.0, v.high - v.value) if v.value is not None and v.high is not None else math.nan for v in values]
     return [down, up]
 
 
