@@ -55,7 +55,9 @@ def page(
     pictures: Mapping[TableName, Sequence[tuple[str, str]]] = {},
 ) -> str:
     """The page as Markdown; `pictures` are (title, path) of each table's plots."""
-    lines = [line for table in tables for line in (*_table(table), *_pictures(pictures.get(table.name, ())))]
+    lines = [
+        line for table in tables for line in (*_table(table), *_pictures(pictures.get(table.name, ())), *_beside(table))
+    ]
     return "\n".join([*_head(about, reading), *lines, *_goals(tables), *_paper()]) + "\n"
 
 
@@ -114,6 +116,23 @@ def _row(row: TableRow, cells: Sequence[tuple[Value, Column]]) -> str:
         + " | ".join([f"{row.row.group}: {row.row.label}", f"{len(row.runs) - row.missing}, {row.km:.2f}", *numbers])
         + " |"
     )
+
+
+def _beside(table: Table) -> Iterator[str]:
+    """What we measure and the paper does not, of the results table: a line for each number, a column for each method."""
+    if table.name != "results":
+        return
+    yield "<details><summary>What we measure beside</summary>\n"
+    for group in dict.fromkeys(row.row.group for row in table.rows):
+        rows = [row for row in table.rows if row.row.group == group]
+        yield f"| {group} | " + " | ".join(row.row.label for row in rows) + " |"
+        yield "|" + "---|" * (len(rows) + 1)
+        for at, column in enumerate(table.columns):
+            if column not in COLUMNS[table.name]:
+                cells = " | ".join(told(row.values[at], column) for row in rows)
+                yield f"| {column.title}, {column.unit} | {cells} |"
+        yield ""
+    yield "</details>\n"
 
 
 def _goals(tables: Sequence[Table]) -> Iterator[str]:

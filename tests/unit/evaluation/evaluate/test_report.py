@@ -93,6 +93,17 @@ def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
     assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
 
 
+def test_the_page_has_what_the_paper_does_not_measure_for_each_method() -> None:
+    text = page([whole := table("results", made_run)], told([whole]))
+    (head,) = [line for line in text.splitlines() if line.startswith("| CROSS-BORDER | ")]
+    assert (
+        head
+        == "| CROSS-BORDER | No-assistant | VLM-Direct | VLM-Direct+RAG | VLM-Tools-NoArbiter | DriveMCP | Oracle |"
+    )
+    for number in ("nags, /10 km", "collisions, /1,000 km", "wrong limit, s/h", "false interventions, /1,000 km"):
+        assert len(re.findall(rf"^\| {re.escape(number)} \| (?:[^|]+ \| ){{5}}[^|]+ \|$", text, re.MULTILINE)) == 3
+
+
 def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: Path) -> None:
     tables, file = [table("results", made_run), table("corruption", made_run)], tmp_path / "results.md"
     write(file, tables, told(tables))
