@@ -60,6 +60,14 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="runs that were driven before or elsewhere: those that fit this code are not driven again",
     )
     parser.add_argument(
+        "--alike",
+        type=_count,
+        default=0,
+        metavar="N",
+        help="runs of other code in --published count as well, once N of them, drawn by their keys, are driven by today's code, too, "
+        "and came out alike, to the bit",
+    )
+    parser.add_argument(
         "--again",
         action="append",
         default=[],

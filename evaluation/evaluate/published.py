@@ -104,27 +104,31 @@ def _problem(line: Line) -> str:
     return f"`$.metrics.{min(odd)}`: missing, or no metric" if odd else ""
 
 
-def taken(lines: Mapping[str, Line], again: Sequence[str]) -> dict[str, Kept]:
-    """The runs of today's code, less those that are to be driven again. Raises UserError where one of these is not published."""
+def taken(lines: Mapping[str, Line], again: Sequence[str], also: Collection[str] = ()) -> dict[str, Kept]:
+    """The runs of today's code, less those that are to be driven again. Raises UserError where one of these is not published,
+    under its own key or under one of `also`.
+    """
     for key in again:
-        if key not in lines and (key != ALL or not lines):
+        if key not in lines and key not in also and (key != ALL or not lines):
             raise UserError(f"--again {key}: no such run in the file of --published")
     return {key: line.kept() for key, line in lines.items() if line.of_today and not {key, ALL} & set(again)}
 
 
-def fit(lines: Mapping[str, Line]) -> str:
-    """How many lines fit today's code, and what becomes of the others."""
+def fit(lines: Mapping[str, Line], alike: int = 0) -> str:
+    """How many lines fit today's code, and what becomes of the others: so many count all the same (`alike.py`)."""
     count = sum(line.of_today for line in lines.values())
-    others = f"; the other {len(lines) - count} are ignored" if count < len(lines) else ""
+    others = (
+        f"; the other {len(lines) - count} are {'of other code' if alike else 'ignored'}" if count < len(lines) else ""
+    )
     return f"{count} of its {len(lines)} runs fit this code and its models{others}"
 
 
-def told(file: str, lines: Mapping[str, Line], wanted: Collection[str], store: Store) -> str:
+def told(file: str, lines: Mapping[str, Line], wanted: Collection[str], store: Store, alike: int = 0) -> str:
     """For the report: how many of the wanted runs come from the file, what of them is not here, and what of the file does not fit."""
     if not file:
         return ""
     count = sum(store.here(key) is None and store.kept(key) is not None for key in wanted)
-    told = f"{count} runs are taken from {file} ({fit(lines)})"
+    told = f"{count} runs are taken from {file} ({fit(lines, alike)})"
     if not count:
         return f"{told}: with this amount, these latencies and settings no other run of these tables is in it."
     return (
@@ -136,7 +140,7 @@ def told(file: str, lines: Mapping[str, Line], wanted: Collection[str], store: S
 def publish(file: Path, ours: Iterable[Line]) -> int:
     """Add runs to a file, sorted by key; how many are new. What is there stays, of other code too, unless it is now measured otherwise."""
     there = read(file) if file.exists() else {}
-    new = {line.key: line for line in ours if line.key not in there or not there[line.key].of_today}
+    new = {line.key: line for line in ours if line.key not in there or (line.of_today and not there[line.key].of_today)}
     lines = {**there, **new}
     whole = b"".join(msgspec.json.encode(lines[key]) + b"\n" for key in sorted(lines))
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -149,9 +153,9 @@ def publish(file: Path, ours: Iterable[Line]) -> int:
 def otherwise(published: Mapping[str, Line], here: Iterable[Line]) -> list[str]:
     """The keys of runs that came out otherwise here than they were published by the same code: that should not be."""
     pairs = ((line, published[line.key]) for line in here if line.key in published)
-    return [line.key for line, other in pairs if other.of_today and _came_to(line) != _came_to(other)]
+    return [line.key for line, other in pairs if other.of_today and came_to(line.kept()) != came_to(other.kept())]
 
 
-def _came_to(line: Line) -> Line:
+def came_to(kept: Kept) -> Kept:
     """All but how long it took to drive."""
-    return msgspec.structs.replace(line, wall_s=0.0, cpu_s=0.0)
+    return msgspec.structs.replace(kept, wall_s=0.0, cpu_s=0.0)

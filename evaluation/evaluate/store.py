@@ -1,4 +1,4 @@
-"""Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, moments.json, *.jpg}. What is there is finished.
+"""Runs on disk: FOLDER/<run_key>/{spec.json, metrics.json, log.mcap, truth.msgpack.gz, *.jpg}. What is there is finished.
 
 Beside them a store may know runs that were published: their numbers count, and nothing else of them is here.
 """
@@ -94,6 +94,10 @@ class Store:
     def kept(self, key: str) -> Kept | None:
         """What a finished run came to, by today's measures, here or as published; None: it has to be driven or measured again."""
         return self.here(key) or self._published.get(key)
+
+    def count(self, published: Mapping[str, Kept]) -> None:
+        """From now on these count as well."""
+        self._published = {**published, **self._published}
 
     def here(self, key: str) -> Kept | None:
         """The same of runs in this folder alone."""

@@ -13,7 +13,8 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
-from evaluation.evaluate import files, page, published, report
+from evaluation.evaluate import alike, files, page, published, report
+from evaluation.evaluate.alike import Group, Verdict
 from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
@@ -34,24 +35,31 @@ def evaluate(flags: argparse.Namespace) -> int:
     """Drive, measure, write; the exit status."""
     screen, folder = Screen(), Path(flags.out)
     lines = _published(flags)
+    if flags.alike and not flags.published:
+        raise UserError("--alike counts runs of --published; name the file")
     if flags.docs:
         page.reading_of(Path(flags.docs))  # what cannot be kept is told now, not after hours
-    store = Store(folder / "runs", published.taken(lines, flags.again))
+    others = alike.groups(lines) if flags.alike else ()
+    also = {key for group in others for key in group.lines}
+    store = Store(folder / "runs", published.taken(lines, flags.again, also))
     rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
     if not rows:
         raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
     runs = runs_of(rows, _amount(flags))
     if flags.published:
-        screen.say(f"{flags.published}: {published.fit(lines)}")
+        screen.say(f"{flags.published}: {published.fit(lines, len(others))}")
+    verdicts: list[Verdict] = []
     with store.alone():
         try:
             with interruptible():
+                verdicts += _alike(others, runs, lines, store, flags, screen)
                 _drive_in_turn(runs, store, flags, screen)
         finally:
             specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
-            _write(tables, folder, store, flags, screen, published.told(flags.published, lines, specs, store))
-            otherwise = _publish(specs, lines, store, flags, screen)
+            taken = published.told(flags.published, lines, specs, store, len(verdicts))
+            _write(tables, folder, store, flags, screen, " ".join([taken, *(f"{each.told()}." for each in verdicts)]))
+            otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 
 
@@ -78,9 +86,40 @@ def _publish(
     for key in otherwise:
         screen.say(f"{key} came out otherwise here than it was published: {store.path(key)}")
     if flags.publish:
-        elsewhere = [line for key, line in lines.items() if key in specs and store.here(key) is None and line.of_today]
+        elsewhere = [line for key, line in lines.items() if key in specs and store.here(key) is None]
         screen.say(f"{published.publish(Path(flags.publish), [*here, *elsewhere])} runs are new in {flags.publish}")
     return otherwise
+
+
+def _alike(
+    others: Sequence[Group],
+    runs: Sequence[Run],
+    lines: Mapping[str, Line],
+    store: Store,
+    flags: argparse.Namespace,
+    screen: Screen,
+) -> Iterator[Verdict]:
+    """Drive what is drawn of other code's runs, and say whether the rest of them counts."""
+    specs = specs_of(runs, store)
+    wanted = {store.key(specs[id(run)]): run for run in runs if id(run) in specs}
+    for group in others:
+        draw = alike.drawn(group, wanted, flags.alike)
+        if draw:
+            _drive(
+                {key: msgspec.structs.replace(wanted[key], spec=specs[id(wanted[key])]) for key in draw},
+                store,
+                flags,
+                screen,
+            )
+            verdict = alike.judged(group, draw, store, lines)
+            screen.say(verdict.told())
+            store.count(alike.counted(verdict, flags.again))
+            yield verdict
+
+
+def _counted(verdicts: Iterable[Verdict]) -> dict[str, Line]:
+    """The lines of other code that count, by the keys that today's code gives them."""
+    return {key: line for verdict in verdicts if verdict.counts for key, line in verdict.group.lines.items()}
 
 
 @contextmanager
@@ -217,4 +256,5 @@ def _command(flags: argparse.Namespace) -> str:
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
     words += ["--published", flags.published] if flags.published else []
+    words += ["--alike", f"{flags.alike}"] if flags.alike else []
     return shlex.join(words)

@@ -1,0 +1,100 @@
+"""Published runs of other code that count as today's: some of them, drawn by their keys, were driven by today's code, too.
+
+Almost any change of code gives runs other keys, and most changes change no run. If every drawn run came out alike, to the
+bit, so do the others, as far as a draw can say: `may_differ` is the share that it leaves open.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import msgspec
+
+from evaluation.evaluate.published import ALL, Line, came_to
+from evaluation.evaluate.store import Kept, Store, measuring, world_digest
+from evaluation.run.spec import Sensors, driven_by, key_of
+from evaluation.statistics import LEVEL
+
+
+class Group(NamedTuple):
+    """The runs of one other code, by the keys that today's code gives them."""
+
+    driver: str
+    lines: Mapping[str, Line]
+
+
+class Verdict(NamedTuple):
+    """What the draw said of a group."""
+
+    group: Group
+    alike: tuple[str, ...]
+    """Runs that today's code drove, too, and that came out so."""
+    otherwise: tuple[str, ...]
+    lacking: int
+    """Drawn, and not driven by today's code."""
+
+    @property
+    def counts(self) -> bool:
+        """Whether the group's other runs count as today's."""
+        return bool(self.alike) and not self.otherwise and not self.lacking
+
+    def told(self) -> str:
+        """One clause for the screen and the report."""
+        name, count = f"{len(self.group.lines)} runs of other code ({self.group.driver})", len(self.alike)
+        if self.otherwise:
+            return f"{name} do not count: {', '.join(self.otherwise)} came out otherwise by today's"
+        if not self.counts:
+            return f"{name} do not count: {self.lacking} of those that were drawn are not driven by today's"
+        return (
+            f"{name} count as today's: {count} of them, drawn by their keys and driven by today's code as well, came out alike, to the bit; "
+            f"fewer than {may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
+        )
+
+
+def may_differ(alike: int) -> float:
+    """The share of runs that may yet differ where so many drawn ones did not: with a larger one, all of these being alike would have
+    had a chance below 5 %.
+    """
+    return float(1.0 - (1.0 - LEVEL) ** (1.0 / alike))
+
+
+class _Sensed(msgspec.Struct, frozen=True):
+    """Of a spec, what its key takes."""
+
+    sensors: Sensors
+
+
+def groups(lines: Mapping[str, Line]) -> tuple[Group, ...]:
+    """The runs of other code that today's measures measured, by their code."""
+    found: dict[str, dict[str, Line]] = {}
+    for line in lines.values():
+        if not line.of_today and line.measured_by == measuring():
+            found.setdefault(line.driven_by, {})[_key_today(line)] = line
+    return tuple(Group(driver, found[driver]) for driver in sorted(found))
+
+
+def _key_today(line: Line) -> str:
+    sensors = msgspec.json.decode(line.spec, type=_Sensed).sensors
+    return key_of(bytes(line.spec), driven_by(sensors, world_digest(sensors)))
+
+
+def drawn(group: Group, wanted: Iterable[str], count: int) -> tuple[str, ...]:
+    """So many of the group's runs that are wanted, by today's keys: hashes of the code, too, so that other code draws others."""
+    return tuple(sorted(group.lines.keys() & set(wanted))[:count])
+
+
+def judged(group: Group, draw: Sequence[str], store: Store, today: Mapping[str, Line]) -> Verdict:
+    """Compare what both codes drove, be it here or as published; a run that was not drawn can only speak against the group."""
+    alike: list[str] = []
+    otherwise: list[str] = []
+    for key, line in sorted(group.lines.items()):
+        ours = store.here(key) or (today[key].kept() if key in today else None)
+        if ours is not None:
+            (alike if came_to(line.kept()) == came_to(ours) else otherwise).append(key)
+    return Verdict(group, tuple(alike), tuple(otherwise), len(set(draw) - {*alike, *otherwise}))
+
+
+def counted(verdict: Verdict, again: Collection[str]) -> dict[str, Kept]:
+    """The runs of other code that count, by today's keys, less those that are to be driven again."""
+    return {
+        key: line.kept() for key, line in verdict.group.lines.items() if verdict.counts and not {key, ALL} & set(again)
+    }
