@@ -1,4 +1,4 @@
-"""`python -m evaluation.openloop_table LOG...`: every method on the snapshots of the same runs, as a table.
+"""`python -m evaluation.openloop LOG...`: every method on the snapshots of the same runs, as a table.
 
 Event F1 and the correct-tool rate are those of `evaluation.metrics`, from the truth that lies beside each log; latency is
 measured here, from the observations to the advisory. Nothing that is advised changes what comes next.

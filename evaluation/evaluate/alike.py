@@ -45,8 +45,8 @@ class Verdict(NamedTuple):
         if not self.counts:
             return f"{name} do not count: {self.lacking} of those that were drawn are not driven by today's"
         return (
-            f"{name} count as today's: {count} of them, drawn by their keys and driven by today's code as well, came out alike, to the bit; "
-            f"fewer than {may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
+            f"{name} count as today's: {count} of them, drawn by their keys and driven by today's code as well, came out alike, "
+            f"to the bit; fewer than {may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
         )
 
 

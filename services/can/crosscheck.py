@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from proto.vehicle import SensorFault, SensorFaultKind
+from services.can import reasons
 from services.can.field import Reading
 from services.can.ratios import TYRES, BrakeEffect, TyreRatios
 from services.can.witness import SLOPE_SAMPLES, WHEELS, Expected, Motion, Shape, expected, motion
@@ -61,8 +62,6 @@ NEEDED_S: Mapping[SensorFaultKind, float] = {
 }  # fmt: skip
 """Seconds of evidence for a conviction."""
 _ORDER: tuple[SensorFaultKind, ...] = ("missing", "stuck", "noisy", "offset", "implausible")
-_GONE = frozenset({"silent", "out of range", "marked invalid by the sender", "never seen", "checksum wrong"})
-_REPEATS, _JUMPS = "sender repeats itself", "implausible jump"
 NEVER_S = 6.0
 """A sensor of this car that was never heard by then is missing."""
 NOISE_SAMPLES, NOISE_LEAST = 24, 10
@@ -119,16 +118,16 @@ class _Watch:
         return self.verdict is not None or any(self.evidence.values())
 
     def _silent(self, reading: Reading, age_s: float) -> frozenset[SensorFaultKind]:
-        if reading.reason == _REPEATS:
+        if reading.reason == reasons.REPEATED:
             return frozenset({"stuck"})
-        if reading.reason == _JUMPS:
+        if reading.reason == reasons.JUMPED:
             return frozenset({"noisy"})
-        gone = reading.reason in _GONE and (reading.stamp_ns > 0 or age_s > NEVER_S)
+        gone = reading.reason in reasons.GONE and (reading.stamp_ns > 0 or age_s > NEVER_S)
         return frozenset({"missing"}) if gone else frozenset()
 
     def _bend(self, value: float, jolt: float) -> None:
         if len(self._recent) == 2:
-            bend = self._recent[0] - 2.0 * self._recent[1] + value
+            bend = _second_difference((*self._recent, value))
             self._bends.append(min(abs(bend), abs(bend - jolt)))
         self._recent.append(value)
 
@@ -223,6 +222,7 @@ class CrossChecks:
         dt_s = min(max(0.0, (stamp_ns - self._last_ns) / NS), MAX_STEP_S) if self._last_ns else 0.0
         if stamp_ns < self._last_ns:
             self._speeds.clear()
+            self._braked.clear()
         self._last_ns = stamp_ns
         if all(reading.value is None for reading in readings.values()):
             return  # a dead bus says nothing of its sensors
@@ -280,11 +280,6 @@ class CrossChecks:
         if now.speed_mps is not None:
             self._speeds.append((stamp_ns / NS, now.speed_mps))
         return now
-
-    @staticmethod
-    def _with_tyres(readings: Mapping[str, Reading], trusted: Mapping[str, float | None]) -> Mapping[str, float | None]:
-        """A convicted tyre sensor goes on being compared with its wheel."""
-        return {**trusted, **{name: readings[name].value for name in TYRES if name in readings}}
 
     def _judge(
         self,

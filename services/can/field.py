@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from services.can import reasons
 from services.can.profile import FieldRule
 
 NS = 1_000_000_000
@@ -27,7 +28,7 @@ class Field:
         self._good_ns = 0
         self._suspect: float | None = None
         self._agreeing = 0
-        self._reason = "never seen"
+        self._reason = reasons.NEVER_SEEN
         self._stamp_ns = 0
 
     @property
@@ -39,9 +40,9 @@ class Field:
         """Judge one sample; what fails is a reason, never a zero."""
         rule = self.rule
         if not rule.minimum <= value <= rule.maximum:
-            self.reject("out of range", stamp_ns)
+            self.reject(reasons.OUT_OF_RANGE, stamp_ns)
         elif self._jumped(value, stamp_ns) and not self._confirmed(value):
-            self.reject("implausible jump", stamp_ns, keep_suspect=True)
+            self.reject(reasons.JUMPED, stamp_ns, keep_suspect=True)
         else:
             self._good, self._good_ns, self._stamp_ns = value, stamp_ns, stamp_ns
             self._reason, self._suspect, self._agreeing = "", None, 0
@@ -55,7 +56,7 @@ class Field:
     def read(self, now_ns: int) -> Reading:
         """The field as it may be used now; a stamp from a clock that ran ahead is as silent as an old one."""
         if not self._reason and not -NS <= now_ns - self._stamp_ns <= self.rule.max_age_s * NS:
-            return Reading(None, self._stamp_ns, "silent")
+            return Reading(None, self._stamp_ns, reasons.SILENT)
         return Reading(None if self._reason else self._good, self._stamp_ns, self._reason)
 
     def _jumped(self, value: float, stamp_ns: int) -> bool:

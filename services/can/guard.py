@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from services.can import reasons
 from services.can.checksum import KINDS, checker
 from services.can.errors import ProfileError
 from services.can.extract import extractor
@@ -47,9 +48,9 @@ class Guard:
     def judge(self, data: bytes) -> str | None:
         """Why a frame cannot be believed: "" where it can, None where it only says again what was said."""
         if len(data) < self.whole:
-            return "frame too short"
+            return reasons.TOO_SHORT
         if self._right is not None and not self._right(data):
-            return "wrong checksum"
+            return reasons.WRONG_CHECKSUM
         return self._count(self._counter.raw(data)) if self._counter is not None else ""
 
     def _count(self, count: int) -> str | None:
@@ -59,7 +60,7 @@ class Guard:
         step = (count - before) % self._modulo
         self._repeats = 0 if step else self._repeats + 1
         if not step:
-            return "sender repeats itself" if self._repeats >= STUCK_AFTER else None
+            return reasons.REPEATED if self._repeats >= STUCK_AFTER else None
         return "" if step <= min(MAX_STEP, max(1, self._modulo // 2 - 1)) else "counter jumped"
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from services.can import reasons
 from services.can.extract import extractor, read_all
 from services.can.field import Field
 from services.can.guard import Guard, guard_for
@@ -27,11 +28,11 @@ class Feed:
     def take(self, values: Mapping[str, float], stamp_ns: int) -> None:
         """Judge the sample in the physical values of the message's signals."""
         if self._usable is not None and not self._usable(values):
-            self.field.reject("marked invalid by the sender", stamp_ns)
+            self.field.reject(reasons.INVALID, stamp_ns)
             return
         value = self._sample(values)
         if value is None:
-            self.field.reject("not a known value", stamp_ns)
+            self.field.reject(reasons.UNKNOWN_VALUE, stamp_ns)
         else:
             self.field.accept(value, stamp_ns)
 
@@ -88,8 +89,8 @@ class Watch:
 
 def _fault(feed: Feed, short: frozenset[str], void: frozenset[str]) -> str:
     if feed.names & short:
-        return "frame too short"
-    return "marked not available by the sender" if feed.measured & void else ""
+        return reasons.TOO_SHORT
+    return reasons.NOT_AVAILABLE if feed.measured & void else ""
 
 
 def _reject(feeds: Iterable[Feed], reason: str, stamp_ns: int) -> None:

@@ -3,7 +3,7 @@
 A car that comes from the side, on a course that meets ours, stays under one bearing, and that is often wider than the front
 camera's view. Two sweeps some tenths of a second apart show it: free space that is taken since can only be taken by who
 moved there, while houses, hedges and the shadows that things throw prove nothing and are passed over.
-Who is seen so in two sweeps has a velocity.
+Who is seen so in three sweeps has a velocity, if the two earlier ones agree on it.
 """
 
 from __future__ import annotations

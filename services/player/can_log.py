@@ -37,6 +37,10 @@ class SpeedSignal(NamedTuple):
     dbc: Path
     signal: str
     arbitration_id: int
+    extended: bool
+    """29 bits."""
+    j1939: bool
+    """Its description says so: then any priority and sender of the same parameter group will do."""
     message: str
     factor: float
 
@@ -60,9 +64,10 @@ def speed_signal(dbc: Path | None, signal: str, unit: str) -> SpeedSignal:
         wanted = f"has no signal {name!r}" if name else "needs --speed-signal"
         raise UserError(f"{path} {wanted}; its speeds: {likely}")
     message, found = signals[name]
-    if message.is_extended_frame:
-        raise UserError(f"{path}: {name} is carried by a 29-bit id, which our CAN service does not decode")
-    return SpeedSignal(path, name, message.frame_id, message.name, _factor(path, name, unit or found.unit or ""))
+    factor = _factor(path, name, unit or found.unit or "")
+    return SpeedSignal(
+        path, name, message.frame_id, message.is_extended_frame, message.protocol == "j1939", message.name, factor
+    )
 
 
 def _signals(path: Path) -> dict[str, tuple[Any, Any]]:
@@ -85,12 +90,25 @@ def check_log(path: Path, speed: SpeedSignal) -> None:
     seen = 0
     for message in messages(path):
         seen += 1
-        if message.arbitration_id == speed.arbitration_id and not message.is_extended_id:
+        if _carries(message, speed):
             return
     raise UserError(
         f"{path}: none of its {seen} frames is 0x{speed.arbitration_id:X} ({speed.message}), which carries {speed.signal} in "
         f"{speed.dbc.name}; give --dbc and --speed-signal, or --can none"
     )
+
+
+def _carries(message: Any, speed: SpeedSignal) -> bool:
+    if message.is_extended_id != speed.extended:
+        return False
+    same = _group if speed.j1939 else int
+    return same(message.arbitration_id) == same(speed.arbitration_id)
+
+
+def _group(arbitration_id: int) -> int:
+    """The parameter group of a 29-bit id (SAE J1939-21): without priority and source, and to one address without that."""
+    to_one = (arbitration_id >> 16 & 0xFF) < 240
+    return arbitration_id & (0x3FF0000 if to_one else 0x3FFFF00)
 
 
 def messages(path: Path) -> Iterator[Any]:

@@ -3,6 +3,7 @@
 import pytest
 
 from proto.vehicle import SensorFault
+from services.can import reasons
 from services.can.crosscheck import CLEAR_S, CrossChecks
 from services.can.field import Reading
 from services.can.witness import Expected, Motion, expected, middle, motion
@@ -111,6 +112,25 @@ def test_a_dead_bus_accuses_no_sensor() -> None:
     dead = {name: Reading(None, last_ns, "silent") for name in readings}
     for index in range(400):
         checks.step(dead, last_ns + index * NS // 20)
+    assert checks.faults == ()
+
+
+@pytest.mark.parametrize("reason", sorted(reasons.GONE))
+def test_a_sensor_of_which_nothing_usable_comes_while_the_bus_is_alive_is_missing(reason: str) -> None:
+    checks: CrossChecks | None = None
+    for stamp_ns, readings in Drive(2, seconds=20.0).samples():
+        checks = checks or CrossChecks(SHAPE, tuple(NOMINAL.values()), readings)
+        checks.step({**readings, "yaw_rate_radps": Reading(None, stamp_ns, reason)}, stamp_ns)
+    assert checks is not None
+    assert [(fault.field, fault.kind) for fault in checks.faults] == [("yaw_rate_radps", "missing")]
+
+
+def test_a_sensor_that_its_sender_calls_not_available_is_no_faulty_one() -> None:
+    checks: CrossChecks | None = None
+    for stamp_ns, readings in Drive(2, seconds=20.0).samples():
+        checks = checks or CrossChecks(SHAPE, tuple(NOMINAL.values()), readings)
+        checks.step({**readings, "yaw_rate_radps": Reading(None, stamp_ns, reasons.NOT_AVAILABLE)}, stamp_ns)
+    assert checks is not None
     assert checks.faults == ()
 
 
