@@ -58,7 +58,7 @@ def world_digest(sensors: Sensors) -> str:
 def world_files(sensors: Sensors) -> Iterator[tuple[str, Path]]:
     """Models, rulepacks, vehicles and scenarios, by name; without pictures not the networks for them."""
     for root in map(data, DATA):
-        for path in sorted(path for path in root.rglob("*") if path.is_file()):
+        for path in sorted(path for path in root.rglob("*") if path.is_file() and path.name != "README.md"):
             if sensors == "rendered" or root.name != "models" or not path.name.startswith(PICTURES):
                 yield f"{root.name}/{path.relative_to(root).as_posix()}", path
 
