@@ -1,7 +1,8 @@
 """Published runs of other code that count as today's: some of them, drawn by their keys, were driven by today's code, too.
 
-Almost any change of code gives runs other keys, and most changes change no run. If every drawn run came out alike, to the
-bit, so do the others, as far as a draw can say: `may_differ` is the share that it leaves open.
+Almost any change of code gives runs other keys, and most changes change no run, or those of one family of places alone. If
+every drawn run of a family came out alike, to the bit, so do its others, as far as a draw can say: `may_differ` is the share
+that it leaves open.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -16,9 +17,10 @@ from evaluation.statistics import LEVEL
 
 
 class Group(NamedTuple):
-    """The runs of one other code, by the keys that today's code gives them."""
+    """The runs of one other code in one family of places, by the keys that today's code gives them."""
 
     driver: str
+    family: str
     lines: Mapping[str, Line]
 
 
@@ -39,7 +41,10 @@ class Verdict(NamedTuple):
 
     def told(self) -> str:
         """One clause for the screen and the report."""
-        name, count = f"{len(self.group.lines)} runs of other code ({self.group.driver})", len(self.alike)
+        name, count = (
+            f"{len(self.group.lines)} runs of other code ({self.group.driver}) in {self.group.family}",
+            len(self.alike),
+        )
         if self.otherwise:
             return f"{name} do not count: {', '.join(self.otherwise)} came out otherwise by today's"
         if not self.counts:
@@ -57,24 +62,22 @@ def may_differ(alike: int) -> float:
     return float(1.0 - (1.0 - LEVEL) ** (1.0 / alike))
 
 
-class _Sensed(msgspec.Struct, frozen=True):
-    """Of a spec, what its key takes."""
+class _Place(msgspec.Struct, frozen=True):
+    """Of a spec, what its key and its family take."""
 
     sensors: Sensors
+    scenario: str
 
 
 def groups(lines: Mapping[str, Line]) -> tuple[Group, ...]:
-    """The runs of other code that today's measures measured, by their code."""
-    found: dict[str, dict[str, Line]] = {}
+    """The runs of other code that today's measures measured, by their code and family."""
+    found: dict[tuple[str, str], dict[str, Line]] = {}
     for line in lines.values():
         if not line.of_today and line.measured_by == measuring():
-            found.setdefault(line.driven_by, {})[_key_today(line)] = line
-    return tuple(Group(driver, found[driver]) for driver in sorted(found))
-
-
-def _key_today(line: Line) -> str:
-    sensors = msgspec.json.decode(line.spec, type=_Sensed).sensors
-    return key_of(bytes(line.spec), driven_by(sensors, world_digest(sensors)))
+            place = msgspec.json.decode(line.spec, type=_Place)
+            key = key_of(bytes(line.spec), driven_by(place.sensors, world_digest(place.sensors)))
+            found.setdefault((line.driven_by, place.scenario.partition("/")[0]), {})[key] = line
+    return tuple(Group(driver, family, found[driver, family]) for driver, family in sorted(found))
 
 
 def drawn(group: Group, wanted: Iterable[str], count: int) -> tuple[str, ...]:

@@ -64,8 +64,8 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         type=_count,
         default=0,
         metavar="N",
-        help="runs of other code in --published count as well, once N of them, drawn by their keys, are driven by today's code, too, "
-        "and came out alike, to the bit",
+        help="runs of other code in --published count as well, once N of each family, drawn by their keys, are driven by today's code, "
+        "too, and came out alike, to the bit",
     )
     parser.add_argument(
         "--again",

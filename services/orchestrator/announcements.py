@@ -20,8 +20,9 @@ SPARE_S = 1.0
 """With less time to lose nobody is first told calmly."""
 EXPLAINED_S = 5.0
 """For so long after a foreign sign was explained its limit is not announced as well."""
-FIRM_MPS2, FAR_OVER = 3.0, 1.1
-"""Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is that far above it."""
+FIRM_MPS2, FAR_OVER = 3.0, 1.05
+"""Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is so far above it that
+it would be an overspeed at its sign."""
 FLICKERS_S = 5.0
 """A gantry or a sign that was announced may be read otherwise for so long without being another one."""
 _FIRMLY = " firmly"

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 
+from services.weather import friction
 from services.weather.car import UNKNOWN_SPEED_MPS, Car
 from services.weather.observation import FIELDS, NS, Observation
 
@@ -12,6 +13,8 @@ DRYING_S = 1200.0
 """A road counts as possibly wet so long after it was last known to be wet, unless its film is measured."""
 DRIES_S = 240.0
 """A film falls to 1/e in this time at best: sun and wind (ours)."""
+STANDS_S = 15.0
+"""What is deeper than a film of rain stands in ruts and dips and stays behind: counted on for so long, as more may follow (ours)."""
 DOUBT_S = 60.0
 """Sources that disagreed keep the confidence low for so long: one of them falling silent settles nothing."""
 HELD_SPEED_S = 10.0
@@ -54,8 +57,9 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
         return self.since_ns is None or any(0 <= now_ns - stamp <= DRYING_S * NS for stamp in began)
 
     def left_mm(self, now_ns: int) -> float:
-        """What is left at least of the film that lay."""
-        return self.lay_mm * math.exp(-max(0, now_ns - self.lay_ns) / NS / DRIES_S)
+        """What is counted on of the film that lay: it dries slowly; what stood deeper was of a place, and is soon behind."""
+        film_mm, gone_s = min(self.lay_mm, friction.UNKNOWN_FILM_MM), max(0, now_ns - self.lay_ns) / NS
+        return film_mm * math.exp(-gone_s / DRIES_S) + (self.lay_mm - film_mm) * math.exp(-gone_s / STANDS_S)
 
     def doubted(self, now_ns: int) -> bool:
         """Whether sources disagreed lately."""

@@ -9,14 +9,30 @@ import pytest
 from drivemcp.cli import run
 from evaluation.evaluate import report, whole
 from evaluation.evaluate.alike import drawn, groups, judged, may_differ
+from evaluation.evaluate.plan import Amount, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job
-from evaluation.evaluate.published import ALL, publish, read
+from evaluation.evaluate.published import ALL, Line, line_of, publish, read
 from evaluation.evaluate.store import Kept, Store
-from tests.unit.evaluation.evaluate.test_published import ASKED, SPECS, finished, leave, lines, of_other_code
+from tests.unit.evaluation.evaluate.test_published import ASKED, finished, leave, of_other_code
 
 OTHER = "000000000000-000000000000"
-KEYS = [line.key for line in lines()]
-"""Of today's code."""
+SPECS = {
+    Store(Path("nowhere")).key(each.spec): each.spec
+    for each in runs_of(rows_of("results", "model"), Amount(runs=3, seconds=5.0))
+    if each.row.spec.method == "DriveMCP"
+}
+"""Three runs of each family, by their keys of today's code."""
+COMES_TO = {key: finished(nags=at) for at, key in enumerate(SPECS)}
+FAMILIES = {
+    family: sorted(key for key, spec in SPECS.items() if spec.scenario.startswith(family))
+    for family in ("cross-border", "dynamic-vsl", "urb-rain")
+}
+DRAWN = sorted(keys[0] for keys in FAMILIES.values())
+"""One of each family."""
+
+
+def lines() -> list[Line]:
+    return [of_other_code(line_of(key, spec, COMES_TO[key])) for key, spec in SPECS.items()]
 
 
 class Drives:
@@ -37,47 +53,61 @@ class Drives:
 
 @pytest.fixture
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three runs of other code, published; whoever drives them anew comes to the same."""
+    """Nine runs of other code, published; whoever drives them anew comes to the same."""
     monkeypatch.setattr(report, "plots_of", lambda _: ())
     monkeypatch.setattr(whole, "Pool", Drives)
-    Drives.comes_to = {key: finished(nags=at) for at, key in enumerate(KEYS)}
+    Drives.comes_to = dict(COMES_TO)
     Drives.asked = []
     path = tmp_path / "runs.jsonl"
-    publish(path, map(of_other_code, lines()))
+    publish(path, lines())
     return path
 
 
 def evaluate(file: Path, *more: str) -> int:
-    return run([*ASKED, "--out", str(file.parent / "out"), "--published", str(file), *more])
+    return run([*ASKED, "--runs", "3", "--out", str(file.parent / "out"), "--published", str(file), *more])
 
 
-def test_one_that_was_drawn_and_came_out_alike_speaks_for_the_others(
+def otherwise(key: str) -> None:
+    Drives.comes_to[key] = msgspec.structs.replace(COMES_TO[key], outcome="another")
+
+
+def test_one_that_was_drawn_and_came_out_alike_speaks_for_its_family(
     file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert evaluate(file, "--alike", "1") == 0
-    assert Drives.asked == [min(KEYS)]
-    said = "count as today's: 1 of them, drawn by their keys and driven by today's code as well, came out alike, to the bit"
-    assert said in capsys.readouterr().err
-    text = (file.parent / "out" / "report.html").read_text(encoding="utf-8")
-    assert "2 runs are taken from" in text
-    assert "0 of its 3 runs fit this code and its models; the other 3 are of other code" in text
-    assert f"3 runs of other code ({OTHER}) {said}" in text.replace("&#x27;", "'")
+    assert sorted(Drives.asked) == DRAWN
+    told = capsys.readouterr().err
+    text = (file.parent / "out" / "report.html").read_text(encoding="utf-8").replace("&#x27;", "'")
+    for family in FAMILIES:
+        said = (
+            f"3 runs of other code ({OTHER}) in {family} count as today's: 1 of them, drawn by their keys and driven by "
+            "today's code as well, came out alike"
+        )
+        assert said in told
+        assert said in text
+    assert "6 runs are taken from" in text
+    assert "0 of its 9 runs fit this code and its models; the other 9 are of other code" in text
     assert "--alike 1" in text, "the command that makes these tables"
-    assert all(f"--again {key}" in text for key in KEYS if key != min(KEYS)), "what drives it here"
+    assert all(f"--again {key}" in text for key in set(SPECS) - set(DRAWN)), "what drives it here"
 
 
-def test_one_that_came_out_otherwise_speaks_against_all(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    Drives.comes_to[min(KEYS)] = msgspec.structs.replace(Drives.comes_to[min(KEYS)], outcome="another")
+def test_one_that_came_out_otherwise_speaks_against_its_family_alone(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wet = FAMILIES["urb-rain"]
+    otherwise(wet[0])
     assert evaluate(file, "--alike", "1") == 0
-    assert sorted(Drives.asked) == sorted(KEYS), "all are driven by today's code"
-    assert f"do not count: {min(KEYS)} came out otherwise by today's" in capsys.readouterr().err
+    assert sorted(Drives.asked) == sorted({*DRAWN, *wet}), "all of it are driven by today's code"
+    told = capsys.readouterr().err
+    assert f"in urb-rain do not count: {wet[0]} came out otherwise by today's" in told
+    assert told.count("count as today's") == 2
 
 
 def test_so_does_one_that_was_not_drawn(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    last = max(KEYS)
-    leave(file.parent / "out", SPECS[KEYS.index(last)], finished(nags=99))
+    last = FAMILIES["dynamic-vsl"][-1]
+    leave(file.parent / "out", SPECS[last], finished(nags=99))
     assert evaluate(file, "--alike", "1") == 0
-    assert f"do not count: {last} came out otherwise by today's" in capsys.readouterr().err
+    assert f"in dynamic-vsl do not count: {last} came out otherwise by today's" in capsys.readouterr().err
 
 
 def test_what_was_drawn_and_could_not_be_driven_lets_none_count(
@@ -85,35 +115,50 @@ def test_what_was_drawn_and_could_not_be_driven_lets_none_count(
 ) -> None:
     monkeypatch.setattr(Drives, "done", lambda self, jobs: iter(()))
     assert evaluate(file, "--alike", "2") == 1
-    assert "do not count: 2 of those that were drawn are not driven by today's" in capsys.readouterr().err
+    assert capsys.readouterr().err.count("do not count: 2 of those that were drawn are not driven by today's") == 3
 
 
 def test_the_next_sitting_finds_in_the_file_what_today_drove(file: Path) -> None:
     assert evaluate(file, "--alike", "1", "--publish", str(file)) == 0
     there = read(file)
-    assert sum(line.of_today for line in there.values()) == 1
-    assert len(there) == 4, "those of other code stay what they are"
-    other = file.with_name("other.jsonl")
-    assert (
-        run(
-            [*ASKED, "--out", str(file.parent / "b"), "--published", str(file), "--alike", "1", "--publish", str(other)]
-        )
-        == 0
-    )
-    assert Drives.asked == [min(KEYS)], "nothing was driven"
-    assert {line.driven_by == OTHER for line in read(other).values()} == {True, False}
-    assert len(read(other)) == 3
+    assert sum(line.of_today for line in there.values()) == 3
+    assert len(there) == 12, "those of other code stay what they are"
+    other, again = file.with_name("other.jsonl"), ("--published", str(file), "--alike", "1")
+    assert run([*ASKED, "--runs", "3", "--out", str(file.parent / "b"), *again, "--publish", str(other)]) == 0
+    assert sorted(Drives.asked) == DRAWN, "nothing was driven"
+    assert sum(line.driven_by == OTHER for line in read(other).values()) == 6
+    assert len(read(other)) == 9
 
 
 def test_without_the_word_other_code_is_ignored(file: Path) -> None:
     assert evaluate(file) == 0
-    assert sorted(Drives.asked) == sorted(KEYS)
+    assert sorted(Drives.asked) == sorted(SPECS)
 
 
-@pytest.mark.parametrize("again", [max(KEYS), ALL])
-def test_what_is_asked_for_again_is_driven(file: Path, again: str) -> None:
-    assert evaluate(file, "--alike", "1", "--again", again) == 0
-    assert set(Drives.asked) == ({min(KEYS), max(KEYS)} if again != ALL else set(KEYS))
+def test_what_is_asked_for_again_is_driven(file: Path) -> None:
+    last = FAMILIES["urb-rain"][-1]
+    assert evaluate(file, "--alike", "1", "--again", last) == 0
+    assert sorted(Drives.asked) == sorted({*DRAWN, last})
+    Drives.asked.clear()
+    assert (
+        run(
+            [
+                *ASKED,
+                "--runs",
+                "3",
+                "--out",
+                str(file.parent / "b"),
+                "--published",
+                str(file),
+                "--alike",
+                "1",
+                "--again",
+                ALL,
+            ]
+        )
+        == 0
+    )
+    assert sorted(Drives.asked) == sorted(SPECS)
 
 
 def test_runs_of_other_code_need_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -122,17 +167,18 @@ def test_runs_of_other_code_need_a_file(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_runs_that_others_measured_are_in_no_group() -> None:
-    foreign = [msgspec.structs.replace(of_other_code(line), measured_by="before") for line in lines()]
+    foreign = [msgspec.structs.replace(line, measured_by="before") for line in lines()]
     assert groups({line.key: line for line in foreign}) == ()
 
 
 def test_a_draw_is_of_what_is_wanted_and_each_code_draws_by_its_own_keys(tmp_path: Path) -> None:
-    (group,) = groups({line.key: line for line in map(of_other_code, lines())})
-    assert group.driver == OTHER
-    assert set(group.lines) == set(KEYS)
-    assert drawn(group, KEYS, 2) == tuple(sorted(KEYS)[:2])
-    assert drawn(group, [max(KEYS), "of-another-table"], 2) == (max(KEYS),)
-    verdict = judged(group, drawn(group, KEYS, 2), Store(tmp_path), {})
+    found = groups({line.key: line for line in lines()})
+    assert {group.driver for group in found} == {OTHER}
+    assert {group.family: sorted(group.lines) for group in found} == FAMILIES
+    first, keys = found[0], FAMILIES[found[0].family]
+    assert drawn(first, SPECS, 2) == tuple(keys[:2])
+    assert drawn(first, [keys[-1], "of-another-table"], 2) == (keys[-1],)
+    verdict = judged(first, drawn(first, SPECS, 2), Store(tmp_path), {})
     assert (verdict.alike, verdict.lacking, verdict.counts) == ((), 2, False)
 
 

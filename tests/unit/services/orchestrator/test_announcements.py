@@ -60,8 +60,9 @@ def test_who_was_told_in_vain_hears_it_once_more_and_more_urgently() -> None:
     assert firm_words(approached(27.0, 165.0)[0]) == ["advice", "warning"]
 
 
-def test_who_is_hardly_above_it_does_not() -> None:
-    assert firm_words(approached(23.5, 165.0)[0]) == ["advice"]
+def test_who_would_overspeed_at_the_sign_does_and_who_is_hardly_above_it_does_not() -> None:
+    assert firm_words(approached(23.5, 165.0)[0]) == ["advice", "warning"]
+    assert firm_words(approached(23.2, 165.0)[0]) == ["advice"]
 
 
 @FEW

@@ -3,12 +3,16 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from proto.weather import Conditions
+from services.weather import friction
 from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.friction import DRY
 from services.weather.interval import Interval
-from services.weather.memory import Memory
+from services.weather.memory import DRIES_S, Memory
 from services.weather.observation import NS, Observation
 from tests.unit.services.weather.support import CLEAR, COLD, DRIVING, NOW, RAIN, WATCHED, changed, conditions
 
@@ -105,6 +109,38 @@ def test_a_road_stays_wet_after_the_rain_until_its_film_is_measured_dry() -> Non
     guessed = changed(measured, film_mm=None)
     assert assess((guessed,), DRIVING, memory, later).conditions.mu_low < 0.55
     assert assess((measured,), DRIVING, memory, later).conditions.mu_low == pytest.approx(DRY.low)
+
+
+def after_a_puddle(film_mm: float, left_s: float) -> Conditions:
+    """Half a minute of drizzle with a thin film, a second in a puddle so deep, and so long behind it."""
+    drizzle = changed(RAIN, rain_mm_h=Interval(1.2, 1.8), film_mm=Interval(0.03, 0.05))
+    puddle = changed(drizzle, film_mm=Interval(0.8 * film_mm, 1.2 * film_mm))
+    memory, now_ns = WATCHED, NOW
+    for seen, seconds in ((drizzle, 30.0), (puddle, 1.0), (drizzle, left_s)):
+        for _ in range(max(1, round(2 * seconds))):
+            now_ns += NS // 2
+            found = assess([changed(seen, stamp_ns=now_ns)], DRIVING, memory, now_ns)
+            memory = found.memory
+    return found.conditions
+
+
+def test_a_puddle_is_warned_of_for_a_while_behind_it_and_not_for_minutes() -> None:
+    drizzle, puddle = after_a_puddle(0.04, 0.5), after_a_puddle(1.8, 0.0)
+    assert puddle.speed_factor < 0.5 * drizzle.speed_factor
+    assert after_a_puddle(1.8, 8.0).speed_factor < 0.7 * drizzle.speed_factor, "another may follow"
+    minute = after_a_puddle(1.8, 60.0)
+    assert 0.85 * drizzle.speed_factor <= minute.speed_factor < drizzle.speed_factor, "a film may lie as after rain"
+
+
+@given(st.floats(0.02, 4.0), st.floats(0.0, 900.0), st.floats(0.0, 900.0))
+def test_what_is_left_of_water_only_falls_and_never_below_what_a_film_of_rain_leaves(
+    lay_mm: float, one_s: float, other_s: float
+) -> None:
+    early_s, late_s = sorted((one_s, other_s))
+    lay = Memory(lay_mm=lay_mm, lay_ns=NOW)
+    early_mm, late_mm = (lay.left_mm(NOW + round(gone_s * NS)) for gone_s in (early_s, late_s))
+    assert late_mm <= early_mm <= lay_mm + 1e-9
+    assert late_mm >= min(lay_mm, friction.UNKNOWN_FILM_MM) * math.exp(-late_s / DRIES_S) - 1e-9
 
 
 def test_a_drive_that_begins_without_rain_does_not_know_yet_that_the_road_is_dry() -> None:
