@@ -11,9 +11,10 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from drivemcp.testing import bus
 from proto import topics
+from proto.vehicle import Ego
 from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
-from services.player.can_log import OUR_DBC, can_moments, check_log, log_beside, profile_of, speed_signal
+from services.player.can_log import OUR_DBC, SpeedSignal, can_moments, check_log, log_beside, profile_of, speed_signal
 from services.player.service import SERVICE, PlayerConfig
 from services.simulator.can_frames import FrameEncoder
 from services.simulator.car_state import CarModel, Controls
@@ -66,6 +67,17 @@ def pictures(tmp_path: Path) -> Path:
     return folder
 
 
+def read_by(speed: SpeedSignal, log: Path, pictures: Path) -> Ego:
+    """What the CAN service makes of the log by a profile for this signal alone."""
+    profile = log.with_name("profile.toml")
+    profile.write_text(profile_of(speed))
+    with bus() as b:
+        egos = b.collect(topics.EGO)
+        b.start(CAN, CanConfig(poll_dtcs_s=0, profile=str(profile)))
+        b.start(SERVICE, PlayerConfig(source=str(pictures), can_log=str(log)))
+        return egos.wait(lambda ego: ego.speed_mps is not None)
+
+
 @pytest.mark.parametrize("ending", [".asc", ".blf", ".log", ".trc"])
 def test_a_log_beside_the_pictures_becomes_the_ego_speed(tmp_path: Path, pictures: Path, ending: str) -> None:
     log = write(pictures / f"drive{ending}", frames("ours"))
@@ -85,15 +97,9 @@ def test_a_given_bus_description_is_read_through_a_profile_of_its_own(tmp_path: 
     dbc.write_text(DBC)
     speed = speed_signal(dbc, "RoadSpeed", "")
     check_log(log, speed)
-    profile = tmp_path / "profile.toml"
-    profile.write_text(profile_of(speed))
-    with bus() as b:
-        egos = b.collect(topics.EGO)
-        b.start(CAN, CanConfig(poll_dtcs_s=0, profile=str(profile)))
-        b.start(SERVICE, PlayerConfig(source=str(pictures), can_log=str(log)))
-        ego = egos.wait(lambda ego: ego.speed_mps is not None)
-        assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
-        assert ego.yaw_rate_radps is None
+    ego = read_by(speed, log, pictures)
+    assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
+    assert ego.yaw_rate_radps is None
 
 
 @pytest.mark.parametrize("attribute", ["", J1939])
@@ -107,14 +113,7 @@ def test_a_speed_under_a_29_bit_id_is_read_too(tmp_path: Path, pictures: Path, a
     dbc.write_text(DBC.replace("BO_ 291", f"BO_ {0x80000000 | 0x18FEF100}") + attribute)
     speed = speed_signal(dbc, "RoadSpeed", "")
     check_log(log, speed)
-    profile = tmp_path / "profile.toml"
-    profile.write_text(profile_of(speed))
-    with bus() as b:
-        egos = b.collect(topics.EGO)
-        b.start(CAN, CanConfig(poll_dtcs_s=0, profile=str(profile)))
-        b.start(SERVICE, PlayerConfig(source=str(pictures), can_log=str(log)))
-        ego = egos.wait(lambda ego: ego.speed_mps is not None)
-        assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
+    assert read_by(speed, log, pictures).speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
 
 
 @pytest.mark.parametrize(
