@@ -6,6 +6,7 @@ anything (the method `silent`) are decided again as if the arbiter had been aske
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from statistics import median
 from typing import NamedTuple, TypeVar
 
@@ -43,7 +44,6 @@ class Approached(NamedTuple):
 class Decided(NamedTuple):
     """Recorded drives at one Delta; the road and the driver are the recording's whatever is decided."""
 
-    delta: float
     km: float = 0.0
     interventions: int = 0
     false: int = 0
@@ -73,18 +73,15 @@ def decided(recording: Recording, base: Profile, delta: float) -> Decided:
     braked = interventions(record)
     times = (nearest_ttc_at(record, each.from_s) for each in braked)
     return Decided(
-        delta, recording.km, len(braked), sum(is_false(record, each) for each in braked),
+        recording.km, len(braked), sum(is_false(record, each) for each in braked),
         tuple(each for each in times if each is not None),
     )  # fmt: skip
 
 
 def pooled(rows: Iterable[Decided]) -> Decided:
     """Several drives with the same Delta as one."""
-    found = list(rows)
-    return Decided(
-        found[0].delta, sum(each.km for each in found), sum(each.interventions for each in found),
-        sum(each.false for each in found), tuple(ttc for each in found for ttc in each.ttcs_s),
-    )  # fmt: skip
+    km, interventions, false, ttcs_s = zip(*rows, strict=True)
+    return Decided(sum(km), sum(interventions), sum(false), tuple(chain.from_iterable(ttcs_s)))
 
 
 def as_if_asked(recording: Recording, profile: Profile) -> Recording:

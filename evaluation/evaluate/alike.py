@@ -29,8 +29,9 @@ class Verdict(NamedTuple):
 
     group: Group
     alike: tuple[str, ...]
-    """Runs that today's code drove, too, and that came out so."""
+    """Drawn runs that today's code drove, too, and that came out so."""
     otherwise: tuple[str, ...]
+    """Runs, drawn or not, that both drove and that did not."""
     lacking: int
     """Drawn, and not driven by today's code."""
 
@@ -41,10 +42,8 @@ class Verdict(NamedTuple):
 
     def told(self) -> str:
         """One clause for the screen and the report."""
-        name, count = (
-            f"{len(self.group.lines)} runs of other code ({self.group.driver}) in {self.group.family}",
-            len(self.alike),
-        )
+        name = f"{len(self.group.lines)} runs of other code ({self.group.driver}) in {self.group.family}"
+        count = len(self.alike)
         if self.otherwise:
             return f"{name} do not count: {', '.join(self.otherwise)} came out otherwise by today's"
         if not self.counts:
@@ -87,13 +86,14 @@ def drawn(group: Group, wanted: Iterable[str], count: int) -> tuple[str, ...]:
 
 def judged(group: Group, draw: Sequence[str], store: Store, today: Mapping[str, Line]) -> Verdict:
     """Compare what both codes drove, be it here or as published; a run that was not drawn can only speak against the group."""
-    alike: list[str] = []
-    otherwise: list[str] = []
+    same: dict[str, bool] = {}
     for key, line in sorted(group.lines.items()):
         ours = store.here(key) or (today[key].kept() if key in today else None)
         if ours is not None:
-            (alike if came_to(line.kept()) == came_to(ours) else otherwise).append(key)
-    return Verdict(group, tuple(alike), tuple(otherwise), len(set(draw) - {*alike, *otherwise}))
+            same[key] = came_to(line.kept()) == came_to(ours)
+    alike = tuple(key for key in draw if same.get(key))
+    otherwise = tuple(key for key, is_same in same.items() if not is_same)
+    return Verdict(group, alike, otherwise, sum(key not in same for key in draw))
 
 
 def counted(verdict: Verdict, again: Collection[str]) -> dict[str, Kept]:

@@ -114,21 +114,25 @@ def taken(lines: Mapping[str, Line], again: Sequence[str], also: Collection[str]
     return {key: line.kept() for key, line in lines.items() if line.of_today and not {key, ALL} & set(again)}
 
 
-def fit(lines: Mapping[str, Line], alike: int = 0) -> str:
-    """How many lines fit today's code, and what becomes of the others: so many count all the same (`alike.py`)."""
+def fit(lines: Mapping[str, Line], *, asked_alike: bool = False) -> str:
+    """How many lines fit today's code, and what becomes of the others; whether they count is asked apart (`alike.py`), or they do not."""
     count = sum(line.of_today for line in lines.values())
     others = (
-        f"; the other {len(lines) - count} are {'of other code' if alike else 'ignored'}" if count < len(lines) else ""
+        f"; the other {len(lines) - count} are {'of other code' if asked_alike else 'ignored'}"
+        if count < len(lines)
+        else ""
     )
     return f"{count} of its {len(lines)} runs fit this code and its models{others}"
 
 
-def told(file: str, lines: Mapping[str, Line], wanted: Collection[str], store: Store, alike: int = 0) -> str:
+def told(
+    file: str, lines: Mapping[str, Line], wanted: Collection[str], store: Store, *, asked_alike: bool = False
+) -> str:
     """For the report: how many of the wanted runs come from the file, what of them is not here, and what of the file does not fit."""
     if not file:
         return ""
     count = sum(store.here(key) is None and store.kept(key) is not None for key in wanted)
-    told = f"{count} runs are taken from {file} ({fit(lines, alike)})"
+    told = f"{count} runs are taken from {file} ({fit(lines, asked_alike=asked_alike)})"
     if not count:
         return f"{told}: with this amount, these latencies and settings no other run of these tables is in it."
     return (

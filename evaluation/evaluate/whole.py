@@ -47,7 +47,7 @@ def evaluate(flags: argparse.Namespace) -> int:
         raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
     runs = runs_of(rows, _amount(flags))
     if flags.published:
-        screen.say(f"{flags.published}: {published.fit(lines, len(others))}")
+        screen.say(f"{flags.published}: {published.fit(lines, asked_alike=bool(flags.alike))}")
     verdicts: list[Verdict] = []
     with store.alone():
         try:
@@ -57,7 +57,7 @@ def evaluate(flags: argparse.Namespace) -> int:
         finally:
             specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
-            taken = published.told(flags.published, lines, specs, store, len(verdicts))
+            taken = published.told(flags.published, lines, specs, store, asked_alike=bool(flags.alike))
             _write(tables, folder, store, flags, screen, " ".join([taken, *(f"{each.told()}." for each in verdicts)]))
             otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
@@ -100,17 +100,11 @@ def _alike(
     screen: Screen,
 ) -> Iterator[Verdict]:
     """Drive what is drawn of other code's runs, and say whether the rest of them counts."""
-    specs = specs_of(runs, store)
-    wanted = {store.key(specs[id(run)]): run for run in runs if id(run) in specs}
+    wanted = _by_key(runs, store)
     for group in others:
         draw = alike.drawn(group, wanted, flags.alike)
         if draw:
-            _drive(
-                {key: msgspec.structs.replace(wanted[key], spec=specs[id(wanted[key])]) for key in draw},
-                store,
-                flags,
-                screen,
-            )
+            _drive({key: wanted[key] for key in draw}, store, flags, screen)
             verdict = alike.judged(group, draw, store, lines)
             screen.say(verdict.told())
             store.count(alike.counted(verdict, flags.again))
@@ -163,6 +157,13 @@ def _known(flag: str, methods: Sequence[str]) -> None:
         raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
 
 
+def _by_key(runs: Sequence[Run], store: Store) -> dict[str, Run]:
+    """The runs that are known by now, each with the spec that it has by now."""
+    specs = specs_of(runs, store)
+    known = (msgspec.structs.replace(run, spec=specs[id(run)]) for run in runs if id(run) in specs)
+    return {store.key(run.spec): run for run in known}
+
+
 def _keys(runs: Sequence[Run], store: Store) -> dict[int, str]:
     """By `id`, of the runs that are known by now."""
     return {run: store.key(spec) for run, spec in specs_of(runs, store).items()}
@@ -172,11 +173,7 @@ def _drive_in_turn(runs: Sequence[Run], store: Store, flags: argparse.Namespace,
     """Drive what is missing; a row that adapts has its next run only once the last one is driven."""
     tried: set[str] = set()
     while True:
-        specs = specs_of(runs, store)
-        known = {store.key(specs[id(run)]): run for run in runs if id(run) in specs}
-        ready = {
-            key: msgspec.structs.replace(run, spec=specs[id(run)]) for key, run in known.items() if key not in tried
-        }
+        ready = {key: run for key, run in _by_key(runs, store).items() if key not in tried}
         if not ready:
             return
         _drive(ready, store, flags, screen)

@@ -38,16 +38,16 @@ def test_a_margin_within_the_papers_brakes_in_every_approach_and_one_beyond_reac
 
 
 def test_drives_are_added_and_told_with_their_interval() -> None:
-    one = Decided(0.2, km=5.0, interventions=2, false=1, ttcs_s=(1.0, 2.0))
-    other = Decided(0.2, km=5.0, interventions=1, false=0, ttcs_s=(1.5,))
+    one = Decided(km=5.0, interventions=2, false=1, ttcs_s=(1.0, 2.0))
+    other = Decided(km=5.0, interventions=1, false=0, ttcs_s=(1.5,))
     # three in 10 km: Garwood's interval is 0.62 to 8.77
     assert pooled([one, other]).cells() == ("3.00 [0.62, 8.77]", "1 of 3", "1.50")
-    assert pooled([Decided(0.0, km=10.0)]).cells() == ("0.00 [0.00, 3.69]", "0 of 0", "-")
+    assert pooled([Decided(km=10.0)]).cells() == ("0.00 [0.00, 3.69]", "0 of 0", "-")
 
 
 def test_the_table_has_a_line_for_each_margin_and_columns_of_drives_only_where_there_are_some() -> None:
     found = [approached(CALIBRATED, delta) for delta in (0.2, NEVER)]
-    alone, beside = table(found, []), table(found, [Decided(0.2, km=1.0), Decided(NEVER, km=1.0)])
+    alone, beside = table(found, []), table(found, [Decided(km=1.0), Decided(km=1.0)])
     assert len(alone) == len(beside) == 4
     assert alone[3].startswith("| 1 | 0 of 9 | - |")
     assert [line.count("|") for line in alone] == [5] * 4

@@ -63,8 +63,8 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def evaluate(file: Path, *more: str) -> int:
-    return run([*ASKED, "--runs", "3", "--out", str(file.parent / "out"), "--published", str(file), *more])
+def evaluate(file: Path, *more: str, out: str = "out") -> int:
+    return run([*ASKED, "--runs", "3", "--out", str(file.parent / out), "--published", str(file), *more])
 
 
 def otherwise(key: str) -> None:
@@ -123,8 +123,8 @@ def test_the_next_sitting_finds_in_the_file_what_today_drove(file: Path) -> None
     there = read(file)
     assert sum(line.of_today for line in there.values()) == 3
     assert len(there) == 12, "those of other code stay what they are"
-    other, again = file.with_name("other.jsonl"), ("--published", str(file), "--alike", "1")
-    assert run([*ASKED, "--runs", "3", "--out", str(file.parent / "b"), *again, "--publish", str(other)]) == 0
+    other = file.with_name("other.jsonl")
+    assert evaluate(file, "--alike", "1", "--publish", str(other), out="b") == 0
     assert sorted(Drives.asked) == DRAWN, "nothing was driven"
     assert sum(line.driven_by == OTHER for line in read(other).values()) == 6
     assert len(read(other)) == 9
@@ -140,24 +140,7 @@ def test_what_is_asked_for_again_is_driven(file: Path) -> None:
     assert evaluate(file, "--alike", "1", "--again", last) == 0
     assert sorted(Drives.asked) == sorted({*DRAWN, last})
     Drives.asked.clear()
-    assert (
-        run(
-            [
-                *ASKED,
-                "--runs",
-                "3",
-                "--out",
-                str(file.parent / "b"),
-                "--published",
-                str(file),
-                "--alike",
-                "1",
-                "--again",
-                ALL,
-            ]
-        )
-        == 0
-    )
+    assert evaluate(file, "--alike", "1", "--again", ALL, out="b") == 0
     assert sorted(Drives.asked) == sorted(SPECS)
 
 
@@ -180,6 +163,15 @@ def test_a_draw_is_of_what_is_wanted_and_each_code_draws_by_its_own_keys(tmp_pat
     assert drawn(first, [keys[-1], "of-another-table"], 2) == (keys[-1],)
     verdict = judged(first, drawn(first, SPECS, 2), Store(tmp_path), {})
     assert (verdict.alike, verdict.lacking, verdict.counts) == ((), 2, False)
+
+
+def test_only_what_was_drawn_is_told_as_drawn(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second, _ = FAMILIES["urb-rain"]
+    leave(file.parent / "out", SPECS[second], COMES_TO[second])
+    assert evaluate(file, "--alike", "1") == 0
+    told = capsys.readouterr().err
+    assert "in urb-rain count as today's: 1 of them, drawn" in told, "the other speaks against it, or not at all"
+    assert first in Drives.asked
 
 
 def test_how_much_a_draw_leaves_open() -> None:
