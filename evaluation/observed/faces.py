@@ -2,7 +2,7 @@
 
 from functools import cached_property
 
-from evaluation.training.reader_faces import orders
+from evaluation.observed.orders import orders
 from services.drivelm.classes import OTHER, PANELS, PLATES, READER_CLASSES, SIGNS
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from evaluation.training.reader_faces import orders
+from evaluation.observed.orders import orders
 from evaluation.training.reader_fonts import TEST_STYLES
 from evaluation.training.reader_texts import text_for
 from services.drivelm.classes import LED_VALUES, LIGHTS, PANELS, PLATES, SIGNS

@@ -1,6 +1,7 @@
 """A run's key: of all that the run reads, and of nothing else."""
 
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,11 +10,22 @@ import pytest
 
 from drivemcp.codehash import code_hash
 from evaluation.evaluate import store
-from evaluation.evaluate.store import Store, world_digest, world_files
+from evaluation.evaluate.store import GENERATORS, Store, world_digest, world_files
 from evaluation.run.host import drive
-from evaluation.run.spec import RunSpec, Sensors
+from evaluation.run.spec import PACKAGES, RunSpec, Sensors
 
 ROOT = Path(__file__).parents[4]
+LOADED = """
+import sys
+from pathlib import Path
+from evaluation.run.host import drive
+from evaluation.run.spec import RunSpec
+drive(RunSpec(scenario="cross-border/test/0", seconds=0.5, sensors=sys.argv[1]), Path(sys.argv[2]))
+files = {name: getattr(module, "__file__", None) for name, module in sys.modules.items()}
+ours = [name for name, file in files.items() if name.split(".")[0] in ("proto", "drivemcp", "services", "evaluation") and file]
+print(*(name for name in ours if Path(files[name]).stat().st_size))
+"""
+"""Drives a run in a process of its own and prints the modules of ours that it loaded; empty ones say nothing."""
 
 
 @pytest.fixture
@@ -80,6 +92,17 @@ def test_a_modelled_run_opens_no_data_but_what_is_in_its_key(tmp_path: Path) -> 
     assert ROOT / "models/observed.json" in data
     assert data <= {path for _, path in world_files("model")}
     assert {path.suffix for path in ours - data} <= {".py", ".pyc", ".toml", ".json"}, "what a digest of code takes in"
+
+
+@pytest.mark.parametrize("sensors", ["rendered", "model"])
+def test_every_module_of_ours_that_a_run_loads_is_in_its_key(sensors: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED, sensors, str(tmp_path)], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    loaded = done.stdout.split()
+    assert {"evaluation.run.host", "services.arbiter.service"} <= set(loaded)
+    hashed = (*PACKAGES, *GENERATORS)
+    assert [name for name in loaded if not any(f"{name}.".startswith(f"{each}.") for each in hashed)] == []
 
 
 def test_settings_that_lie_beside_the_code_are_part_of_its_digest(

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
+from evaluation.observed.orders import orders
 from evaluation.training.reader import tuned
 from evaluation.training.reader_avenue import avenue, class_of
 from evaluation.training.reader_avenue_lights import light_avenue
 from evaluation.training.reader_degrade import any_conditions, jittered, view
-from evaluation.training.reader_faces import Face, drawable, orders
+from evaluation.training.reader_faces import Face, drawable
 from evaluation.training.reader_fonts import TEST_STEMS, TEST_STYLES, TRAIN_STEMS, TUNE_STEMS, letterings
 from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import SURE, SURELY_WRONG, Measured, score_table, sure_from
