@@ -23,7 +23,8 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         nargs="+",
         default=[],
         metavar="LOG|FOLDER",
-        help="recorded drives to search on, with the truth beside them (runs of drivemcp evaluate), instead of driving",
+        help="recorded drives to search on, with the truth beside them, instead of driving: of an earlier calibration or of a car, "
+        "none of the development or test split",
     )
     parser.add_argument("--runs", type=whole(1, 10_000), default=4, help="places of each family (4)")
     parser.add_argument("--trials", type=whole(1, 1_000_000), default=300, help="candidates that are tried (300)")

@@ -9,6 +9,7 @@ from drivemcp.errors import UserError
 from evaluation.calibrate.constants import BY_NAME, Candidate, Row
 from evaluation.calibrate.score import PARTS
 from evaluation.calibrate.search import Trial
+from evaluation.calibrate.usable import CALIBRATION
 from evaluation.calibrate.verdict import Closed
 from evaluation.evaluate.plots import svg_of
 from services.arbiter.profiles import FOLDER, parse, read_file
@@ -28,6 +29,8 @@ class Provenance(msgspec.Struct, frozen=True, kw_only=True):
     machine: str
     places: tuple[str, ...]
     """The drives that were decided again."""
+    drives: str = CALIBRATION
+    """What they are."""
     km: float
     sensors: str
     optimiser: str
@@ -77,14 +80,14 @@ def _about(moved: Mapping[str, float], provenance: Provenance | None) -> str:
         return "A candidate of drivemcp calibrate."
     if not moved:
         return f"The shipped constants as they are. {provenance.verdict}"
-    return f"Fitted on {provenance.km:.1f} km of calibration drives: {', '.join(sorted(moved))}. {provenance.verdict}"
+    return f"Fitted on {provenance.km:.1f} km of {provenance.drives}: {', '.join(sorted(moved))}. {provenance.verdict}"
 
 
 def _told(provenance: Provenance, candidate: Candidate) -> dict[str, str]:
     """Provenance, one line a field."""
     told = {
         "made": provenance.made, "code": provenance.code, "command": provenance.command, "machine": provenance.machine,
-        "places": ", ".join(provenance.places), "km": f"{provenance.km:.2f}, {provenance.sensors} sensors",
+        "places": ", ".join(provenance.places), "km": f"{provenance.km:.2f} of {provenance.drives}, {provenance.sensors} sensors",
         "optimiser": f"{provenance.optimiser}, seed {provenance.seed}, {provenance.trials} trials",
         "objective": provenance.objective,
         "before": f"{provenance.before.objective:.3f} ({_parts(provenance.before)})",

@@ -80,7 +80,7 @@ def load(log: Path) -> Recording:
         steps.append(Step(times.get(trace.tick, number / 10), seen, own, trace.request))
         for call in trace.calls:
             answers.setdefault((call.tool, legal.key(call.arguments)), []).append((trace.tick, call))
-    spec = _spec(log)
+    spec = spec_of(log)
     return Recording(
         f"{spec.scenario} seed {spec.seed}" if spec is not None else str(log),
         tuple(steps),
@@ -90,7 +90,8 @@ def load(log: Path) -> Recording:
     )
 
 
-def _spec(log: Path) -> RunSpec | None:
+def spec_of(log: Path) -> RunSpec | None:
+    """The spec that lies beside a log; None: there is none that this version reads."""
     try:
         return msgspec.json.decode((log.parent / SPEC).read_bytes(), type=RunSpec)
     except (OSError, msgspec.MsgspecError):

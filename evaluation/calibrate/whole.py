@@ -21,6 +21,7 @@ from evaluation.calibrate.files import Curve, Provenance
 from evaluation.calibrate.recordings import find, kilometres, load
 from evaluation.calibrate.score import PARTS
 from evaluation.calibrate.search import Found, Trial, Trials, on_cores, optimiser, search
+from evaluation.calibrate.usable import CALIBRATION, usable
 from evaluation.calibrate.verdict import Closed, Verdict, closed, verdict
 from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate.machine import machine
@@ -51,7 +52,7 @@ def calibrate(flags: argparse.Namespace) -> int:
     with store.alone(), interruptible():
         wanted = () if flags.logs else _recorded(flags)
         failed = _drive(store, wanted, flags, screen, "recording")
-        logs = list(find(flags.logs)) if flags.logs else drives.logs(store, wanted)
+        logs, kind = _named(flags, screen) if flags.logs else (drives.logs(store, wanted), CALIBRATION)
         if not logs:
             raise UserError("no drive to calibrate on: all failed; see what they said above")
         recordings = [load(log) for log in logs]
@@ -67,7 +68,7 @@ def calibrate(flags: argparse.Namespace) -> int:
     taken = found.best.candidate if loop.verdict.taken else found.shipped.candidate
     provenance = Provenance(
         made=datetime.now(UTC).isoformat(timespec="seconds"), code=_code(), command=_command(flags), machine=machine(),
-        places=places, km=km, sensors=sensors, optimiser=optimiser(), seed=flags.seed, trials=found.tried,
+        places=places, drives=kind, km=km, sensors=sensors, optimiser=optimiser(), seed=flags.seed, trials=found.tried,
         objective=files.formula(), before=found.shipped, after=found.best,
         closed_before=loop.before, closed_after=loop.after,
         verdict=f"{'Taken' if loop.verdict.taken else 'The shipped constants stay'}: {loop.verdict.why}.",
@@ -88,6 +89,16 @@ def _seconds(flags: argparse.Namespace) -> float:
 def _recorded(flags: argparse.Namespace) -> Sequence[RunSpec]:
     settings = {"arbiter": dict(drives.NOBODY_BRAKES)}
     return drives.specs("calibration", _numbers(flags), flags.sensors, _seconds(flags), settings)
+
+
+def _named(flags: argparse.Namespace, screen: Screen) -> tuple[list[Path], str]:
+    """Those of `--from`, and what they are."""
+    found = usable(find(flags.logs))
+    if found.left_out:
+        screen.say(
+            f"{found.left_out} drives are left out: the arbiter may have braked in them, or they are of another method"
+        )
+    return list(found.logs), found.kind
 
 
 def _drive(store: Store, wanted: Sequence[RunSpec], flags: argparse.Namespace, screen: Screen, what: str) -> bool:
