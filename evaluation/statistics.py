@@ -9,10 +9,12 @@ import numpy as np
 from scipy import stats
 
 LEVEL = 0.95
+ROUNDING = 1e-9
+"""Values that differ by less than this share of them are equal but for how they were summed."""
 
 
 class Spread(msgspec.Struct, frozen=True, kw_only=True):
-    """Of how many, their mean (or another number of them), standard deviation and 95 % interval. None: too few."""
+    """Of how many, their mean (or another number of them), standard deviation and 95 % interval. None: too few, or no spread."""
 
     n: int
     mean: float | None
@@ -44,12 +46,15 @@ class Share(msgspec.Struct, frozen=True, kw_only=True):
 def mean_sd_ci(values: Sequence[float]) -> Spread:
     """Mean and standard deviation (n - 1), with Student's t interval for the mean. One value has a mean only.
 
-    The t interval takes the runs' means for normal: with few runs of a skewed number see `bootstrap`.
+    The t interval takes the runs' means for normal: with few runs of a skewed number see `bootstrap`. Equal values have no
+    interval: that of no width would call a few runs certain, which never showed how they vary.
     """
     n = len(values)
     if n < 2:
         return Spread(n=n, mean=values[0] if values else None)
     mean, sd = fmean(values), stdev(values)
+    if max(values) - min(values) <= ROUNDING * max(map(abs, values)):
+        return Spread(n=n, mean=mean, sd=sd)
     half = float(stats.t.ppf(0.5 + LEVEL / 2.0, n - 1)) * sd / math.sqrt(n)
     return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)
 

@@ -33,9 +33,12 @@ class Compared(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def agree(self) -> bool | None:
-        """Whether the difference's 95 % interval holds 0, to the places that are shown; None: one pair has no interval."""
+        """Whether the difference's 95 % interval holds 0, to the places that are shown; None: one pair has no interval.
+
+        Pairs that all differ by the same have none either: they agree if that is 0.
+        """
         if self.less.low is None or self.less.high is None:
-            return None
+            return None if self.less.sd is None else round(self.less.mean or 0.0, self.column.places) == 0.0
         return round(self.less.low, self.column.places) <= 0.0 <= round(self.less.high, self.column.places)
 
 
@@ -87,7 +90,10 @@ def page(found: Sequence[Compared]) -> str:
     lines = ["| | number | pairs | rendered | modelled | modelled less rendered | agree |", "| --- " * 7 + "|"]
     lines += [_line(each) for each in found]
     judged = [each.agree for each in found if each.agree is not None]
-    lines += ["", f"{sum(judged)} of {len(judged)} agree: 0 lies in the 95 % interval of the pairs' mean difference."]
+    lines += [
+        "",
+        f"{sum(judged)} of {len(judged)} agree: 0 lies in the 95 % interval of the pairs' mean difference, or is what all differ by.",
+    ]
     return "\n".join(lines) + "\n"
 
 

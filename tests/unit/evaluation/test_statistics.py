@@ -22,6 +22,14 @@ def test_too_few_values_have_no_interval() -> None:
     assert bootstrap([]).mean is None
 
 
+@pytest.mark.parametrize("values", [[1.0, 1.0], [0.0, 0.0, 0.0], [0.1 + 0.2, 0.3]])
+def test_values_that_never_varied_have_no_interval(values: list[float]) -> None:
+    found = mean_sd_ci(values)
+    assert found.mean == pytest.approx(values[0])
+    assert found.sd == pytest.approx(0.0)
+    assert (found.low, found.high) == (None, None), "one of no width would call them certain"
+
+
 @pytest.mark.parametrize(
     ("count", "low", "high"),
     # the table of exact 95 % limits for a Poisson count (Garwood 1936)

@@ -41,7 +41,13 @@ def test_the_same_numbers_agree_and_a_steady_difference_does_not(tmp_path: Path)
     assert f1.less.mean == pytest.approx(-10.0)
     assert f1.agree is False
     assert of(rows, "all", "overspeed").agree is True
-    assert of(rows, "all", "collisions").agree is True
+    assert of(rows, "all", "collisions").agree is True, "all pairs are equal"
+
+
+def test_one_difference_in_all_pairs_is_none_only_where_it_is_nothing(tmp_path: Path) -> None:
+    rows = found(tmp_path, {"event_f1": 0.9}, {"event_f1": 0.8})
+    assert of(rows, "all", "event F1").agree is False
+    assert of(rows, "all", "overspeed").agree is True
 
 
 def test_each_family_stands_for_itself_and_all_of_them_together(tmp_path: Path) -> None:

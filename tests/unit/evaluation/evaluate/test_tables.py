@@ -90,6 +90,13 @@ def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> 
     assert "can prove" in long[what].distance
 
 
+def test_two_perfect_runs_prove_nothing() -> None:
+    perfect = table("corruption", lambda row, number: kept(event_f1=1.0, correct_tool_rate=1.0))
+    told = {one.what: one for one in judged([perfect])}
+    assert told["Clean sensor stack, event F1"].found == "100.0"
+    assert {one.verdict for one in told.values()} == {"holds in the mean, not proven"}
+
+
 def test_a_collision_that_no_assistant_does_not_have_misses_the_goal() -> None:
     made = table("results", lambda row, number: kept(collisions=int(row.spec.method == "DriveMCP")))
     verdicts = {one.what: one.verdict for one in judged([made])}
