@@ -1,7 +1,7 @@
 """What we want to read for DriveMCP with the calibrated profile, and whether what was driven shows it."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
+from statistics import fmean
 from typing import Literal
 
 import msgspec
@@ -21,12 +21,13 @@ from evaluation.evaluate.columns import (
 )
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plan import FAMILIES, OURS
-from evaluation.evaluate.tables import Table, TableRow, Value
+from evaluation.evaluate.tables import Table, TableRow, Value, by_number, less
 from evaluation.metrics import RATES
+from evaluation.statistics import poisson_ci
 
 Verdict = Literal["holds", "holds in the mean, not proven", "missed in the mean, not proven", "missed", "not measured"]
-RULE_OF_THREE = -math.log(0.05)
-"""With no event in D, the one-sided 95 % upper bound of the rate is 3.0/D."""
+NO_EVENT = poisson_ci(0, 1.0).high or 0.0
+"""With no event in D the upper end of the rate's interval, by which goals are judged, is 3.7/D."""
 
 
 class Goal(msgspec.Struct, frozen=True, kw_only=True):
@@ -122,10 +123,10 @@ def _distance(goal: Goal, row: TableRow) -> str:
     per_km = RATES[goal.column.rate].per / 1000
     if row.km <= 0.0:
         return "nothing was driven"
-    least, needed = RULE_OF_THREE / row.km * per_km, RULE_OF_THREE / goal.bound * per_km
+    least, needed = NO_EVENT / row.km * per_km, NO_EVENT / goal.bound * per_km
     can = "can" if least <= goal.bound else "cannot"
     return (
-        f"{row.km:.1f} km: with no event at all the 95 % upper bound would be {least:.2g} {goal.column.unit}; this distance "
+        f"{row.km:.1f} km: with no event at all the 95 % interval would end at {least:.2g} {goal.column.unit}; this distance "
         f"{can} prove {goal.bound:g} (that takes {needed:.0f} km without one)"
     )
 
@@ -135,14 +136,24 @@ def _against(results: Table) -> Iterator[Judged]:
     for family, name in FAMILIES.items():
         ours, rival, floor = (rows.get(f"{family}/{key}") for key in (OURS, "VLM-Tools-NoArbiter", "No-assistant"))
         if ours is not None and rival is not None:
-            response, other = (_value(results, row, RESPONSE) for row in (ours, rival))
-            yield Judged(
-                what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
-                found=f"{told(response, RESPONSE)} against {told(other, RESPONSE)}",
-                verdict=_no_worse(response, other),
-            )  # fmt: skip
+            yield _no_slower(name, ours, rival)
         if ours is not None and floor is not None:
             yield _collisions(name, ours, floor)
+
+
+def _no_slower(name: str, ours: TableRow, rival: TableRow) -> Judged:
+    """Run by run: DriveMCP may have driven many places that the other has not."""
+    mine, other = (by_number(RESPONSE, row) for row in (ours, rival))
+    both = mine.keys() & other.keys()
+    means = [f"{fmean(each[number] for number in both):.{RESPONSE.places}f}" for each in (mine, other) if both]
+    difference = less(RESPONSE, ours, rival)
+    goal = Goal(table="results", row=ours.row.key, column=RESPONSE, bound=0.0)
+    return Judged(
+        what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
+        found=f"{' against '.join(means) or '-'}, difference {told(difference, RESPONSE)}, of {len(both)} runs in which both "
+        "answered a hazard",
+        verdict=_verdict(difference, goal),
+    )  # fmt: skip
 
 
 def _collisions(name: str, ours: TableRow, floor: TableRow) -> Judged:
@@ -161,14 +172,6 @@ def _collisions(name: str, ours: TableRow, floor: TableRow) -> Judged:
 
 def _driven(row: TableRow) -> set[int]:
     return {run.number for run in row.runs if run.kept is not None}
-
-
-def _no_worse(ours: Value, other: Value) -> Verdict:
-    if ours.value is None or other.value is None:
-        return "not measured"
-    if ours.value > other.value:
-        return "missed in the mean, not proven"
-    return "holds in the mean, not proven"
 
 
 def _collided(row: TableRow) -> set[int]:

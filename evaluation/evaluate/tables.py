@@ -167,11 +167,18 @@ def _pairs(rows: Sequence[TableRow], columns: Sequence[Column]) -> Iterable[Pair
 
 
 def _pair(method: str, column: Column, one: TableRow, other: TableRow) -> Pair:
-    spread = paired_by_seed(_by_number(column, one), _by_number(column, other))
-    value = Value(value=spread.mean, sd=spread.sd, low=spread.low, high=spread.high, of=f"{spread.n} pairs")
-    return Pair(label=f"{method}: faulty less sound", column=column.title, unit=column.unit, value=value)
+    return Pair(
+        label=f"{method}: faulty less sound", column=column.title, unit=column.unit, value=less(column, one, other)
+    )
 
 
-def _by_number(column: Column, row: TableRow) -> dict[int, float]:
+def less(column: Column, one: TableRow, other: TableRow) -> Value:
+    """The mean difference of two rows, run by run, over the runs in which both have a number."""
+    spread = paired_by_seed(by_number(column, one), by_number(column, other))
+    return Value(value=spread.mean, sd=spread.sd, low=spread.low, high=spread.high, of=f"{spread.n} pairs")
+
+
+def by_number(column: Column, row: TableRow) -> dict[int, float]:
+    """The column's number of each run of a row that has one, by the run's number: the same place, driver and traffic in all rows."""
     values = {run.number: per_run(column, run.kept.metrics) for run in row.runs if run.kept is not None}
     return {number: value for number, value in values.items() if value is not None}

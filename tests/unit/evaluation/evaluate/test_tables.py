@@ -85,7 +85,7 @@ def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> 
     long = {one.what: one for one in judged([table("results", far)])}
     what = "CROSS-BORDER, infractions"
     assert near[what].verdict == "holds in the mean, not proven"
-    assert "cannot prove 0.1 (that takes 300 km without one)" in near[what].distance
+    assert "cannot prove 0.1 (that takes 369 km without one)" in near[what].distance
     assert long[what].verdict == "holds"
     assert "can prove" in long[what].distance
 
@@ -95,6 +95,43 @@ def test_two_perfect_runs_prove_nothing() -> None:
     told = {one.what: one for one in judged([perfect])}
     assert told["Clean sensor stack, event F1"].found == "100.0"
     assert {one.verdict for one in told.values()} == {"holds in the mean, not proven"}
+
+
+@pytest.mark.parametrize(
+    ("km", "can", "verdict"), [(340, "cannot", "holds in the mean, not proven"), (370, "can", "holds")]
+)
+def test_a_distance_can_prove_what_the_verdict_takes_for_proven(km: int, can: str, verdict: str) -> None:
+    free = table("results", lambda row, number: kept(distance_m=km * 500.0, infractions_total=0))
+    (one,) = (each for each in judged([free]) if each.what == "CROSS-BORDER, infractions")
+    assert f"this distance {can} prove 0.1" in one.distance
+    assert one.verdict == verdict
+
+
+def responded(row: Row, number: int) -> Kept | None:
+    """A tenth of a second before the other or so in the places of both; many hard places are driven by DriveMCP alone."""
+    ours = row.spec.method == "DriveMCP"
+    if number >= 3:
+        return kept(hazard_response_s=(2.0,)) if ours else None
+    return kept(hazard_response_s=(0.5 + 0.2 * number - ours * (0.1 + 0.001 * number),))
+
+
+def test_responses_are_compared_in_the_places_that_both_drove() -> None:
+    told = {one.what: one for one in judged([table("results", responded, runs=9)]) if "NoArbiter" in one.bound}
+    one = told["CROSS-BORDER, hazard response"]
+    assert one.verdict == "holds", "faster in every one of them"
+    assert one.found.startswith("0.60 against 0.70, difference -0.10 [-0.10, -0.10], of 3 runs")
+
+
+def test_responses_in_no_place_that_both_drove_are_not_compared() -> None:
+    def apart(row: Row, number: int) -> Kept | None:
+        return kept() if (row.spec.method == "DriveMCP") == (number > 0) else None
+
+    (one,) = (
+        each
+        for each in judged([table("results", apart)])
+        if each.what == "CROSS-BORDER, hazard response" and "NoArbiter" in each.bound
+    )
+    assert one.verdict == "not measured"
 
 
 def test_a_collision_that_no_assistant_does_not_have_misses_the_goal() -> None:
