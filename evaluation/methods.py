@@ -17,6 +17,7 @@ DIRECT = (
     "of the front end, and only advises. With the embedded backend an extractive reader picks one sentence of that prompt: "
     "it is no language model, and says nothing of what one would reach. "
 )
+PROMPT_TOOL = "answer_prompt"
 PASSAGES = 3
 """Retrieved passages in the prompt of VLM-Direct+RAG."""
 WITHOUT_EXPERTS = ("rules", "retrieval", "arbiter")
@@ -125,6 +126,21 @@ ABLATIONS = _by_label(
     ),
 )
 """The paper's ablations, then ours."""
+
+
+def answers_prompts(spec: RunSpec) -> bool:
+    """Whether the run's advice is answers to whole prompts, as the Direct methods' is."""
+    return bool(spec.settings.get("orchestrator", {}).get("method") == "direct")
+
+
+def generator_of(spec: RunSpec) -> str:
+    """The backend that answers whole prompts; `embedded`: the extractive reader."""
+    return str(spec.settings.get("drivelm", {}).get("prompt_backend") or backend_of(spec))
+
+
+def backend_of(spec: RunSpec) -> str:
+    """The backend that looks at the run's pictures."""
+    return str(spec.settings.get("drivelm", {}).get("backend") or "embedded")
 
 
 def applied(method: Method, spec: RunSpec) -> RunSpec:

@@ -1,11 +1,12 @@
 """Ours beside the paper's where absolute numbers cannot be compared: orderings and ratios."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
 from typing import Literal
 
 import msgspec
 
+from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import Column
 from evaluation.evaluate.tables import Table, TableRow, Value
 
@@ -24,6 +25,19 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     """First over second; None: over nothing."""
     our_ratio: float | None
     verdict: Verdict
+    assumed: bool = False
+    """Of a latency that nobody measured: no verdict."""
+
+
+def summary(found: Sequence[Order]) -> str:
+    """How many of each verdict, and why latencies have none."""
+    verdicts = [one.verdict for one in found]
+    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts))
+    without = sum(one.assumed for one in found)
+    why = (
+        f" ({without} of them latencies that are assumed: none of the tools that a row's advice waits for was measured)"
+    )
+    return counts + (why if without else "")
 
 
 def orders(table: Table) -> tuple[Order, ...]:
@@ -49,9 +63,11 @@ def _of_column(column: Column, at: int, rows: Iterable[TableRow]) -> Iterator[Or
             continue
         large, small = sorted(pair, key=lambda row: -(row.values[at].paper or 0.0))
         one, other = large.values[at], small.values[at]
+        unmeasured = any(assumed(column, row.row.spec) for row in pair)
         yield Order(
             group=large.row.group, column=column.title, first=large.row.label, second=small.row.label,
-            paper_ratio=_ratio(one.paper, other.paper), our_ratio=_ratio(one.value, other.value), verdict=_verdict(one, other),
+            paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if unmeasured else _ratio(one.value, other.value),
+            verdict="not measured" if unmeasured else _verdict(one, other), assumed=unmeasured,
         )  # fmt: skip
 
 

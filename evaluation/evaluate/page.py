@@ -9,7 +9,7 @@ from pathlib import Path
 
 from drivemcp.errors import UserError
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import orders
+from evaluation.evaluate.compare import orders, summary
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
@@ -101,10 +101,8 @@ def _table(table: Table) -> Iterator[str]:
         yield "Faulty less sound, pairs with the same scene: " + "; ".join(
             f"{pair.label.partition(':')[0]}, {pair.column}: {told(pair.value, Column(title=''))} {pair.unit}" for pair in table.pairs
         ) + ".\n"  # fmt: skip
-    found = [one.verdict for one in orders(table)]
-    if found:
-        counts = ", ".join(f"{found.count(verdict)} {verdict}" for verdict in dict.fromkeys(found))
-        yield f"Of {len(found)} pairs that the paper puts in an order: {counts}.\n"
+    if found := orders(table):
+        yield f"Of {len(found)} pairs that the paper puts in an order: {summary(found)}.\n"
 
 
 def _row(row: TableRow, cells: Sequence[tuple[Value, Column]]) -> str:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import msgspec
 
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import Order, orders
+from evaluation.evaluate.compare import Order, orders, summary
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import OURS
@@ -204,12 +204,8 @@ def _orders(found: Sequence[Order]) -> str:
         f"<td>{_ratio(one.paper_ratio)}</td><td>{_ratio(one.our_ratio)}</td><td>{one.verdict}</td></tr>"
         for one in found
     )
-    counts = {
-        verdict: sum(one.verdict == verdict for one in found) for verdict in dict.fromkeys(one.verdict for one in found)
-    }
-    line = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
     head = "<tr><th></th><th></th><th>the paper's order</th><th>its ratio</th><th>ours</th><th></th></tr>"
-    return f"<details><summary>Orderings and ratios: {line}</summary><table>{head}{rows}</table></details>"
+    return f"<details><summary>Orderings and ratios: {escape(summary(found))}</summary><table>{head}{rows}</table></details>"
 
 
 def _ratio(number: float | None) -> str:

@@ -1,11 +1,13 @@
 """Tables made of runs with known numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import msgspec
 
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.names import TableName
-from evaluation.evaluate.plan import Row, rows_of
+from evaluation.evaluate.plan import Row, rows_of, with_settings
 from evaluation.evaluate.store import Kept
 from evaluation.evaluate.tables import Ran, Table, table_of
 
@@ -22,11 +24,25 @@ def kept(**numbers: Any) -> Kept:
     return Kept(metrics={**NUMBERS, **numbers}, moments=(), wall_s=60.0, cpu_s=50.0, measured_by="test")
 
 
-def table(name: TableName, made: Callable[[Row, int], Kept | None], runs: int = 2) -> Table:
-    """A table whose runs come from `made`; None is a run that failed."""
-    rows = rows_of(name, "rendered")
+def table(
+    name: TableName,
+    made: Callable[[Row, int], Kept | None],
+    runs: int = 2,
+    *,
+    modelled_ms: Mapping[str, float] = {},
+    settings: Mapping[str, dict[str, Any]] = {},
+) -> Table:
+    """A table whose runs come from `made`; None is a run that failed. Latencies and settings are those of all rows."""
+    rows = [_with(row, modelled_ms, settings) for row in rows_of(name, "rendered")]
     ran = {row.key: [_ran(row, number, made(row, number)) for number in range(runs)] for row in rows}
     return table_of(name, rows, ran)
+
+
+def _with(row: Row, modelled_ms: Mapping[str, float], settings: Mapping[str, dict[str, Any]]) -> Row:
+    spec = msgspec.structs.replace(row.spec, modelled_ms=dict(modelled_ms))
+    for service, asked in settings.items():
+        spec = with_settings(spec, service, asked)
+    return msgspec.structs.replace(row, spec=spec)
 
 
 def _ran(row: Row, number: int, found: Kept | None) -> Ran:

@@ -104,6 +104,13 @@ def test_the_page_has_what_the_paper_does_not_measure_for_each_method() -> None:
         assert len(re.findall(rf"^\| {re.escape(number)} \| (?:[^|]+ \| ){{5}}[^|]+ \|$", text, re.MULTILINE)) == 3
 
 
+def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
+    for latencies, there in (({}, True), ({"retrieve": 22.4, "applicable_limit": 0.6, "answer_prompt": 0.6}, False)):
+        tables = [table("results", lambda row, number: kept(), modelled_ms=latencies)]
+        for text in (page(tables, told(tables)), report.html(tables, told(tables), Path("runs"), Path())):
+            assert ("18 not measured (18 of them latencies that are assumed" in text) == there
+
+
 def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: Path) -> None:
     tables, file = [table("results", made_run), table("corruption", made_run)], tmp_path / "results.md"
     write(file, tables, told(tables))

@@ -2,6 +2,7 @@
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -78,6 +79,31 @@ def test_orders_are_told_apart_only_where_intervals_do_not_overlap() -> None:
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == "as in the paper"
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].paper_ratio == pytest.approx(4.5)
     assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "not told apart"
+
+
+def timed(row: Row, number: int) -> Kept:
+    """Each method takes another time, a little otherwise in each run."""
+    slow = {"VLM-Direct": 0.004, "VLM-Direct+RAG": 0.026}.get(row.spec.method, 0.001)
+    return kept(advisory_latency_s=(slow + number * 1e-5,))
+
+
+def latencies_told(modelled_ms: dict[str, float], settings: dict[str, Any]) -> dict[tuple[str, str], str]:
+    made = table("results", timed, modelled_ms=modelled_ms, settings=settings)
+    found = [one for one in orders(made) if one.column == "advisory latency" and one.group == "CROSS-BORDER"]
+    assert all((one.our_ratio is None) == (one.verdict == "not measured") for one in found)
+    return {(one.first, one.second): one.verdict for one in found}
+
+
+def test_orders_of_latencies_that_are_assumed_are_not_measured() -> None:
+    fixed = latencies_told({}, {})
+    assert set(fixed.values()) == {"not measured"}
+    some = latencies_told({"applicable_limit": 0.6, "retrieve": 22.4}, {})
+    assert some["VLM-Direct", "DriveMCP"] == some["VLM-Direct+RAG", "VLM-Direct"] == "not measured"
+    assert some["VLM-Direct+RAG", "DriveMCP"] == "as in the paper"
+    both = latencies_told({"applicable_limit": 0.6, "answer_prompt": 4.0}, {})
+    assert both["VLM-Direct", "DriveMCP"] == "as in the paper"
+    model = latencies_told({"applicable_limit": 0.6}, {"drivelm": {"prompt_backend": "openai"}})
+    assert model["VLM-Direct", "DriveMCP"] == "as in the paper", "a model takes its own time"
 
 
 def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> None:

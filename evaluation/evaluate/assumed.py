@@ -1,0 +1,23 @@
+"""Rows whose advisory latency nobody measured: calls of a tool without a measured latency take the fixed one."""
+
+from evaluation.evaluate.columns import LATENCY, Column
+from evaluation.methods import PROMPT_TOOL, answers_prompts, generator_of
+from evaluation.run.spec import RunSpec
+from services.orchestrator.events import TOOLS
+
+
+def assumed(column: Column, spec: RunSpec) -> bool:
+    """Whether a row's number in this column is a latency made of nothing but assumed ones.
+
+    A model that answers whole prompts takes its own time, which is measured as it answers.
+    """
+    if column.field != LATENCY.field or (answers_prompts(spec) and generator_of(spec) != "embedded"):
+        return False
+    return not spec.modelled_ms.keys() & waits_for(spec)
+
+
+def waits_for(spec: RunSpec) -> frozenset[str]:
+    """Tools that a row's advice may wait for; the Direct methods' waits for all of them each time."""
+    if answers_prompts(spec):
+        return frozenset({PROMPT_TOOL, *(("retrieve",) if spec.settings["orchestrator"].get("passages") else ())})
+    return frozenset(tool for tools in TOOLS.values() for tool in tools)
