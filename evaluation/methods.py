@@ -1,7 +1,7 @@
 """The methods that are compared and the ablations: settings of the same services, and nothing else.
 
-Rows of a report are labelled with the backend of the front end beside the method. With `embedded` the two Direct methods
-are an extractive reader of their prompt, no language model (`DIRECT`).
+Rows of a report are labelled with the backend that made them beside the method (`made_with`). With `embedded` the two Direct
+methods are an extractive reader of their prompt, no language model (`EXTRACTIVE`).
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,13 @@ from evaluation.run.spec import RunSpec, StandIn
 
 DIRECT = (
     "The front end answers one fixed prompt (system line, context, query) per event; its text is parsed by the closed grammar "
-    "of the front end, and only advises. With the embedded backend an extractive reader picks one sentence of that prompt: "
-    "it is no language model, and says nothing of what one would reach. "
+    "of the front end, and only advises."
 )
+EXTRACTIVE = (
+    " With the embedded backend an extractive reader picks one sentence of that prompt: it is no language model, and says "
+    "nothing of what one would reach."
+)
+"""What has to be said beside the note of a Direct method that such a reader made."""
 PROMPT_TOOL = "answer_prompt"
 PASSAGES = 3
 """Retrieved passages in the prompt of VLM-Direct+RAG."""
@@ -60,7 +64,7 @@ METHODS = _by_label(
         label="VLM-Direct+RAG",
         settings={"orchestrator": {"method": "direct", "passages": PASSAGES, "expected": (*_ALONE, "retrieval")}},
         without=("rules", "arbiter"),
-        note=DIRECT + "The best passages of the rulepacks and sign tables are part of the prompt.",
+        note=DIRECT + " The best passages of the rulepacks and sign tables are part of the prompt.",
     ),
     Method(
         label="VLM-Tools-NoArbiter",
@@ -141,6 +145,16 @@ def generator_of(spec: RunSpec) -> str:
 def backend_of(spec: RunSpec) -> str:
     """The backend that looks at the run's pictures."""
     return str(spec.settings.get("drivelm", {}).get("backend") or "embedded")
+
+
+def made_with(spec: RunSpec) -> str:
+    """The backend that makes the run's advice: of the Direct methods the one that answers prompts, else the front end's."""
+    return generator_of(spec) if answers_prompts(spec) else backend_of(spec)
+
+
+def noted(note: str, spec: RunSpec) -> str:
+    """What has to be said of a row, as it was made."""
+    return note + (EXTRACTIVE if answers_prompts(spec) and generator_of(spec) == "embedded" else "")
 
 
 def applied(method: Method, spec: RunSpec) -> RunSpec:

@@ -52,7 +52,7 @@ def flat(metrics: Mapping[str, Any]) -> dict[str, Any]:
 def _row(table: Table, row: TableRow) -> dict[str, Any]:
     cells: dict[str, Any] = {
         "group": row.row.group, "row": row.row.label, "family": row.row.family, "sensors": table.sensors,
-        "backend": table.backend, "runs": len(row.runs) - row.missing, "missing": row.missing, "km": round(row.km, 3),
+        "backend": row.backend, "runs": len(row.runs) - row.missing, "missing": row.missing, "km": round(row.km, 3),
     }  # fmt: skip
     for column, value in zip(table.columns, row.values, strict=True):
         name = f"{column.title} [{column.unit}]"

@@ -95,7 +95,8 @@ def _table(table: Table) -> Iterator[str]:
     yield f"## {table.name}, {table.sensors} sensors\n"
     yield "| " + " | ".join(["", "runs, km", *heads]) + " |"
     yield "|" + "---|" * (len(heads) + 2)
-    yield from (_row(row, [(row.values[each], table.columns[each]) for each in at]) for row in table.rows)
+    for row in table.rows:
+        yield _row(table.label(row), row, [(row.values[each], table.columns[each]) for each in at])
     yield ""
     if table.pairs:
         yield "Faulty less sound, pairs with the same scene: " + "; ".join(
@@ -105,13 +106,13 @@ def _table(table: Table) -> Iterator[str]:
         yield f"Of {len(found)} pairs that the paper puts in an order: {summary(found)}.\n"
 
 
-def _row(row: TableRow, cells: Sequence[tuple[Value, Column]]) -> str:
+def _row(label: str, row: TableRow, cells: Sequence[tuple[Value, Column]]) -> str:
     numbers = [
         f"{told(value, column)}{'' if value.paper is None else f' / {value.paper:g}'}" for value, column in cells
     ]
     return (
         "| "
-        + " | ".join([f"{row.row.group}: {row.row.label}", f"{len(row.runs) - row.missing}, {row.km:.2f}", *numbers])
+        + " | ".join([f"{row.row.group}: {label}", f"{len(row.runs) - row.missing}, {row.km:.2f}", *numbers])
         + " |"
     )
 
@@ -123,7 +124,7 @@ def _beside(table: Table) -> Iterator[str]:
     yield "<details><summary>What we measure beside</summary>\n"
     for group in dict.fromkeys(row.row.group for row in table.rows):
         rows = [row for row in table.rows if row.row.group == group]
-        yield f"| {group} | " + " | ".join(row.row.label for row in rows) + " |"
+        yield f"| {group} | " + " | ".join(table.label(row) for row in rows) + " |"
         yield "|" + "---|" * (len(rows) + 1)
         for at, column in enumerate(table.columns):
             if column not in COLUMNS[table.name]:

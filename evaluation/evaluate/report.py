@@ -18,6 +18,7 @@ from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
 from evaluation.evaluate.tables import Pair, Ran, Table, TableRow, Value
+from evaluation.methods import noted
 
 WORST = 3
 """Moments of each kind that are shown."""
@@ -73,7 +74,7 @@ def about(
         command=command, machine=machine, quick=quick, runs=len(kept), missing=len(runs) - len(kept),
         wall_s=sum(each.wall_s for each in kept), driven_s=sum(each.metrics.get("seconds") or 0.0 for each in kept),
         km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
-        backend=", ".join(dict.fromkeys(table.backend for table in tables)),
+        backend=", ".join(dict.fromkeys(row.backend for table in tables for row in table.rows)),
         sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies, published=published,
     )  # fmt: skip
 
@@ -156,7 +157,7 @@ def _groups(table: Table, columns: Sequence[int]) -> Iterator[str]:
         cells = "".join(_cell(row.values[at], table.columns[at], _anchor(row)) for at in columns)
         missing = f" <span class=warn>({row.missing} missing)</span>" if row.missing else ""
         yield (
-            f"<tr{' class=ours' if row.row.label == OURS else ''}><td>{escape(row.row.label)}</td>"
+            f"<tr{' class=ours' if row.row.label == OURS else ''}><td>{escape(table.label(row))}</td>"
             f"<td class=small>{len(row.runs) - row.missing}{missing}<br>{row.km:.2f}</td>{cells}</tr>"
         )
 
@@ -177,7 +178,7 @@ def _anchor(row: TableRow) -> str:
 
 
 def _notes(table: Table) -> str:
-    notes = dict.fromkeys((row.row.label, row.row.note) for row in table.rows if row.row.note)
+    notes = dict.fromkeys((table.label(row), noted(row.row.note, row.row.spec)) for row in table.rows if row.row.note)
     if not notes:
         return ""
     items = "".join(f"<li><b>{escape(label)}</b>: {escape(note)}</li>" for label, note in notes)

@@ -11,6 +11,7 @@ from evaluation.evaluate.names import TableName
 from evaluation.evaluate.paper import paper_rows
 from evaluation.evaluate.plan import Row
 from evaluation.evaluate.store import Kept
+from evaluation.methods import made_with
 from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors
 from evaluation.statistics import binomial_ci, mean_sd_ci, paired_by_seed, poisson_ci
@@ -50,6 +51,11 @@ class TableRow(msgspec.Struct, frozen=True, kw_only=True):
     missing: int
     """Runs that were asked for and are not there."""
 
+    @property
+    def backend(self) -> str:
+        """Which made its advice."""
+        return made_with(self.row.spec)
+
 
 class Table(msgspec.Struct, frozen=True, kw_only=True):
     """A whole table."""
@@ -57,9 +63,14 @@ class Table(msgspec.Struct, frozen=True, kw_only=True):
     name: TableName
     sensors: Sensors
     backend: str
+    """Those of the rows, comma between them."""
     columns: tuple[Column, ...]
     rows: tuple[TableRow, ...]
     pairs: tuple["Pair", ...] = ()
+
+    def label(self, row: TableRow) -> str:
+        """A row's, with its backend where not all rows have the same."""
+        return row.row.label if row.backend == self.backend else f"{row.row.label} ({row.backend})"
 
 
 class Pair(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,7 +87,7 @@ def table_of(name: TableName, rows: Sequence[Row], ran: Mapping[str, Sequence[Ra
     columns = columns_of(name)
     found = tuple(_row(row, tuple(ran.get(row.key, ())), columns) for row in rows)
     sensors: Sensors = rows[0].spec.sensors
-    backend = rows[0].spec.settings.get("drivelm", {}).get("backend", "embedded")
+    backend = ", ".join(dict.fromkeys(row.backend for row in found))
     return Table(
         name=name, sensors=sensors, backend=backend, columns=columns, rows=found,
         pairs=tuple(_pairs(found, columns)) if name == "can-fault" else (),

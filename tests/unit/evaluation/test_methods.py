@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from drivemcp.registry import load_service
-from evaluation.methods import ABLATIONS, METHODS, Method, applied
+from evaluation.methods import ABLATIONS, METHODS, Method, applied, made_with, noted
 from evaluation.run.spec import RunSpec, run_key
 from proto.services import BY_NAME
 
@@ -31,5 +31,23 @@ def test_every_row_is_another_run_and_the_full_system_is_the_run_as_it_is() -> N
     assert "gateway" in applied(METHODS["VLM-Direct"], SPEC).without
 
 
-def test_the_direct_methods_say_that_the_embedded_reader_is_no_language_model() -> None:
-    assert all("no language model" in METHODS[name].note for name in ("VLM-Direct", "VLM-Direct+RAG"))
+DIRECT = ("VLM-Direct", "VLM-Direct+RAG")
+
+
+@pytest.mark.parametrize(
+    ("drivelm", "direct", "others"),
+    [
+        ({}, "embedded", "embedded"),
+        ({"backend": "transformers"}, "transformers", "transformers"),
+        ({"prompt_backend": "openai"}, "openai", "embedded"),
+        ({"backend": "transformers", "prompt_backend": "embedded"}, "embedded", "transformers"),
+    ],
+)
+def test_rows_name_the_backend_that_made_them_and_an_extractive_reader_is_called_so(
+    drivelm: dict[str, str], direct: str, others: str
+) -> None:
+    for name, method in METHODS.items():
+        spec = applied(method, RunSpec(scenario="dynamic-vsl", settings={"drivelm": drivelm}))
+        assert made_with(spec) == (direct if name in DIRECT else others)
+        extractive = name in DIRECT and direct == "embedded"
+        assert ("no language model" in noted(method.note, spec)) == extractive

@@ -111,6 +111,20 @@ def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
             assert ("18 not measured (18 of them latencies that are assumed" in text) == there
 
 
+def test_rows_that_another_backend_made_say_so() -> None:
+    mixed = table("results", made_run, settings={"drivelm": {"prompt_backend": "openai"}})
+    text, whole = page([mixed], told([mixed])), report.html([mixed], told([mixed]), Path("runs"), Path())
+    assert "DriveLM backend: embedded, openai." in text
+    assert "| CROSS-BORDER: VLM-Direct (openai) | " in text
+    assert "| CROSS-BORDER: DriveMCP (embedded) | " in text
+    assert "<b>VLM-Direct (openai)</b>" in whole
+    assert "no language model" not in whole
+    plain = table("results", made_run)
+    text, whole = page([plain], told([plain])), report.html([plain], told([plain]), Path("runs"), Path())
+    assert "| CROSS-BORDER: VLM-Direct | " in text
+    assert "no language model" in whole
+
+
 def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: Path) -> None:
     tables, file = [table("results", made_run), table("corruption", made_run)], tmp_path / "results.md"
     write(file, tables, told(tables))
