@@ -146,10 +146,13 @@ def _from_passages(packs: tuple[Pack, ...], passages: tuple[Passage, ...], langu
 
 
 def _hit(packs: tuple[Pack, ...], passage: Passage, language: str) -> Hit | None:
-    """A passage counts only if its provision stands in a pack that was loaded and checked here."""
-    name = provision_of(passage)
+    """A passage counts only if its text stands, under its own pack, in what was loaded and checked here.
+
+    Packs share names, signs above all, and do not demand the same by them.
+    """
+    name, standing = provision_of(passage), passage.passage_id.partition("/")[0]
     for pack in packs:
-        if name in pack.provisions or (name.removeprefix("sign:") in pack.signs and name.startswith("sign:")):
+        if name in pack.origin and pack.origin[name].partition("@")[0] == standing:
             return _known(pack, name, passage.score, language)
     return None
 
