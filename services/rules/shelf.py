@@ -5,12 +5,13 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.packfiles import FILES
 from drivemcp.watch import Watch
 from proto.rules import Retrieved, RulesAnswer
 from services.rules.book import RuleBook, load_book
 from services.rules.cache import Cache
 from services.rules.errors import PackError
-from services.rules.files import FILES, SIGNATURE
+from services.rules.files import SIGNATURE
 from services.rules.packs import Pack, extended_folders, load
 from services.rules.signature import Trust
 
