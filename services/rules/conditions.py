@@ -9,6 +9,7 @@ from services.rules.readings import hours_of, within_hours
 
 Holds = Literal["yes", "maybe", "no"]
 VEHICLE_CLASSES: frozenset[str] = frozenset(get_args(VehicleClass))
+HOURS_OF_DAY = 24.0
 
 
 def holds(when: When, situation: Situation) -> Holds:
@@ -34,7 +35,7 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
         ("vehicle", when.vehicle_classes and known_class(situation) is None),
         ("wetness", when.wet is not None and situation.wet is None),
         ("snow", when.snow is not None and situation.snow is None),
-        ("time", when.hours is not None and usable(situation.time_of_day_h) is None),
+        ("time", when.hours is not None and known_hour(situation.time_of_day_h) is None),
         ("lane", when.lanes),
         ("zone_here", when.zone is not None and situation.zone is None),
         ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
@@ -50,6 +51,12 @@ def known_class(situation: Situation) -> str | None:
 def usable(number: float | None) -> float | None:
     """A finite number that is not negative; anything else is unknown."""
     return number if number is not None and math.isfinite(number) and number >= 0 else None
+
+
+def known_hour(time_of_day_h: float | None) -> float | None:
+    """Hours since midnight, below 24; no clock shows anything else, so that it is unknown."""
+    hour = usable(time_of_day_h)
+    return hour if hour is not None and hour < HOURS_OF_DAY else None
 
 
 def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
@@ -115,7 +122,7 @@ def _time(text: str, time_of_day_h: float | None) -> Holds:
 def _within(hours: tuple[float, float] | None, time_of_day_h: float | None) -> Holds:
     if hours is None:
         return "yes"
-    known_h = usable(time_of_day_h)
+    known_h = known_hour(time_of_day_h)
     if known_h is None:
         return "maybe"
     return "yes" if within_hours(hours, known_h) else "no"

@@ -1,5 +1,6 @@
 """What applies: unknown facts and further restrictions never raise a limit."""
 
+import math
 from typing import Any
 
 import msgspec
@@ -57,6 +58,25 @@ def ask(situation: Situation, **changes: Any) -> RulesAnswer:
 @given(SITUATIONS, st.sampled_from(["wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h"]))
 def test_a_fact_that_becomes_unknown_never_raises_the_limit(situation: Situation, fact: str) -> None:
     assert mps(ask(situation, **{fact: None})) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, st.one_of(st.floats(min_value=24.0), st.floats(max_value=0.0, exclude_max=True), st.just(math.nan)))
+def test_an_unknown_or_impossible_time_never_raises_the_limit(situation: Situation, time_h: float) -> None:
+    lowest = min(mps(ask(situation, time_of_day_h=hour)) for hour in (None, *range(24)))
+    assert mps(ask(situation, time_of_day_h=time_h)) <= lowest
+    assert ask(situation, time_of_day_h=time_h) == ask(situation, time_of_day_h=None)
+
+
+@pytest.mark.parametrize("time_h", [24.0, 24.5, 30.0, -1.0])
+def test_a_time_that_no_clock_shows_leaves_a_limit_by_hours_in_force(time_h: float) -> None:
+    by_day = ask(
+        Situation(jurisdiction="NLD", road_type="motorway", wet=False, visibility_m=500.0, time_of_day_h=time_h)
+    )
+    assert mps(by_day) == pytest.approx(100 / 3.6)
+    night = PostedLimit(value=50, unit="km/h", confidence=0.95, plates=("plate:time:0-6 h",))
+    posted = Situation(jurisdiction="DEU", road_type="rural", wet=False, visibility_m=500.0, posted=(night,))
+    assert mps(ask(posted, time_of_day_h=time_h)) == pytest.approx(50 / 3.6)
 
 
 @EXAMPLES

@@ -4,6 +4,7 @@ import pytest
 
 from proto.rules import PostedLimit, Situation
 from proto.scene import Candidate
+from services.rules.readings import hours_of, within_hours
 from services.rules.situations import coarse
 
 
@@ -27,6 +28,17 @@ def test_rounding_goes_to_the_careful_side() -> None:
     made = coarse(Situation(visibility_m=50.99, posted=(PostedLimit(value=70, unit="km/h", confidence=0.4999),)))
     assert made.visibility_m == 50.0
     assert made.posted[0].confidence == pytest.approx(0.49)
+
+
+def test_a_span_of_hours_begins_and_ends_at_its_minute() -> None:
+    for minute in range(24 * 60 - 1):
+        clock, later = (f"{at // 60}:{at % 60:02}" for at in (minute, minute + 1))
+        (span,) = hours_of(f"plate:time:{clock}-{later}")
+        for hour in (minute / 60, minute // 60 + minute % 60 / 60):
+            now = coarse(Situation(time_of_day_h=hour)).time_of_day_h
+            assert now is not None
+            assert within_hours(span, now)
+            assert not within_hours((span[1], 24.0), now)
 
 
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])
