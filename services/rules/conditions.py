@@ -60,16 +60,16 @@ def known_hour(time_of_day_h: float | None) -> float | None:
 
 
 def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
-    """Whether the sign above a plate is in force; a plate that nobody knows changes nothing."""
+    """Whether the sign above a plate is in force; a plate of which nobody knows what it says may hold."""
     if plate is None:
         return "maybe"
     if plate.type == "wet":
         return _flag(True, situation.wet)
-    if plate.type == "vehicle":
+    if plate.type == "vehicle" and plate.classes:
         return _member(plate.classes, known_class(situation))
     if plate.type == "hours":
         return _time(text, situation.time_of_day_h)
-    return "maybe" if plate.type == "ahead" else "yes"
+    return "maybe" if plate.type in ("ahead", "vehicle") else "yes"
 
 
 def _road(when: When, situation: Situation) -> Holds:

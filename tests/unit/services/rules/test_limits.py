@@ -13,6 +13,7 @@ from proto.rules import PostedLimit, RulesAnswer, Situation
 from proto.scene import Candidate
 from services.rules.book import RuleBook, load_book
 from services.rules.conditions import VEHICLE_CLASSES
+from services.rules.format import Plate
 from services.rules.limit_answer import applicable_limit
 
 BOOK = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))[0]
@@ -167,3 +168,16 @@ def test_what_gantries_may_show_when_wet_is_cited_for_gantries_only(scope: str, 
     assert answer.limit.value == 70.0
     assert ("deu-vsl-wet" in [each.provision for each in answer.citations]) is cited
     assert answer.citations[0].provision
+
+
+@EXAMPLES
+@given(st.sampled_from(SIGNED_ROADS), POSTED)
+def test_a_plate_that_does_not_say_which_vehicles_never_raises_a_limit(road: Any, sign: PostedLimit) -> None:
+    germany = BOOK.packs["DEU-v1"]
+    plate = msgspec.structs.replace(germany.signs["plate:lorries"], plate=Plate(type="vehicle"))
+    pack = msgspec.structs.replace(germany, signs={**germany.signs, "plate:lorries": plate})
+    book = RuleBook(packs={"DEU-v1": pack})
+    clear = Situation(jurisdiction="DEU", road_type=road, wet=False, snow=False, visibility_m=500.0)
+    under = msgspec.structs.replace(sign, plates=("plate:lorries",))
+    more = msgspec.structs.replace(clear, posted=(under,))
+    assert mps(applicable_limit(book, more)) <= mps(applicable_limit(book, clear))
