@@ -56,12 +56,14 @@ def lookup_rule(
 ) -> RulesAnswer:
     """The best passages, and what they demand; contradictions by kind of text, then the most careful.
 
-    `passages` is None where retrieval did not answer.
+    `passages` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
     """
     here = normal_jurisdiction(jurisdiction)
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
     known = here is not None and bool(book.for_jurisdiction(here))
-    hits = _from_words(packs, query, language) if passages is None else _from_passages(packs, passages, language)
+    hits = _from_passages(packs, passages or (), language)
+    if passages is None or (passages and not hits):  # none of them is of these packs: it does not know their texts
+        passages, hits = None, _from_words(packs, query, language)
     degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
     if not hits:
         return _nothing(packs, language, degraded)

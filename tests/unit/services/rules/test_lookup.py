@@ -1,8 +1,11 @@
 """Questions in plain words: from passages where retrieval answers, from shared words where not."""
 
+from pathlib import Path
+
 import pytest
 
 from proto.rules import Passage
+from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import corpus_for, lookup_rule, sureness
 from services.rules.packs import folder_of
@@ -70,6 +73,22 @@ def test_without_a_country_every_text_of_every_pack_is_cited_and_acted_on_as_its
 def test_a_name_that_only_other_packs_have_is_left_out(every_book: RuleBook) -> None:
     absent = (passage("sign:customs", 1.0, "GBR-v1"), passage("sign:stop", 1.0, "NO-v9"))
     assert lookup_rule(every_book, "?", None, "en", absent, 3).citations == ()
+
+
+def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(tmp_path: Path) -> None:
+    scaffold(tmp_path / "ITA-v1", "ITA")
+    scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
+    book = load_book([tmp_path / "SMR-v1", folder_of("VIENNA-v1")])[0]
+    query, others = "speed limit in built-up areas", (passage("vie-speed", 0.9, "VIENNA-v1"),)
+    answer = lookup_rule(book, query, "SMR", "en", others, 3)
+    assert answer == lookup_rule(book, query, "SMR", "en", None, 3)
+    assert answer.limit is not None
+    assert {citation.document.split("/")[0] for citation in answer.citations} == {"ITA-v1"}
+    assert "retrieval" in answer.degraded
+
+
+def test_what_retrieval_refuses_as_about_something_else_is_not_looked_for_by_words(book: RuleBook) -> None:
+    assert lookup_rule(book, "speed limit in built-up areas", "DEU", "en", (), 3).legal_action == "unknown"
 
 
 def test_without_retrieval_words_are_matched_at_lower_confidence_and_it_is_said(book: RuleBook) -> None:
