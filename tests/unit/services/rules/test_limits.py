@@ -15,6 +15,7 @@ from services.rules.book import RuleBook, load_book
 from services.rules.conditions import VEHICLE_CLASSES
 from services.rules.format import Plate
 from services.rules.limit_answer import applicable_limit
+from services.rules.situations import coarse
 
 BOOK = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))[0]
 EXAMPLES = settings(max_examples=150, deadline=None)
@@ -181,3 +182,25 @@ def test_a_plate_that_does_not_say_which_vehicles_never_raises_a_limit(road: Any
     under = msgspec.structs.replace(sign, plates=("plate:lorries",))
     more = msgspec.structs.replace(clear, posted=(under,))
     assert mps(applicable_limit(book, more)) <= mps(applicable_limit(book, clear))
+
+
+def town_with(sure: float, age_s: float, end_sure: float, end_age_s: float) -> float:
+    """The limit in a German town under a sign for 30 and, beside it, an end of 30, each read so surely and so long ago."""
+    sign = PostedLimit(value=30, unit="km/h", confidence=sure, age_s=age_s)
+    posted = (sign, PostedLimit(value=30, unit="km/h", scope="end", confidence=end_sure, age_s=end_age_s))
+    clear = Situation(jurisdiction="DEU", road_type="urban", wet=False, snow=False, visibility_m=500.0, posted=posted)
+    return mps(applicable_limit(BOOK, coarse(clear)))
+
+
+@EXAMPLES
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 60.0), st.floats(0.0, 120.0) | st.just(math.nan))
+def test_an_end_that_is_older_or_less_sure_than_a_sign_lifts_it_not(
+    sure: float, end_sure: float, age_s: float, end_age_s: float
+) -> None:
+    if end_sure < sure - 0.01 or not end_age_s <= age_s:
+        assert town_with(sure, age_s, end_sure, end_age_s) == pytest.approx(30 / 3.6)
+
+
+def test_a_later_end_that_is_as_sure_lifts_a_sign() -> None:
+    assert town_with(0.9, 8.0, 0.9, 2.0) == pytest.approx(50 / 3.6)
+    assert town_with(0.9, 2.0, 0.9, 2.0) == pytest.approx(50 / 3.6)
