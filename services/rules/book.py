@@ -108,18 +108,26 @@ def load_book(
     trust: Trust | None = None,
 ) -> tuple[RuleBook, tuple[str, ...]]:
     """The book of all packs that can be used, and why the others are refused. Raises PackError if the expectations are malformed."""
-    packs: dict[str, Pack] = {}
+    packs: dict[Path, Pack] = {}
     refused: list[str] = []
     for folder in folders:
         try:
-            pack = load(folder, trust)
+            packs[folder] = load_beside(folder, packs, trust)
         except PackError as error:
             refused.append(str(error))
-            continue
-        packs[pack.manifest.id] = pack
     for name, version in (expected or {}).items():
         parse_version(version, f"expected_packs.{name}")
-    return RuleBook(packs=packs, expected=expected or {}, today=_day(today)), tuple(refused)
+    by_id = {pack.manifest.id: pack for pack in packs.values()}
+    return RuleBook(packs=by_id, expected=expected or {}, today=_day(today)), tuple(refused)
+
+
+def load_beside(folder: Path, others: Mapping[Path, Pack], trust: Trust | None = None) -> Pack:
+    """The pack in a folder. Raises PackError where it cannot be used, or another folder's pack has its id already."""
+    pack = load(folder, trust)
+    first = next((f for f, other in others.items() if f != folder and other.manifest.id == pack.manifest.id), None)
+    if first is not None:
+        raise PackError(f"{folder / 'manifest.json'}: id: {pack.manifest.id!r} is already the pack in {first}")
+    return pack
 
 
 def normal_jurisdiction(text: str | None) -> str | None:
