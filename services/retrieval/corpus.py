@@ -92,6 +92,11 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     """ISO dates, first and last day."""
 
     @property
+    def pack(self) -> str:
+        """The id of its pack."""
+        return self.passage_id.split("/")[0]
+
+    @property
     def name(self) -> str:
         """The provision or sign."""
         return self.passage_id.split("/")[1]
