@@ -62,7 +62,7 @@ def lookup_rule(
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
     known = here is not None and bool(book.for_jurisdiction(here))
     hits = _from_passages(packs, passages or (), language)
-    if passages is None or (passages and not hits):  # none of them is of these packs: it does not know their texts
+    if passages is None or (not hits and (passages or _of_another_nation(packs))):  # it does not know their texts
         passages, hits = None, _from_words(packs, query, language)
     degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
     if not hits:
@@ -95,6 +95,13 @@ def sureness(score: float) -> float:
 def corpus_for(query: str) -> Literal["statutes", "all"]:
     """The sign table is searched only for questions about signs: its short texts match too much else."""
     return "all" if _ABOUT_SIGNS.search(query) else "statutes"
+
+
+def _of_another_nation(packs: tuple[Pack, ...]) -> bool:
+    """Whether all of them inherit from another nation's: retrieval, which has each nation's texts apart, refuses in ignorance."""
+    return all(
+        any(manifest.jurisdiction[:3] != pack.manifest.jurisdiction[:3] for manifest in pack.extended) for pack in packs
+    )
 
 
 def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) -> RulesAnswer:

@@ -75,11 +75,14 @@ def test_a_name_that_only_other_packs_have_is_left_out(every_book: RuleBook) -> 
     assert lookup_rule(every_book, "?", None, "en", absent, 3).citations == ()
 
 
-def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(tmp_path: Path) -> None:
+@pytest.mark.parametrize("others", [(), (passage("vie-speed", 0.9, "VIENNA-v1"),)])
+def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(
+    others: tuple[Passage, ...], tmp_path: Path
+) -> None:
     scaffold(tmp_path / "ITA-v1", "ITA")
     scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
     book = load_book([tmp_path / "SMR-v1", folder_of("VIENNA-v1")])[0]
-    query, others = "speed limit in built-up areas", (passage("vie-speed", 0.9, "VIENNA-v1"),)
+    query = "speed limit in built-up areas"
     answer = lookup_rule(book, query, "SMR", "en", others, 3)
     assert answer == lookup_rule(book, query, "SMR", "en", None, 3)
     assert answer.limit is not None
@@ -87,8 +90,11 @@ def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(tm
     assert "retrieval" in answer.degraded
 
 
-def test_what_retrieval_refuses_as_about_something_else_is_not_looked_for_by_words(book: RuleBook) -> None:
-    assert lookup_rule(book, "speed limit in built-up areas", "DEU", "en", (), 3).legal_action == "unknown"
+@pytest.mark.parametrize("here", ["DEU", "GBR", "ITA", None])
+def test_what_retrieval_refuses_as_about_something_else_is_not_looked_for_by_words(
+    book: RuleBook, here: str | None
+) -> None:
+    assert lookup_rule(book, "speed limit in built-up areas", here, "en", (), 3).legal_action == "unknown"
 
 
 def test_without_retrieval_words_are_matched_at_lower_confidence_and_it_is_said(book: RuleBook) -> None:
