@@ -1,16 +1,17 @@
-"""The texts of the rulepacks as passages. Only what retrieval needs is read; the Rules service checks packs in full."""
+"""The texts of the rulepacks as passages. Checked is that they are what was sealed; the Rules service checks packs in full."""
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
+from drivemcp.packfiles import FILES, content_sha256, read_content
 
 Kind = Literal["statute", "sign_table", "guidance"]
 Corpus = Literal["statutes", "signs"]
-T = TypeVar("T")
 
 
 class CorpusError(UserError):
@@ -60,6 +61,8 @@ class Entry(msgspec.Struct, frozen=True):
     kind: Kind = "sign_table"
     topics: dict[str, str] = {}
     effects: tuple[Effect, ...] = ()
+    draft: bool = False
+    """Imported and not yet restated: the publisher's words, which nobody is to be told."""
 
     @property
     def road_types(self) -> frozenset[str]:
@@ -89,6 +92,11 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     """ISO dates, first and last day."""
 
     @property
+    def pack(self) -> str:
+        """The id of its pack."""
+        return self.passage_id.split("/")[0]
+
+    @property
     def name(self) -> str:
         """The provision or sign."""
         return self.passage_id.split("/")[1]
@@ -107,11 +115,14 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
 
 def read_pack(folder: Path) -> tuple[Text, ...]:
     """All texts of one pack, without those of the pack it extends. Raises CorpusError."""
-    manifest = _read(folder / "manifest.json", Manifest)
-    provisions = _texts(manifest, _read(folder / "provisions.json", list[Entry]), "statutes")
-    signs = _texts(manifest, _read(folder / "signs.json", list[Entry]), "signs")
-    _check(folder, provisions + signs)
-    return provisions + signs
+    content = read_content(folder)  # once: what is checked is what is indexed
+    manifest = _decoded(folder, content, "manifest.json", Manifest)
+    provisions = _entries(folder, content, "provisions.json")
+    signs = _entries(folder, content, "signs.json")
+    texts = _texts(manifest, provisions, "statutes") + _texts(manifest, signs, "signs")
+    _check(folder, content, texts)
+    _check_sealed(folder, content, manifest)
+    return texts
 
 
 def digest(texts: tuple[Text, ...]) -> str:
@@ -142,26 +153,41 @@ def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus) -> tuple[Te
     )
 
 
-def _check(folder: Path, texts: tuple[Text, ...]) -> None:
+def _entries(folder: Path, content: Mapping[str, bytes], name: str) -> list[Entry]:
+    entries: list[Entry] = _decoded(folder, content, name, list[Entry])
+    if drafts := [entry.id for entry in entries if entry.draft]:
+        raise CorpusError(f"{folder / name}: {drafts[0]} is a draft")
+    return entries
+
+
+def _check(folder: Path, content: Mapping[str, bytes], texts: tuple[Text, ...]) -> None:
     """The excerpt that is cited is the document's text between the offsets."""
     documents: dict[str, str] = {}
     for text in texts:
-        path = folder / text.document.split("/", 1)[1]
-        if text.document not in documents:
-            documents[text.document] = _bytes(path).decode("utf-8", errors="replace")
-        if not text.excerpt or documents[text.document][text.start : text.end] != text.excerpt:
-            raise CorpusError(f"{path}: characters {text.start} to {text.end} are not the excerpt of {text.passage_id}")
+        name = text.document.split("/", 1)[1]
+        if name not in documents:
+            documents[name] = _bytes(folder, content, name).decode("utf-8", errors="replace")
+        if not text.excerpt or documents[name][text.start : text.end] != text.excerpt:
+            where = f"{folder / name}: characters {text.start} to {text.end}"
+            raise CorpusError(f"{where} are not the excerpt of {text.passage_id}")
 
 
-def _bytes(path: Path) -> bytes:
+def _check_sealed(folder: Path, content: Mapping[str, bytes], manifest: Manifest) -> None:
+    """The content is what the version tag says it is."""
+    found = content_sha256({name: _decoded(folder, content, name, Any) for name in FILES}, content)
+    if found != manifest.content_sha256:
+        said = f"says {manifest.content_sha256[:12]}, the content has {found[:12]}"
+        raise CorpusError(f"{folder / 'manifest.json'}: content_sha256: {said}: drivemcp rulepack seal {folder}")
+
+
+def _bytes(folder: Path, content: Mapping[str, bytes], name: str) -> bytes:
+    if name not in content:
+        raise CorpusError(f"{folder / name}: cannot be read: is it there?")
+    return content[name]
+
+
+def _decoded(folder: Path, content: Mapping[str, bytes], name: str, kind: Any) -> Any:
     try:
-        return path.read_bytes()
-    except OSError as error:
-        raise CorpusError(f"cannot read {path}: {error.strerror}") from None
-
-
-def _read(path: Path, kind: Any) -> Any:
-    try:
-        return msgspec.json.decode(_bytes(path), type=kind)
-    except msgspec.MsgspecError as error:
-        raise CorpusError(f"{path}: {error}") from None
+        return msgspec.json.decode(_bytes(folder, content, name), type=kind)
+    except MALFORMED as error:
+        raise CorpusError(f"{folder / name}: {error}") from None

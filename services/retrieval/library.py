@@ -203,7 +203,7 @@ class Library:
         for folder in folders:
             self._why.pop(folder, None)
             try:
-                packs[folder] = read_pack(folder)
+                packs[folder] = _alone(folder, read_pack(folder), packs)
             except CorpusError as error:
                 self._why[folder] = str(error)
         return {folder: packs[folder] for folder in self._folders if folder in packs}
@@ -241,6 +241,15 @@ def _to_the_point(state: State, request: Request, found: Sequence[Passage]) -> f
         return 0.0
     shares = (index.known_share(request.words, request.spoken) for index in _asked(state, request))
     return found[0].score * max(shares, default=0.0)
+
+
+def _alone(folder: Path, texts: tuple[Text, ...], others: Mapping[Path, tuple[Text, ...]]) -> tuple[Text, ...]:
+    """The texts, unless another folder's pack has their names: passages are told apart by them. Raises CorpusError."""
+    pack = {text.pack for text in texts}
+    first = next((f for f, known in others.items() if f != folder and pack & {text.pack for text in known}), None)
+    if first is not None:
+        raise CorpusError(f"{folder / 'manifest.json'}: id: {', '.join(pack)} is already the pack in {first}")
+    return texts
 
 
 def _by_jurisdiction(packs: Mapping[Path, tuple[Text, ...]]) -> dict[str, list[Text]]:

@@ -11,6 +11,7 @@ import msgspec
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
+from drivemcp.packfiles import FILES
 from drivemcp.paths import data, has_data
 from drivemcp.service import Service
 from drivemcp.watch import Watch
@@ -22,7 +23,7 @@ from services.retrieval.library import ABSENT, LOADING, OFF, Library, Request, W
 from services.retrieval.reranking import CrossEncoder, Reranking
 from services.retrieval.tuning import read_tuning
 
-WATCHED = ("manifest.json", "provisions.json", "signs.json", "sources/*.md")
+WATCHED = (*FILES, "sources/*.md")
 
 Query = Annotated[str, msgspec.Meta(max_length=600, description="the question, in the words of whoever asks")]
 Jurisdiction = Annotated[

@@ -9,6 +9,7 @@ import msgspec
 
 from proto.rules import RulepackInfo
 from services.rules.errors import PackError
+from services.rules.format import Manifest
 from services.rules.packs import Pack, load, parse_version
 from services.rules.signature import Trust
 
@@ -55,12 +56,13 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
 
     def weaknesses(self, pack: Pack) -> tuple[str, ...]:
         """Of `stale` and `out_of_date`, those that hold for a pack or one it extends."""
-        stale = any(self._older(name) for name in pack.family)
-        return (("stale",) if stale else ()) + (("out_of_date",) if self._not_in_force(pack) else ())
+        stale = any(self._older(manifest) for manifest in pack.line)
+        past = any(self._not_in_force(manifest) for manifest in pack.line)
+        return (("stale",) if stale else ()) + (("out_of_date",) if past else ())
 
     def expected_of(self, pack: Pack) -> str:
         """The version the configuration expects of the first pack of the family that is older."""
-        return next((f"{name} {self.expected[name]}" for name in pack.family if self._older(name)), "")
+        return next((f"{m.id} {self.expected[m.id]}" for m in pack.line if self._older(m)), "")
 
     def infos(self) -> tuple[RulepackInfo, ...]:
         """What is loaded."""
@@ -71,18 +73,16 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
         same = parent is not None and parent.manifest.jurisdiction == pack.manifest.jurisdiction
         return same or _applies(pack, jurisdiction)
 
-    def _older(self, name: str) -> bool:
-        if name not in self.expected:
+    def _older(self, manifest: Manifest) -> bool:
+        if manifest.id not in self.expected:
             return False
-        want = parse_version(self.expected[name], f"expected_packs.{name}")
-        pack = self.packs.get(name)
-        return pack is not None and parse_version(pack.manifest.version) < want
+        want = parse_version(self.expected[manifest.id], f"expected_packs.{manifest.id}")
+        return parse_version(manifest.version) < want
 
-    def _not_in_force(self, pack: Pack) -> bool:
+    def _not_in_force(self, manifest: Manifest) -> bool:
         if not self.today:
             return False
-        until = pack.manifest.effective_until
-        return not (pack.manifest.effective_from <= self.today <= (until or self.today))
+        return not manifest.effective_from <= self.today <= (manifest.effective_until or self.today)
 
 
 def is_fallback(pack: Pack) -> bool:
@@ -108,20 +108,26 @@ def load_book(
     trust: Trust | None = None,
 ) -> tuple[RuleBook, tuple[str, ...]]:
     """The book of all packs that can be used, and why the others are refused. Raises PackError if the expectations are malformed."""
-    packs: dict[str, Pack] = {}
+    packs: dict[Path, Pack] = {}
     refused: list[str] = []
     for folder in folders:
         try:
-            pack = load(folder, trust)
+            packs[folder] = load_beside(folder, packs, trust)
         except PackError as error:
             refused.append(str(error))
-            continue
-        packs[pack.manifest.id] = pack
     for name, version in (expected or {}).items():
         parse_version(version, f"expected_packs.{name}")
-    if today:
-        _check_day(today)
-    return RuleBook(packs=packs, expected=expected or {}, today=today), tuple(refused)
+    by_id = {pack.manifest.id: pack for pack in packs.values()}
+    return RuleBook(packs=by_id, expected=expected or {}, today=_day(today)), tuple(refused)
+
+
+def load_beside(folder: Path, others: Mapping[Path, Pack], trust: Trust | None = None) -> Pack:
+    """The pack in a folder. Raises PackError where it cannot be used, or another folder's pack has its id already."""
+    pack = load(folder, trust)
+    first = next((f for f, other in others.items() if f != folder and other.manifest.id == pack.manifest.id), None)
+    if first is not None:
+        raise PackError(f"{folder / 'manifest.json'}: id: {pack.manifest.id!r} is already the pack in {first}")
+    return pack
 
 
 def normal_jurisdiction(text: str | None) -> str | None:
@@ -135,8 +141,9 @@ def normal_jurisdiction(text: str | None) -> str | None:
     return _ALPHA2.get(country, country) + hyphen + part
 
 
-def _check_day(text: str) -> None:
+def _day(text: str) -> str:
+    """A date as manifests write it, so that it can be compared with theirs; empty stays empty. Raises PackError."""
     try:
-        date.fromisoformat(text)
+        return date.fromisoformat(text).isoformat() if text else ""
     except ValueError:
         raise PackError(f"today: {text!r} is no date of the form 2025-01-31") from None

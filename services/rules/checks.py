@@ -75,12 +75,15 @@ def check_provisions(files: Files, entries: Sequence[Provision | None], manifest
 
 
 def check_signs(files: Files, entries: Sequence[Sign | None]) -> Iterator[Problem]:
-    """Texts at their offsets, at least one meaning."""
+    """Texts at their offsets, at least one meaning, whom a plate about vehicles names."""
     for index, entry in enumerate(entries):
         if entry is None:
             continue
         if not entry.meaning:
             yield files.problem("signs.json", (index, "meaning"), "at least one language is needed", entry.code)
+        if entry.plate is not None and entry.plate.type == "vehicle" and not entry.plate.classes:
+            message = "a plate about vehicles must say which"
+            yield files.problem("signs.json", (index, "plate", "classes"), message, entry.code)
         yield from check_sources(files, "signs.json", index, entry.code, entry.sources)
 
 

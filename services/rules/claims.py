@@ -91,8 +91,11 @@ def reads(pack: Pack, what: str) -> bool:
 def posted_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
     """Of every sign that is, or may be, in force."""
     zone = () if situation.zone is None else (_zone_as_posted(pack, situation.zone),)
-    ended = _ends(situation)
-    found = (_posted_claim(pack, situation, limit, ended) for limit in (*situation.posted, *zone))
+    ended = tuple(parse_reading(text) for text in situation.ended)
+    found = (
+        _posted_claim(pack, situation, limit, (*ended, *_ends_beside(situation, limit)))
+        for limit in (*situation.posted, *zone)
+    )
     return tuple(claim for claim in found if claim is not None)
 
 
@@ -250,14 +253,14 @@ def _plates(pack: Pack, situation: Situation, limit: PostedLimit) -> tuple[Holds
     return ("no" if "no" in held else "maybe" if "maybe" in held else "yes"), tuple(presumed), False
 
 
-def _ends(situation: Situation) -> tuple[Reading, ...]:
-    by_sign = tuple(parse_reading(text) for text in situation.ended)
-    by_scope = tuple(
-        Reading("limit_end", limit.value)
-        for limit in situation.posted
-        if limit.scope == "end" and _confidence(limit.confidence) >= TRUST
+def _ends_beside(situation: Situation, limit: PostedLimit) -> tuple[Reading, ...]:
+    """What trusted ends among the posted limits lift: no sign that was seen later than they, or more surely."""
+    least = max(TRUST, _confidence(limit.confidence))
+    return tuple(
+        Reading("limit_end", end.value)
+        for end in situation.posted
+        if end.scope == "end" and _confidence(end.confidence) >= least and end.age_s <= limit.age_s
     )
-    return by_sign + by_scope
 
 
 def _ends_it(end: Reading, limit: PostedLimit) -> bool:

@@ -9,6 +9,7 @@ from services.rules.readings import hours_of, within_hours
 
 Holds = Literal["yes", "maybe", "no"]
 VEHICLE_CLASSES: frozenset[str] = frozenset(get_args(VehicleClass))
+HOURS_OF_DAY = 24.0
 
 
 def holds(when: When, situation: Situation) -> Holds:
@@ -34,7 +35,7 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
         ("vehicle", when.vehicle_classes and known_class(situation) is None),
         ("wetness", when.wet is not None and situation.wet is None),
         ("snow", when.snow is not None and situation.snow is None),
-        ("time", when.hours is not None and usable(situation.time_of_day_h) is None),
+        ("time", when.hours is not None and known_hour(situation.time_of_day_h) is None),
         ("lane", when.lanes),
         ("zone_here", when.zone is not None and situation.zone is None),
         ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
@@ -52,17 +53,23 @@ def usable(number: float | None) -> float | None:
     return number if number is not None and math.isfinite(number) and number >= 0 else None
 
 
+def known_hour(time_of_day_h: float | None) -> float | None:
+    """Hours since midnight, below 24; no clock shows anything else, so that it is unknown."""
+    hour = usable(time_of_day_h)
+    return hour if hour is not None and hour < HOURS_OF_DAY else None
+
+
 def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
-    """Whether the sign above a plate is in force; a plate that nobody knows changes nothing."""
+    """Whether the sign above a plate is in force; a plate of which nobody knows what it says may hold."""
     if plate is None:
         return "maybe"
     if plate.type == "wet":
         return _flag(True, situation.wet)
-    if plate.type == "vehicle":
+    if plate.type == "vehicle" and plate.classes:
         return _member(plate.classes, known_class(situation))
     if plate.type == "hours":
         return _time(text, situation.time_of_day_h)
-    return "maybe" if plate.type == "ahead" else "yes"
+    return "maybe" if plate.type in ("ahead", "vehicle") else "yes"
 
 
 def _road(when: When, situation: Situation) -> Holds:
@@ -115,7 +122,7 @@ def _time(text: str, time_of_day_h: float | None) -> Holds:
 def _within(hours: tuple[float, float] | None, time_of_day_h: float | None) -> Holds:
     if hours is None:
         return "yes"
-    known_h = usable(time_of_day_h)
+    known_h = known_hour(time_of_day_h)
     if known_h is None:
         return "maybe"
     return "yes" if within_hours(hours, known_h) else "no"

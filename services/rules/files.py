@@ -1,6 +1,5 @@
 """A pack's folder read once: what is hashed is what is decoded, even while somebody writes into the folder."""
 
-import hashlib
 import re
 from pathlib import Path
 from typing import Any, TypeVar
@@ -8,10 +7,10 @@ from typing import Any, TypeVar
 import msgspec
 
 from drivemcp.errors import MALFORMED
+from drivemcp.packfiles import FILES, content_sha256, read_content
 from services.rules import located
 from services.rules.errors import PackError, Problem
 
-FILES = ("manifest.json", "provisions.json", "signs.json", "cases.json")
 SIGNATURE = "signature.json"
 _BYTE = re.compile(r"\(byte (\d+)\)")
 _PATH = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
@@ -35,38 +34,19 @@ class Files(msgspec.Struct, frozen=True):
         return Problem(file=self.folder / name, line=line, field=field, message=message)
 
     def sha256(self) -> str:
-        """Over the canonical content: every JSON file with sorted keys, every source document as it is.
+        """The content's hash. Raises PackError where a file cannot be read or decoded."""
+        return content_sha256({name: self._value(name) for name in FILES}, self.content)
 
-        The manifest's own `content_sha256` is left out. Raises PackError where a file cannot be read or decoded.
-        """
-        digest = hashlib.sha256()
-        for name in FILES:
-            content = self._canonical(name)
-            digest.update(f"{name}\0{len(content)}\0".encode() + content)
-        for name in sorted(self.content):
-            if name.startswith("sources/"):
-                digest.update(f"{name}\0{len(self.content[name])}\0".encode() + self.content[name])
-        return digest.hexdigest()
-
-    def _canonical(self, name: str) -> bytes:
+    def _value(self, name: str) -> Any:
         found, problems = decoded(self, name, Any)
         if problems:
             raise PackError(str(problems[0]), problems)
-        if name == "manifest.json" and isinstance(found, dict):
-            found = {key: value for key, value in found.items() if key != "content_sha256"}
-        return msgspec.json.encode(found, order="deterministic")
+        return found
 
 
 def read_files(folder: Path) -> Files:
     """Everything that belongs to a pack."""
-    paths = [folder / name for name in (*FILES, SIGNATURE)]
-    content: dict[str, bytes] = {}
-    for path in (*paths, *sorted((folder / "sources").glob("*.md"))):
-        try:
-            content[path.relative_to(folder).as_posix()] = path.read_bytes()
-        except OSError:
-            continue
-    return Files(folder, content)
+    return Files(folder, read_content(folder, (SIGNATURE,)))
 
 
 def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...]]:

@@ -56,12 +56,14 @@ def lookup_rule(
 ) -> RulesAnswer:
     """The best passages, and what they demand; contradictions by kind of text, then the most careful.
 
-    `passages` is None where retrieval did not answer.
+    `passages` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
     """
     here = normal_jurisdiction(jurisdiction)
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
     known = here is not None and bool(book.for_jurisdiction(here))
-    hits = _from_words(packs, query, language) if passages is None else _from_passages(packs, passages, language)
+    hits = _from_passages(packs, passages or (), language)
+    if passages is None or (not hits and (passages or _of_another_nation(packs))):  # it does not know their texts
+        passages, hits = None, _from_words(packs, query, language)
     degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
     if not hits:
         return _nothing(packs, language, degraded)
@@ -93,6 +95,13 @@ def sureness(score: float) -> float:
 def corpus_for(query: str) -> Literal["statutes", "all"]:
     """The sign table is searched only for questions about signs: its short texts match too much else."""
     return "all" if _ABOUT_SIGNS.search(query) else "statutes"
+
+
+def _of_another_nation(packs: tuple[Pack, ...]) -> bool:
+    """Whether all of them inherit from another nation's: retrieval, which has each nation's texts apart, refuses in ignorance."""
+    return all(
+        any(manifest.jurisdiction[:3] != pack.manifest.jurisdiction[:3] for manifest in pack.extended) for pack in packs
+    )
 
 
 def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) -> RulesAnswer:
@@ -146,10 +155,13 @@ def _from_passages(packs: tuple[Pack, ...], passages: tuple[Passage, ...], langu
 
 
 def _hit(packs: tuple[Pack, ...], passage: Passage, language: str) -> Hit | None:
-    """A passage counts only if its provision stands in a pack that was loaded and checked here."""
-    name = provision_of(passage)
+    """A passage counts only if its text stands, under its own pack, in what was loaded and checked here.
+
+    Packs share names, signs above all, and do not demand the same by them.
+    """
+    name, standing = provision_of(passage), passage.passage_id.partition("/")[0]
     for pack in packs:
-        if name in pack.provisions or (name.removeprefix("sign:") in pack.signs and name.startswith("sign:")):
+        if name in pack.origin and pack.origin[name].partition("@")[0] == standing:
             return _known(pack, name, passage.score, language)
     return None
 

@@ -32,8 +32,8 @@ class Pack(msgspec.Struct, frozen=True, kw_only=True):
     cases: tuple[Case, ...]
     origin: dict[str, str]
     """Rulepack version by provision id and `sign:<code>`: an inherited text is cited under the pack it stands in."""
-    family: tuple[str, ...] = ()
-    """Ids of this pack and of those it extends, itself first."""
+    extended: tuple[Manifest, ...] = ()
+    """Manifests of the packs it extends, the nearest first."""
     limits: tuple[tuple[Provision, Limit | Advisory], ...] = ()
     """What of the provisions states a speed, in their order: looked through for every answer."""
     says_how: dict[str, tuple[str, ...]] = {}
@@ -43,6 +43,16 @@ class Pack(msgspec.Struct, frozen=True, kw_only=True):
     def version(self) -> str:
         """`DEU-v1@1.0.0#<first 12 of the content hash>`."""
         return version_tag(self.manifest)
+
+    @property
+    def family(self) -> tuple[str, ...]:
+        """Ids of this pack and of those it extends, itself first."""
+        return tuple(manifest.id for manifest in self.line)
+
+    @property
+    def line(self) -> tuple[Manifest, ...]:
+        """Its manifest, and those of the packs it extends."""
+        return (self.manifest, *self.extended)
 
     def info(self) -> RulepackInfo:
         """What `list_rulepacks` says of it."""
@@ -152,7 +162,6 @@ def _own(manifest: Manifest, provisions: list[Provision], signs: list[Sign], cas
         signs={sign.code: sign for sign in signs},
         cases=tuple(cases),
         origin={**{p.id: tag for p in provisions}, **{f"sign:{sign.code}": tag for sign in signs}},
-        family=(manifest.id,),
     )
 
 
@@ -187,5 +196,5 @@ def _merged(child: Pack, parent: Pack) -> Pack:
         provisions={**parent.provisions, **child.provisions},
         signs={**parent.signs, **child.signs},
         origin={**parent.origin, **child.origin},
-        family=(*child.family, *parent.family),
+        extended=parent.line,
     )

@@ -87,4 +87,4 @@ def _hour(hours: str, minutes: str | None, half: str | None) -> float | None:
         return None
     if half:
         hour = hour % 12 + (12 if half[0] in "pP" else 0)
-    return hour + minute / 60
+    return (hour * 60 + minute) / 60  # to the last bit what a time in whole minutes is

@@ -107,12 +107,18 @@ def _softened(action: LegalAction, question: RightOfWayQuestion) -> LegalAction:
 
 
 def _table(pack: Pack) -> dict[str, Found]:
-    return {
-        effect.trigger: Found(trigger=effect.trigger, action=effect.action, provision=provision.id)
+    """Of several demands on one trigger that of the highest kind of provision; among them the most careful."""
+    kinds = pack.manifest.precedence
+    demanded = [
+        (kinds.index(provision.kind), careful_rank(effect.action), provision.id, effect)
         for provision in pack.provisions.values()
         for effect in provision.effects
         if isinstance(effect, RightOfWay)
-    }
+    ]
+    found: dict[str, Found] = {}
+    for _, _, name, effect in sorted(demanded, key=lambda demand: demand[:2]):
+        found.setdefault(effect.trigger, Found(trigger=effect.trigger, action=effect.action, provision=name))
+    return found
 
 
 def _first(table: dict[str, Found], triggers: tuple[str, ...]) -> tuple[Found, ...]:

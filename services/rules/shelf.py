@@ -5,13 +5,14 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.packfiles import FILES
 from drivemcp.watch import Watch
 from proto.rules import Retrieved, RulesAnswer
-from services.rules.book import RuleBook, load_book
+from services.rules.book import RuleBook, load_beside, load_book
 from services.rules.cache import Cache
 from services.rules.errors import PackError
-from services.rules.files import FILES, SIGNATURE
-from services.rules.packs import Pack, extended_folders, load
+from services.rules.files import SIGNATURE
+from services.rules.packs import Pack, extended_folders
 from services.rules.signature import Trust
 
 
@@ -88,7 +89,7 @@ class Shelf:
         packs, refused = dict(before), dict[Path, str]()
         for folder in folders:
             try:
-                packs[folder] = load(folder, self._trust)
+                packs[folder] = load_beside(folder, packs, self._trust)
             except PackError as error:
                 refused[folder] = str(error)
         return {folder: packs[folder] for folder in self._folders if folder in packs}, refused

@@ -4,8 +4,19 @@ from collections.abc import Iterator, Mapping
 
 import msgspec
 
-from services.rules.authoring.wording import said, subject, value
-from services.rules.format import Advisory, Condition, Effect, Limit, Minimum, Provision, Sign
+from services.rules.authoring.wording import said, spaced, subject, value
+from services.rules.format import (
+    Advisory,
+    Condition,
+    Duty,
+    Effect,
+    Limit,
+    Minimum,
+    Prohibition,
+    Provision,
+    RightOfWay,
+    Sign,
+)
 from services.rules.packs import Pack
 from services.rules.units import to_mps
 
@@ -17,6 +28,7 @@ _ABOUT = {
     "effective_until": "in force until",
     "precedence": "order of precedence",
 }
+_SPEEDS, _CONDUCT, _READING = (Limit, Advisory, Minimum), (Prohibition, Duty, RightOfWay), (Condition,)
 
 
 class Difference(msgspec.Struct, frozen=True, kw_only=True):
@@ -30,8 +42,10 @@ def differences(old: Pack, new: Pack) -> tuple[Difference, ...]:
     """What a driver meets differently; inherited provisions count. Empty: nothing that a driver would notice."""
     found = (
         ("The pack", _manifest(old, new)),
-        ("Speeds", _effects(old, new, speeds=True)),
-        ("Prohibitions, duties, right of way", _effects(old, new, speeds=False)),
+        ("What counts as what", _kinds(old.provisions, new.provisions)),
+        ("Speeds", _effects(old, new, _SPEEDS)),
+        ("Prohibitions, duties, right of way", _effects(old, new, _CONDUCT)),
+        ("How signs are read", _effects(old, new, _READING)),
         ("Signs", _signs(old.signs, new.signs)),
         ("Texts", _texts(old.provisions, new.provisions)),
     )
@@ -51,9 +65,17 @@ def _manifest(old: Pack, new: Pack) -> Iterator[str]:
             yield f"limits believed of a doubtful sign, {road}: {_plain(spans[0])} is now {_plain(spans[1])}"
 
 
-def _effects(old: Pack, new: Pack, *, speeds: bool) -> Iterator[str]:
-    """Effects are the same where provision, kind and conditions are; then their value may have changed."""
-    before, now = _keyed(old, speeds=speeds), _keyed(new, speeds=speeds)
+def _kinds(old: Mapping[str, Provision], new: Mapping[str, Provision]) -> Iterator[str]:
+    """Where provisions contradict each other their kind decides which counts, so that another limit may hold."""
+    for name, provision in new.items():
+        if name in old and old[name].kind != provision.kind:
+            was, now = spaced(old[name].kind), spaced(provision.kind)
+            yield f"{was} is now {now}, so that OTHER LIMITS MAY HOLD: {name} ({provision.section})"
+
+
+def _effects(old: Pack, new: Pack, wanted: tuple[type[Effect], ...]) -> Iterator[str]:
+    """Effects are the same where provision, subject and conditions are; then their value may have changed."""
+    before, now = _keyed(old, wanted), _keyed(new, wanted)
     for key in [*before, *(key for key in now if key not in before)]:
         where = f" [{key[0]}]"
         was, becomes = before.get(key), now.get(key)
@@ -65,11 +87,11 @@ def _effects(old: Pack, new: Pack, *, speeds: bool) -> Iterator[str]:
             yield f"{_changed(was, becomes)}{where}"
 
 
-def _keyed(pack: Pack, *, speeds: bool) -> dict[tuple[str, str, str], Effect]:
+def _keyed(pack: Pack, wanted: tuple[type[Effect], ...]) -> dict[tuple[str, str, str], Effect]:
     found: dict[tuple[str, str, str], Effect] = {}
     for provision in pack.provisions.values():
         for effect in provision.effects:
-            if isinstance(effect, Limit | Advisory | Minimum) == speeds and not isinstance(effect, Condition):
+            if isinstance(effect, wanted):
                 where = msgspec.json.encode(getattr(effect, "when", None)).decode()
                 found.setdefault((provision.id, subject(effect), where), effect)
                 if found[provision.id, subject(effect), where] != effect:  # two values under one condition

@@ -6,11 +6,11 @@ import unicodedata
 from pathlib import Path
 from typing import Any
 
+from drivemcp.packfiles import FILES
 from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE
 from services.rules.authoring.statutes import Section, Statute, read_statute
 from services.rules.errors import PackError
-from services.rules.files import FILES
 from services.rules.seal import seal
 
 _NOTE = "> Draft: the publisher's own text, to be restated in our own words. Only the official version is binding."

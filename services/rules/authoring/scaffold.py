@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from drivemcp.packfiles import FILES
 from drivemcp.paths import data
 from services.rules.errors import PackError
-from services.rules.files import FILES
 from services.rules.packs import load, parent_folder
 from services.rules.seal import seal
 

@@ -84,6 +84,7 @@ def conditions(when: When) -> str:
         f"where a sign shows less than {when.posted_below:g}" if when.posted_below else "",
         {True: "within a speed zone", False: "outside speed zones", None: ""}[when.zone],
         f"in {when.subdivision}" if when.subdivision else "",
+        "only from the road's own sign on" if when.announced else "",
     )
     return ", ".join(part for part in parts if part)
 

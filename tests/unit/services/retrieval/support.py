@@ -1,9 +1,12 @@
-"""An encoder that knows a handful of words, for tests that need none of the real ones."""
+"""An encoder that knows a handful of words, for tests that need none of the real ones; packs sealed after a change."""
 
+import json
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
+from drivemcp.packfiles import FILES, content_sha256, read_content
 from services.retrieval.encoders import Vectors
 
 MEANINGS = (("pedestrian", "zebra", "crossing"), ("fog", "visibility", "nebel"), ("roundabout",), ("trailer",))
@@ -26,3 +29,11 @@ class WordEncoder:
     def query(self, text: str) -> Vectors:
         self.asked += 1
         return np.asarray(self.passages([text])[0], dtype=np.float32)
+
+
+def seal(folder: Path) -> None:
+    """Write the hash of what is there now into the manifest."""
+    content = read_content(folder)
+    values = {name: json.loads(content[name]) for name in FILES}
+    manifest = values["manifest.json"] | {"content_sha256": content_sha256(values, content)}
+    (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")

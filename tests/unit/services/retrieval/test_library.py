@@ -1,5 +1,6 @@
 """Ranking: the jurisdiction first, then BM25 and cosine, each provision once, repeats from memory."""
 
+import shutil
 import threading
 from pathlib import Path
 
@@ -160,6 +161,14 @@ def test_a_broken_pack_is_left_out_and_named(tmp_path: Path) -> None:
     made = Library((tmp_path, *FOLDERS[2:]), Tuning(lambdas={}), status=ABSENT)
     assert len(made.packs) == 1
     assert "manifest.json" in made.refused[0]
+
+
+def test_a_second_pack_of_the_same_id_is_left_out_and_named(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(FOLDERS[2], tmp_path / "copy"))
+    made = Library((*FOLDERS[2:], folder, FOLDERS[2]), Tuning(lambdas={}), status=ABSENT)
+    assert list(made.packs) == [FOLDERS[2]]
+    assert "GBR-v1 is already the pack in" in made.refused[0]
+    assert len(made.refused) == 1
 
 
 def test_embeddings_of_a_wrong_shape_are_an_error_and_bm25_goes_on() -> None:

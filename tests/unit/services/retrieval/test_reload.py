@@ -7,7 +7,7 @@ import pytest
 
 from services.retrieval.library import Library, Request
 from services.retrieval.tuning import read_tuning
-from tests.unit.services.retrieval.support import WordEncoder
+from tests.unit.services.retrieval.support import WordEncoder, seal
 
 TEXT = "Nobody drives fast."
 
@@ -20,7 +20,9 @@ def write(folder: Path, text: str, version: str = "1.0.0") -> None:
     (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     entry = {"id": "a-law", "section": "Act 1", "kind": "statute", "sources": [source]}
     (folder / "provisions.json").write_text(json.dumps([entry]), encoding="utf-8")
-    (folder / "signs.json").write_text("[]", encoding="utf-8")
+    for name in ("signs.json", "cases.json"):
+        (folder / name).write_text("[]", encoding="utf-8")
+    seal(folder)
 
 
 @pytest.fixture
@@ -59,3 +61,15 @@ def test_what_cannot_be_indexed_is_told_and_the_old_index_stays(folder: Path) ->
     assert [text.excerpt for text in library.packs[folder]] == [TEXT]
     write(folder, TEXT, "1.2.0")
     assert library.reload((folder,)) == library.refused == []
+
+
+def test_texts_that_were_altered_without_sealing_are_refused_and_the_old_index_stays(folder: Path) -> None:
+    library = Library((folder,), read_tuning(), status="bm25-only (switched off)")
+    for path in (folder / "provisions.json", folder / "sources" / "law.en.md"):
+        path.write_text(path.read_text(encoding="utf-8").replace("fast", "late"), encoding="utf-8")
+    (why,) = library.reload((folder,))
+    assert "content_sha256" in why
+    assert [text.excerpt for text in library.packs[folder]] == [TEXT]
+    seal(folder)
+    assert library.reload((folder,)) == library.refused == []
+    assert [text.excerpt for text in library.packs[folder]] == ["Nobody drives late."]

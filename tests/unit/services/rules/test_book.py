@@ -1,5 +1,9 @@
 """Which pack answers, and what its age does to confidence."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 from drivemcp.paths import data
@@ -7,6 +11,7 @@ from proto.rules import PostedLimit, Situation
 from services.rules.book import RuleBook, load_book, normal_jurisdiction
 from services.rules.errors import PackError
 from services.rules.limit_answer import applicable_limit
+from tests.unit.services.rules.editing import edit, rehash
 
 RURAL = Situation(jurisdiction="DEU", road_type="rural", visibility_m=200.0, wet=False)
 
@@ -53,6 +58,28 @@ def test_a_pack_as_new_as_expected_does_not_lower_confidence() -> None:
 def test_a_pack_not_yet_in_force_lowers_confidence() -> None:
     book = load_book([data("rulepacks/DEU-v1")], today="2020-01-01")[0]
     assert "stale_rulepack" in applicable_limit(book, RURAL).degraded
+
+
+@pytest.mark.parametrize("settings", [{"expected": {"DEU-v1": "1.9.0"}}, {"today": "2026-01-01"}])
+@pytest.mark.parametrize("loaded", [("DEU-v1-VSL",), ("DEU-v1", "DEU-v1-VSL")])
+def test_what_is_wrong_with_an_extended_pack_is_told_loaded_or_not(
+    settings: dict[str, Any], loaded: tuple[str, ...], copy_pack: Callable[[str], Path]
+) -> None:
+    folders = {name: copy_pack(name) for name in ("DEU-v1", "DEU-v1-VSL")}
+    edit(folders["DEU-v1"] / "manifest.json", lambda m: m.update(effective_until="2025-12-31"))
+    rehash(folders["DEU-v1"])
+    used = [folders[name] for name in loaded]
+    fresh, weak = (applicable_limit(load_book(used, **how)[0], RURAL) for how in ({}, settings))
+    assert (fresh.degraded, weak.degraded) == ((), ("stale_rulepack",))
+    assert weak.confidence == pytest.approx(0.5 * fresh.confidence)
+
+
+@pytest.mark.parametrize("today", ["2025-12-31", "20251231", "2025-W52-3", ""])
+def test_the_last_day_in_force_counts_in_every_form_of_a_date(today: str, copy_pack: Callable[[str], Path]) -> None:
+    folder = copy_pack("DEU-v1")
+    edit(folder / "manifest.json", lambda m: m.update(effective_until="2025-12-31"))
+    rehash(folder)
+    assert applicable_limit(load_book([folder], today=today)[0], RURAL).degraded == ()
 
 
 @pytest.mark.parametrize("settings", [{"expected": {"DEU-v1": "new"}}, {"today": "tomorrow"}])

@@ -1,5 +1,6 @@
 """What applies: unknown facts and further restrictions never raise a limit."""
 
+import math
 from typing import Any
 
 import msgspec
@@ -12,7 +13,9 @@ from proto.rules import PostedLimit, RulesAnswer, Situation
 from proto.scene import Candidate
 from services.rules.book import RuleBook, load_book
 from services.rules.conditions import VEHICLE_CLASSES
+from services.rules.format import Plate
 from services.rules.limit_answer import applicable_limit
+from services.rules.situations import coarse
 
 BOOK = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))[0]
 EXAMPLES = settings(max_examples=150, deadline=None)
@@ -57,6 +60,25 @@ def ask(situation: Situation, **changes: Any) -> RulesAnswer:
 @given(SITUATIONS, st.sampled_from(["wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h"]))
 def test_a_fact_that_becomes_unknown_never_raises_the_limit(situation: Situation, fact: str) -> None:
     assert mps(ask(situation, **{fact: None})) <= mps(ask(situation))
+
+
+@EXAMPLES
+@given(SITUATIONS, st.one_of(st.floats(min_value=24.0), st.floats(max_value=0.0, exclude_max=True), st.just(math.nan)))
+def test_an_unknown_or_impossible_time_never_raises_the_limit(situation: Situation, time_h: float) -> None:
+    lowest = min(mps(ask(situation, time_of_day_h=hour)) for hour in (None, *range(24)))
+    assert mps(ask(situation, time_of_day_h=time_h)) <= lowest
+    assert ask(situation, time_of_day_h=time_h) == ask(situation, time_of_day_h=None)
+
+
+@pytest.mark.parametrize("time_h", [24.0, 24.5, 30.0, -1.0])
+def test_a_time_that_no_clock_shows_leaves_a_limit_by_hours_in_force(time_h: float) -> None:
+    by_day = ask(
+        Situation(jurisdiction="NLD", road_type="motorway", wet=False, visibility_m=500.0, time_of_day_h=time_h)
+    )
+    assert mps(by_day) == pytest.approx(100 / 3.6)
+    night = PostedLimit(value=50, unit="km/h", confidence=0.95, plates=("plate:time:0-6 h",))
+    posted = Situation(jurisdiction="DEU", road_type="rural", wet=False, visibility_m=500.0, posted=(night,))
+    assert mps(ask(posted, time_of_day_h=time_h)) == pytest.approx(50 / 3.6)
 
 
 @EXAMPLES
@@ -147,3 +169,38 @@ def test_what_gantries_may_show_when_wet_is_cited_for_gantries_only(scope: str, 
     assert answer.limit.value == 70.0
     assert ("deu-vsl-wet" in [each.provision for each in answer.citations]) is cited
     assert answer.citations[0].provision
+
+
+@EXAMPLES
+@given(st.sampled_from(SIGNED_ROADS), POSTED)
+def test_a_plate_that_does_not_say_which_vehicles_never_raises_a_limit(road: Any, sign: PostedLimit) -> None:
+    germany = BOOK.packs["DEU-v1"]
+    plate = msgspec.structs.replace(germany.signs["plate:lorries"], plate=Plate(type="vehicle"))
+    pack = msgspec.structs.replace(germany, signs={**germany.signs, "plate:lorries": plate})
+    book = RuleBook(packs={"DEU-v1": pack})
+    clear = Situation(jurisdiction="DEU", road_type=road, wet=False, snow=False, visibility_m=500.0)
+    under = msgspec.structs.replace(sign, plates=("plate:lorries",))
+    more = msgspec.structs.replace(clear, posted=(under,))
+    assert mps(applicable_limit(book, more)) <= mps(applicable_limit(book, clear))
+
+
+def town_with(sure: float, age_s: float, end_sure: float, end_age_s: float) -> float:
+    """The limit in a German town under a sign for 30 and, beside it, an end of 30, each read so surely and so long ago."""
+    sign = PostedLimit(value=30, unit="km/h", confidence=sure, age_s=age_s)
+    posted = (sign, PostedLimit(value=30, unit="km/h", scope="end", confidence=end_sure, age_s=end_age_s))
+    clear = Situation(jurisdiction="DEU", road_type="urban", wet=False, snow=False, visibility_m=500.0, posted=posted)
+    return mps(applicable_limit(BOOK, coarse(clear)))
+
+
+@EXAMPLES
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 60.0), st.floats(0.0, 120.0) | st.just(math.nan))
+def test_an_end_that_is_older_or_less_sure_than_a_sign_lifts_it_not(
+    sure: float, end_sure: float, age_s: float, end_age_s: float
+) -> None:
+    if end_sure < sure - 0.01 or not end_age_s <= age_s:
+        assert town_with(sure, age_s, end_sure, end_age_s) == pytest.approx(30 / 3.6)
+
+
+def test_a_later_end_that_is_as_sure_lifts_a_sign() -> None:
+    assert town_with(0.9, 8.0, 0.9, 2.0) == pytest.approx(50 / 3.6)
+    assert town_with(0.9, 2.0, 0.9, 2.0) == pytest.approx(50 / 3.6)

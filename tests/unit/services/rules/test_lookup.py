@@ -1,10 +1,21 @@
 """Questions in plain words: from passages where retrieval answers, from shared words where not."""
 
+from pathlib import Path
+
 import pytest
 
 from proto.rules import Passage
-from services.rules.book import RuleBook
+from services.rules.authoring.scaffold import scaffold
+from services.rules.book import RuleBook, load_book
 from services.rules.lookup import corpus_for, lookup_rule, sureness
+from services.rules.packs import folder_of
+from services.rules.service import RulesConfig
+
+
+@pytest.fixture(scope="module")
+def every_book() -> RuleBook:
+    """All packs that the service loads."""
+    return load_book([folder_of(name) for name in RulesConfig().packs])[0]
 
 
 def passage(name: str, score: float, pack: str = "DEU-v1") -> Passage:
@@ -39,6 +50,51 @@ def test_among_texts_of_one_kind_the_most_careful_demand_counts(book: RuleBook) 
 def test_passages_that_no_loaded_pack_has_are_left_out(book: RuleBook) -> None:
     answer = lookup_rule(book, "?", "DEU", "en", (passage("gbr-zebra", 1.0, "GBR-v1"), passage("made-up", 1.0)), 3)
     assert (answer.legal_action, answer.citations, answer.confidence) == ("unknown", (), 0.0)
+
+
+@pytest.mark.parametrize("here", [None, "FRA"])
+def test_a_sign_is_that_of_the_pack_it_was_found_in(every_book: RuleBook, here: str | None) -> None:
+    answer = lookup_rule(every_book, "?", here, "en", (passage("sign:customs", 0.9, "FRA-v1"),), 3)
+    assert answer.citations[0].document.startswith("FRA-v1/")
+    assert answer.rulepack_version.startswith("FRA-v1@")
+    assert answer.legal_action == "stop"  # elsewhere such a sign asks for care alone
+
+
+def test_without_a_country_every_text_of_every_pack_is_cited_and_acted_on_as_its_own(every_book: RuleBook) -> None:
+    for pack in every_book.for_jurisdiction(None):
+        for name, tag in pack.origin.items():
+            standing = tag.partition("@")[0]
+            answer = lookup_rule(every_book, "?", None, "en", (passage(name, 0.9, standing),), 3)
+            assert answer.citations[0].document.startswith(f"{standing}/")
+            if name.startswith("sign:"):
+                assert answer.legal_action == pack.signs[name.removeprefix("sign:")].action
+
+
+def test_a_name_that_only_other_packs_have_is_left_out(every_book: RuleBook) -> None:
+    absent = (passage("sign:customs", 1.0, "GBR-v1"), passage("sign:stop", 1.0, "NO-v9"))
+    assert lookup_rule(every_book, "?", None, "en", absent, 3).citations == ()
+
+
+@pytest.mark.parametrize("others", [(), (passage("vie-speed", 0.9, "VIENNA-v1"),)])
+def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(
+    others: tuple[Passage, ...], tmp_path: Path
+) -> None:
+    scaffold(tmp_path / "ITA-v1", "ITA")
+    scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
+    book = load_book([tmp_path / "SMR-v1", folder_of("VIENNA-v1")])[0]
+    query = "speed limit in built-up areas"
+    answer = lookup_rule(book, query, "SMR", "en", others, 3)
+    assert answer == lookup_rule(book, query, "SMR", "en", None, 3)
+    assert answer.limit is not None
+    assert {citation.document.split("/")[0] for citation in answer.citations} == {"ITA-v1"}
+    assert "retrieval" in answer.degraded
+
+
+@pytest.mark.parametrize("here", ["DEU", "GBR", "ITA", None])
+def test_what_retrieval_refuses_as_about_something_else_is_not_looked_for_by_words(
+    book: RuleBook, here: str | None
+) -> None:
+    assert lookup_rule(book, "speed limit in built-up areas", here, "en", (), 3).legal_action == "unknown"
 
 
 def test_without_retrieval_words_are_matched_at_lower_confidence_and_it_is_said(book: RuleBook) -> None:

@@ -129,6 +129,11 @@ def test_reformatting_json_leaves_the_hash_and_a_changed_character_does_not(copy
             lambda s: s[0].update(provisions=["deu-nowhere"]),
             r"signs\.json:\d+: \[0\]\.provisions\[0\] \(limit\)",
         ),
+        (
+            "signs.json",
+            lambda s: s[0].update(plate={"type": "vehicle"}),
+            r"signs\.json:\d+: \[0\]\.plate\.classes \(limit\): .*which",
+        ),
         ("signs.json", lambda s: s[0].update(action="fly"), r"signs\.json:\d+: \[0\]\.action.*fly"),
         ("cases.json", lambda c: c[0].update(tool="guess"), r"cases\.json:\d+: \[0\]\.tool.*guess"),
     ],

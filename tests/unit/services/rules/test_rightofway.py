@@ -1,5 +1,8 @@
 """Stop, yield or proceed: who is unknown is taken to be there."""
 
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import msgspec
@@ -8,10 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
-from proto.rules import RightOfWayQuestion
+from proto.rules import RightOfWayQuestion, RulesAnswer
+from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.rightofway import right_of_way
 from services.rules.signs import careful_rank
+from tests.unit.services.rules.editing import edit, rehash
 
 BOOK = load_book([data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1")])[0]
 QUESTIONS = st.builds(
@@ -71,3 +76,49 @@ def test_where_nobody_comes_the_rule_that_would_hold_is_cited() -> None:
     )
     assert free.legal_action == "proceed_with_care"
     assert [citation.provision for citation in free.citations] == ["deu-right-before-left"]
+
+
+Demands = Sequence[tuple[str, str]]
+DEMANDS = st.tuples(st.sampled_from(["statute", "sign_table", "guidance"]), st.sampled_from(["yield", "proceed"]))
+
+
+def asked(trigger: str, demands: Demands, question: RightOfWayQuestion) -> RulesAnswer:
+    """What a pack answers with further provisions on a trigger, each of a kind and with an action."""
+    with TemporaryDirectory() as name:
+        folder = Path(name) / "A-v1"
+        scaffold(folder)
+
+        def add(provisions: list[dict[str, Any]]) -> None:
+            for at, (kind, action) in enumerate(demands):
+                effects = [{"type": "right_of_way", "trigger": trigger, "action": action}]
+                provisions.append(provisions[0] | {"id": f"zzz-{kind}-{at}", "kind": kind, "effects": effects})
+
+        edit(folder / "provisions.json", add)
+        rehash(folder)
+        book, refused = load_book([folder])
+        assert refused == ()
+        return right_of_way(book, question)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(DEMANDS, max_size=3))
+def test_no_further_provision_undoes_the_stop_that_a_statute_demands(demands: Demands) -> None:
+    question = RightOfWayQuestion(jurisdiction="ZZZ", light="red", pedestrians_on_crossing=False)
+    assert asked("light:red", demands, question).legal_action == "stop"
+
+
+@pytest.mark.parametrize(
+    ("demands", "action", "cited"),
+    [
+        ([("statute", "yield"), ("guidance", "proceed")], "yield", "zzz-statute-0"),
+        ([("guidance", "stop"), ("statute", "yield")], "yield", "zzz-statute-1"),
+        ([("sign_table", "stop"), ("sign_table", "proceed")], "stop", "zzz-sign_table-0"),
+        ([("sign_table", "proceed"), ("sign_table", "stop")], "stop", "zzz-sign_table-1"),
+    ],
+)
+def test_of_several_demands_on_one_sign_the_highest_kind_governs_then_the_most_careful(
+    demands: Demands, action: str, cited: str
+) -> None:
+    question = RightOfWayQuestion(jurisdiction="ZZZ", signs=("made_up",), pedestrians_on_crossing=False)
+    answer = asked("sign:made_up", demands, question)
+    assert (answer.legal_action, answer.citations[0].provision) == (action, cited)

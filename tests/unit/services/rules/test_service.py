@@ -206,6 +206,19 @@ def test_a_country_without_a_pack_is_looked_up_in_all() -> None:
         assert "jurisdiction" in answer.degraded
 
 
+def test_the_law_that_a_pack_inherits_from_another_nation_is_found_beside_retrieval(tmp_path: Path) -> None:
+    scaffold(tmp_path / "ITA-v1", "ITA")
+    scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
+    packs = (str(tmp_path / "ITA-v1"), str(tmp_path / "SMR-v1"))
+    with bus() as b:
+        b.start(RETRIEVAL, RetrievalConfig(packs=packs, encoder="none"))
+        b.start(SERVICE, RulesConfig(packs=packs)).client.discover()
+        outcome = b.call("lookup_rule", {"query": "speed limit in built-up areas", "jurisdiction": "SMR"})
+        answer = msgspec.convert(outcome.result, RulesAnswer)
+        assert answer.limit is not None
+        assert answer.citations[0].document.startswith("ITA-v1/")
+
+
 @pytest.mark.parametrize("language", ["en", "de", "fr", "pl"])
 def test_a_sign_is_explained_over_the_bus(language: str) -> None:
     with bus() as b:

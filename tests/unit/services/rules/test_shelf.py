@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from proto.rules import Situation
 from services.rules.authoring.scaffold import scaffold
+from services.rules.book import load_book
 from services.rules.limit_answer import applicable_limit
 from services.rules.shelf import Change, Shelf
 from tests.unit.services.rules.editing import edit, rehash, set_limit
@@ -52,7 +53,7 @@ def test_a_sound_change_is_taken_into_use_as_a_whole(pack: Path) -> None:
 
 def test_nothing_is_read_where_nothing_changed(pack: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shelf = Shelf((pack,))
-    monkeypatch.setattr("services.rules.shelf.load", lambda *_: pytest.fail("was read"))
+    monkeypatch.setattr("services.rules.shelf.load_beside", lambda *_: pytest.fail("was read"))
     assert [shelf.look() for _ in range(3)] == [None, None, None]
 
 
@@ -151,3 +152,32 @@ def test_the_manifest_may_name_another_parent_later(pack: Path, tmp_path: Path) 
     set_limit(tmp_path / "C-v1", "zzz-speed-town", 35)
     assert looked(shelf) is not None
     assert limit(shelf) == 35
+
+
+def test_a_second_pack_of_the_same_id_is_refused_by_name_and_the_first_answers(pack: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(pack, tmp_path / "copy"))
+    set_limit(other, "zzz-speed-town", 120)
+    shelf = Shelf((pack, other))
+    (why,) = shelf.refused
+    assert (str(other) in why, str(pack) in why, "A-v1" in why) == (True, True, True)
+    assert limit(shelf) == 50
+    book, refused = load_book((pack, other))
+    assert refused == shelf.refused
+    assert book.packs == shelf.edition.book.packs
+
+
+def test_a_pack_that_takes_the_id_of_another_is_refused_and_both_stay_as_they_were(pack: Path, tmp_path: Path) -> None:
+    scaffold(tmp_path / "B-v1", "YYY")
+    shelf = Shelf((pack, tmp_path / "B-v1"))
+    before = shelf.edition
+    edit(tmp_path / "B-v1" / "manifest.json", lambda m: m.update(id="A-v1"))
+    rehash(tmp_path / "B-v1")
+    change = looked(shelf)
+    assert change is not None
+    assert change.versions == ()
+    assert "A-v1" in change.refused[0]
+    assert shelf.edition is before
+
+
+def test_the_same_folder_named_twice_is_one_pack(pack: Path) -> None:
+    assert Shelf((pack, pack)).refused == ()

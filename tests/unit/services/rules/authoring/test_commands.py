@@ -184,6 +184,30 @@ def test_diff_says_what_changed_for_a_driver(pack: Path, tmp_path: Path, capsys:
         assert line in said, said
 
 
+def test_diff_tells_what_may_raise_a_limit_without_changing_one(pack: Path, tmp_path: Path, capsys: Said) -> None:
+    other = tmp_path / "later" / "ITA-v1"
+    assert rulepack("new", other, "--jurisdiction", "ITA") == 0
+
+    def change(provisions: list[dict[str, Any]]) -> None:
+        by_id = {p["id"]: p for p in provisions}
+        by_id["ita-speed-town"]["kind"] = "guidance"
+        by_id["ita-temporary-first"]["effects"] = [{"type": "duty", "what": "care", "action": "proceed_with_care"}]
+        by_id["ita-speed-calm"]["effects"][0]["when"].pop("announced")
+
+    edit(other / "provisions.json", change)
+    rehash(other)
+    capsys.readouterr()
+    assert rulepack("diff", pack, other) == 0
+    said = capsys.readouterr().out
+    for line in (
+        "statute is now guidance, so that OTHER LIMITS MAY HOLD: ita-speed-town (Test Act § 1 (1))",
+        "gone: how signs are read: temporary over permanent [ita-temporary-first]",
+        "gone: limit, whatever a sign shows, 20 km/h in living streets, only from the road's own sign on [ita-speed-calm]",
+        "new: limit, whatever a sign shows, 20 km/h in living streets [ita-speed-calm]",
+    ):
+        assert line in said, said
+
+
 @pytest.fixture
 def key(tmp_path: Path, capsys: Said) -> tuple[Path, str]:
     path = tmp_path / "key"
