@@ -96,7 +96,7 @@ def command(flags: argparse.Namespace) -> int:
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
     if flags.fault:
         source["faults"] = flags.fault
-    return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)[0]
+    return drive(flags, name, "simulator", source, lockstep=flags.lockstep)[0]
 
 
 def drive(
@@ -104,23 +104,21 @@ def drive(
     name: str,
     source: str,
     source_settings: dict[str, Any],
-    seconds: float,
     *,
     lockstep: bool,
 ) -> tuple[int, Path]:
-    """Start, watch, stop, sum up, verify. The status (0: well; 1: the log does not verify) and the drive's folder."""
+    """Start, watch, stop, sum up, verify. The status (0: well; 1: no log that verifies, or no drive to its end) and the folder."""
     stop = threading.Event()
     previous = [signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)]
     try:
-        return _drive(flags, name, source, source_settings, seconds, lockstep, stop)
+        return _drive(flags, name, source, source_settings, lockstep, stop)
     finally:
         for number, handler in zip((signal.SIGINT, signal.SIGTERM), previous, strict=True):
             signal.signal(number, handler)
 
 
 def _drive(
-    flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], seconds: float, lockstep: bool,
-    stop: threading.Event,
+    flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], lockstep: bool, stop: threading.Event,
 ) -> tuple[int, Path]:  # fmt: skip
     screen = Screen()
     settings = settings_of(flags.set)
@@ -145,7 +143,7 @@ def _drive(
         if corrupted is not None:
             corrupted.follow(node)
         if not stop.is_set():
-            _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
+            _watch(stack, tally, screen, stop, keep=flags.keep)
         restarts = stack.restarts()
     logs = _logs_of(Path(plan.folder))
     verified, complaint = _verify(logs)
@@ -171,7 +169,7 @@ def follow(node: Node, tally: Tally) -> None:
     node.subscribe(topics.SCENARIO, lambda message, _: tally.add_scenario(message))
 
 
-def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: threading.Event, *, keep: bool) -> None:
+def _watch(stack: Stack, tally: Tally, screen: "Screen", stop: threading.Event, *, keep: bool) -> None:
     stack.wait_for_source()
     viewer, gateway = "", ""
     ended_s: float | None = None
@@ -187,8 +185,7 @@ def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: t
             screen.say(spoken_line(*said))
             told += 1
         screen.live(live_line(tally, screen.width()))
-        finished = tally.scenario is not None and tally.scenario.finished
-        if finished and ended_s is None:
+        if tally.ended and ended_s is None:
             ended_s = time.monotonic()
         if ended_s is not None and not keep and time.monotonic() - ended_s > 0.5:
             break
