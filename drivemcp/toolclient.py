@@ -17,6 +17,7 @@ from drivemcp.bus import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, tool_key
+from proto.services import OWNERS
 from proto.tools import BUSY, CallHead, CallRecord, CallResult, CallStatus, Catalogue, Outcome, ProtocolError, ToolEntry
 
 _CATALOGUE = msgspec.json.Decoder(Catalogue)
@@ -168,11 +169,11 @@ class ToolClient:
             if reply is None:
                 on_end()
             elif reply.payload is not None:
-                self._learn(reply.payload)
+                self._learn(reply.key, reply.payload)
 
         self._bus.get(key, on_reply, timeout_s=timeout_s)
 
-    def _learn(self, payload: bytes) -> None:
+    def _learn(self, key: str, payload: bytes) -> None:
         try:
             catalogue = _CATALOGUE.decode(payload)
         except MALFORMED as error:
@@ -181,13 +182,20 @@ class ToolClient:
         if catalogue.proto_major != PROTO_VERSION[0]:
             self._logger.warning("server %s speaks another message version and is ignored", catalogue.server)
             return
+        if key.split("/")[-2:] != ["tool", catalogue.server]:
+            self._logger.warning("a catalogue under %s says that it is %s's and is ignored", key, catalogue.server)
+            return
         with self._lock:
             for entry in catalogue.tools:
-                known = self._tools.get(entry.name)
-                if entry.meta.server != catalogue.server or (known and known.meta.server != catalogue.server):
+                if entry.meta.server != catalogue.server or self._owner(entry.name, catalogue.server) != catalogue.server:
                     self._logger.warning("tool %s of %s is ignored: the name is taken", entry.name, catalogue.server)
                     continue
                 self._tools[entry.name] = entry
+
+    def _owner(self, tool: str, server: str) -> str:
+        """Whose a name is: the service's that the table gives it to, else the first server's that offered it."""
+        known = self._tools.get(tool)
+        return OWNERS.get(tool, known.meta.server if known else server)
 
     def _start(
         self,

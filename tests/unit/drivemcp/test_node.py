@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from subprocess import PIPE, Popen
 
@@ -176,6 +177,49 @@ def test_a_server_whose_catalogue_was_lost_as_it_appeared_is_found_all_the_same(
     assert wait_settled(lambda: bool(asked), 10.0)
     assert wait_settled(lambda: caller.call("slow_start", {}, deadline_ms=1000).ok, 20.0)
     assert len(asked) > 2
+
+
+def _limits(kmh: int) -> Callable[[ServiceConfig, Node], None]:
+    def build(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=40)
+        def applicable_limit() -> dict[str, int]:
+            """A limit."""
+            return {"kmh": kmh}
+
+    return build
+
+
+def test_a_tool_of_the_table_is_its_services_alone_whoever_offers_one_first() -> None:
+    with bus() as b:
+        caller = b.node("caller")
+        caller.watch_services()
+        b.start(WET)
+        b.start(Service("expert", ServiceConfig, _limits(300)))
+        assert wait_settled(lambda: "how_wet" in caller.client.discover(), 10.0)
+        assert "applicable_limit" not in caller.client.discover()
+        b.start(Service("rules", ServiceConfig, _limits(50)))
+        assert wait_settled(lambda: "applicable_limit" in caller.catalogue(), 10.0)
+        assert b.call("applicable_limit", caller=caller).result == {"kmh": 50}
+
+
+def test_a_catalogue_that_is_another_servers_by_its_own_words_is_ignored() -> None:
+    def forged() -> Wetness:
+        """As if it were another's."""
+        raise AssertionError
+
+    def own() -> Wetness:
+        """The server's own."""
+        raise AssertionError
+
+    with bus() as b:
+        key = catalogue_key(b.probe.config.vehicle, "evil")
+        offers = iter(
+            Catalogue(server=server, tools=(define(tool, server=server, deadline_ms=40).entry,))
+            for server, tool in (("wet", forged), ("evil", own))
+        )
+        b.session.serve(key, lambda query: query.answer(key, msgspec.json.encode(next(offers))))
+        assert b.probe.client.discover() == {}
+        assert b.probe.client.discover().keys() == {"own"}
 
 
 def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: TestBus) -> None:
