@@ -113,9 +113,15 @@ class Child:
 class Supervisor:
     """The processes of one stack under one folder: `config/`, `log/`, and what the services write."""
 
-    def __init__(self, folder: Path, say: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        say: Callable[[str], None] = lambda _: None,
+        interrupted: threading.Event | None = None,
+    ) -> None:
         self.folder = folder
         self._say = say
+        self._interrupted = interrupted or threading.Event()
         self._children: dict[str, Child] = {}
         self._lock = threading.Lock()
         self._stopping = threading.Event()
@@ -156,13 +162,16 @@ class Supervisor:
             return tuple(self._children.values())
 
     def wait_until(self, ready: Callable[[], bool], what: str, timeout_s: float) -> None:
-        """Wait for a condition. Raises StackFailed when a process keeps ending, or the time is over."""
+        """Wait for a condition.
+
+        Raises StackFailed when a process keeps ending, or the time is over; KeyboardInterrupt when it was interrupted.
+        """
         deadline_s = time.monotonic() + timeout_s
         while not ready():
             broken = next((child for child in self.children if child.restarts >= 2 and child.failed()), None)
             if broken is not None or time.monotonic() > deadline_s:
                 raise StackFailed(f"{what} did not come up\n{(broken or self.children[-1]).log_tail()}")
-            if self._stopping.wait(0.02):
+            if self._stopping.wait(0.02) or self._interrupted.is_set():
                 raise KeyboardInterrupt
 
     def stop(self, last: Sequence[str] = ("router",)) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 from pathlib import Path
 
 import pytest
@@ -40,3 +41,14 @@ def test_a_process_that_keeps_ending_fails_the_start_with_its_last_words(module:
         supervisor.run("broken", "dies", [])
         with pytest.raises(StackFailed, match="the reason"):
             supervisor.wait_until(lambda: False, "broken", 10.0)
+
+
+def test_an_interrupt_ends_a_wait_at_once(tmp_path: Path) -> None:
+    interrupted = threading.Event()
+
+    def interrupt() -> bool:
+        interrupted.set()
+        return False
+
+    with Supervisor(tmp_path / "run", interrupted=interrupted) as supervisor, pytest.raises(KeyboardInterrupt):
+        supervisor.wait_until(interrupt, "nothing", 10.0)
