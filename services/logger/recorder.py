@@ -99,7 +99,7 @@ class Recorder:
         self._warn(text)
 
     def retired(self, path: Path) -> None:
-        """A log file was deleted to keep the bounds."""
+        """A log file is about to be deleted to keep the bounds."""
         self._warn(f"retired {path.name}: the bounds of retention are reached")
         if self._memory is not None:
             try:

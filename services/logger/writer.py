@@ -58,7 +58,7 @@ class Listener(Protocol):
         """Writing fails, or works again."""
 
     def retired(self, path: Path) -> None:
-        """An old file was deleted."""
+        """An old file is about to be deleted."""
 
 
 class LogWriter:
@@ -244,7 +244,7 @@ class LogWriter:
 
     def _retire(self, spare: str) -> None:
         keep, directory = self._settings.retention, self._settings.directory
-        files.retire(directory, keep, now_s=time.time(), spare=spare, gone=self._listener.retired)
+        files.retire(directory, keep, now_s=time.time(), spare=spare, going=self._listener.retired)
 
     def _finish(self) -> None:
         """Closes the file in order; the next begins from its head. A file that cannot be closed stays unclosed."""

@@ -13,7 +13,9 @@ from evaluation.replay.again import decide_again
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, otherwise
 from proto.decision import TraceRecord
+from proto.health import ChainHead
 from services.arbiter import profiles
+from services.logger.memory import MemoryStore
 from services.rules.book import load_book
 from tests.unit.evaluation.replay.drive import drive, write_log
 
@@ -139,6 +141,23 @@ def test_a_log_that_was_tampered_with_does_not_pass(log: Path, tmp_path: Path) -
     raw[-200] ^= 1
     (tmp_path / "t.mcap").write_bytes(raw)
     assert _run(str(tmp_path / "t.mcap")) == 1
+
+
+def test_a_drive_of_which_a_file_is_missing_does_not_pass(
+    recorded: list[TraceRecord], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    write_log(logs / "1.mcap", recorded[:40], tmp_path / "secrets")
+    assert _run(str(tmp_path)) == 0
+    memory = MemoryStore(tmp_path / "memory.sqlite")
+    memory.add_head(ChainHead(file="0.mcap", records=1, head_sha256="0" * 64), 1)
+    memory.close()
+    assert _run(str(tmp_path)) == 1
+    assert "0.mcap is gone" in capsys.readouterr().err
+    write_log(logs / "2.mcap", recorded[40:], tmp_path / "secrets")
+    assert _run(str(logs / "1.mcap"), str(logs / "2.mcap")) == 1
+    assert "does not go on from" in capsys.readouterr().err
 
 
 def test_other_packs_give_other_limits(log: Path) -> None:
