@@ -1,5 +1,6 @@
 """Three bits per topic, computed once: alive (young enough), on rate (at least 60 % of its rate), valid (decodes, in step)."""
 
+import os
 import time
 from collections import deque
 
@@ -89,3 +90,12 @@ class TopicMonitor:
             malformed=self.malformed,
             age_ms=self.age_ms(now_ns),
         )
+
+
+def resident_mb() -> float:
+    """Resident memory of this process in MB (Linux; 0 elsewhere)."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    except OSError:
+        return 0.0

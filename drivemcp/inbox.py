@@ -2,6 +2,7 @@
 
 import heapq
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
@@ -40,6 +41,8 @@ class Inbox:
     def put(self, parcel: Parcel, *, latest: bool) -> None:
         """Add a publication; of a `latest` topic only the newest of a key is kept."""
         with self._lock:
+            if self._closed:
+                return
             if latest:
                 slot = _slot(parcel)
                 waiting = slot in self._latest
@@ -74,9 +77,22 @@ class Inbox:
             return self._latest.pop(_slot(parcel), parcel)
 
     def close(self) -> None:
-        """Wake the worker for the last time."""
-        self._closed = True
+        """Take in no more publications, and wake the worker for the last time."""
+        with self._lock:
+            self._closed = True
         self._ready.put(None)
+
+    def finish(self, handle: Callable[[Parcel | Callable[[], None]], None], within_s: float) -> int:
+        """Hand over what is left, for so long at most; how many publications were not. They count as dropped."""
+        until_s = time.monotonic() + within_s
+        while time.monotonic() < until_s and (item := self.take(0.0)) is not None:
+            handle(item)
+        with self._lock:
+            left = len(self._parcels)
+            self._parcels.clear()
+            self._latest.clear()
+            self.dropped += left
+        return left
 
     @property
     def closed(self) -> bool:

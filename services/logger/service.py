@@ -183,6 +183,8 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
 def _close(
     node: Node, recorder: Recorder, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None
 ) -> None:
+    if node.unhandled:
+        writer.missed(node.unhandled, "the logger was ended before it had taken them in")
     if not writer.close():
         node.log.error("the log was not closed in order: %s", writer.tally.trouble or "the disk is too slow")
     if view is not None:

@@ -64,6 +64,29 @@ def test_every_publication_is_taken_or_counted_as_dropped(puts: list[str | None]
     assert taken + len(_taken(inbox)) + inbox.dropped == put
 
 
+@given(puts=st.lists(st.sampled_from(LATEST + ALL), max_size=20), late=st.sampled_from(LATEST + ALL))
+def test_what_is_left_at_the_end_is_handed_over_and_nothing_is_taken_in_any_more(puts: list[str], late: str) -> None:
+    inbox, other = Inbox(), Inbox()
+    for n, key in enumerate(puts):
+        _put(inbox, key, n)
+        _put(other, key, n)
+    inbox.close()
+    _put(inbox, late, 1000)
+    handed: list[object] = []
+    assert inbox.finish(handed.append, 10.0) == 0
+    assert handed == _taken(other)
+
+
+@given(keys=st.lists(st.sampled_from(ALL), max_size=20))
+def test_what_is_not_handed_over_in_time_counts_as_dropped(keys: list[str]) -> None:
+    inbox = Inbox()
+    for n, key in enumerate(keys):
+        _put(inbox, key, n)
+    inbox.close()
+    assert inbox.finish(lambda _: None, 0.0) == inbox.dropped == len(keys)
+    assert _taken(inbox) == []
+
+
 def test_a_latest_topic_is_heard_again_after_a_flood_pushed_it_out() -> None:
     inbox = Inbox()
     _put(inbox, "a", 0)

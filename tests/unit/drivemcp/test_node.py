@@ -272,6 +272,28 @@ def test_latest_and_health_follow_a_subscribed_topic() -> None:
         assert b.probe.health(topics.CONDITIONS).ok
 
 
+def test_a_node_that_ends_handles_what_it_had_received() -> None:
+    heard: list[float | None] = []
+    busy, never = threading.Event(), threading.Event()
+
+    def behind(ego: Ego, _: object) -> None:
+        if not heard:
+            busy.set()
+            never.wait(0.3)  # long enough for the rest to be sent, and the end to begin
+        heard.append(ego.speed_mps)
+
+    with bus() as b:
+        node = b.node("slow")
+        node.subscribe(topics.EGO, behind)
+        sender = b.node("can")
+        for n in range(50):
+            sender.publish(topics.EGO, Ego(speed_mps=float(n)))
+        assert busy.wait(10.0)
+        node.close()
+        assert heard == [float(n) for n in range(50)]
+        assert node.unhandled == 0
+
+
 SERVER = """
 import sys, threading
 from drivemcp.bus import open_bus

@@ -1,5 +1,6 @@
 """The logger on a real bus."""
 
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
+from drivemcp import node as node_module
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
@@ -137,6 +139,35 @@ def test_health_tells_where_the_log_is_and_what_it_costs(tmp_path: Path) -> None
         b.wait_for(topics.HEALTH, lambda health: health.detail.get("log", "") != "", id="logger")
         assert Path(node.detail["log"]).is_file()
         assert {"log_lost", "log_mb_per_hour", "log_trouble"} <= node.detail.keys()
+
+
+@pytest.mark.parametrize(("within_s", "most"), [(10.0, 40), (0.0, 1)])
+def test_a_logger_that_is_behind_at_its_end_logs_the_rest_or_says_how_much_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, within_s: float, most: int
+) -> None:
+    monkeypatch.setattr(node_module, "FINISH_S", within_s)
+    take, busy, never = Recorder.take, threading.Event(), threading.Event()
+
+    def behind(recorder: Recorder, topic: Topic[Any], *rest: Any, **head: Any) -> None:
+        if topic is topics.EGO and not busy.is_set():
+            busy.set()
+            never.wait(0.5)  # long enough for the rest to be sent, and the end to begin
+        take(recorder, topic, *rest, **head)
+
+    monkeypatch.setattr(Recorder, "take", behind)
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path)))
+        for n in range(40):
+            b.probe.publish(topics.EGO, Ego(speed_mps=float(n)))
+        assert busy.wait(10.0)
+        node.close()
+    (path,) = files.logs(tmp_path / "logs")
+    assert verify(path).closed
+    logged = [one for one in messages(path) if one.name in ("can/ego", "logger/gap")]
+    found = [one for one in logged if one.name == "can/ego"]
+    lost = sum(msgspec.json.decode(one.data)["lost"] for one in logged if one.name == "logger/gap")
+    assert len(found) == most
+    assert len(found) + lost >= 40
 
 
 def test_an_unusable_memory_does_not_stop_the_log(tmp_path: Path) -> None:
