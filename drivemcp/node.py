@@ -19,7 +19,7 @@ from drivemcp.errors import MALFORMED, ContractError, LockstepError
 from drivemcp.health import Health, TopicMonitor, resident_mb
 from drivemcp.inbox import Inbox, Parcel, Timers
 from drivemcp.lockstep import STEP_BOUND_S, Conductor, HeldParcels
-from drivemcp.received import Received, decode
+from drivemcp.received import Received, decode, head_of, received_as
 from drivemcp.toolclient import Ask, ToolClient
 from drivemcp.tooldef import Tool
 from drivemcp.toolserver import Authorize, ToolServer
@@ -32,7 +32,6 @@ from proto.wire import PubHead, StepReply, StepRequest
 
 M = TypeVar("M", bound=msgspec.Struct)
 F = TypeVar("F", bound=Callable[..., Any])
-_HEAD_DECODER = msgspec.msgpack.Decoder(PubHead)
 _MSGPACK = msgspec.msgpack.Encoder()
 _JSON = msgspec.json.Encoder()
 _EPOCHS = itertools.count(time.time_ns())
@@ -177,7 +176,7 @@ class Node:
         def deliver(parcel: Parcel) -> None:
             head = self._head(parcel, monitored)
             if head is not None:
-                callback(_received(None, parcel, head))
+                callback(received_as(None, parcel, head))
 
         self._listen(topic, id, deliver)
 
@@ -201,7 +200,7 @@ class Node:
             self._held.subscribe(pattern)
 
         def receive(key: str, payload: bytes, attachment: bytes) -> None:
-            parcel = Parcel(key, payload, _head(attachment), time.time_ns(), deliver)
+            parcel = Parcel(key, payload, head_of(attachment), time.time_ns(), deliver)
             if self.lockstep:
                 self._held.put(parcel)
             else:
@@ -223,7 +222,7 @@ class Node:
         if head is None:
             return None
         try:
-            return _received(decode(topic, parcel.payload), parcel, head)
+            return received_as(decode(topic, parcel.payload), parcel, head)
         except (*MALFORMED, ValueError) as error:
             monitor.broken()
             if monitor.malformed in (1, 10, 100, 1000):
@@ -395,23 +394,3 @@ class Node:
         with self._outlet_lock:
             fresh, self._fresh = self._fresh, {}
         return fresh
-
-
-def _head(attachment: bytes) -> PubHead | None:
-    try:
-        return _HEAD_DECODER.decode(attachment)
-    except msgspec.MsgspecError:
-        return None
-
-
-def _received(message: Any, parcel: Parcel, head: PubHead) -> Received[Any]:
-    return Received(
-        message=message,
-        key=parcel.key,
-        id=parcel.key.split("/")[-2 if parcel.key.endswith(("/rx", "/tx")) else -1],
-        seq=head.seq,
-        stamp_ns=head.stamp_ns,
-        sent_ns=head.sent_ns,
-        publisher=head.publisher,
-        payload=parcel.payload if message is None else b"",
-    )
