@@ -11,6 +11,7 @@ from drivemcp.bus import open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import UserError
 from drivemcp.node import Node
+from proto.keys import chunk
 
 
 class RunningStack(msgspec.Struct, frozen=True, kw_only=True):
@@ -55,6 +56,13 @@ def read_stack() -> RunningStack | None:
     return stack
 
 
+def _vehicle(name: str) -> str:
+    try:
+        return chunk(name)
+    except ValueError as error:
+        raise UserError(f"--vehicle: {error}") from None
+
+
 @contextmanager
 def join(connect: str | None = None, vehicle: str | None = None, name: str = "cli") -> Iterator[Node]:
     """A node on the given router, or on the stack that `drivemcp up` runs. Raises UserError when there is none."""
@@ -64,7 +72,7 @@ def join(connect: str | None = None, vehicle: str | None = None, name: str = "cl
     endpoint = connect or (stack.endpoint if stack else "")
     user, password = (stack.user, stack.password_file) if stack and stack.endpoint == endpoint else ("", "")
     bus_config = BusConfig(connect=(endpoint,), connect_timeout_s=5.0, user=user, password_file=password)
-    config = ServiceConfig(vehicle=vehicle or (stack.vehicle if stack else "ego"), bus=bus_config)
+    config = ServiceConfig(vehicle=_vehicle(vehicle or (stack.vehicle if stack else "ego")), bus=bus_config)
     with open_bus(bus_config, log="off") as bus:
         node = Node(bus, name, config)
         node.open(announce=False)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 import msgspec
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import number
 from services.logger import chain, files, signing
 from services.logger.memory import kept_files, kept_head
 from services.logger.report import UNSEALED, Report
@@ -171,7 +172,7 @@ def view(subparsers: "Subparsers") -> None:
     )
     parser.add_argument("--port", type=port, default=0, help="port of the page; a free one by default")
     parser.add_argument(
-        "--image-hz", type=float, default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
+        "--image-hz", type=number(0.0, 1000.0), default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
     )
     parser.set_defaults(run=_view)
 
@@ -191,10 +192,10 @@ def _view(flags: argparse.Namespace) -> int:
 
 def port(given: str) -> int:
     """The port that was given; argparse tells a wrong one by this name."""
-    number = int(given)
-    if not 0 <= number <= 65535:
-        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {number}")
-    return number
+    value = int(given)
+    if not 0 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {value}")
+    return value
 
 
 def _say(text: str) -> None:

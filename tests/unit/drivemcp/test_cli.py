@@ -26,6 +26,8 @@ from drivemcp.cli import run
         (["grant", "--vehicle", "x"], "--key"),
         (["run", "can", "--config", "absent.toml"], "absent.toml"),
         (["run", "can", "--set", "no_such_key=1"], "no_such_key"),
+        (["run", "can", "--vehicle", "a/b"], "vehicle"),
+        (["tools", "list", "--connect", "tcp/127.0.0.1:1", "--vehicle", "a/b"], "--vehicle"),
     ],
 )
 def test_a_users_mistake_is_told_in_one_line_without_a_traceback(

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
 from drivemcp import node as node_module
+from drivemcp.config import load_config
+from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
@@ -168,6 +170,20 @@ def test_a_logger_that_is_behind_at_its_end_logs_the_rest_or_says_how_much_is_mi
     lost = sum(msgspec.json.decode(one.data)["lost"] for one in logged if one.name == "logger/gap")
     assert len(found) == most
     assert len(found) + lost >= 40
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        *("flush_ms=0", "flush_ms=-5", "flush_ms=NaN", 'flush_ms="nan"', "fsync_s=-1", "queue_mb=-1", "queue_mb=0"),
+        *("max_file_mb=0", "max_file_s=0", "max_total_mb=-1", "max_age_days=-1", "max_age_days=Infinity"),
+        *("pictures_before_s=-1", "pictures_after_s=NaN", "view.port=99999", "view.web_port=-1", "view.image_hz=-1"),
+        "view.memory_mb=0",
+    ],
+)
+def test_a_setting_out_of_its_bounds_is_refused_by_name(setting: str) -> None:
+    with pytest.raises(ConfigError, match=setting.partition("=")[0].rsplit(".", 1)[-1]):
+        load_config(LoggerConfig, None, [setting])
 
 
 def test_an_unusable_memory_does_not_stop_the_log(tmp_path: Path) -> None:
