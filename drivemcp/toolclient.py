@@ -29,7 +29,8 @@ LATE_GRACE_S = 2.0
 """How long after its deadline a reply is still taken, to be used, with its age, in a later tick."""
 DISCOVERY_TIMEOUT_S = 1.0
 LOCKSTEP_BOUND_MS = 20_000.0
-"""In lockstep lateness is modelled; this wall bound only fails a stuck run."""
+"""In lockstep lateness is modelled; this wall bound only fails a stuck run. No deadline is longer."""
+QUERY_TIMEOUT_S = LOCKSTEP_BOUND_MS / 1e3 + LATE_GRACE_S
 DEFAULT_MODELLED_MS = 4.0
 
 _CALLER = uuid.uuid4().hex[:12]
@@ -187,7 +188,10 @@ class ToolClient:
             return
         with self._lock:
             for entry in catalogue.tools:
-                if entry.meta.server != catalogue.server or self._owner(entry.name, catalogue.server) != catalogue.server:
+                if (
+                    entry.meta.server != catalogue.server
+                    or self._owner(entry.name, catalogue.server) != catalogue.server
+                ):
                     self._logger.warning("tool %s of %s is ignored: the name is taken", entry.name, catalogue.server)
                     continue
                 self._tools[entry.name] = entry
@@ -240,7 +244,7 @@ class ToolClient:
             entry = self._rediscover().get(tool)
         if entry is None:
             return None
-        querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), 10.0 + LATE_GRACE_S)
+        querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), QUERY_TIMEOUT_S)
         self._queriers[tool] = (entry.meta.server, querier)
         return self._queriers[tool]
 

@@ -9,13 +9,14 @@ from subprocess import PIPE, Popen
 import msgspec
 import pytest
 
-from drivemcp.bus import Query, open_bus, wait_settled
+from drivemcp.bus import Bus, Querier, Query, open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.supervisor import free_port
 from drivemcp.testing import TestBus, bus
+from drivemcp.toolclient import LATE_GRACE_S, LOCKSTEP_BOUND_MS
 from drivemcp.tooldef import define
 from proto import topics
 from proto.keys import alive_key, catalogue_key, tool_key
@@ -133,6 +134,21 @@ def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(
     assert hung.status == "timeout"
     assert hung.elapsed_ms < 3000
     assert answered.ok
+
+
+def test_the_bus_waits_for_an_answer_as_long_as_the_longest_deadline(
+    wet_bus: TestBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    querier, waits = Bus.querier, list[float]()
+
+    def watched(self: Bus, key: str, timeout_s: float) -> Querier:
+        waits.append(timeout_s)
+        return querier(self, key, timeout_s)
+
+    monkeypatch.setattr(Bus, "querier", watched)
+    assert wet_bus.call("how_wet", {"rain_mm_h": 1}).ok
+    assert waits
+    assert min(waits) >= LOCKSTEP_BOUND_MS / 1e3 + LATE_GRACE_S
 
 
 def test_bytes_beyond_all_use_are_an_outcome_and_no_exception() -> None:
