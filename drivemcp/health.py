@@ -69,7 +69,8 @@ class TopicMonitor:
             return Health(alive=False, on_rate=False, valid=self._valid)
         if self.topic.rate_hz == 0:
             return Health(alive=True, on_rate=True, valid=self._valid)
-        return Health(alive=age <= self.topic.max_age_ms, on_rate=self._on_rate(now_ns), valid=self._valid)
+        # either way: an arrival in the future tells of a clock that was stepped back, not of a topic that lives
+        return Health(alive=abs(age) <= self.topic.max_age_ms, on_rate=self._on_rate(now_ns), valid=self._valid)
 
     def _on_rate(self, now_ns: int) -> bool:
         if len(self._arrivals) < 4:

@@ -106,11 +106,15 @@ def _slot(parcel: Parcel) -> tuple[str, int]:
 
 
 class Timers:
-    """Periodic functions by due time on any clock. A period that was slept through fires once, not many times."""
+    """Periodic functions by due time on any clock. A period that was slept through fires once, not many times.
+
+    A clock that is stepped back takes the due times with it: nobody waits until it has caught up.
+    """
 
     def __init__(self) -> None:
         self._heap: list[tuple[int, int, int, Callable[[], None]]] = []
         self._count = 0
+        self._seen_ns: int | None = None
 
     def add(self, period_ns: int, first_ns: int, function: Callable[[], None]) -> None:
         """Call `function` at `first_ns` and every `period_ns` after."""
@@ -123,6 +127,9 @@ class Timers:
 
     def due(self, now_ns: int) -> list[Callable[[], None]]:
         """Those due now, in the order in which they were due."""
+        if self._seen_ns is not None and now_ns < self._seen_ns:
+            self._shift(now_ns - self._seen_ns)
+        self._seen_ns = now_ns
         ready: list[Callable[[], None]] = []
         while self._heap and self._heap[0][0] <= now_ns:
             due_ns, order, period_ns, function = heapq.heappop(self._heap)
@@ -130,3 +137,8 @@ class Timers:
             behind = (now_ns - due_ns) // period_ns
             heapq.heappush(self._heap, (due_ns + (behind + 1) * period_ns, order, period_ns, function))
         return ready
+
+    def _shift(self, by_ns: int) -> None:
+        self._heap = [
+            (due_ns + by_ns, order, period, call) for due_ns, order, period, call in self._heap
+        ]  # still a heap

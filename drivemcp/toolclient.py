@@ -54,6 +54,7 @@ class _Pending:
         "sent_ns",
         "server",
         "tool",
+        "until_s",
     )
 
     def __init__(
@@ -66,6 +67,7 @@ class _Pending:
         self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
         self.sent_ns = time.time_ns()
         self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
+        self.until_s = time.monotonic() + deadline_ms / 1e3  # the same for our own wait, whatever becomes of the clock
         self.ended = ended
         self.reply: Reply | None = None
         self.done = False
@@ -274,7 +276,7 @@ class ToolClient:
     def _collect(self, pending: _Pending) -> Outcome:
         while not pending.finished():
             try:  # a token for each of the batch's calls that has ended, whichever it was
-                pending.ended.get(timeout=max(0.0, (pending.deadline_ns - time.time_ns()) / 1e9))
+                pending.ended.get(timeout=max(0.0, pending.until_s - time.monotonic()))
             except Empty:
                 break
         done, pending.collected = pending.done, True

@@ -1,9 +1,11 @@
 """What waits for a node's worker: coalescing, the bound, and that nothing is deaf afterwards."""
 
+from unittest.mock import Mock
+
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivemcp.inbox import INBOX_LIMIT, Inbox, Parcel
+from drivemcp.inbox import INBOX_LIMIT, Inbox, Parcel, Timers
 
 LATEST = ("a", "b", "c")
 ALL = ("x", "y")
@@ -95,3 +97,19 @@ def test_a_latest_topic_is_heard_again_after_a_flood_pushed_it_out() -> None:
     assert {parcel.key for parcel in _taken(inbox)} == {"x"}
     _put(inbox, "a", 1)
     assert [parcel.arrived_ns for parcel in _taken(inbox)] == [1]
+
+
+@given(
+    periods=st.lists(st.integers(1, 50), min_size=1, max_size=5),
+    ran_ns=st.integers(0, 200),
+    back_ns=st.integers(1, 10**6),
+)
+def test_a_clock_that_is_stepped_back_holds_no_timer_up(periods: list[int], ran_ns: int, back_ns: int) -> None:
+    stepped, steady = Timers(), Timers()
+    for period in periods:
+        function = Mock()
+        stepped.add(period, period, function)
+        steady.add(period, period, function)
+    assert stepped.due(ran_ns) == steady.due(ran_ns)
+    for later_ns in range(100):
+        assert stepped.due(ran_ns - back_ns + later_ns) == steady.due(ran_ns + later_ns)

@@ -2,9 +2,11 @@
 
 import sys
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from subprocess import PIPE, Popen
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -134,6 +136,20 @@ def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(
     assert hung.status == "timeout"
     assert hung.elapsed_ms < 3000
     assert answered.ok
+
+
+def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    wet_bus.call("how_wet", {"rain_mm_h": 1})
+    hour_ns = 3600 * 10**9
+    ahead = iter([hour_ns])  # as the call is sent; afterwards the clock is right
+
+    def stepped_ns() -> int:
+        return time.time_ns() + next(ahead, 0)
+
+    monkeypatch.setattr("drivemcp.toolclient.time", SimpleNamespace(time_ns=stepped_ns, monotonic=time.monotonic))
+    began_s = time.monotonic()
+    assert wet_bus.probe.call("hang", {}, deadline_ms=200.0).status == "timeout"
+    assert time.monotonic() - began_s < 5.0
 
 
 def test_the_bus_waits_for_an_answer_as_long_as_the_longest_deadline(
