@@ -1,8 +1,9 @@
 """A short-lived node for commands: joins a running stack, asks, and leaves."""
 
 import os
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import msgspec
@@ -33,22 +34,37 @@ def state_file() -> Path:
 
 
 def note_stack(stack: RunningStack) -> None:
-    """Note the running stack, readable by this user alone."""
+    """Note the running stack, readable by this user alone. Raises UserError where another may write there."""
     path = state_file()
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    path.write_bytes(msgspec.json.encode(stack))
+    scratch = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _check_own(path.parent)
+        scratch.write_bytes(msgspec.json.encode(stack))
+        os.replace(scratch, path)
+    except OSError as error:
+        raise UserError(f"cannot note the running stack in {path}: {error.strerror}") from None
+
+
+def _check_own(folder: Path) -> None:
+    """Raises UserError unless it is a folder of this user's that nobody else may enter; OSError where it is none at all."""
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
+        raise UserError(f"{folder} is not yours alone: remove it, or set XDG_RUNTIME_DIR to a folder of yours")
 
 
 def forget_stack(pid: int) -> None:
     """Remove the note if it is still ours."""
-    stack = read_stack()
-    if stack is not None and stack.pid == pid:
-        state_file().unlink(missing_ok=True)
+    with suppress(UserError):  # a folder that is not ours holds no note of ours
+        stack = read_stack()
+        if stack is not None and stack.pid == pid:
+            state_file().unlink(missing_ok=True)
 
 
 def read_stack() -> RunningStack | None:
-    """The running stack, if one is noted and its process lives."""
+    """The running stack, if one is noted and its process lives. Raises UserError where another may have written the note."""
     try:
+        _check_own(state_file().parent)
         stack = msgspec.json.decode(state_file().read_bytes(), type=RunningStack)
         os.kill(stack.pid, 0)
     except (OSError, msgspec.MsgspecError):
