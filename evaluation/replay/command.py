@@ -64,6 +64,8 @@ def command(flags: argparse.Namespace) -> int:
     paths, others, at_hand = named(flags.files), named(flags.against), AtHand(flags.profile)
     change = _change(flags)
     if change != Change():
+        if others:
+            raise UserError("--against compares two drives as they were; it takes no --mu, --delta or --rulepack")
         return _suppose(traces(paths), change, at_hand, flags)
     unsound = [*_unsound(paths, flags.files), *_unsound(others, flags.against)]
     for complaint in unsound:

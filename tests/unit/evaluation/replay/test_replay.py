@@ -200,12 +200,40 @@ def test_suppositions_are_told_in_words(log: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(
     "arguments",
-    [("none.mcap",), ("--mu", "-1", "LOG"), ("--delta", "9", "LOG"), ("--rulepack", "no-such", "LOG")],
+    [
+        ("none.mcap",),
+        ("--mu", "-1", "LOG"),
+        ("--delta", "9", "LOG"),
+        ("--rulepack", "no-such", "LOG"),
+        ("--mu", "0.5", "--against", "LOG", "LOG"),
+        ("--delta", "0.1", "--against", "LOG", "LOG"),
+        ("--rulepack", "DEU-v1", "--against", "LOG", "LOG"),
+    ],
 )
 def test_mistakes_are_told_in_one_line(log: Path, arguments: tuple[str, ...]) -> None:
     with pytest.raises(UserError) as told:
         _run(*(str(log) if argument == "LOG" else argument for argument in arguments))
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("supposed", [(), ("--mu", "0.5"), ("--delta", "0.1")])
+def test_a_state_that_does_not_fit_is_told_with_its_tick(
+    recorded: list[TraceRecord], tmp_path: Path, supposed: tuple[str, ...]
+) -> None:
+    unfit = replace(recorded[0], tick=7, state={"tick": "seven"})
+    write_log(tmp_path / "t.mcap", [unfit], tmp_path / "secrets")
+    with pytest.raises(UserError, match="state of tick 7 does not fit"):
+        _run(*supposed, str(tmp_path / "t.mcap"))
+
+
+@pytest.mark.parametrize("supposed", [("--mu", "0.5"), ("--delta", "0.1"), ("--rulepack", "DEU-v1")])
+def test_inputs_that_do_not_fit_are_told_with_their_tick(
+    recorded: list[TraceRecord], tmp_path: Path, supposed: tuple[str, ...]
+) -> None:
+    unfit = replace(recorded[1], inputs={"now_ns": "late"})
+    write_log(tmp_path / "t.mcap", [recorded[0], unfit], tmp_path / "secrets")
+    with pytest.raises(UserError, match="tick 2 do not fit"):
+        _run(*supposed, str(tmp_path / "t.mcap"))
 
 
 def test_a_log_without_traces_is_a_mistake(tmp_path: Path) -> None:
