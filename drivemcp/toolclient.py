@@ -16,7 +16,7 @@ import msgspec
 from drivemcp.bus import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
 from proto import PROTO_VERSION
-from proto.keys import alive_key, catalogue_key, tool_key
+from proto.keys import alive_key, catalogue_key, is_chunk, tool_key
 from proto.services import OWNERS
 from proto.tools import BUSY, CallHead, CallRecord, CallResult, CallStatus, Catalogue, Outcome, ProtocolError, ToolEntry
 
@@ -190,13 +190,17 @@ class ToolClient:
             return
         with self._lock:
             for entry in catalogue.tools:
-                if (
-                    entry.meta.server != catalogue.server
-                    or self._owner(entry.name, catalogue.server) != catalogue.server
-                ):
-                    self._logger.warning("tool %s of %s is ignored: the name is taken", entry.name, catalogue.server)
-                    continue
-                self._tools[entry.name] = entry
+                if self._may_offer(entry, catalogue.server):
+                    self._tools[entry.name] = entry
+                else:
+                    self._logger.warning(
+                        "tool %r of %r is ignored: the name is taken, or is none", entry.name, catalogue.server
+                    )
+
+    def _may_offer(self, entry: ToolEntry, server: str) -> bool:
+        """Whether it is the server's own, and both names can stand in a key: a call must not fail over them."""
+        own = entry.meta.server == server == self._owner(entry.name, server)
+        return own and is_chunk(entry.name) and is_chunk(server)
 
     def _owner(self, tool: str, server: str) -> str:
         """Whose a name is: the service's that the table gives it to, else the first server's that offered it."""

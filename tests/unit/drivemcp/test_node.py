@@ -211,6 +211,21 @@ def test_a_server_whose_catalogue_was_lost_as_it_appeared_is_found_all_the_same(
     assert len(asked) > 2
 
 
+@pytest.mark.parametrize("name", ["../how_wet", "how wet", "*", "", "x" * 65])
+def test_a_tool_whose_name_can_be_no_key_is_ignored_and_calling_it_raises_nothing(name: str) -> None:
+    def lie() -> Wetness:
+        """Never runs."""
+        raise AssertionError
+
+    entry = msgspec.structs.replace(define(lie, server="liar", deadline_ms=40).entry, name=name)
+    with bus() as b:
+        key = catalogue_key(b.probe.config.vehicle, "liar")
+        offered = msgspec.json.encode(Catalogue(server="liar", tools=(entry,)))
+        b.session.serve(key, lambda query: query.answer(key, offered))
+        assert b.probe.client.discover() == {}
+        assert b.call(name).status == "unavailable"
+
+
 def _limits(kmh: int) -> Callable[[ServiceConfig, Node], None]:
     def build(config: ServiceConfig, node: Node) -> None:
         @node.tool(deadline_ms=40)
