@@ -132,7 +132,8 @@ def test_a_lockstep_drive_that_breaks_off_says_so_and_ends(file: str, monkeypatc
 
 @pytest.mark.parametrize("lockstep", [False, True])
 @pytest.mark.parametrize(
-    ("trouble", "told"), [(StudioError("no OpenGL here"), "no OpenGL here"), (ArithmeticError("a bug"), "could not begin")]
+    ("trouble", "told"),
+    [(StudioError("no OpenGL here"), "no OpenGL here"), (ArithmeticError("a bug"), "could not begin")],
 )
 def test_a_drive_that_cannot_begin_says_why_and_ends(
     file: str, lockstep: bool, trouble: Exception, told: str, monkeypatch: pytest.MonkeyPatch
