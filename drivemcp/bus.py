@@ -55,11 +55,13 @@ class Query:
 class Reply:
     """What one query brought: data, an error, or (neither) the end of replies."""
 
-    __slots__ = ("error", "payload")
+    __slots__ = ("error", "key", "payload")
 
-    def __init__(self, payload: bytes | None, error: bytes | None) -> None:
+    def __init__(self, payload: bytes | None, error: bytes | None, key: str = "") -> None:
         self.payload = payload
         self.error = error
+        self.key = key
+        """Under which the data came; access control lets a server answer under its own keys alone."""
 
 
 OnReply = Callable[[Reply | None], None]
@@ -195,7 +197,7 @@ def _to_reply(on_reply: OnReply) -> Callable[[zenoh.Reply], None]:
     def deliver(reply: zenoh.Reply) -> None:
         sample = reply.ok
         if sample is not None:
-            on_reply(Reply(sample.payload.to_bytes(), None))
+            on_reply(Reply(sample.payload.to_bytes(), None, str(sample.key_expr)))
         elif (error := reply.err) is not None:
             on_reply(Reply(None, error.payload.to_bytes()))
 

@@ -4,11 +4,12 @@ import json
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 
 from drivemcp.errors import ConfigError
+from proto.keys import chunk
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -20,7 +21,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     multicast: bool = False
     user: str = ""
     password_file: str = ""
-    connect_timeout_s: float = 20.0
+    connect_timeout_s: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] = 20.0
 
 
 class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,8 +37,8 @@ class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     grant_file: str = ""
     trusted_keys: tuple[str, ...] = ()
     """Public keys (base64) whose grants count."""
-    tool_workers: int = 4
-    max_pending_calls: int = 16
+    tool_workers: Annotated[int, msgspec.Meta(ge=1, le=256)] = 4
+    max_pending_calls: Annotated[int, msgspec.Meta(ge=0, le=10_000)] = 16
     heartbeat_file: str = ""
     """Touched every second by the worker thread; a container's health check looks at its age."""
 
@@ -55,9 +56,15 @@ def load_config(kind: type[C], file: str | None, settings: Sequence[str] = (), *
         assign(raw, setting)
     raw.update({name: value for name, value in overrides.items() if value is not None})
     try:
-        return msgspec.convert(raw, kind, strict=False)
+        config = msgspec.convert(raw, kind, strict=False)
+        chunk(config.vehicle)
     except msgspec.ValidationError as error:
         raise ConfigError(f"configuration of {kind.__name__}{f' in {file}' if file else ''}: {error}") from None
+    except ValueError as error:
+        raise ConfigError(
+            f"configuration of {kind.__name__}{f' in {file}' if file else ''}: vehicle: {error}"
+        ) from None
+    return config
 
 
 def _read(path: Path) -> dict[str, Any]:

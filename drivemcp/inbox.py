@@ -2,6 +2,7 @@
 
 import heapq
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
@@ -40,6 +41,8 @@ class Inbox:
     def put(self, parcel: Parcel, *, latest: bool) -> None:
         """Add a publication; of a `latest` topic only the newest of a key is kept."""
         with self._lock:
+            if self._closed:
+                return
             if latest:
                 slot = _slot(parcel)
                 waiting = slot in self._latest
@@ -74,9 +77,22 @@ class Inbox:
             return self._latest.pop(_slot(parcel), parcel)
 
     def close(self) -> None:
-        """Wake the worker for the last time."""
-        self._closed = True
+        """Take in no more publications, and wake the worker for the last time."""
+        with self._lock:
+            self._closed = True
         self._ready.put(None)
+
+    def finish(self, handle: Callable[[Parcel | Callable[[], None]], None], within_s: float) -> int:
+        """Hand over what is left, for so long at most; how many publications were not. They count as dropped."""
+        until_s = time.monotonic() + within_s
+        while time.monotonic() < until_s and (item := self.take(0.0)) is not None:
+            handle(item)
+        with self._lock:
+            left = len(self._parcels)
+            self._parcels.clear()
+            self._latest.clear()
+            self.dropped += left
+        return left
 
     @property
     def closed(self) -> bool:
@@ -90,11 +106,15 @@ def _slot(parcel: Parcel) -> tuple[str, int]:
 
 
 class Timers:
-    """Periodic functions by due time on any clock. A period that was slept through fires once, not many times."""
+    """Periodic functions by due time on any clock. A period that was slept through fires once, not many times.
+
+    A clock that is stepped back takes the due times with it: nobody waits until it has caught up.
+    """
 
     def __init__(self) -> None:
         self._heap: list[tuple[int, int, int, Callable[[], None]]] = []
         self._count = 0
+        self._seen_ns: int | None = None
 
     def add(self, period_ns: int, first_ns: int, function: Callable[[], None]) -> None:
         """Call `function` at `first_ns` and every `period_ns` after."""
@@ -107,6 +127,9 @@ class Timers:
 
     def due(self, now_ns: int) -> list[Callable[[], None]]:
         """Those due now, in the order in which they were due."""
+        if self._seen_ns is not None and now_ns < self._seen_ns:
+            self._shift(now_ns - self._seen_ns)
+        self._seen_ns = now_ns
         ready: list[Callable[[], None]] = []
         while self._heap and self._heap[0][0] <= now_ns:
             due_ns, order, period_ns, function = heapq.heappop(self._heap)
@@ -114,3 +137,8 @@ class Timers:
             behind = (now_ns - due_ns) // period_ns
             heapq.heappush(self._heap, (due_ns + (behind + 1) * period_ns, order, period_ns, function))
         return ready
+
+    def _shift(self, by_ns: int) -> None:
+        self._heap = [
+            (due_ns + by_ns, order, period, call) for due_ns, order, period, call in self._heap
+        ]  # still a heap

@@ -16,10 +16,10 @@ from drivemcp.bus import Bus, Publisher, Query, wait_settled
 from drivemcp.clock import Clock, SimulatedClock, WallClock
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import MALFORMED, ContractError, LockstepError
-from drivemcp.health import Health, TopicMonitor
+from drivemcp.health import Health, TopicMonitor, resident_mb
 from drivemcp.inbox import Inbox, Parcel, Timers
 from drivemcp.lockstep import STEP_BOUND_S, Conductor, HeldParcels
-from drivemcp.received import Received, decode
+from drivemcp.received import Received, decode, head_of, received_as
 from drivemcp.toolclient import Ask, ToolClient
 from drivemcp.tooldef import Tool
 from drivemcp.toolserver import Authorize, ToolServer
@@ -32,13 +32,14 @@ from proto.wire import PubHead, StepReply, StepRequest
 
 M = TypeVar("M", bound=msgspec.Struct)
 F = TypeVar("F", bound=Callable[..., Any])
-_HEAD_DECODER = msgspec.msgpack.Decoder(PubHead)
 _MSGPACK = msgspec.msgpack.Encoder()
 _JSON = msgspec.json.Encoder()
 _EPOCHS = itertools.count(time.time_ns())
 HEALTH_PERIOD_S = 1.0
 CALLS_PERIOD_S = 0.05
 SETTLE_S = 0.3
+FINISH_S = 2.0
+"""How long a node that ends goes on with what it had received."""
 
 
 class _Outlet:
@@ -82,6 +83,8 @@ class Node:
         self._fresh: dict[str, int] = {}
         """By key, the last number published since the last report to the conductor."""
         self._started_ns = time.time_ns()
+        self.unhandled = 0
+        """Publications received and not handled by the end; known when the closers run."""
         self._announced = False
         self._closed = threading.Event()
         self.tools = ToolServer(
@@ -173,7 +176,7 @@ class Node:
         def deliver(parcel: Parcel) -> None:
             head = self._head(parcel, monitored)
             if head is not None:
-                callback(_received(None, parcel, head))
+                callback(received_as(None, parcel, head))
 
         self._listen(topic, id, deliver)
 
@@ -197,7 +200,7 @@ class Node:
             self._held.subscribe(pattern)
 
         def receive(key: str, payload: bytes, attachment: bytes) -> None:
-            parcel = Parcel(key, payload, _head(attachment), time.time_ns(), deliver)
+            parcel = Parcel(key, payload, head_of(attachment), time.time_ns(), deliver)
             if self.lockstep:
                 self._held.put(parcel)
             else:
@@ -219,7 +222,7 @@ class Node:
         if head is None:
             return None
         try:
-            return _received(decode(topic, parcel.payload), parcel, head)
+            return received_as(decode(topic, parcel.payload), parcel, head)
         except (*MALFORMED, ValueError) as error:
             monitor.broken()
             if monitor.malformed in (1, 10, 100, 1000):
@@ -291,7 +294,7 @@ class Node:
             self._announced = True
 
     def close(self) -> None:
-        """Stop taking work, run the closers. The bus is the opener's to close."""
+        """Take no more work, finish what was received, run the closers. The bus is the opener's to close."""
         if self._closed.is_set():
             return
         self._closed.set()
@@ -307,13 +310,18 @@ class Node:
         while not self._inbox.closed:
             due_ns = None if self.lockstep else self._timers.next_due_ns()
             wait_s = 0.5 if due_ns is None else min(0.5, max(0.0, (due_ns - self.clock.now_ns()) / 1e9))
-            item = self._inbox.take(wait_s)
-            if isinstance(item, Parcel):
-                self._guarded(lambda parcel=item: parcel.deliver(parcel), item.key)  # type: ignore[misc]
-            elif item is not None:
-                self._guarded(item, "job")
+            if (item := self._inbox.take(wait_s)) is not None:
+                self._handle(item)
             if not self.lockstep:
                 self._fire_timers()
+        if not self.lockstep:
+            self.unhandled = self._inbox.finish(self._handle, FINISH_S)
+
+    def _handle(self, item: Parcel | Callable[[], None]) -> None:
+        if isinstance(item, Parcel):
+            self._guarded(lambda: item.deliver(item), item.key)
+        else:
+            self._guarded(item, "job")
 
     def _fire_timers(self) -> None:
         for function in self._timers.due(self.clock.now_ns()):
@@ -386,32 +394,3 @@ class Node:
         with self._outlet_lock:
             fresh, self._fresh = self._fresh, {}
         return fresh
-
-
-def _head(attachment: bytes) -> PubHead | None:
-    try:
-        return _HEAD_DECODER.decode(attachment)
-    except msgspec.MsgspecError:
-        return None
-
-
-def _received(message: Any, parcel: Parcel, head: PubHead) -> Received[Any]:
-    return Received(
-        message=message,
-        key=parcel.key,
-        id=parcel.key.split("/")[-2 if parcel.key.endswith(("/rx", "/tx")) else -1],
-        seq=head.seq,
-        stamp_ns=head.stamp_ns,
-        sent_ns=head.sent_ns,
-        publisher=head.publisher,
-        payload=parcel.payload if message is None else b"",
-    )
-
-
-def resident_mb() -> float:
-    """Resident memory of this process in MB (Linux; 0 elsewhere)."""
-    try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
-    except OSError:
-        return 0.0

@@ -1,16 +1,19 @@
 """A publication as a subscriber gets it."""
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import msgspec
 
+from drivemcp.inbox import Parcel
 from proto.topics import Topic
+from proto.wire import PubHead
 
 M = TypeVar("M", bound=msgspec.Struct)
 
 _DECODERS: dict[
     type[msgspec.Struct], tuple[msgspec.msgpack.Decoder[msgspec.Struct], msgspec.json.Decoder[msgspec.Struct]]
 ] = {}
+_HEAD = msgspec.msgpack.Decoder(PubHead)
 
 
 class Received(msgspec.Struct, Generic[M], frozen=True):
@@ -33,3 +36,25 @@ def decode(topic: Topic[M], payload: bytes) -> M:
         pair = (msgspec.msgpack.Decoder(topic.message), msgspec.json.Decoder(topic.message))
         _DECODERS[topic.message] = pair
     return pair[0 if topic.encoding == "msgpack" else 1].decode(payload)  # type: ignore[return-value]
+
+
+def head_of(attachment: bytes) -> PubHead | None:
+    """The head of a publication; None where it does not decode."""
+    try:
+        return _HEAD.decode(attachment)
+    except msgspec.MsgspecError:
+        return None
+
+
+def received_as(message: Any, parcel: Parcel, head: PubHead) -> Received[Any]:
+    """A publication with its message; None stands for the bytes as they came."""
+    return Received(
+        message=message,
+        key=parcel.key,
+        id=parcel.key.split("/")[-2 if parcel.key.endswith(("/rx", "/tx")) else -1],
+        seq=head.seq,
+        stamp_ns=head.stamp_ns,
+        sent_ns=head.sent_ns,
+        publisher=head.publisher,
+        payload=parcel.payload if message is None else b"",
+    )

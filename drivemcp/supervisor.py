@@ -45,6 +45,9 @@ class Child:
     def __init__(self, name: str, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
         self.name = name
         self.restarts = 0
+        """How often it was started again."""
+        self.in_a_row = 0
+        """How often without having run calmly in between."""
         self._command = list(command)
         self._log = log
         self._environment = {**os.environ, **environment}
@@ -74,13 +77,14 @@ class Child:
         now_s = time.monotonic()
         if self._due_s is None:
             if now_s - self._started_s > _CALM_S:
-                self.restarts = 0
-            wait_s = _BACKOFF_S[min(self.restarts, len(_BACKOFF_S) - 1)]
+                self.in_a_row = 0
+            wait_s = _BACKOFF_S[min(self.in_a_row, len(_BACKOFF_S) - 1)]
             say(f"{self.name} ended with {self._process.returncode}; starting it again in {wait_s} s")
             self._due_s = now_s + wait_s
         elif now_s >= self._due_s:
             self._due_s = None
             self.restarts += 1
+            self.in_a_row += 1
             self.start()
 
     def failed(self) -> bool:
@@ -113,9 +117,15 @@ class Child:
 class Supervisor:
     """The processes of one stack under one folder: `config/`, `log/`, and what the services write."""
 
-    def __init__(self, folder: Path, say: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        say: Callable[[str], None] = lambda _: None,
+        interrupted: threading.Event | None = None,
+    ) -> None:
         self.folder = folder
         self._say = say
+        self._interrupted = interrupted or threading.Event()
         self._children: dict[str, Child] = {}
         self._lock = threading.Lock()
         self._stopping = threading.Event()
@@ -156,13 +166,16 @@ class Supervisor:
             return tuple(self._children.values())
 
     def wait_until(self, ready: Callable[[], bool], what: str, timeout_s: float) -> None:
-        """Wait for a condition. Raises StackFailed when a process keeps ending, or the time is over."""
+        """Wait for a condition.
+
+        Raises StackFailed when a process keeps ending, or the time is over; KeyboardInterrupt when it was interrupted.
+        """
         deadline_s = time.monotonic() + timeout_s
         while not ready():
-            broken = next((child for child in self.children if child.restarts >= 2 and child.failed()), None)
+            broken = next((child for child in self.children if child.in_a_row >= 2 and child.failed()), None)
             if broken is not None or time.monotonic() > deadline_s:
                 raise StackFailed(f"{what} did not come up\n{(broken or self.children[-1]).log_tail()}")
-            if self._stopping.wait(0.02):
+            if self._stopping.wait(0.02) or self._interrupted.is_set():
                 raise KeyboardInterrupt
 
     def stop(self, last: Sequence[str] = ("router",)) -> None:

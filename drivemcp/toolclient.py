@@ -16,7 +16,8 @@ import msgspec
 from drivemcp.bus import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
 from proto import PROTO_VERSION
-from proto.keys import alive_key, catalogue_key, tool_key
+from proto.keys import alive_key, catalogue_key, is_chunk, tool_key
+from proto.services import OWNERS
 from proto.tools import BUSY, CallHead, CallRecord, CallResult, CallStatus, Catalogue, Outcome, ProtocolError, ToolEntry
 
 _CATALOGUE = msgspec.json.Decoder(Catalogue)
@@ -28,7 +29,8 @@ LATE_GRACE_S = 2.0
 """How long after its deadline a reply is still taken, to be used, with its age, in a later tick."""
 DISCOVERY_TIMEOUT_S = 1.0
 LOCKSTEP_BOUND_MS = 20_000.0
-"""In lockstep lateness is modelled; this wall bound only fails a stuck run."""
+"""In lockstep lateness is modelled; this wall bound only fails a stuck run. No deadline is longer."""
+QUERY_TIMEOUT_S = LOCKSTEP_BOUND_MS / 1e3 + LATE_GRACE_S
 DEFAULT_MODELLED_MS = 4.0
 
 _CALLER = uuid.uuid4().hex[:12]
@@ -52,6 +54,7 @@ class _Pending:
         "sent_ns",
         "server",
         "tool",
+        "until_s",
     )
 
     def __init__(
@@ -64,6 +67,7 @@ class _Pending:
         self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
         self.sent_ns = time.time_ns()
         self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
+        self.until_s = time.monotonic() + deadline_ms / 1e3  # the same for our own wait, whatever becomes of the clock
         self.ended = ended
         self.reply: Reply | None = None
         self.done = False
@@ -168,11 +172,11 @@ class ToolClient:
             if reply is None:
                 on_end()
             elif reply.payload is not None:
-                self._learn(reply.payload)
+                self._learn(reply.key, reply.payload)
 
         self._bus.get(key, on_reply, timeout_s=timeout_s)
 
-    def _learn(self, payload: bytes) -> None:
+    def _learn(self, key: str, payload: bytes) -> None:
         try:
             catalogue = _CATALOGUE.decode(payload)
         except MALFORMED as error:
@@ -181,13 +185,27 @@ class ToolClient:
         if catalogue.proto_major != PROTO_VERSION[0]:
             self._logger.warning("server %s speaks another message version and is ignored", catalogue.server)
             return
+        if key.split("/")[-2:] != ["tool", catalogue.server]:
+            self._logger.warning("a catalogue under %s says that it is %s's and is ignored", key, catalogue.server)
+            return
         with self._lock:
             for entry in catalogue.tools:
-                known = self._tools.get(entry.name)
-                if entry.meta.server != catalogue.server or (known and known.meta.server != catalogue.server):
-                    self._logger.warning("tool %s of %s is ignored: the name is taken", entry.name, catalogue.server)
-                    continue
-                self._tools[entry.name] = entry
+                if self._may_offer(entry, catalogue.server):
+                    self._tools[entry.name] = entry
+                else:
+                    self._logger.warning(
+                        "tool %r of %r is ignored: the name is taken, or is none", entry.name, catalogue.server
+                    )
+
+    def _may_offer(self, entry: ToolEntry, server: str) -> bool:
+        """Whether it is the server's own, and both names can stand in a key: a call must not fail over them."""
+        own = entry.meta.server == server == self._owner(entry.name, server)
+        return own and is_chunk(entry.name) and is_chunk(server)
+
+    def _owner(self, tool: str, server: str) -> str:
+        """Whose a name is: the service's that the table gives it to, else the first server's that offered it."""
+        known = self._tools.get(tool)
+        return OWNERS.get(tool, known.meta.server if known else server)
 
     def _start(
         self,
@@ -232,7 +250,7 @@ class ToolClient:
             entry = self._rediscover().get(tool)
         if entry is None:
             return None
-        querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), 10.0 + LATE_GRACE_S)
+        querier = self._bus.querier(tool_key(self._vehicle, entry.meta.server, tool), QUERY_TIMEOUT_S)
         self._queriers[tool] = (entry.meta.server, querier)
         return self._queriers[tool]
 
@@ -262,7 +280,7 @@ class ToolClient:
     def _collect(self, pending: _Pending) -> Outcome:
         while not pending.finished():
             try:  # a token for each of the batch's calls that has ended, whichever it was
-                pending.ended.get(timeout=max(0.0, (pending.deadline_ns - time.time_ns()) / 1e9))
+                pending.ended.get(timeout=max(0.0, pending.until_s - time.monotonic()))
             except Empty:
                 break
         done, pending.collected = pending.done, True

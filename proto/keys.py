@@ -11,9 +11,14 @@ _CHUNK = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 @lru_cache(maxsize=1024)
 def chunk(text: str) -> str:
     """`text` if it can stand as one chunk of a key expression; ValueError on wildcards, slashes, excess length."""
-    if _CHUNK.fullmatch(text) is None:
+    if not is_chunk(text):
         raise ValueError(f"{text[:80]!r} is not a name: 1 to 64 of letters, digits, '_', '.', '-'")
     return text
+
+
+def is_chunk(text: str) -> bool:
+    """Whether it can stand as one chunk of a key expression."""
+    return _CHUNK.fullmatch(text) is not None
 
 
 def topic_key(vehicle: str, topic: Topic, id: str | None = None) -> str:  # type: ignore[type-arg]

@@ -97,3 +97,5 @@ SERVICES: tuple[ServiceRow, ...] = (
     ServiceRow(name="gateway", extra="gateway", calls=("*",), step_order=80, start_order=2),
 )
 BY_NAME = {row.name: row for row in SERVICES}
+OWNERS: Mapping[str, str] = MappingProxyType({tool: row.name for row in SERVICES for tool in row.tools})
+"""The service that alone may offer each tool of the table."""

@@ -10,6 +10,7 @@ from drivemcp.client import join
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from drivemcp.numbers import number
+from drivemcp.toolclient import LOCKSTEP_BOUND_MS
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -22,7 +23,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     call = actions.add_parser("call", help="call one tool and print its result")
     call.add_argument("tool")
     call.add_argument("arguments", nargs="?", default="{}", help="JSON object, for example '{\"duration_s\": 1}'")
-    call.add_argument("--deadline-ms", type=number(1.0, 600_000.0), default=5000.0)
+    call.add_argument("--deadline-ms", type=number(1.0, LOCKSTEP_BOUND_MS), default=5000.0)
     call.set_defaults(run=call_tool)
     for sub in (listing, call):
         sub.add_argument("--connect", metavar="ENDPOINT")

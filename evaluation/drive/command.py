@@ -6,7 +6,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from services.logger.commands import broken_links
 from services.logger.verify import verify
 
 LIVE_PERIOD_S = 0.25
-END_GRACE_S = 3.0
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -96,7 +97,7 @@ def command(flags: argparse.Namespace) -> int:
     source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
     if flags.fault:
         source["faults"] = flags.fault
-    return drive(flags, name, "simulator", source, flags.seconds, lockstep=flags.lockstep)[0]
+    return drive(flags, name, "simulator", source, lockstep=flags.lockstep)[0]
 
 
 def drive(
@@ -104,23 +105,29 @@ def drive(
     name: str,
     source: str,
     source_settings: dict[str, Any],
-    seconds: float,
     *,
     lockstep: bool,
 ) -> tuple[int, Path]:
-    """Start, watch, stop, sum up, verify. The status (0: well; 1: the log does not verify) and the drive's folder."""
+    """Start, watch, stop, sum up, verify. The status (0: well; 1: no log that verifies, or no drive to its end) and the folder."""
     stop = threading.Event()
-    previous = [signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)]
+    with _heeding_signals(stop):
+        return _drive(flags, name, source, source_settings, lockstep, stop)
+
+
+@contextmanager
+def _heeding_signals(stop: threading.Event) -> Iterator[None]:
+    """Ctrl-C, SIGTERM and a terminal that closes set `stop`. Under nohup the last stays ignored."""
+    heeded = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN or number != signal.SIGHUP]
+    previous = [(number, signal.signal(number, lambda *_: stop.set())) for number in heeded]
     try:
-        return _drive(flags, name, source, source_settings, seconds, lockstep, stop)
+        yield
     finally:
-        for number, handler in zip((signal.SIGINT, signal.SIGTERM), previous, strict=True):
+        for number, handler in previous:
             signal.signal(number, handler)
 
 
 def _drive(
-    flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], seconds: float, lockstep: bool,
-    stop: threading.Event,
+    flags: argparse.Namespace, name: str, source: str, source_settings: dict[str, Any], lockstep: bool, stop: threading.Event,
 ) -> tuple[int, Path]:  # fmt: skip
     screen = Screen()
     settings = settings_of(flags.set)
@@ -139,13 +146,13 @@ def _drive(
     )  # fmt: skip
     tally, corrupted = Tally(), CorruptionLog(Path(plan.folder)) if plan.hosts else None
     screen.say(f"starting the stack in {plan.folder}")
-    with Stack(plan, screen.say) as stack:
+    with Stack(plan, screen.say, stop) as stack:
         node = stack.start()
         follow(node, tally)
         if corrupted is not None:
             corrupted.follow(node)
         if not stop.is_set():
-            _watch(stack, tally, screen, seconds, stop, keep=flags.keep)
+            _watch(stack, tally, screen, stop, keep=flags.keep)
         restarts = stack.restarts()
     logs = _logs_of(Path(plan.folder))
     verified, complaint = _verify(logs)
@@ -171,7 +178,7 @@ def follow(node: Node, tally: Tally) -> None:
     node.subscribe(topics.SCENARIO, lambda message, _: tally.add_scenario(message))
 
 
-def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: threading.Event, *, keep: bool) -> None:
+def _watch(stack: Stack, tally: Tally, screen: "Screen", stop: threading.Event, *, keep: bool) -> None:
     stack.wait_for_source()
     viewer, gateway = "", ""
     ended_s: float | None = None
@@ -187,8 +194,7 @@ def _watch(stack: Stack, tally: Tally, screen: "Screen", seconds: float, stop: t
             screen.say(spoken_line(*said))
             told += 1
         screen.live(live_line(tally, screen.width()))
-        finished = tally.scenario is not None and tally.scenario.finished
-        if finished and ended_s is None:
+        if tally.ended and ended_s is None:
             ended_s = time.monotonic()
         if ended_s is not None and not keep and time.monotonic() - ended_s > 0.5:
             break
@@ -227,11 +233,17 @@ def time_left(done: int, total: int, began_s: float) -> str:
     return f"about {f'{hours} h {minutes:.0f} min' if hours else f'{minutes:.1f} min'} left"
 
 
+def _to_terminal(text: str) -> None:
+    with suppress(OSError):  # a terminal that was closed; what there is to end is ended all the same
+        sys.stderr.write(text)
+        sys.stderr.flush()
+
+
 class Screen:
     """A live line that is redrawn on a terminal, and printed now and then elsewhere."""
 
     def __init__(self, write: Callable[[str], object] | None = None) -> None:
-        self._write = write if write is not None else sys.stderr.write
+        self._write = write if write is not None else _to_terminal
         self._tty = sys.stderr.isatty()
         self._last_s = 0.0
         self._drawn = 0
@@ -242,7 +254,6 @@ class Screen:
         with self._lock:
             self._clear()
             self._write(text + "\n")
-            sys.stderr.flush()
 
     def live(self, text: str) -> None:
         """The live line."""
@@ -255,7 +266,6 @@ class Screen:
             elif now_s - self._last_s >= 5.0:
                 self._last_s = now_s
                 self._write(text + "\n")
-            sys.stderr.flush()
 
     def width(self) -> int:
         """Columns that a line may take."""

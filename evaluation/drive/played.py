@@ -45,7 +45,7 @@ def play(flags: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="drivemcp-") as folder:
         if speed is not None:
             flags.set = [*_can_settings(Path(folder), speed, flags), *flags.set]
-        status, drive_folder = drive(flags, name, "player", settings, flags.seconds, lockstep=False)
+        status, drive_folder = drive(flags, name, "player", settings, lockstep=False)
     if flags.render:
         frames = render_video(sorted((drive_folder / "logs").glob("*.mcap")), Path(flags.render))
         sys.stderr.write(f"{frames} pictures rendered into {flags.render}\n")

@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -43,15 +44,16 @@ class StackPlan(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Stack:
-    """Started by `with`; ended, whatever happens, at its end."""
+    """Started by `with`; ended, whatever happens, at its end. `interrupted` ends the waits of its start: KeyboardInterrupt."""
 
-    def __init__(self, plan: StackPlan, say: Callable[[str], None]) -> None:
+    def __init__(self, plan: StackPlan, say: Callable[[str], None], interrupted: threading.Event | None = None) -> None:
         self._plan = plan
+        self._interrupted = interrupted or threading.Event()
         self._say = say
         self.vehicle = plan.vehicle or f"car-{secrets.token_hex(3)}"
         self.endpoint = f"tcp/127.0.0.1:{plan.port or free_port()}"
         self.folder = Path(plan.folder).resolve()
-        self.supervisor = Supervisor(self.folder, say)
+        self.supervisor = Supervisor(self.folder, say, self._interrupted)
         self._bus_config = BusConfig(connect=(self.endpoint,))
         self._session: Bus | None = None
         self.node: Node | None = None
@@ -118,6 +120,8 @@ class Stack:
     def _join(self) -> Node:
         deadline_s = time.monotonic() + 15.0
         while self._session is None:
+            if self._interrupted.is_set():
+                raise KeyboardInterrupt
             try:
                 self._session = open_bus(msgspec.structs.replace(self._bus_config, connect_timeout_s=2.0))
             except BusError:

@@ -95,6 +95,11 @@ class Tally:
             return self.truth.time_s
         return self.scenario.time_s if self.scenario is not None else 0.0
 
+    @property
+    def ended(self) -> bool:
+        """Whether the drive is over: at its end, or before its time."""
+        return self.scenario is not None and (self.scenario.finished or bool(self.scenario.problem))
+
     def add_truth(self, truth: Truth) -> None:
         """One instant of the simulator's truth."""
         self.truth = truth

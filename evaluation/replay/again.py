@@ -10,6 +10,7 @@ from typing import Literal
 
 import msgspec
 
+from drivemcp.errors import UserError
 from evaluation.replay.at_hand import AtHand, UnknownProfile
 from evaluation.replay.differences import Difference, differences
 from proto.decision import TraceRecord
@@ -36,7 +37,7 @@ class Again(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def decide_again(traces: Iterable[TraceRecord], at_hand: AtHand = SHIPPED) -> Iterator[Again]:
-    """Every tick, in order."""
+    """Every tick, in order. Raises UserError for a whole state that does not fit."""
     before: State | None = None
     last: int | None = None
     for trace in traces:
@@ -53,11 +54,11 @@ def _orchestrator(before: State | None, trace: TraceRecord) -> tuple[Again, Stat
     """This tick again, and the state to go on from."""
     if before is None:
         why = "the orchestrator's state before it is not in the log"
-        return Again(tick=trace.tick, status="undecidable", why=why), state_of(trace)
+        return Again(tick=trace.tick, status="undecidable", why=why), known_state(trace)
     try:
         again = redecide(before, trace)
     except msgspec.ValidationError as error:
-        return Again(tick=trace.tick, status="undecidable", why=f"its inputs do not fit: {error}"), state_of(trace)
+        return Again(tick=trace.tick, status="undecidable", why=f"its inputs do not fit: {error}"), known_state(trace)
     if not again.differences:
         return Again(tick=trace.tick, status="identical"), again.ticked.state
     ticked = again.ticked
@@ -77,7 +78,15 @@ def _orchestrator(before: State | None, trace: TraceRecord) -> tuple[Again, Stat
     found = tuple(one for name, logged, new in pairs for one in differences(name, logged, new))
     # go on from the logged state where there is one, so that one difference is not told of every later tick
     named = found or tuple(Difference(field=name, logged="", again="otherwise") for name in again.differences)
-    return Again(tick=trace.tick, status="different", differences=named), state_of(trace)
+    return Again(tick=trace.tick, status="different", differences=named), known_state(trace)
+
+
+def known_state(trace: TraceRecord) -> State | None:
+    """The whole state after a tick whose trace carries it. Raises UserError where it does not fit."""
+    try:
+        return state_of(trace)
+    except msgspec.ValidationError as error:
+        raise UserError(f"the state of tick {trace.tick} does not fit this version: {error}") from None
 
 
 def _arbiter(trace: TraceRecord, at_hand: AtHand) -> Again:

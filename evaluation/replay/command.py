@@ -17,6 +17,7 @@ from evaluation.replay.at_hand import AtHand, UnknownProfile
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, Otherwise, otherwise
 from proto.decision import TraceRecord
+from services.logger.commands import broken_links, gone_files
 from services.logger.files import named
 from services.logger.verify import verify
 from services.rules.book import RuleBook, load_book
@@ -63,8 +64,12 @@ def command(flags: argparse.Namespace) -> int:
     paths, others, at_hand = named(flags.files), named(flags.against), AtHand(flags.profile)
     change = _change(flags)
     if change != Change():
+        if others:
+            raise UserError("--against compares two drives as they were; it takes no --mu, --delta or --rulepack")
         return _suppose(traces(paths), change, at_hand, flags)
-    unsound = [path for path in (*paths, *others) if not _sound(path)]  # each is told
+    unsound = [*_unsound(paths, flags.files), *_unsound(others, flags.against)]
+    for complaint in unsound:
+        sys.stderr.write(f"drivemcp: {complaint}\n")
     ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths), at_hand))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
@@ -80,12 +85,11 @@ def command(flags: argparse.Namespace) -> int:
     return int(counts["different"] > 0 or counts["identical"] == 0 or bool(unsound))
 
 
-def _sound(path: Path) -> bool:
-    """Whether the log is as it was written; what is decided from a log that is not proves nothing."""
-    report = verify(path)
-    if not report.intact:
-        sys.stderr.write(f"drivemcp: {path} is not as it was written: {report.first_bad}\n")
-    return report.intact
+def _unsound(paths: list[Path], given: list[str]) -> list[str]:
+    """Where a drive's log is not as it was written; what is decided from one that is not proves nothing."""
+    reports = [verify(path) for path in paths]
+    changed = [f"{one.file} is not as it was written: {one.first_bad}" for one in reports if not one.intact]
+    return [*changed, *broken_links(reports), *gone_files(given)]
 
 
 def _differing(ticks: Iterable[Again]) -> list[Again]:

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
-from evaluation.replay.again import LOCAL, SHIPPED
+from drivemcp.errors import UserError
+from evaluation.replay.again import LOCAL, SHIPPED, known_state
 from evaluation.replay.at_hand import AtHand
 from evaluation.replay.differences import Difference, differences
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
@@ -21,7 +22,7 @@ from services.orchestrator.ask import Recorded
 from services.orchestrator.inputs import Observations
 from services.orchestrator.routing import Call
 from services.orchestrator.state import State
-from services.orchestrator.tick import Ticked, state_of, tick
+from services.orchestrator.tick import Ticked, tick
 from services.rules.book import RuleBook
 from services.rules.limit_answer import applicable_limit
 
@@ -95,7 +96,10 @@ def _as_sure(answer: RulesAnswer, logged: RulesAnswer) -> RulesAnswer:
 
 
 def otherwise(traces: Iterable[TraceRecord], change: Change, at_hand: AtHand = SHIPPED) -> Iterator[Otherwise]:
-    """Every tick under the supposition. Ticks before the first known state are passed over. Raises UnknownProfile."""
+    """Every tick under the supposition. Ticks before the first known state are passed over.
+
+    Raises UnknownProfile, and UserError for a tick whose state, inputs or answers do not fit.
+    """
     state: State | None = None
     arbiter_state: ArbiterState | None = None
     last: int | None = None
@@ -105,13 +109,20 @@ def otherwise(traces: Iterable[TraceRecord], change: Change, at_hand: AtHand = S
         elif last is None or trace.tick != last + 1:
             state, arbiter_state = None, None
         if state is None:
-            state = state_of(trace)
+            state = known_state(trace)
         else:
             ask = _Supposed(trace, change, arbiter_state, at_hand)
-            ticked = tick(state, msgspec.convert(trace.inputs, Observations), ask)
+            ticked = _ticked(state, trace, ask)
             yield _compared(trace, ticked)
             state, arbiter_state = ticked.state, ask.arbiter_state
         last = trace.tick
+
+
+def _ticked(state: State, trace: TraceRecord, ask: _Supposed) -> Ticked:
+    try:
+        return tick(state, msgspec.convert(trace.inputs, Observations), ask)
+    except msgspec.ValidationError as error:
+        raise UserError(f"inputs or answers of tick {trace.tick} do not fit this version: {error}") from None
 
 
 def _compared(trace: TraceRecord, ticked: Ticked) -> Otherwise:

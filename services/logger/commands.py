@@ -5,21 +5,23 @@ import itertools
 import re
 import sqlite3
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import msgspec
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import number
 from services.logger import chain, files, signing
-from services.logger.memory import kept_head
+from services.logger.memory import kept_files, kept_head
 from services.logger.report import UNSEALED, Report
 from services.logger.verify import verify
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
+T = TypeVar("T")
 _HEX = re.compile(r"[0-9a-fA-F]{64}")
 """A public key, or a head."""
 
@@ -31,7 +33,8 @@ def audit(subparsers: "Subparsers") -> None:
     check = kinds.add_parser(
         "verify",
         help="verify log files; names the first changed, dropped, inserted or reordered record",
-        description="Several files are also checked to continue each other, in the order given. "
+        description="Several files are also checked to continue each other, in the order given; "
+        "of a folder also that no file is gone that the drive's memory knows. "
         "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, or nothing verifies, "
         "2 cannot be read.",
     )
@@ -54,7 +57,7 @@ def _verify(flags: argparse.Namespace) -> int:
     for path in paths:
         expected = last_head if path == paths[-1] else ""
         reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
-    broken = broken_links(reports)
+    broken = [*broken_links(reports), *gone_files(flags.files, flags.memory)]
     if flags.json:
         sys.stdout.write(msgspec.json.encode({"files": reports, "continuity": broken}).decode() + "\n")
     else:
@@ -98,6 +101,18 @@ def broken_links(reports: Sequence[Report]) -> list[str]:
     return broken
 
 
+def gone_files(names: Sequence[str], memory: str | None = None) -> list[str]:
+    """The logs that memory keeps a head of and that are not in their folder any more; of the folders that were named."""
+    there = {path.name for path in files.named(names)}
+    folders = dict.fromkeys(path.parent for one in names if Path(one).is_dir() for path in files.named([one]))
+    return [
+        f"{folder / name} is gone: memory keeps a head of it"
+        for folder in folders
+        for name in sorted(_ask_memory(folder, memory, kept_files, frozenset[str]()) - there)
+        if not (folder / name).exists()  # else it began just now
+    ]
+
+
 def _public_key(given: str | None) -> str:
     """The key as hex, from itself or from a file; empty where none was given."""
     if given is None:
@@ -127,18 +142,22 @@ def _head(given: str | None) -> str:
 
 def _kept_head(path: Path, memory: str | None) -> str:
     """The newest head that memory keeps of a file; empty where there is no memory."""
-    database = Path(memory) if memory else path.resolve().parent.parent / "memory.sqlite"
+    return _ask_memory(path.resolve().parent, memory, lambda database: kept_head(database, path.name), "")
+
+
+def _ask_memory(folder: Path, memory: str | None, question: Callable[[Path], T], otherwise: T) -> T:
+    """What the memory that was named, or that lies beside a folder of logs, answers. Raises UserError for one that was named."""
+    database = Path(memory) if memory else folder.resolve().parent / "memory.sqlite"
     if not database.is_file():
         if memory:
             raise UserError(f"no such file: {memory}")
-        return ""
+        return otherwise
     try:
-        head = kept_head(database, path.name)
+        return question(database)
     except sqlite3.Error as error:
         if memory:
             raise UserError(f"{database} cannot be read: {error}") from None
-        return ""
-    return head
+        return otherwise
 
 
 def view(subparsers: "Subparsers") -> None:
@@ -153,7 +172,7 @@ def view(subparsers: "Subparsers") -> None:
     )
     parser.add_argument("--port", type=port, default=0, help="port of the page; a free one by default")
     parser.add_argument(
-        "--image-hz", type=float, default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
+        "--image-hz", type=number(0.0, 1000.0), default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
     )
     parser.set_defaults(run=_view)
 
@@ -173,10 +192,10 @@ def _view(flags: argparse.Namespace) -> int:
 
 def port(given: str) -> int:
     """The port that was given; argparse tells a wrong one by this name."""
-    number = int(given)
-    if not 0 <= number <= 65535:
-        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {number}")
-    return number
+    value = int(given)
+    if not 0 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {value}")
+    return value
 
 
 def _say(text: str) -> None:

@@ -88,8 +88,8 @@ def _signed_head(stored: bytes, public_key: str) -> str:
     return record.head if holds else ""
 
 
-def retire(directory: Path, keep: Retention, *, now_s: float, spare: str, gone: Callable[[Path], None]) -> None:
-    """Deletes the oldest files beyond what is to be kept, never `spare`, and tells of each. Raises OSError."""
+def retire(directory: Path, keep: Retention, *, now_s: float, spare: str, going: Callable[[Path], None]) -> None:
+    """Deletes the oldest files beyond what is to be kept, never `spare`; tells of each before. Raises OSError."""
     found = [path for path in logs(directory) if path.name != spare]
     total = sum(path.stat().st_size for path in logs(directory))
     for path in found:
@@ -98,5 +98,5 @@ def retire(directory: Path, keep: Retention, *, now_s: float, spare: str, gone: 
         if not old and not (keep.max_total_mb > 0 and total > keep.max_total_mb * 1e6):
             continue
         total -= status.st_size
+        going(path)  # before: a file that memory knows and that is not there counts as taken away
         path.unlink()
-        gone(path)

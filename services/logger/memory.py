@@ -184,7 +184,7 @@ class MemoryStore:
         return tuple(_trace_row(row) for row in rows)
 
     def forget_file(self, file: str) -> None:
-        """A log file was retired: its heads and the index of its traces go with it."""
+        """A log file is retired: its heads and the index of its traces go with it."""
         with self._lock, self._db:
             self._db.execute("DELETE FROM heads WHERE file = ?", (file,))
             self._db.execute("DELETE FROM traces WHERE file = ?", (file,))
@@ -229,6 +229,16 @@ def _trace_row(row: tuple[Any, ...]) -> TraceRow:
 
 def kept_head(database: Path, file: str) -> str:
     """The newest head of a log file that a memory keeps, read without touching it; empty without one. Raises sqlite3.Error."""
-    with closing(sqlite3.connect(f"file:{quote(str(database))}?mode=ro", uri=True, timeout=2.0)) as db:
+    with closing(_read_only(database)) as db:
         row = db.execute("SELECT head FROM heads WHERE file = ? ORDER BY n DESC LIMIT 1", (file,)).fetchone()
     return str(row[0]) if row else ""
+
+
+def kept_files(database: Path) -> frozenset[str]:
+    """The log files that a memory keeps heads of, read without touching it. Raises sqlite3.Error."""
+    with closing(_read_only(database)) as db:
+        return frozenset(str(name) for (name,) in db.execute("SELECT DISTINCT file FROM heads"))
+
+
+def _read_only(database: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"file:{quote(str(database))}?mode=ro", uri=True, timeout=2.0)

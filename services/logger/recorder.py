@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from drivemcp.received import decode
 from proto import topics
 from proto.decision import TraceRecord
@@ -63,7 +64,7 @@ class Recorder:
             made = record(
                 topic, message, payload, name=name, sequence=sequence, stamp_ns=written_ns, log_time_ns=now_ns
             )
-        except (msgspec.MsgspecError, ValueError) as error:
+        except (*MALFORMED, ValueError) as error:
             self._told(self.malformed, name, f"message {sequence} does not fit its topic and is not logged: {error}")
             return
         if written_ns != stamp_ns:
@@ -99,7 +100,7 @@ class Recorder:
         self._warn(text)
 
     def retired(self, path: Path) -> None:
-        """A log file was deleted to keep the bounds."""
+        """A log file is about to be deleted to keep the bounds."""
         self._warn(f"retired {path.name}: the bounds of retention are reached")
         if self._memory is not None:
             try:

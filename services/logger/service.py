@@ -26,6 +26,9 @@ from services.logger.view.settings import Said, ViewSettings
 from services.logger.writer import LogWriter, WriterSettings
 
 T = TypeVar("T")
+# both bounds, so that no NaN gets through
+Around = Annotated[float, msgspec.Meta(ge=0.0, le=600.0)]
+Bound = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 
 
 class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -35,17 +38,17 @@ class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
     secret_dir: str = ""
     memory_file: str = ""
     pictures: Pictures = "all"
-    pictures_before_s: float = 5.0
-    pictures_after_s: float = 5.0
-    flush_ms: float = 100.0
+    pictures_before_s: Around = 5.0
+    pictures_after_s: Around = 5.0
+    flush_ms: Annotated[float, msgspec.Meta(ge=1.0, le=60_000.0)] = 100.0
     """At most 100 counts; a flush is half of what a kill -9 may cost."""
-    fsync_s: float = 1.0
+    fsync_s: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 1.0
     """How much a loss of power may cost; a kill of the process does not wait for it."""
-    max_file_mb: float = 512.0
-    max_file_s: float = 3600.0
-    max_total_mb: float = 20_000.0
-    max_age_days: float = 0.0
-    queue_mb: float = 64.0
+    max_file_mb: Annotated[float, msgspec.Meta(ge=0.01, le=1e6)] = 512.0
+    max_file_s: Annotated[float, msgspec.Meta(ge=1.0, le=1e8)] = 3600.0
+    max_total_mb: Bound = 20_000.0
+    max_age_days: Bound = 0.0
+    queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=65_536.0)] = 64.0
     view: ViewSettings = ViewSettings()
 
 
@@ -183,6 +186,8 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
 def _close(
     node: Node, recorder: Recorder, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None
 ) -> None:
+    if node.unhandled:
+        writer.missed(node.unhandled, "the logger was ended before it had taken them in")
     if not writer.close():
         node.log.error("the log was not closed in order: %s", writer.tally.trouble or "the disk is too slow")
     if view is not None:

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import tempfile
 from pathlib import Path
 
 from cryptography.exceptions import InvalidSignature
@@ -60,14 +61,14 @@ def _make(directory: Path) -> None:
     directory.mkdir(parents=True, exist_ok=True, mode=0o700)
     key = Ed25519PrivateKey.generate()
     pem = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
-    scratch = directory / f".{PRIVATE_NAME}.{os.getpid()}"
-    with os.fdopen(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(pem)
+    number, scratch = tempfile.mkstemp(prefix=f".{PRIVATE_NAME}.", dir=directory)  # mode 0600
     try:
+        with os.fdopen(number, "wb") as file:
+            file.write(pem)
         os.link(scratch, directory / PRIVATE_NAME)  # first of two that start at once wins; the other reads its key
     except FileExistsError:
         pass
     else:
         (directory / PUBLIC_NAME).write_text(Signer(key).public_hex + "\n", encoding="ascii")
     finally:
-        scratch.unlink()
+        os.unlink(scratch)

@@ -169,7 +169,6 @@ class Walk:
         record, body = self._vouched(pending, read)
         for part in (*pending, read):
             self._contents.add(part.group)
-            self._learn_topics(part.payload.records)
         self._messages, self._n, self._head, self._key_id = body.messages, self._n + 1, record.head, record.key_id
         self._span_start, self._closing = read.start, body.closed
         self._seen_expected = self._seen_expected or record.head == self._expected_head
@@ -180,6 +179,7 @@ class Walk:
         self._position(body, read.start)
         self._compare(body.entries, pending, at=read.start)
         self._span(pending, body, at=read.start)
+        self._message_head(pending, read, body)
         counted = self._messages + sum(entry.opcode == Opcode.MESSAGE for entry in body.entries)
         if body.messages != counted:
             self._chain_record("changed", read.start, "its count of messages is wrong")
@@ -202,6 +202,15 @@ class Walk:
                 self._damaged(0, "the file's opening is not as it was written")
             self._chain_record("changed", read.start, "its signature is not the log's key's")
         return record, body
+
+    def _message_head(self, pending: list[_Read], read: _Read, body: chain.ChainBody) -> None:
+        """What stands before its text, outside its signature: the chain's channel, its number, and twice one time."""
+        for part in pending:
+            self._learn_topics(part.payload.records)
+        head = container.MESSAGE_HEAD.unpack_from(read.payload.records[0].content)
+        channel, sequence, logged_ns, published_ns = head
+        if (self._topics.get(channel), sequence, published_ns) != (chain.TOPIC, body.n & 0xFFFFFFFF, logged_ns):
+            self._chain_record("changed", read.start, "its channel, number or times are not a chain record's")
 
     def _position(self, body: chain.ChainBody, at: int) -> None:
         """The chain record is the one that comes next."""

@@ -58,7 +58,7 @@ class Listener(Protocol):
         """Writing fails, or works again."""
 
     def retired(self, path: Path) -> None:
-        """An old file was deleted."""
+        """An old file is about to be deleted."""
 
 
 class LogWriter:
@@ -102,6 +102,12 @@ class LogWriter:
                 return
             self._waiting.append(record)
             self._waiting_bytes += len(record.data)
+
+    def missed(self, count: int, reason: str) -> None:
+        """Counts messages that never came to be records, and leaves a gap."""
+        with self._lock:
+            self.tally.lost += count
+            self._gap = _widened(self._gap, self._now_ns(), reason, count)
 
     def close(self, timeout_s: float = 5.0) -> bool:
         """Writes what waits, closes the file in order; whether that was done in time."""
@@ -244,7 +250,7 @@ class LogWriter:
 
     def _retire(self, spare: str) -> None:
         keep, directory = self._settings.retention, self._settings.directory
-        files.retire(directory, keep, now_s=time.time(), spare=spare, gone=self._listener.retired)
+        files.retire(directory, keep, now_s=time.time(), spare=spare, going=self._listener.retired)
 
     def _finish(self) -> None:
         """Closes the file in order; the next begins from its head. A file that cannot be closed stays unclosed."""
@@ -274,8 +280,8 @@ def _batches(records: list[Record]) -> Iterator[list[Record]]:
         yield batch
 
 
-def _widened(gap: Gap | None, now_ns: int, reason: str) -> Gap:
+def _widened(gap: Gap | None, now_ns: int, reason: str, count: int = 1) -> Gap:
     now_ns = writable_ns(now_ns)
     if gap is None:
-        return Gap(lost=1, from_ns=now_ns, until_ns=now_ns, reason=reason)
-    return msgspec.structs.replace(gap, lost=gap.lost + 1, until_ns=max(gap.until_ns, now_ns))
+        return Gap(lost=count, from_ns=now_ns, until_ns=now_ns, reason=reason)
+    return msgspec.structs.replace(gap, lost=gap.lost + count, until_ns=max(gap.until_ns, now_ns))

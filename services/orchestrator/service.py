@@ -143,7 +143,9 @@ class Orchestrator:
     def watch(self) -> None:
         """Tick over where sensors fall silent."""
         now_ns = self._node.clock.now_ns()
-        began_ns = self._began_ns = self._began_ns or now_ns
+        began_ns = self._began_ns = min(self._began_ns or now_ns, now_ns)  # a clock may have been stepped back
+        if self._ticked_ns is not None:
+            self._ticked_ns = min(self._ticked_ns, now_ns)
         waited_s = (now_ns - (self._ticked_ns or began_ns)) / 1e9
         if waited_s >= (self._config.start_s if self._ticked_ns is None else self._config.silence_s):
             self.tick("watchdog")

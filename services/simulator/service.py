@@ -24,6 +24,7 @@ from services.simulator.studio import Studio, StudioError
 STATE_PERIOD_S = 0.5
 LONGEST_S = 3600.0
 BROKE_OFF = "the drive broke off; the service's log says why"
+NEVER_BEGAN = "the drive could not begin; the service's log says why"
 
 
 class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -86,13 +87,25 @@ class Simulator:
             self._starting.start()
 
     def _prepare(self, scenario: Scenario, seed: int, seconds: float, wanted: int) -> None:
-        session = self._session(scenario, seed, seconds)
         try:
-            studio = self._open_studio(session, seed)
+            self._set_off(scenario, seed, seconds, wanted)
         except StudioError as error:
-            self.problem = str(error)
             self._node.log.error("no pictures: %s", error)
-            return
+            self._give_up(wanted, str(error))
+        except Exception:  # whatever it is, who waits for the drive is told that none comes
+            self._node.log.exception("the drive cannot begin")
+            self._give_up(wanted, NEVER_BEGAN)
+
+    def _give_up(self, wanted: int, why: str) -> None:
+        with self._lock:
+            if wanted != self._wanted:
+                return  # another drive was asked for since
+            self._drive, self.problem = None, why
+        self._node.run_soon(self.report)  # at once: in lockstep no timer fires before the first step
+
+    def _set_off(self, scenario: Scenario, seed: int, seconds: float, wanted: int) -> None:
+        session = self._session(scenario, seed, seconds)
+        studio = self._open_studio(session, seed)
         with self._lock:
             if wanted != self._wanted or self._stop.is_set():
                 return
@@ -215,7 +228,9 @@ class Simulator:
             told = ScenarioState(scenario=name, seed=self._config.seed, time_s=0.0, duration_s=0.0, running=False)
         else:
             told = drive.session.scenario_state(drive.session.world.time_s)
-        return msgspec.structs.replace(told, problem=self.problem)
+        if not self.problem:
+            return told
+        return msgspec.structs.replace(told, running=False, finished=True, problem=self.problem)
 
     def report(self) -> None:
         """Publish the state where no step does: before the start, and after the end."""

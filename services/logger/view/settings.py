@@ -1,9 +1,10 @@
 """What the live view is told, and what it says back; needs none of the view's packages."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
+Port = Annotated[int, msgspec.Meta(ge=0, le=65535)]
 Mode = Literal["off", "web", "file"]
 
 
@@ -12,11 +13,11 @@ class ViewSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     mode: Mode = "off"
     bind: str = "127.0.0.1"
-    port: int = 0
-    web_port: int = 0
-    image_hz: float = 5.0
-    """Pictures a second and camera; the log keeps them all."""
-    memory_mb: int = 200
+    port: Port = 0
+    web_port: Port = 0
+    image_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)] = 5.0
+    """Pictures a second and camera, 0: all; the log keeps them all."""
+    memory_mb: Annotated[int, msgspec.Meta(ge=1, le=65_536)] = 200
     """What the viewer's server keeps for pages opened late."""
     recording: str = ""
     """Also, or in mode `file` only, write this .rrd file."""

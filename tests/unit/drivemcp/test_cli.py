@@ -26,6 +26,8 @@ from drivemcp.cli import run
         (["grant", "--vehicle", "x"], "--key"),
         (["run", "can", "--config", "absent.toml"], "absent.toml"),
         (["run", "can", "--set", "no_such_key=1"], "no_such_key"),
+        (["run", "can", "--vehicle", "a/b"], "vehicle"),
+        (["tools", "list", "--connect", "tcp/127.0.0.1:1", "--vehicle", "a/b"], "--vehicle"),
     ],
 )
 def test_a_users_mistake_is_told_in_one_line_without_a_traceback(
@@ -97,3 +99,9 @@ def test_a_taken_port_is_told_in_one_line(capfd: pytest.CaptureFixture[str]) -> 
 
         assert main(["--listen", f"tcp/127.0.0.1:{taken.getsockname()[1]}"]) == 2
     assert "port" in capfd.readouterr().err
+
+
+def test_a_deadline_that_cannot_be_kept_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        run(["tools", "call", "x", "--deadline-ms", "20001"])
+    assert "no number from 1 to 20000" in capsys.readouterr().err

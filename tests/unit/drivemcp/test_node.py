@@ -2,19 +2,23 @@
 
 import sys
 import threading
+import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from subprocess import PIPE, Popen
+from types import SimpleNamespace
 
 import msgspec
 import pytest
 
-from drivemcp.bus import Query, open_bus, wait_settled
+from drivemcp.bus import Bus, Querier, Query, open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.supervisor import free_port
 from drivemcp.testing import TestBus, bus
+from drivemcp.toolclient import LATE_GRACE_S, LOCKSTEP_BOUND_MS
 from drivemcp.tooldef import define
 from proto import topics
 from proto.keys import alive_key, catalogue_key, tool_key
@@ -134,6 +138,35 @@ def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(
     assert answered.ok
 
 
+def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    wet_bus.call("how_wet", {"rain_mm_h": 1})
+    hour_ns = 3600 * 10**9
+    ahead = iter([hour_ns])  # as the call is sent; afterwards the clock is right
+
+    def stepped_ns() -> int:
+        return time.time_ns() + next(ahead, 0)
+
+    monkeypatch.setattr("drivemcp.toolclient.time", SimpleNamespace(time_ns=stepped_ns, monotonic=time.monotonic))
+    began_s = time.monotonic()
+    assert wet_bus.probe.call("hang", {}, deadline_ms=200.0).status == "timeout"
+    assert time.monotonic() - began_s < 5.0
+
+
+def test_the_bus_waits_for_an_answer_as_long_as_the_longest_deadline(
+    wet_bus: TestBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    querier, waits = Bus.querier, list[float]()
+
+    def watched(self: Bus, key: str, timeout_s: float) -> Querier:
+        waits.append(timeout_s)
+        return querier(self, key, timeout_s)
+
+    monkeypatch.setattr(Bus, "querier", watched)
+    assert wet_bus.call("how_wet", {"rain_mm_h": 1}).ok
+    assert waits
+    assert min(waits) >= LOCKSTEP_BOUND_MS / 1e3 + LATE_GRACE_S
+
+
 def test_bytes_beyond_all_use_are_an_outcome_and_no_exception() -> None:
     payloads = [b"[" * 100_000, b'{"structuredContent":%b}' % (b"[" * 90_000), b'{"structuredContent":{"a":' * 20_000]
     served = iter(payloads)
@@ -176,6 +209,64 @@ def test_a_server_whose_catalogue_was_lost_as_it_appeared_is_found_all_the_same(
     assert wait_settled(lambda: bool(asked), 10.0)
     assert wait_settled(lambda: caller.call("slow_start", {}, deadline_ms=1000).ok, 20.0)
     assert len(asked) > 2
+
+
+@pytest.mark.parametrize("name", ["../how_wet", "how wet", "*", "", "x" * 65])
+def test_a_tool_whose_name_can_be_no_key_is_ignored_and_calling_it_raises_nothing(name: str) -> None:
+    def lie() -> Wetness:
+        """Never runs."""
+        raise AssertionError
+
+    entry = msgspec.structs.replace(define(lie, server="liar", deadline_ms=40).entry, name=name)
+    with bus() as b:
+        key = catalogue_key(b.probe.config.vehicle, "liar")
+        offered = msgspec.json.encode(Catalogue(server="liar", tools=(entry,)))
+        b.session.serve(key, lambda query: query.answer(key, offered))
+        assert b.probe.client.discover() == {}
+        assert b.call(name).status == "unavailable"
+
+
+def _limits(kmh: int) -> Callable[[ServiceConfig, Node], None]:
+    def build(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=40)
+        def applicable_limit() -> dict[str, int]:
+            """A limit."""
+            return {"kmh": kmh}
+
+    return build
+
+
+def test_a_tool_of_the_table_is_its_services_alone_whoever_offers_one_first() -> None:
+    with bus() as b:
+        caller = b.node("caller")
+        caller.watch_services()
+        b.start(WET)
+        b.start(Service("expert", ServiceConfig, _limits(300)))
+        assert wait_settled(lambda: "how_wet" in caller.client.discover(), 10.0)
+        assert "applicable_limit" not in caller.client.discover()
+        b.start(Service("rules", ServiceConfig, _limits(50)))
+        assert wait_settled(lambda: "applicable_limit" in caller.catalogue(), 10.0)
+        assert b.call("applicable_limit", caller=caller).result == {"kmh": 50}
+
+
+def test_a_catalogue_that_is_another_servers_by_its_own_words_is_ignored() -> None:
+    def forged() -> Wetness:
+        """As if it were another's."""
+        raise AssertionError
+
+    def own() -> Wetness:
+        """The server's own."""
+        raise AssertionError
+
+    with bus() as b:
+        key = catalogue_key(b.probe.config.vehicle, "evil")
+        offers = iter(
+            Catalogue(server=server, tools=(define(tool, server=server, deadline_ms=40).entry,))
+            for server, tool in (("wet", forged), ("evil", own))
+        )
+        b.session.serve(key, lambda query: query.answer(key, msgspec.json.encode(next(offers))))
+        assert b.probe.client.discover() == {}
+        assert b.probe.client.discover().keys() == {"own"}
 
 
 def test_the_catalogue_has_schemas_and_the_capability_of_each_tool(wet_bus: TestBus) -> None:
@@ -226,6 +317,28 @@ def test_latest_and_health_follow_a_subscribed_topic() -> None:
         assert latest is not None
         assert latest.message == conditions
         assert b.probe.health(topics.CONDITIONS).ok
+
+
+def test_a_node_that_ends_handles_what_it_had_received() -> None:
+    heard: list[float | None] = []
+    busy, never = threading.Event(), threading.Event()
+
+    def behind(ego: Ego, _: object) -> None:
+        if not heard:
+            busy.set()
+            never.wait(0.3)  # long enough for the rest to be sent, and the end to begin
+        heard.append(ego.speed_mps)
+
+    with bus() as b:
+        node = b.node("slow")
+        node.subscribe(topics.EGO, behind)
+        sender = b.node("can")
+        for n in range(50):
+            sender.publish(topics.EGO, Ego(speed_mps=float(n)))
+        assert busy.wait(10.0)
+        node.close()
+        assert heard == [float(n) for n in range(50)]
+        assert node.unhandled == 0
 
 
 SERVER = """

@@ -13,7 +13,9 @@ from evaluation.replay.again import decide_again
 from evaluation.replay.log import traces
 from evaluation.replay.whatif import Change, otherwise
 from proto.decision import TraceRecord
+from proto.health import ChainHead
 from services.arbiter import profiles
+from services.logger.memory import MemoryStore
 from services.rules.book import load_book
 from tests.unit.evaluation.replay.drive import drive, write_log
 
@@ -141,6 +143,23 @@ def test_a_log_that_was_tampered_with_does_not_pass(log: Path, tmp_path: Path) -
     assert _run(str(tmp_path / "t.mcap")) == 1
 
 
+def test_a_drive_of_which_a_file_is_missing_does_not_pass(
+    recorded: list[TraceRecord], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    write_log(logs / "1.mcap", recorded[:40], tmp_path / "secrets")
+    assert _run(str(tmp_path)) == 0
+    memory = MemoryStore(tmp_path / "memory.sqlite")
+    memory.add_head(ChainHead(file="0.mcap", records=1, head_sha256="0" * 64), 1)
+    memory.close()
+    assert _run(str(tmp_path)) == 1
+    assert "0.mcap is gone" in capsys.readouterr().err
+    write_log(logs / "2.mcap", recorded[40:], tmp_path / "secrets")
+    assert _run(str(logs / "1.mcap"), str(logs / "2.mcap")) == 1
+    assert "does not go on from" in capsys.readouterr().err
+
+
 def test_other_packs_give_other_limits(log: Path) -> None:
     book, _ = load_book([data("rulepacks/GBR-v1")])
     ticks = list(otherwise(traces([log]), Change(book=book)))
@@ -181,12 +200,40 @@ def test_suppositions_are_told_in_words(log: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(
     "arguments",
-    [("none.mcap",), ("--mu", "-1", "LOG"), ("--delta", "9", "LOG"), ("--rulepack", "no-such", "LOG")],
+    [
+        ("none.mcap",),
+        ("--mu", "-1", "LOG"),
+        ("--delta", "9", "LOG"),
+        ("--rulepack", "no-such", "LOG"),
+        ("--mu", "0.5", "--against", "LOG", "LOG"),
+        ("--delta", "0.1", "--against", "LOG", "LOG"),
+        ("--rulepack", "DEU-v1", "--against", "LOG", "LOG"),
+    ],
 )
 def test_mistakes_are_told_in_one_line(log: Path, arguments: tuple[str, ...]) -> None:
     with pytest.raises(UserError) as told:
         _run(*(str(log) if argument == "LOG" else argument for argument in arguments))
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("supposed", [(), ("--mu", "0.5"), ("--delta", "0.1")])
+def test_a_state_that_does_not_fit_is_told_with_its_tick(
+    recorded: list[TraceRecord], tmp_path: Path, supposed: tuple[str, ...]
+) -> None:
+    unfit = replace(recorded[0], tick=7, state={"tick": "seven"})
+    write_log(tmp_path / "t.mcap", [unfit], tmp_path / "secrets")
+    with pytest.raises(UserError, match="state of tick 7 does not fit"):
+        _run(*supposed, str(tmp_path / "t.mcap"))
+
+
+@pytest.mark.parametrize("supposed", [("--mu", "0.5"), ("--delta", "0.1"), ("--rulepack", "DEU-v1")])
+def test_inputs_that_do_not_fit_are_told_with_their_tick(
+    recorded: list[TraceRecord], tmp_path: Path, supposed: tuple[str, ...]
+) -> None:
+    unfit = replace(recorded[1], inputs={"now_ns": "late"})
+    write_log(tmp_path / "t.mcap", [recorded[0], unfit], tmp_path / "secrets")
+    with pytest.raises(UserError, match="tick 2 do not fit"):
+        _run(*supposed, str(tmp_path / "t.mcap"))
 
 
 def test_a_log_without_traces_is_a_mistake(tmp_path: Path) -> None:

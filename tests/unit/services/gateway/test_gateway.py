@@ -29,14 +29,18 @@ def build(config: ServiceConfig, node: Node) -> None:
             raise ToolFailed("rain_mm_h is negative")
         return {"mu": 0.4}
 
-    @node.tool(deadline_ms=50)
-    def arbitrate() -> dict[str, float]:
-        """For the orchestrator alone."""
-        raise AssertionError
-
     @node.tool(deadline_ms=50, capability="actuation")
     def brake() -> dict[str, float]:
         """Must never run."""
+        raise AssertionError
+
+
+def build_arbiter(config: ServiceConfig, node: Node) -> None:
+    """A service with one tool that is not for all."""
+
+    @node.tool(deadline_ms=50)
+    def arbitrate() -> dict[str, float]:
+        """For the orchestrator alone."""
         raise AssertionError
 
 
@@ -45,8 +49,9 @@ def running() -> Iterator[tuple[TestBus, Node]]:
     """A gateway with two tools behind it."""
     with bus() as b:
         b.start(Service("weather", ServiceConfig, build))
+        b.start(Service("arbiter", ServiceConfig, build_arbiter))
         node = b.start(SERVICE)
-        assert wait_settled(lambda: "friction" in node.catalogue(), 5.0)
+        assert wait_settled(lambda: {"friction", "arbitrate"} <= node.catalogue().keys(), 5.0)
         yield b, node
 
 

@@ -87,6 +87,26 @@ def test_a_head_kept_in_memory_settles_a_lost_tail(tmp_path: Path, signer: signi
     assert _run(str(path)) == 1
 
 
+@pytest.mark.parametrize("gone", ["1.mcap", "2.mcap", "3.mcap"])
+@pytest.mark.parametrize("named", [".", "logs"])
+def test_a_log_that_is_gone_is_told_by_name_where_its_folder_was_named(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str], gone: str, named: str
+) -> None:
+    (tmp_path / "logs").mkdir()
+    memory, head = MemoryStore(tmp_path / "memory.sqlite"), ""
+    for name in ("1.mcap", "2.mcap", "3.mcap"):
+        written = write(tmp_path / "logs" / name, signer, previous_head=head).head
+        memory.add_head(msgspec.structs.replace(written, file=name), 3)
+        head = written.head_sha256
+    memory.close()
+    assert _run(str(tmp_path / named)) == 0
+    (tmp_path / "logs" / gone).unlink()
+    capsys.readouterr()
+    assert _run(str(tmp_path / named)) == 1
+    assert f"{gone} is gone" in capsys.readouterr().out
+    assert _run(*map(str, (tmp_path / "logs").glob("[12].mcap"))) == 0, "of files that were named, those count"
+
+
 def test_files_that_do_not_continue_each_other_are_told(
     tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
 ) -> None:

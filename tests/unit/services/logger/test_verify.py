@@ -221,6 +221,35 @@ def test_a_chain_record_made_to_fit_changed_data_lacks_the_signature(closed_log:
     assert (bad.what, bad.topic, bad.sequence) == ("changed", chain.TOPIC, 1)
 
 
+HEADS = {
+    "channel": lambda head: (1, *head[1:]),
+    "unknown channel": lambda head: (99, *head[1:]),
+    "number": lambda head: (head[0], 4_000_000_000, *head[2:]),
+    "publish time": lambda head: (*head[:3], head[3] + 1),
+}
+"""Ways to make the message around a chain record another one, its own text as it was."""
+
+
+@pytest.mark.parametrize("how", HEADS)
+@pytest.mark.parametrize("n", range(len(FLUSHES)))
+def test_a_chain_record_passes_for_no_other_message(tmp_path: Path, signer: signing.Signer, n: int, how: str) -> None:
+    path = tmp_path / "t.mcap"
+    write(path, signer, flushes=FLUSHES[: n + 1], close=False)
+
+    def forge(chunks: Chunks) -> None:
+        (link,) = chunks.chunks[-1][1]
+        size = container.MESSAGE_HEAD.size
+        channel, sequence, logged_ns, published_ns = HEADS[how](container.MESSAGE_HEAD.unpack(link.content[:size]))
+        chunks.chunks[-1][1][0] = container.message(
+            channel_id=channel, sequence=sequence, log_time_ns=logged_ns, publish_time_ns=published_ns,
+            data=link.content[size:],
+        )  # fmt: skip
+
+    place = verify(tampered(path, forge)).first_bad
+    assert place is not None
+    assert (place.what, place.topic, place.sequence) == ("changed", chain.TOPIC, n)
+
+
 def test_a_log_written_anew_with_another_key_is_found_by_the_expected_key(
     tmp_path: Path, signer: signing.Signer
 ) -> None:

@@ -283,6 +283,16 @@ def test_the_oldest_files_are_retired_and_told_of(tmp_path: Path, signer: signin
     assert [logged.sequence for logged in messages(left[-1])] == [3]
 
 
+def test_a_file_is_told_of_before_it_is_deleted(tmp_path: Path) -> None:
+    (tmp_path / "1.mcap").write_bytes(bytes(2000))
+    (tmp_path / "2.mcap").write_bytes(bytes(2000))
+    told: list[tuple[str, bool]] = []
+    keep = files.Retention(max_total_mb=0.003)
+    files.retire(tmp_path, keep, now_s=0.0, spare="2.mcap", going=lambda path: told.append((path.name, path.exists())))
+    assert told == [("1.mcap", True)]
+    assert [path.name for path in files.logs(tmp_path)] == ["2.mcap"]
+
+
 _CHILD = """
 import sys, time
 from pathlib import Path

@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from drivemcp import node as node_module
 from drivemcp.node import Node
 from drivemcp.testing import TestBus, bus
 from proto import topics
@@ -213,6 +214,28 @@ def test_silent_sensors_are_ticked_over() -> None:
         traces = b.collect(topics.TRACE)
         watched = traces.wait(lambda trace: trace.cause == "watchdog" and trace.tick >= 2)
         assert "perception/tracks" in watched.advisory.degraded
+
+
+class Stepped:
+    """The wall's clock, until it is stepped."""
+
+    by_ns = 0
+
+    def now_ns(self) -> int:
+        """With the step."""
+        return time.time_ns() + self.by_ns
+
+
+def test_a_clock_that_is_stepped_back_does_not_stop_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Stepped()
+    monkeypatch.setattr(node_module, "WallClock", lambda: clock)
+    with bus() as b:
+        traces = b.collect(topics.TRACE)
+        b.start(SERVICE, msgspec.structs.replace(CONFIG, silence_s=0.2, start_s=0.2))
+        traces.wait(lambda trace: trace.cause == "watchdog")
+        before_ns = clock.now_ns()
+        clock.by_ns = -3600 * 10**9
+        traces.wait(lambda trace: trace.stamp_ns < before_ns - 1800 * 10**9)
 
 
 def test_malformed_payloads_do_not_stop_the_ticks() -> None:

@@ -130,6 +130,61 @@ def test_a_lockstep_drive_that_breaks_off_says_so_and_ends(file: str, monkeypatc
         assert "broke off" in states.wait(lambda state: state.finished).problem
 
 
+@pytest.mark.parametrize("lockstep", [False, True])
+@pytest.mark.parametrize(
+    ("trouble", "told"),
+    [(StudioError("no OpenGL here"), "no OpenGL here"), (ArithmeticError("a bug"), "could not begin")],
+)
+def test_a_drive_that_cannot_begin_says_why_and_ends(
+    file: str, lockstep: bool, trouble: Exception, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load(*_: object) -> None:
+        raise trouble
+
+    monkeypatch.setattr(Studio, "load", load)
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+        stack.start(SERVICE, config(file, cameras=("front",), lockstep=lockstep))
+        state = states.wait(lambda state: state.finished)
+        assert told in state.problem
+        assert not state.running
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_drive_by_the_wall_clock_that_breaks_off_says_so_and_ends(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaking(*_: object) -> Moment:
+        raise ArithmeticError("a bug")
+
+    monkeypatch.setattr(World, "step", breaking)
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+        stack.start(SERVICE, config(file))
+        state = states.wait(lambda state: state.finished)
+        assert "broke off" in state.problem
+        assert not state.running
+
+
+def test_a_start_that_failed_says_nothing_of_the_drive_that_was_asked_for_since(
+    file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entered, go_on = threading.Event(), threading.Event()
+
+    def load(*_: object) -> None:
+        entered.set()
+        go_on.wait(10.0)
+        raise StudioError("too late")
+
+    monkeypatch.setattr(Studio, "load", load)
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+        stack.start(SERVICE, config(file, cameras=("front",)))
+        assert entered.wait(10.0)
+        assert stack.call("stop_scenario").status == "ok"
+        go_on.set()
+        seen = len(states.messages)
+        assert not any(state.problem for state in states.wait_count(seen + 2))
+
+
 def open_studio(world: World) -> Studio:
     studio = Studio([CAMERAS["front"]], 1)
     try:

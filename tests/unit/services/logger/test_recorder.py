@@ -1,0 +1,41 @@
+"""From payloads to records, without a bus."""
+
+import msgspec
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from proto import topics
+from proto.health import ServiceHealth
+from services.logger.file import Record
+from services.logger.forms import LOGGED
+from services.logger.pictures import PictureGate
+from services.logger.recorder import Recorder
+
+
+@settings(max_examples=40, deadline=None)
+@given(payload=st.binary(max_size=200))
+def test_a_malformed_payload_on_any_topic_is_counted_and_not_logged(payload: bytes) -> None:
+    put: list[Record] = []
+    warned: list[str] = []
+    recorder = Recorder(
+        memory=None,
+        pictures=PictureGate("all", before_ns=0, after_ns=0),
+        show=lambda topic, record: None,
+        warn=warned.append,
+    )
+    recorder.put = put.append
+    for topic in LOGGED:
+        recorder.take(topic, topic.name.replace("<id>", "x"), payload, sequence=1, stamp_ns=1, now_ns=1)
+    assert len(put) + recorder.malformed.total() == len(LOGGED)
+    assert len(warned) == recorder.malformed.total()
+
+
+def test_a_payload_that_nests_too_deep_is_counted_and_not_logged() -> None:
+    put: list[Record] = []
+    gate = PictureGate("all", before_ns=0, after_ns=0)
+    recorder = Recorder(memory=None, pictures=gate, show=lambda topic, record: None, warn=lambda text: None)
+    recorder.put = put.append
+    sound = msgspec.json.encode(ServiceHealth(service="a", pid=1, uptime_s=1.0, rss_mb=1.0))
+    deep = sound[:-1] + b',"new":' + b"[" * 100_000 + b"]" * 100_000 + b"}"
+    recorder.take(topics.HEALTH, "health/a", deep, sequence=1, stamp_ns=1, now_ns=1)  # type: ignore[arg-type]
+    assert (len(put), recorder.malformed.total()) == (0, 1)
