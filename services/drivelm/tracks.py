@@ -20,12 +20,6 @@ CONTRARY_FRAMES = 2
 """How clearly, and in how many frames in a row, a track must show something else to be taken for another thing."""
 KEEP = {"sign": 1.0, "panel": 0.85, "light": 0.62}
 """Share of old evidence that survives each frame; lights change at once, panels within seconds, signs never."""
-_ENDS = frozenset(
-    {
-        "limit_end", "all_end", "zone_end", "national", "led:end", "no_overtaking_end", "general_end", "school_end",
-        "town_exit", *(f"town_exit:{ground}" for ground in ("yellow", "white", "dark")),
-    }
-)  # fmt: skip
 _LIGHT_CLEAR = 1.6  # with a share forgotten each frame, two clear frames in a row give 1.62
 _LIGHT_BELIEVE = 0.97  # with that share forgotten, small crops add up to no more, however clear
 
@@ -105,12 +99,9 @@ class SignTrack:
         """Something of the size that the element has, as far as it is known."""
         return {"light": "light:off", "panel": "led:blank"}.get(self.kind, self.belief().reading)
 
-    def is_behind(self, speed_mps: float | None, unseen_ns: int) -> bool:
-        """Whether the ego has driven past. Without a speed: a restriction counts as passed after three seconds out of
-        sight, an end of a restriction never."""
-        if speed_mps is None:
-            return unseen_ns > 3_000_000_000 and self.belief().reading not in _ENDS
-        return self.place is not None and self.travelled_m >= self.place.distance_m
+    def is_behind(self, speed_mps: float | None) -> bool:
+        """Whether the ego has driven past. Without a speed nobody knows, and it counts as ahead."""
+        return speed_mps is not None and self.place is not None and self.travelled_m >= self.place.distance_m
 
     def moved(self, stamp_ns: int, speed_mps: float) -> "SignTrack":
         """With the way the ego went since."""
