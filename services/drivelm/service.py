@@ -23,6 +23,7 @@ from services.drivelm.backends import load
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.late import LateFrontEnd
 from services.drivelm.backends.prompted import PromptedBackend
+from services.drivelm.calibrations import Calibrations
 from services.drivelm.cues import oncoming_cue
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
@@ -122,7 +123,9 @@ class Bindings:
 
     def __init__(self, config: DrivelmConfig, node: Node, front_end: FrontEnd | None = None) -> None:
         self.config, self.node = config, node
-        self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
+        self.frames, self.calibrations = RecentFrames(), Calibrations()
+        self.refused: set[str] = set()
+        """Cameras that sent a calibration with which nothing can be reckoned."""
         free = not node.lockstep
         lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
@@ -146,10 +149,13 @@ class Bindings:
         node.tool(deadline_ms=60)(self.answer_prompt)
 
     def on_frame(self, message: CameraFrame, info: Received[CameraFrame]) -> None:
+        self.calibrations.sized(info.id, message.width_px, message.height_px)
         self.frames.add(info.id, info.stamp_ns, message.jpeg)
 
     def on_calibration(self, message: Calibration, info: Received[Calibration]) -> None:
-        self.calibrations[info.id] = message
+        if not self.calibrations.take(info.id, message) and info.id not in self.refused:
+            self.refused.add(info.id)
+            self.node.log.warning("calibrations of %r with impossible numbers are not used", info.id)
 
     def on_lanes(self, message: Lanes, info: Received[Lanes]) -> None:
         self.front_end.here = self.front_end.here._replace(
@@ -167,7 +173,7 @@ class Bindings:
             stamp_ns=info.stamp_ns,
             boxes=message.boxes,
             open_picture=lambda: self.frames.picture(message.camera, info.stamp_ns),
-            calibration=self.calibrations.get(message.camera),
+            calibration=self.calibrations.of(message.camera),
         )
         self.say(self.front_end.see(sighting), info.stamp_ns, (time.perf_counter() - started) * 1e3)
 
