@@ -25,7 +25,7 @@ from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.late import LateFrontEnd
 from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.calibrations import Calibrations
-from services.drivelm.cues import oncoming_cue
+from services.drivelm.cues import oncoming_cue, seen_to_come
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import Seen
@@ -186,7 +186,7 @@ class Bindings:
     def on_tracks(self, message: Tracks, info: Received[Tracks]) -> None:
         where = self.front_end.whereabouts
         for track in message.tracks:
-            if track.kind == "vehicle" and track.oncoming and track.age_s > 1.0 and track.confidence > 0.7:
+            if seen_to_come(track, message.ego_speed_used_mps):
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
         if where is not self.front_end.whereabouts:
             self.front_end.believe(where)
