@@ -148,7 +148,8 @@ def _build_drivelm(config: ModelledDrivelmConfig, node: Node) -> None:
     end = ModelledFrontEnd(card, config.seed, home=config.home, max_reads=config.max_reads)
     node.subscribe(topics.TRUTH, lambda truth, info: end.know(truth, info.stamp_ns))
     bindings = Bindings(config, node, end)
-    bindings.calibrations.update({name: Eye(card, name, config.seed).calibration for name in CAMERA_STEPS})
+    for name in CAMERA_STEPS:
+        bindings.calibrations.take(name, Eye(card, name, config.seed).calibration)
 
 
 _BUILD: Mapping[str, tuple[type[Any], Callable[[Any, Node], None]]] = {

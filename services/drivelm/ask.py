@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from proto.scene import QA, SceneGraph
 from services.drivelm import listing, planning, questions
+from services.drivelm.graph import NOTHING
 from services.drivelm.nodes import Seen, listed_nodes
 from services.drivelm.tags import NEAR_PX, Point, apart_px
 from services.drivelm.templates import FORMS, UNANSWERED, Asked, in_family, recognise
@@ -18,6 +19,8 @@ from services.drivelm.text import cleaned
 
 ENOUGH = 0.34
 """Share of the question's weighted words that a sentence must cover to be an answer."""
+UNLISTED = 0.5
+"""A sign that another camera saw is described, and no object of the graph's own picture."""
 SILENT = "The scene graph says nothing about that."
 _STOP_WORDS = """
 a an and are at be by can could do does for from has have how i in is it its me of on or say says should that the there
@@ -95,14 +98,15 @@ def extracted(graph: SceneGraph, question: str) -> Found:
     wanted, sentences = words(cleaned(question)), _sentences(graph)
     if not wanted or not sentences:
         return Found(SILENT, 0.0, "")
-    held = [words(f"{asked} {said}") for asked, said, _, _ in sentences]
+    held = [words(f"{each.asked} {each.said}") for each in sentences]
     rarity = _rarity(held)
     total = sum(rarity.get(word, 3.0) for word in wanted)
-    best, best_score = Found(SILENT, 0.0, ""), 0.0
-    for (_, said, sure, layer), its_words in zip(sentences, held, strict=True):
+    best, most = Found(SILENT, 0.0, ""), 0.0
+    for sentence, its_words in zip(sentences, held, strict=True):
         cover = sum(rarity.get(word, 3.0) for word in wanted & its_words) / total
-        if cover >= ENOUGH and cover * sure > best_score:
-            best, best_score = Found(said, round(cover * sure, 4), layer), cover * sure
+        if cover >= ENOUGH and cover * sentence.weight > most:
+            most = cover * sentence.weight
+            best = Found(sentence.said, round(cover * sentence.sure, 4), sentence.layer)
     return best
 
 
@@ -112,10 +116,28 @@ def words(text: str) -> frozenset[str]:
     return frozenset(word for word in plain if word not in _STOP)
 
 
-def _sentences(graph: SceneGraph) -> list[tuple[str, str, float, str]]:
-    rows = [(qa.question, qa.answer, qa.score, str(qa.layer)) for qa in graph.qa if qa.answer]
-    parts = re.split(r"(?<=\.)\s+", graph.description)
-    return [*(("", part, 1.0, "description") for part in parts if part), *rows]
+class _Sentence(NamedTuple):
+    """What the graph says, to which question, and how sure it is; `weight`: of equally fitting ones the greater is chosen."""
+
+    asked: str
+    said: str
+    weight: float
+    sure: float
+    layer: str
+
+
+def _sentences(graph: SceneGraph) -> list[_Sentence]:
+    """The description first: it is the answer to nothing in particular, and fits a free question best."""
+    told, sure = "" if graph.description == NOTHING else graph.description, _described(graph)
+    parts = [_Sentence("", part, 1.0, sure, "description") for part in re.split(r"(?<=\.)\s+", told) if part]
+    return parts + [
+        _Sentence(qa.question, qa.answer, qa.score, qa.score, str(qa.layer)) for qa in graph.qa if qa.answer
+    ]
+
+
+def _described(graph: SceneGraph) -> float:
+    """How sure the description is: as its least sure object; of what no object of the picture tells, no surer than ``UNLISTED``."""
+    return min((shown.score for shown in graph.objects if shown.score > 0), default=UNLISTED)
 
 
 def _rarity(documents: Sequence[frozenset[str]]) -> dict[str, float]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from proto.perception import Track
 from services.drivelm.jurisdictions import JURISDICTIONS, ON_BOARDS, Jurisdiction
 from services.drivelm.text import number_in
 
@@ -196,6 +197,22 @@ def _evidence(since: Mapping[str, Cues], country: str, former: str | None) -> Ev
     }
     told = sorted(((gain, code) for code, gain in gains.items() if code and gain >= _TOLD), reverse=True)
     return tuple((code, min(gain, _CAP)) for gain, code in told[:_MOST_TOLD])
+
+
+COMES_MPS = -2.0
+"""Over ground, along our axis: what is slower may stand, and be parked on either side."""
+OPPOSITE = 0.05
+"""Sideways by forwards of who comes straight against us: in a bend of any radius R one that does so is nearer than 0.05 R, and there
+its own side of the road is still on its own side of our axis."""
+
+
+def seen_to_come(track: Track, ego_mps: float | None) -> bool:
+    """Whether a vehicle surely drives against us on a straight road, by its own motion: what a map says of its lane, or where it is
+    while the road bends, tells nothing of the side on which traffic keeps."""
+    if ego_mps is None or track.kind != "vehicle" or track.age_s <= 1.0 or track.confidence <= 0.7:
+        return False
+    over_ground_mps = track.vx_mps + ego_mps
+    return over_ground_mps < COMES_MPS and abs(track.vy_mps) <= OPPOSITE * -over_ground_mps
 
 
 def oncoming_cue(lateral_m: float) -> Cues:

@@ -18,8 +18,11 @@ class RecentFrames:
         """How often a picture was asked for that was never received or is gone."""
 
     def add(self, camera: str, stamp_ns: int, jpeg: bytes) -> None:
-        """Keep a picture; the oldest of its camera goes."""
+        """Keep a picture; the oldest of its camera goes. The last one again, to the byte, is no new picture and is left out:
+        what was read of it once is no more certain by being read twice."""
         frames = self._frames.setdefault(camera, OrderedDict())
+        if frames and frames[next(reversed(frames))] == jpeg:
+            return
         frames[stamp_ns] = jpeg
         while len(frames) > self._keep:
             frames.popitem(last=False)

@@ -192,7 +192,10 @@ class FrontEnd:
         self.guard.probed(look.key, probe.what, changed=self.guard.probes.answered(probe, readings))
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
-        """Let time pass: tracks out of sight move towards the ego, are passed, or are forgotten."""
+        """Let time pass: tracks out of sight move towards the ego, are passed, or are forgotten.
+
+        While the speed is unknown nothing is passed: what is ahead may be an end, a border, a dark gantry.
+        """
         said: list[Fact] = []
         for key, track in list(self.tracks.items()):
             unseen_ns = now_ns - track.seen_ns
@@ -202,7 +205,7 @@ class FrontEnd:
                 continue
             if key[1] > GHOST_IDS:
                 said += self._said(key, track.seen_ns)
-            if moved.kind != "light" and moved.is_behind(speed_mps, unseen_ns):
+            if moved.kind != "light" and moved.is_behind(speed_mps):
                 said += self._passed(key)
             elif unseen_ns > (_LIGHT_GONE_NS if moved.kind == "light" else GONE_NS):
                 self._forget(key)

@@ -11,7 +11,10 @@ from services.drivelm import planning, questions
 from services.drivelm.nodes import Node, Seen, seen_nodes
 from services.drivelm.templates import LAYERS
 
-__all__ = ["Seen", "build"]
+__all__ = ["NOTHING", "Seen", "build"]
+
+NOTHING = "Nothing relevant is seen ahead."
+"""The description of a scene without anything known in it; the eye may be blind."""
 
 
 def build(seen: Seen) -> SceneGraph:
@@ -32,7 +35,7 @@ def describe(nodes: Sequence[Node], facts: Sequence[Fact]) -> str:
     """The scene in a few plain sentences."""
     lines = [_actor(node) for node in nodes if node.track is not None]
     said = [*lines, *(line for fact in facts if (line := _fact(fact)))]
-    return " ".join(said) or "Nothing relevant is seen ahead."
+    return " ".join(said) or NOTHING
 
 
 def _actor(node: Node) -> str:

@@ -2,7 +2,7 @@
 
 import hashlib
 import time
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import msgspec
 
@@ -16,6 +16,7 @@ from proto import topics
 from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Fact, Facts, PromptAnswer, SceneGraph
 from proto.sensors import Calibration, CameraFrame
+from proto.topics import Topic
 from services.drivelm import ask as reader_of_graphs
 from services.drivelm import whole_prompts
 from services.drivelm.backend import EmbeddedBackend
@@ -23,7 +24,8 @@ from services.drivelm.backends import load
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.late import LateFrontEnd
 from services.drivelm.backends.prompted import PromptedBackend
-from services.drivelm.cues import oncoming_cue
+from services.drivelm.calibrations import Calibrations
+from services.drivelm.cues import oncoming_cue, seen_to_come
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import Seen
@@ -32,6 +34,10 @@ from services.drivelm.lettering import Lettering, load_lettering
 from services.drivelm.reader import Reader
 from services.drivelm.recent_facts import RecentFacts
 from services.drivelm.surroundings import surroundings
+
+M = TypeVar("M", bound=msgspec.Struct)
+STALE_NS = 1_000_000_000
+"""Boxes older than this tell of no scene of now."""
 
 
 class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -122,14 +128,17 @@ class Bindings:
 
     def __init__(self, config: DrivelmConfig, node: Node, front_end: FrontEnd | None = None) -> None:
         self.config, self.node = config, node
-        self.frames, self.calibrations = RecentFrames(), dict[str, Calibration]()
+        self.frames, self.calibrations = RecentFrames(), Calibrations()
+        self.refused: set[str] = set()
+        """Cameras that sent a calibration with which nothing can be reckoned."""
         free = not node.lockstep
         lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
         self.front_end = front_end or load_front_end(config, node, lettering)
         self.template, self.generator = whole_prompts.load(), load_generator(config, self.front_end)
         self.facts = RecentFacts()
-        self.boxes: dict[str, Boxes] = {}
+        self.boxes: dict[str, tuple[int, Boxes]] = {}
+        """The last of each camera, with the stamp of their picture."""
         self.graph: SceneGraph | None = None
         node.detail["backend"] = self.front_end.backend.name
         node.subscribe(topics.CAMERA, self.on_frame)
@@ -146,10 +155,13 @@ class Bindings:
         node.tool(deadline_ms=60)(self.answer_prompt)
 
     def on_frame(self, message: CameraFrame, info: Received[CameraFrame]) -> None:
+        self.calibrations.sized(info.id, message.width_px, message.height_px)
         self.frames.add(info.id, info.stamp_ns, message.jpeg)
 
     def on_calibration(self, message: Calibration, info: Received[Calibration]) -> None:
-        self.calibrations[info.id] = message
+        if not self.calibrations.take(info.id, message) and info.id not in self.refused:
+            self.refused.add(info.id)
+            self.node.log.warning("calibrations of %r with impossible numbers are not used", info.id)
 
     def on_lanes(self, message: Lanes, info: Received[Lanes]) -> None:
         self.front_end.here = self.front_end.here._replace(
@@ -161,29 +173,28 @@ class Bindings:
 
     def on_boxes(self, message: Boxes, info: Received[Boxes]) -> None:
         started = time.perf_counter()
-        self.boxes[message.camera] = message
+        self.boxes[message.camera] = info.stamp_ns, message
         sighting = Sighting(
             camera=message.camera,
             stamp_ns=info.stamp_ns,
             boxes=message.boxes,
             open_picture=lambda: self.frames.picture(message.camera, info.stamp_ns),
-            calibration=self.calibrations.get(message.camera),
+            calibration=self.calibrations.of(message.camera),
         )
         self.say(self.front_end.see(sighting), info.stamp_ns, (time.perf_counter() - started) * 1e3)
 
     def on_tracks(self, message: Tracks, info: Received[Tracks]) -> None:
         where = self.front_end.whereabouts
         for track in message.tracks:
-            if track.kind == "vehicle" and track.oncoming and track.age_s > 1.0 and track.confidence > 0.7:
+            if seen_to_come(track, message.ego_speed_used_mps):
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
         if where is not self.front_end.whereabouts:
             self.front_end.believe(where)
 
     def settle(self) -> None:
-        ego = self.node.latest(topics.EGO)
-        speed_mps = ego.message.speed_mps if ego is not None and self.node.health(topics.EGO).alive else None
+        ego = self._alive(topics.EGO)
         now_ns = self.node.clock.now_ns()
-        self.say(self.front_end.settle(now_ns, speed_mps), now_ns, 0.0)
+        self.say(self.front_end.settle(now_ns, ego.speed_mps if ego is not None else None), now_ns, 0.0)
 
     def say(self, facts: tuple[Fact, ...], stamp_ns: int, latency_ms: float) -> None:
         if not facts:
@@ -199,39 +210,46 @@ class Bindings:
             self.node.publish(topics.FACTS, Facts(facts=facts, backend=self.front_end.backend.name), stamp_ns=now_ns)
 
     def say_graph(self) -> None:
+        """The scene as last seen, with its picture's stamp; of a camera that has gone silent there is none."""
         now_ns = self.node.clock.now_ns()
-        facts = self.facts.at(now_ns)
-        boxes, tracks, ego = (
-            self.boxes.get(self.config.graph_camera),
-            self.node.latest(topics.TRACKS),
-            self.node.latest(topics.EGO),
-        )
-        if boxes is None:
+        stamp_ns, boxes = self.boxes.get(self.config.graph_camera, (0, None))
+        if boxes is None or abs(now_ns - stamp_ns) > STALE_NS:
+            self.graph = None
             return
+        tracks, ego = self._alive(topics.TRACKS), self._alive(topics.EGO)
         seen = Seen(
             camera=boxes.camera,
             frame=boxes.frame,
             boxes=boxes.boxes,
-            tracks=tracks.message.tracks if tracks is not None else (),
-            facts=facts,
-            ego=ego.message if ego is not None else None,
+            tracks=tracks.tracks if tracks is not None else (),
+            facts=self.facts.at(now_ns),
+            ego=ego,
             backend=self.front_end.backend.name,
         )
         self.graph = build_graph(seen)
-        self.node.publish(topics.GRAPH, self.graph)
+        self.node.publish(topics.GRAPH, self.graph, stamp_ns=stamp_ns)
+
+    def _alive(self, topic: Topic[M]) -> M | None:
+        """The newest message of a topic, unless it has fallen silent."""
+        received = self.node.latest(topic)
+        return received.message if received is not None and self.node.health(topic).alive else None
 
     def ask_scene(
         self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=500)]
     ) -> SceneAnswer:
         """Answer a question about the scene ahead from the scene graph; `method` tells how the answer was found.
 
-        Nothing is composed that the graph does not hold. Where it has no fitting sentence it says so, score 0.
+        Nothing is composed that the graph does not hold. Where it has no fitting sentence it says so, score 0. Fails where
+        the camera or perception has been silent for a second.
         """
         found = reader_of_graphs.ask(self._graph(), question)
         return SceneAnswer(answer=found.text, score=found.score, layer=found.layer, method=found.method)
 
     def describe_scene(self) -> SceneDescription:
-        """Describe the scene ahead in words, with the graph of objects, questions and answers behind them."""
+        """Describe the scene ahead in words, with the graph of objects, questions and answers behind them.
+
+        Fails where the camera or perception has been silent for a second.
+        """
         graph = self._graph()
         return SceneDescription(description=graph.description, graph=graph)
 
@@ -255,7 +273,9 @@ class Bindings:
     def _graph(self) -> SceneGraph:
         graph = self.graph
         if graph is None:
-            raise ToolFailed("nothing has been seen yet; ask again when a camera and perception are running")
+            raise ToolFailed(
+                "nothing was seen within the last second; ask again when a camera and perception are running"
+            )
         return graph
 
 

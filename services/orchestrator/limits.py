@@ -75,7 +75,7 @@ def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         return signs
     if shows_limit(sign):
         return _set(signs, sign, now_ns)
-    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates) and not _enters_a_slower_town(signs, sign):
+    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates) and not enters_a_slower_town(signs, sign):
         return signs
     head = sign.reading.partition(":")[0]
     if sign.scope == "end" and sign.value is not None:
@@ -84,7 +84,7 @@ def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     return ends(signs, sign, now_ns) if ends is not None else signs
 
 
-def _enters_a_slower_town(signs: Signs, sign: SignAhead) -> bool:
+def enters_a_slower_town(signs: Signs, sign: SignAhead) -> bool:
     """Whether a town begins here whose law is lower than all that holds; no such sign is for one way, its arrow is misread."""
     inside = signs.road_type is not None and signs.road_type.value in ("urban", "living_street")
     least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=math.inf)

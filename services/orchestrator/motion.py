@@ -19,6 +19,8 @@ class Motion(NamedTuple):
     turned_rad: float = 0.0
     junction_m: float | None = None
     lane_id: str = ""
+    known: bool = True
+    """Whether the car tells its speed."""
 
 
 def motion_of(state: State, ego: Stamped[Ego] | None, seen: Observations) -> Motion:
@@ -36,4 +38,5 @@ def motion_of(state: State, ego: Stamped[Ego] | None, seen: Observations) -> Mot
         turned_rad=(yaw or 0.0) * step_s,
         junction_m=junction,
         lane_id=lanes.message.ego_lane_id if lanes is not None else "",
+        known=speed is not None,
     )

@@ -35,6 +35,7 @@ WHOLE_STATE_EVERY = 100
 NEEDED: tuple[Topic[Any], ...] = (topics.TRACKS, topics.EGO, topics.CONDITIONS, topics.DEGRADATION)
 WELCOME: tuple[Topic[Any], ...] = (topics.LANES, topics.MAP, topics.GNSS)
 """Missed only once they were there."""
+LIDAR = "lidar"
 MOST_FACTS = 200
 CODE = code_hash("proto", "services.arbiter", "services.orchestrator")
 
@@ -240,7 +241,16 @@ class Orchestrator:
                 self._seen.add(topic.name)
             elif topic in NEEDED or topic.name in self._seen:
                 names.append(topic.name)
-        return tuple(sorted(names))
+        return tuple(sorted([*names, *self._without_lidar()]))
+
+    def _without_lidar(self) -> tuple[str, ...]:
+        """The LiDAR by name, where perception ranged with it before and does so no more."""
+        tracks = self._node.latest(topics.TRACKS)
+        if tracks is None or not self._node.health(topics.TRACKS).alive:
+            return ()
+        if tracks.message.lidar_used:
+            self._seen.add(LIDAR)
+        return (LIDAR,) if LIDAR in self._seen and not tracks.message.lidar_used else ()
 
     # -- the driver ----------------------------------------------------------------------------------------------------
 

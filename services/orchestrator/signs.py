@@ -19,6 +19,7 @@ from services.orchestrator.limits import (
     SURE,
     TOLD,
     apply,
+    enters_a_slower_town,
     in_another_country,
     in_force,
     is_unknown_country,
@@ -73,7 +74,7 @@ def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -
     signs = _move(signs, motion)
     for fact in facts:
         signs = _take(signs, fact, motion, now_ns)
-    signs = _pass_reached(signs, now_ns)
+    signs = _pass_reached(signs, motion, now_ns)
     return turned_off(signs, motion, now_ns)
 
 
@@ -249,7 +250,7 @@ def _move(signs: Signs, motion: Motion) -> Signs:
     return msgspec.structs.replace(signs, ahead=ahead)
 
 
-def _pass_reached(signs: Signs, now_ns: int) -> Signs:
+def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
     for sign in sorted(signs.ahead, key=lambda each: (each.first_ns, each.track_id)):
         unseen_s = (now_ns - sign.seen_ns) / 1e9
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
@@ -261,7 +262,7 @@ def _pass_reached(signs: Signs, now_ns: int) -> Signs:
             left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
-            if reached or lowers(signs, sign):
+            if reached or lowers(signs, sign) or (not motion.known and enters_a_slower_town(signs, sign)):
                 signs = apply(signs, sign, now_ns)
     return signs
 

@@ -13,7 +13,7 @@ from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.limits import in_force, may_be_ours
 from services.orchestrator.limits_ahead import limits_ahead, surely
-from services.orchestrator.state import Lost, State
+from services.orchestrator.state import Lost, SignAhead, State
 from services.orchestrator.stops import stops
 from services.orchestrator.units import to_mps
 
@@ -33,6 +33,8 @@ DOUBT_RATE_MPS2 = 0.7
 """How fast a doubted restriction lowers the target: lifting the foot, no braking."""
 APPROACH_MPS2 = 1.2
 """Coasting down to a lower limit ahead."""
+MAYBE_THERE_NS = 3_000_000_000
+"""Out of sight for so long, with our speed unknown, a sign may have been reached."""
 H_SLOPE = 0.4
 """How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
 UNKNOWN_BRAKES = 0.8
@@ -185,10 +187,16 @@ def _ahead(state: State, law: Law) -> list[Bound]:
     """Lower limits that are believed but not yet passed: come down to them in time."""
     found = []
     for ahead in limits_ahead(state):
-        room = max(0.0, ahead.sign.distance_m) if ahead.sign.distance_m is not None else 0.0
+        room = _room_m(state, ahead.sign)
         mps = math.sqrt(ahead.mps * ahead.mps + 2.0 * APPROACH_MPS2 * room)
         found.append(Bound(mps, "ahead", "rules" if ahead.law is not None else "drivelm", ahead.confidence))
     return found
+
+
+def _room_m(state: State, sign: SignAhead) -> float:
+    """How far ahead a sign is. Where it is out of sight and the speed unknown, we may be at its post by now."""
+    maybe_there = state.world.ego.speed_mps is None and state.now_ns - sign.seen_ns > MAYBE_THERE_NS
+    return 0.0 if maybe_there or sign.distance_m is None else max(0.0, sign.distance_m)
 
 
 def doubted_mps(state: State) -> float | None:

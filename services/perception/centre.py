@@ -145,7 +145,7 @@ def whole(rgb: Picture, size_px: tuple[int, int] = CANVAS_PX) -> tuple[Picture, 
     height, width = size_px
     scale = min(width / rgb.shape[1], height / rgb.shape[0])
     if scale != 1.0:
-        size = (round(rgb.shape[1] * scale), round(rgb.shape[0] * scale))
+        size = (max(1, round(rgb.shape[1] * scale)), max(1, round(rgb.shape[0] * scale)))
         scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
         rgb = scaled.astype(np.uint8, copy=False)
     canvas = np.zeros((1, height, width, 3), dtype=np.uint8)

@@ -11,7 +11,9 @@ from services.perception.camera import Floats
 from services.perception.detector import Picture
 
 LARGEST_JPEG = 16_000_000
-LARGEST_SIDE_PX = 8192
+SMALLEST_SIDE_PX, LARGEST_SIDE_PX = 16, 8192
+MOST_OBLONG = 16
+"""No camera's picture is so many times wider than high, or higher than wide; brought to a given width it could fill all memory."""
 FURTHEST_RETURN_M = 500.0
 _ROW = 16
 
@@ -24,7 +26,8 @@ def open_picture(frame: CameraFrame) -> Picture:
     """The picture as RGB (H, W, 3). Raises Malformed."""
     if not 0 < len(frame.jpeg) <= LARGEST_JPEG:
         raise Malformed(f"a picture of {len(frame.jpeg)} bytes")
-    if not (0 < frame.width_px <= LARGEST_SIDE_PX and 0 < frame.height_px <= LARGEST_SIDE_PX):
+    short, long = sorted((frame.width_px, frame.height_px))
+    if short < SMALLEST_SIDE_PX or long > LARGEST_SIDE_PX or long > MOST_OBLONG * short:
         raise Malformed(f"a picture said to be {frame.width_px} x {frame.height_px}")
     try:
         bgr = cv2.imdecode(np.frombuffer(frame.jpeg, dtype=np.uint8), cv2.IMREAD_COLOR)

@@ -12,6 +12,7 @@ from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
 from services.perception.camera import Camera, Floats
+from services.perception.dead_pictures import DeadPictures
 from services.perception.detection import Detection
 from services.perception.detector import Detector
 from services.perception.doubt import DOUBTED_SHARE, doubted, in_view, left_to_another, rides
@@ -73,6 +74,7 @@ class Perception:
     """A front camera was heard of: where it is silent, another camera's narrower view must not pass for its own."""
     _seen_ns: dict[str, int] = field(default_factory=dict)
     _stamps: Stamps = field(default_factory=Stamps)
+    _dead: DeadPictures = field(default_factory=DeadPictures)
     _levellings: dict[str, Levelling] = field(default_factory=dict)
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
@@ -125,13 +127,14 @@ class Perception:
         return self._camera(camera_id, frame) if self.calibrated(camera_id) else None
 
     def see(self, camera_id: str, stamp_ns: int, frame: CameraFrame, *, closer: bool = True) -> Seen:
-        """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed.
+        """Boxes of a picture, and with the primary camera's the tracks and lanes. Raises Malformed, also where it tells nothing.
 
         `closer`: the strip about the horizon of a wide camera's picture is looked at once more, enlarged; it takes twice as long.
         """
         self._has_front |= camera_id == FRONT
         picture = open_picture(frame)
         self._check_stamp(camera_id, stamp_ns)
+        self._dead.check(camera_id, frame.jpeg, picture, self._ego_state(stamp_ns).speed_mps)
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture, closer=closer and camera.is_wide())
         camera = self._levelled(camera_id, found, camera)

@@ -77,7 +77,7 @@ class CocoDetector:
 
     def _fit(self, rgb: Picture) -> tuple[FloatArray, float]:
         scale = min(self._side / rgb.shape[0], self._side / rgb.shape[1])
-        size = (round(rgb.shape[1] * scale), round(rgb.shape[0] * scale))
+        size = (max(1, round(rgb.shape[1] * scale)), max(1, round(rgb.shape[0] * scale)))
         canvas = np.full((self._side, self._side, 3), _PAD, dtype=np.uint8)
         canvas[: size[1], : size[0]] = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
         ordered = canvas if self._layout.rgb else canvas[:, :, ::-1]

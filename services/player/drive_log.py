@@ -1,8 +1,11 @@
 """One of our own logs (MCAP): what its sensors said, played again. LiDAR, map and raw CAN frames are not in a log."""
 
+import itertools
 import struct
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from statistics import median_low
 from typing import Any, NamedTuple
 
 import cv2
@@ -28,6 +31,8 @@ _CAMERAS = topics.CAMERA.name.replace("<id>", "")
 _PICTURES = "foxglove.CompressedImage"
 _OURS = "drivemcp."
 _NS = 1e9
+BESIDE, STRAY_NS = 3, 30_000_000_000
+"""A message whose stamp is so far from the middle one of so many before and after it is left out."""
 
 
 class Logged(NamedTuple):
@@ -39,12 +44,14 @@ class Logged(NamedTuple):
 
 
 class Contents(NamedTuple):
-    """What a log holds: pictures, whether a known ego speed, and the stamps of the first and the last picture."""
+    """What a log holds: pictures, whether a known ego speed, the stamps of the first and the last picture, and how many messages
+    have a stamp that is not to be believed."""
 
     pictures: int
     ego: bool
     first_ns: int
     last_ns: int
+    stray: int
 
 
 def log_files(path: Path) -> list[Path]:
@@ -58,33 +65,54 @@ def open_log(files: list[Path], name: str) -> Recording:
     """A drive's logs, one after the other. Raises UserError where they are no MCAP, or no drive of ours."""
     held = _contents(files)
     duration_s = (held.last_ns - held.first_ns) / _NS
-    return Recording(name, held.pictures, duration_s, _moments(files, held), ego=held.ego, brings="a log")
+    brings = f"a log (messages left out for impossible times: {held.stray})" if held.stray else "a log"
+    return Recording(name, held.pictures, duration_s, _moments(files, held), ego=held.ego, brings=brings)
 
 
 def _contents(files: list[Path]) -> Contents:
-    ego, stamps = False, []
+    ego, stray, stamps = False, 0, []
     for file in files:
-        for record in _records(file):
+        for record, strays in _timed(_records(file)):
+            if strays:
+                stray += 1
+                continue
             if record.name.startswith(_CAMERAS):
                 stamps.append(record.stamp_ns)
             ego = ego or (record.name == topics.EGO.name and _tells_speed(file, record))
     if not stamps:
         raise UserError(f"{files[0]} is no drive of ours: no pictures on {_CAMERAS}*, as drivemcp up and play log them")
-    return Contents(len(stamps), ego, min(stamps), max(stamps))
+    return Contents(len(stamps), ego, min(stamps), max(stamps), stray)
 
 
 def _moments(files: list[Path], held: Contents) -> Iterator[Moment]:
     """From the first picture on. Where the ego's speed is unknown throughout, the CAN service may say so as well as the log."""
     left_out = () if held.ego else (topics.EGO, topics.DEGRADATION)
     for file in files:
-        for number, record in enumerate(_records(file)):
+        for number, (record, strays) in enumerate(_timed(_records(file))):
             found = _topic_of(record.name)
-            if found is None or found[0] in left_out:
+            if strays or found is None or found[0] in left_out:
                 continue
             topic, id = found
             at_s = (record.stamp_ns - held.first_ns) / _NS
             if at_s >= 0 or topic is topics.CALIBRATION:
                 yield Moment(max(at_s, 0.0), topic, _message(file, topic, record, number), id)
+
+
+def _timed(records: Iterable[Logged]) -> Iterator[tuple[Logged, bool]]:
+    """Each record, and whether its stamp strays from those of the records around it: one bit wrong, and a replay would wait
+    for years. A jump that lasts is none: half of the records around are on its side."""
+    around: deque[Logged] = deque(maxlen=2 * BESIDE + 1)
+    ahead = itertools.chain(records, itertools.repeat(None, BESIDE))
+    waiting: deque[Logged] = deque()
+    for record in ahead:
+        if record is not None:
+            around.append(record)
+            waiting.append(record)
+        elif len(around) > BESIDE + 1:
+            around.popleft()
+        if len(waiting) > BESIDE or (record is None and waiting):
+            it = waiting.popleft()
+            yield it, abs(it.stamp_ns - median_low(each.stamp_ns for each in around)) > STRAY_NS
 
 
 def _tells_speed(file: Path, record: Logged) -> bool:

@@ -105,7 +105,14 @@ def moments_of(frame: StreetFrame, number: int) -> Iterator[Moment]:
     if frame.ego is not None:
         yield Moment(frame.at_s, topics.EGO, frame.ego)
     yield Moment(frame.at_s, topics.LIDAR, frame.sweep, "roof")
-    yield Moment(frame.at_s, topics.CAMERA, msgspec.structs.replace(frame.picture, frame=number), FRONT)
+    picture = msgspec.structs.replace(frame.picture, jpeg=numbered(frame.picture.jpeg, number), frame=number)
+    yield Moment(frame.at_s, topics.CAMERA, picture, FRONT)
+
+
+def numbered(jpeg: bytes, number: int) -> bytes:
+    """The same picture with its number as a comment: one that is shown on and on is no camera that froze."""
+    comment = str(number).encode()
+    return jpeg[:2] + b"\xff\xfe" + (len(comment) + 2).to_bytes(2, "big") + comment + jpeg[2:]
 
 
 def read_frame(file: Path) -> StreetFrame:

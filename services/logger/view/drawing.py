@@ -15,6 +15,7 @@ from proto.tools import CallRecords
 from proto.topics import Topic
 from proto.vehicle import Ego
 from services.logger.view.blueprint import blueprint, name_series
+from services.logger.view.markdown import literal
 
 M = TypeVar("M", bound=msgspec.Struct)
 KMH = 3.6
@@ -43,6 +44,7 @@ class Drawing:
         self._first_ns: int | None = None
         self._readings: dict[int, str] = {}
         self._said: tuple[str, str] = ("", "")
+        self._now = ""
         self._draw: Mapping[str, Callable[[str, bytes], None]] = {
             topics.CAMERA.name: self._picture,
             topics.BOXES.name: _typed(topics.BOXES, self._boxes),
@@ -134,12 +136,18 @@ class Drawing:
             self._stream.log("speed/target", rr.Scalars([message.target_mps * KMH]))
         if message.snapshot_to_advice_ms is not None:
             self._stream.log("latency/snapshot_to_advice", rr.Scalars([message.snapshot_to_advice_ms]))
-        said = (message.directive, message.justification)
-        if message.kind != "SILENT" and message.directive and said != self._said:
+        if message.kind != "SILENT" and message.directive:
+            self._message(message)
+
+    def _message(self, message: Advisory) -> None:
+        said, now = (message.directive, message.justification), _now(message)
+        if said != self._said:
             self._said = said
             text = f"{message.kind}: {message.directive}"
             self._stream.log("messages", rr.TextLog(text, level=_LEVELS.get(message.urgency, "INFO")))
-            self._stream.log("now", rr.TextDocument(_now(message), media_type=rr.MediaType.MARKDOWN))
+        if now != self._now:
+            self._now = now
+            self._stream.log("now", rr.TextDocument(now, media_type=rr.MediaType.MARKDOWN))
 
     def _decision(self, message: Decision) -> None:
         metrics = message.metrics
@@ -158,10 +166,10 @@ class Drawing:
 
 
 def _now(message: Advisory) -> str:
-    lines = [f"## {message.directive}", "", message.justification, ""]
-    lines += [f"- {one.section}: {one.excerpt}" for one in message.citations]
+    lines = [f"## {literal(message.directive)}", "", literal(message.justification), ""]
+    lines += [f"- {literal(one.section)}: {literal(one.excerpt)}" for one in message.citations]
     if message.degraded:
-        lines.append("\nMissing or late: " + ", ".join(message.degraded))
+        lines.append("\nMissing or late: " + ", ".join(map(literal, message.degraded)))
     return "\n".join(lines)
 
 

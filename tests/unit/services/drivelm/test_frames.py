@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from services.drivelm.frames import RecentFrames
+from services.player.street import numbered
 
 JPEG = bytes(cv2.imencode(".jpg", np.full((8, 8, 3), (0, 0, 250), np.uint8))[1].tobytes())
 
@@ -19,7 +20,7 @@ def test_the_picture_of_a_stamp_comes_back_in_rgb() -> None:
 def test_old_pictures_go_and_missing_ones_are_counted() -> None:
     frames = RecentFrames(keep=3)
     for stamp in range(5):
-        frames.add("tele", stamp, JPEG)
+        frames.add("tele", stamp, numbered(JPEG, stamp))
     assert frames.picture("tele", 1) is None
     assert frames.picture("front", 4) is None
     assert frames.picture("tele", 4) is not None
@@ -31,3 +32,12 @@ def test_broken_bytes_are_no_picture() -> None:
     for stamp, jpeg in enumerate((b"", b"\xff\xd8broken", JPEG[:40])):
         frames.add("tele", stamp, jpeg)
         assert frames.picture("tele", stamp) is None or stamp == 2
+
+
+def test_the_last_picture_again_is_no_new_one_until_another_came() -> None:
+    frames = RecentFrames()
+    for stamp, number in enumerate((1, 1, 1, 2, 1)):
+        frames.add("tele", stamp, numbered(JPEG, number))
+    assert [frames.picture("tele", stamp) is not None for stamp in range(5)] == [True, False, False, True, True]
+    frames.add("front", 1, numbered(JPEG, 1))
+    assert frames.picture("front", 1) is not None, "each camera for itself"

@@ -140,6 +140,31 @@ def _light_read(*answers: Answer) -> tuple[FrontEnd, list[tuple[Fact, ...]]]:
     ]
 
 
+@pytest.mark.parametrize("hidden_by", ["others", "size"])
+def test_a_green_light_that_is_no_longer_read_is_soon_no_longer_told(hidden_by: str) -> None:
+    end = _end("light:green")
+    said = [end.see(sighting(step * NS // 10, box_at(40, -3, "light", size_m=1.0))) for step in range(1, 5)]
+    assert [fact.reading for fact in said[-1] if fact.believed] == ["light:green"]
+    others = [box_at(20, 2 * place - 10, "light", 100 + place, 1.0) for place in range(8)]
+    last_ns = 0
+    for step in range(5, 40):
+        boxes = [box_at(40, -3, "light", size_m=1.0), *others] if hidden_by == "others" else [
+            box_at(40, -3, "light", size_m=0.2)
+        ]  # fmt: skip
+        facts = [*end.see(sighting(step * NS // 10, *boxes)), *end.settle(step * NS // 10, 0.0)]
+        last_ns = max([last_ns, *(fact.frame_stamp_ns for fact in facts if fact.track_id == 7)])
+    assert NS <= last_ns <= 14 * NS // 10
+    assert ("tele", 7) not in end.tracks
+
+
+def test_a_light_that_is_read_now_and_then_is_told_of_every_picture() -> None:
+    end = _end("light:green")
+    for step in range(1, 40):
+        size_m = 1.0 if step < 5 or step % 7 == 0 else 0.2
+        said = end.see(sighting(step * NS // 10, box_at(40, -3, "light", size_m=size_m)))
+        assert step < 5 or [fact.reading for fact in said] == ["light:green"]
+
+
 def test_a_light_that_was_doubted_and_is_none_is_withdrawn_once() -> None:
     doubt, nothing = says("light:red", 0.6, ("other", 0.3)), says("other", 0.98)
     _, said = _light_read(doubt, doubt, nothing, nothing, nothing)

@@ -90,3 +90,29 @@ def test_what_the_graph_does_not_hold_is_not_answered_from_the_question(question
     assert "200" not in ask(build(_seen()), question).text
     if "football" in question or not question:
         assert ask(build(_seen()), question) == (SILENT, 0.0, "", EXTRACTED)
+
+
+@pytest.mark.parametrize(
+    "question", ["Is anything relevant seen ahead?", "What is relevant ahead?", "Is nothing ahead?"]
+)
+def test_of_a_scene_without_objects_it_is_not_said_that_nothing_is_there(question: str) -> None:
+    assert ask(build(Seen(camera="front", frame=1)), question) == (SILENT, 0.0, "", EXTRACTED)
+
+
+@pytest.mark.parametrize("confidence", [0.12, 0.5, 0.93])
+def test_a_described_object_is_as_sure_as_its_track(confidence: float) -> None:
+    track = Track(track_id=5, kind="pedestrian", x_m=20, y_m=0.5, vx_mps=-5, vy_mps=0, confidence=confidence)
+    box = Box(x0_px=1, y0_px=1, x1_px=20, y1_px=50, kind="pedestrian", score=0.3, track_id=5)
+    found = ask(build(Seen(camera="front", frame=1, boxes=(box,), tracks=(track,))), "How far ahead is the pedestrian?")
+    assert "20 m ahead" in found.text
+    assert 0 < found.score <= confidence
+
+
+def test_a_sign_that_only_another_camera_sees_is_told_with_half_the_certainty_at_most() -> None:
+    sign = Fact(
+        kind="limit", reading="limit:80", confidence=0.99, frame_stamp_ns=1, track_id=2, camera="tele", value=80,
+        unit="km/h", distance_m=35, sentence="The traffic sign is a speed limit sign of 80.",
+    )  # fmt: skip
+    found = ask(build(Seen(camera="front", frame=1, facts=(sign,))), "What is the speed limit?")
+    assert "80" in found.text
+    assert 0 < found.score <= 0.5

@@ -5,9 +5,10 @@ import numpy as np
 
 from drivemcp.testing import bus
 from proto import topics
-from proto.perception import Boxes
+from proto.perception import Box, Boxes, Track, Tracks
 from proto.scene import Fact
 from proto.sensors import CameraFrame
+from proto.vehicle import Ego
 from services.drivelm.service import SERVICE
 from services.simulator.signart import draw_face
 from tests.unit.services.drivelm.approach import NS, TELE, box_at
@@ -56,3 +57,41 @@ def test_a_drive_past_a_sign_gives_a_believed_fact_and_an_answer() -> None:
 
 def _limit(facts: tuple[Fact, ...]) -> Fact | None:
     return next((fact for fact in facts if fact.kind == "limit" and fact.believed), None)
+
+
+CAR = Box(x0_px=300, y0_px=150, x1_px=360, y1_px=200, kind="vehicle", score=0.9, track_id=3)
+AHEAD = Track(track_id=3, kind="vehicle", x_m=30.0, y_m=0.0, vx_mps=0.0, vy_mps=0.0, confidence=0.95, in_ego_path=True)
+
+
+def test_the_graph_has_its_pictures_stamp_and_ends_with_the_camera() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        graphs, seen_ns = b.collect(topics.GRAPH), b.probe.clock.now_ns()
+        b.probe.publish(topics.BOXES, Boxes(camera="front", frame=1, boxes=(CAR,)), stamp_ns=seen_ns)
+        graphs.wait()
+        assert graphs.infos[0].stamp_ns == seen_ns
+        assert b.call("describe_scene").ok
+        b.collect(topics.HEALTH, id="drivelm").wait_count(3)  # said once a second, as the graph is
+        count = len(graphs.messages)
+        outcomes = [
+            b.call(tool, asked) for tool, asked in (("describe_scene", {}), ("ask_scene", {"question": "Cars?"}))
+        ]
+        assert {outcome.status for outcome in outcomes} == {"tool_error"}
+        assert "within the last second" in outcomes[0].error
+        later_ns = b.probe.clock.now_ns()
+        b.probe.publish(topics.BOXES, Boxes(camera="front", frame=2, boxes=(CAR,)), stamp_ns=later_ns)
+        graphs.wait_count(count + 1)
+        assert graphs.infos[-1].stamp_ns == later_ns
+
+
+def test_tracks_and_motion_that_fell_silent_are_in_no_graph() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        graphs = b.collect(topics.GRAPH)
+        b.probe.publish(topics.TRACKS, Tracks(camera="front", frame=1, tracks=(AHEAD,)))
+        b.probe.publish(topics.EGO, Ego(speed_mps=20.0))
+        for number in range(1, 4):
+            b.probe.publish(topics.BOXES, Boxes(camera="front", frame=number, boxes=(CAR,)))
+            graphs.wait_count(number)
+        assert "30 m ahead" not in graphs.messages[-1].description
+        assert not [qa for qa in graphs.messages[-1].qa if qa.layer == "behavior" and "fast" in qa.answer]

@@ -41,6 +41,7 @@ class Road:
         self.speed_mps = 12.0
         self.weather: Conditions = conditions(mu=0.4, factor=0.75, wet=True, risk_level="high")
         self.car = Degradation(h=0.0, brake_envelope=1.0)
+        self.lidar = False
 
     def step(self, *facts: object, tracks: tuple[object, ...] = (), lead: int | None = None) -> Advisory:
         """The advisory of this very snapshot."""
@@ -51,7 +52,9 @@ class Road:
         if facts:
             self.node.publish(topics.FACTS, Facts(facts=facts))  # type: ignore[arg-type]
         count = len(self.advisories.messages)
-        shown = Tracks(camera="front", frame=self.frame, tracks=tracks, lead_track_id=lead)  # type: ignore[arg-type]
+        shown = Tracks(
+            camera="front", frame=self.frame, tracks=tracks, lead_track_id=lead, lidar_used=self.lidar,  # type: ignore[arg-type]
+        )  # fmt: skip
         self.node.publish(topics.TRACKS, shown)
         return self.advisories.wait_count(count + 1)[count]
 
@@ -254,3 +257,10 @@ def test_malformed_payloads_do_not_stop_the_ticks() -> None:
         assert advisory.target_mps <= stood + 1e-9
         assert node is not None
         assert threading.active_count() > 0
+
+
+def test_a_lidar_that_falls_silent_is_told_by_name(drive: Road) -> None:
+    told = []
+    for drive.lidar in (False, True, False, False, True):
+        told.append("lidar" in drive.step().degraded)
+    assert told == [False, False, True, True, False], "it is missed once it was there"

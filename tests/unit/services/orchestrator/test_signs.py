@@ -15,7 +15,9 @@ from tests.unit.services.orchestrator.support import (
     doubted,
     end_sign,
     fact,
+    limit_answer,
     limit_sign,
+    meaning,
 )
 
 
@@ -34,6 +36,28 @@ def test_a_limit_comes_into_force_when_its_sign_is_passed() -> None:
     drive.ticks(32)
     assert len(in_force(drive.state.signs)) == 1
     assert drive.target_mps == pytest.approx(50 * KMH)
+
+
+@pytest.mark.parametrize(
+    ("sign", "there_kmh"),
+    [
+        (limit_sign("limit:50", passed=False, distance_m=40.0), 50),
+        (fact("sign", "town_entry", track_id=4, distance_m=40.0), 50),
+        (limit_sign("limit:90", passed=False, distance_m=40.0), 90),
+    ],
+)
+def test_with_the_speed_unknown_a_restriction_out_of_sight_counts_as_reached(sign: Fact, there_kmh: float) -> None:
+    drive = Drive(speed_mps=10.0, road="rural")
+    urban = limit_answer(50.0).limit
+    drive.ask.table = {**drive.ask.table, "interpret_sign": lambda a: meaning(a["reading"], limit=urban)}
+    drive.tick(sign)
+    drive.speed_mps = None
+    drive.ticks(28)
+    assert drive.target_mps > there_kmh * KMH + 0.1, "it may still be ahead"
+    drive.ticks(5)
+    for _ in range(330):
+        drive.tick()
+        assert drive.target_mps <= there_kmh * KMH + 1e-9
 
 
 def test_time_and_silence_end_nothing() -> None:

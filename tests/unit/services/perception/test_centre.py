@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivemcp.paths import data
-from services.perception.centre import STRIP
+from services.perception.centre import STRIP, whole
 from services.perception.detection import Detection, overlaps
 from services.perception.detector import DetectorOptions, Picture
 from services.perception.loading import load_detector
@@ -39,6 +39,12 @@ def test_the_cards_curve_bends_scores_and_moves_no_box(street: Picture, tmp_path
     for before, after in zip(plain, bent, strict=True):
         odds = math.log(before.score / (1 - before.score))
         assert after.score == pytest.approx(1 / (1 + math.exp(-(2.0 * odds + 0.5))), abs=1e-3)
+
+
+@pytest.mark.parametrize(("height_px", "width_px"), [(1, 2000), (2000, 1), (4, 8192), (1, 1)])
+def test_a_picture_thinner_than_a_pixel_of_the_canvas_still_fits_on_it(height_px: int, width_px: int) -> None:
+    canvas, _ = whole(np.full((height_px, width_px, 3), 200, np.uint8))
+    assert canvas.max() == 200
 
 
 def of_kind(found: list[Detection], kind: str = "pedestrian") -> Edges:

@@ -103,6 +103,14 @@ def test_a_model_that_takes_any_size_is_given_640_pixels(tmp_path: Path) -> None
     assert found.centre_px == pytest.approx((3.0, 4.2), abs=0.01), "96 pixels became 640"
 
 
+@pytest.mark.parametrize(("height_px", "width_px"), [(1, 2000), (2000, 1)])
+def test_a_picture_thinner_than_a_pixel_of_the_models_input_is_looked_at(
+    tmp_path: Path, height_px: int, width_px: int
+) -> None:
+    detector = load_detector(model(tmp_path / "m.onnx", one_car("x"), plane=0, divisor=1.0))
+    detector.detect(np.zeros((height_px, width_px, 3), np.uint8))
+
+
 @pytest.mark.parametrize("shape", [(1, 84, 100), (1, 7, 6), (1, 116, 84), (84, 84), (1, 84, 188)])
 def test_other_outputs_are_refused_by_name_and_shape(tmp_path: Path, shape: tuple[int, ...]) -> None:
     rows = np.zeros(shape, np.float32)

@@ -3,13 +3,12 @@
 import math
 from collections.abc import Callable, Sequence
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proto.sensors import CameraFrame, LidarSweep
+from proto.sensors import LidarSweep
 from proto.vehicle import Ego
 from services.perception.detection import Detection
 from services.perception.detector import Picture
@@ -19,6 +18,7 @@ from services.perception.tracked import EgoState, Sighting
 from services.simulator import lidar
 from services.simulator.scene import FRONT
 from services.simulator.sensors import calibration
+from tests.unit.services.perception.pictures import taken
 
 SWEEP_S = 0.1
 HOUSE, CAR, POST = (12.0, 9.0, 6.0), (4.5, 1.85, 1.5), (0.2, 0.2, 3.0)
@@ -179,15 +179,13 @@ def test_who_comes_from_the_side_unseen_by_any_camera_is_in_the_path_before_he_i
 ) -> None:
     perception = Perception(Blind())
     perception.calibrate("front", calibration(FRONT))
-    jpeg = cv2.imencode(".jpg", np.full((FRONT.height_px, FRONT.width_px, 3), 90, np.uint8))[1].tobytes()
-    frame = CameraFrame(jpeg=jpeg, width_px=FRONT.width_px, height_px=FRONT.height_px)
     first_y = None
     for number, places in enumerate(crossing(8.0, 18.0, -30.0, 34)):
         stamp_ns = 1_000_000_000 + int(number * SWEEP_S * 1e9)
         points = lidar.sweep(seen_from((0.0, 0.0, 0.0), places), 0.0, np.random.default_rng(number))
         perception.ego(stamp_ns, Ego(speed_mps=0.0, yaw_rate_radps=0.0))
         take(perception, stamp_ns, LidarSweep(points=points.astype("<f4").tobytes(), count=len(points)))
-        tracks = perception.see("front", stamp_ns, frame).tracks
+        tracks = perception.see("front", stamp_ns, taken()).tracks
         assert tracks is not None
         if tracks.tracks and first_y is None and tracks.tracks[0].in_ego_path:
             first_y = places[0][1]

@@ -8,8 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivemcp.paths import data
 from proto.sensors import CameraFrame, LidarSweep
+from services.perception.loading import load_detector
 from services.perception.pictures import Malformed, open_picture, open_sweep
+from services.perception.pipeline import Perception
 
 GREEN = np.zeros((36, 64, 3), np.uint8)
 GREEN[:, :, 1] = 200
@@ -32,6 +35,25 @@ def test_what_is_no_jpeg_is_refused(jpeg: bytes) -> None:
 def test_a_picture_of_another_size_than_said_is_refused(size: tuple[int, int]) -> None:
     with pytest.raises(Malformed):
         open_picture(CameraFrame(jpeg=JPEG, width_px=size[0], height_px=size[1]))
+
+
+THIN = [(2000, 1), (1, 2000), (8192, 4), (4, 8192), (640, 2), (15, 15), (16, 257)]
+"""Width and height."""
+
+
+@pytest.mark.parametrize(("width_px", "height_px"), THIN)
+def test_a_picture_that_no_camera_takes_is_refused_before_it_is_opened(width_px: int, height_px: int) -> None:
+    jpeg = cv2.imencode(".jpg", np.zeros((height_px, width_px, 3), np.uint8))[1].tobytes()
+    with pytest.raises(Malformed, match=f"said to be {width_px} x {height_px}"):
+        open_picture(CameraFrame(jpeg=jpeg, width_px=width_px, height_px=height_px))
+
+
+@pytest.mark.parametrize(("width_px", "height_px"), [(16, 16), (256, 16), (16, 256), (64, 36)])
+def test_small_and_oblong_pictures_are_understood(width_px: int, height_px: int) -> None:
+    noise = np.random.default_rng(0).integers(0, 255, (height_px, width_px, 3), np.uint8)
+    jpeg = cv2.imencode(".jpg", noise)[1].tobytes()
+    perception = Perception(load_detector(data("models/detector.onnx")))
+    assert perception.see("front", 1, CameraFrame(jpeg=jpeg, width_px=width_px, height_px=height_px)).tracks is not None
 
 
 @settings(max_examples=40, deadline=None)

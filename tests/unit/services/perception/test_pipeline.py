@@ -4,7 +4,6 @@ import contextlib
 import math
 from dataclasses import dataclass, field, replace
 
-import cv2
 import msgspec
 import numpy as np
 import pytest
@@ -12,17 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.perception import ObjectClass
-from proto.sensors import Calibration, CameraFrame, LanePath, LidarSweep, MapView
+from proto.sensors import Calibration, LanePath, LidarSweep, MapView
 from proto.vehicle import Ego
 from services.perception.detection import Detection
 from services.perception.detector import Picture
 from services.perception.pictures import Malformed
 from services.perception.pipeline import Perception, Seen
+from tests.unit.services.perception.pictures import taken
 
 STEP_NS = 100_000_000
-PICTURE = CameraFrame(
-    jpeg=cv2.imencode(".jpg", np.full((360, 640, 3), 90, np.uint8))[1].tobytes(), width_px=640, height_px=360
-)
 CALIBRATION = Calibration(fx_px=457, fy_px=457, cx_px=320, cy_px=180, width_px=640, height_px=360, z_m=1.35)
 MAP = MapView(
     segment_id="s", lanes=(LanePath(lane_id="a", points=((0.0, 0.0), (99.0, 0.0)), width_m=3.5, is_ego=True),)
@@ -68,7 +65,7 @@ def follow(
         perception.map(k * STEP_NS, MAP)
         if lidar:
             perception.sweep(k * STEP_NS, sweep_of(30.0))
-        seen = perception.see(camera, k * STEP_NS, PICTURE)
+        seen = perception.see(camera, k * STEP_NS, taken())
     return seen
 
 
@@ -104,7 +101,7 @@ def test_an_old_ego_speed_counts_as_unknown_and_an_old_map_as_none() -> None:
     perception = Perception(detector)
     perception.calibrate("front", CALIBRATION)
     follow(perception, detector)
-    seen = perception.see("front", 12 * STEP_NS + 900_000_000, PICTURE)
+    seen = perception.see("front", 12 * STEP_NS + 900_000_000, taken())
     assert seen.tracks is not None
     assert seen.lanes is not None
     assert seen.tracks.ego_speed_used_mps is None
@@ -116,7 +113,7 @@ def test_an_ego_speed_that_is_no_number_counts_as_unknown() -> None:
     detector = Told()
     perception = Perception(detector)
     perception.ego(STEP_NS, Ego(speed_mps=math.nan, yaw_rate_radps=math.inf))
-    seen = perception.see("front", STEP_NS, PICTURE)
+    seen = perception.see("front", STEP_NS, taken())
     assert seen.tracks is not None
     assert seen.tracks.ego_speed_used_mps is None
 
@@ -125,7 +122,7 @@ def test_tele_pictures_give_boxes_and_the_front_camera_carries_the_tracks() -> N
     detector = Told()
     perception = Perception(detector)
     follow(perception, detector)
-    seen = perception.see("tele", 12 * STEP_NS + 1, PICTURE)
+    seen = perception.see("tele", 12 * STEP_NS + 1, taken())
     assert seen.tracks is None
     assert seen.lanes is None
     assert len(seen.boxes.boxes) == 1
@@ -138,7 +135,7 @@ def test_no_other_camera_carries_the_tracks_of_a_front_camera_that_fell_silent()
     detector.found = []
     for k in range(13, 60):
         perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
-        seen = perception.see("tele", k * STEP_NS, PICTURE)
+        seen = perception.see("tele", k * STEP_NS, taken())
         assert (seen.tracks, seen.lanes) == (None, None)
         assert seen.boxes.camera == "tele"
 
@@ -147,9 +144,9 @@ def test_a_front_camera_that_is_calibrated_or_sends_what_cannot_be_read_is_not_s
     calibrated, broken = Perception(Told()), Perception(Told())
     calibrated.calibrate("front", CALIBRATION)
     with pytest.raises(Malformed):
-        broken.see("front", STEP_NS, msgspec.structs.replace(PICTURE, jpeg=b""))
+        broken.see("front", STEP_NS, msgspec.structs.replace(taken(), jpeg=b""))
     for perception in (calibrated, broken):
-        assert perception.see("tele", 2 * STEP_NS, PICTURE).tracks is None
+        assert perception.see("tele", 2 * STEP_NS, taken()).tracks is None
 
 
 def test_a_front_camera_that_comes_back_carries_the_tracks_again() -> None:
@@ -157,14 +154,14 @@ def test_a_front_camera_that_comes_back_carries_the_tracks_again() -> None:
     perception = Perception(detector)
     follow(perception, detector)
     for k in range(13, 31):
-        assert perception.see("tele", k * STEP_NS, PICTURE).tracks is None
-    assert perception.see("front", 31 * STEP_NS, PICTURE).tracks is not None
+        assert perception.see("tele", k * STEP_NS, taken()).tracks is None
+    assert perception.see("front", 31 * STEP_NS, taken()).tracks is not None
 
 
 def test_of_several_cameras_none_of_them_in_front_the_first_by_name_that_still_comes_carries_the_tracks() -> None:
     perception = Perception(Told())
-    assert perception.see("left", STEP_NS, PICTURE).tracks is not None
-    carried = [perception.see("right", k * STEP_NS, PICTURE).tracks is not None for k in range(2, 20)]
+    assert perception.see("left", STEP_NS, taken()).tracks is not None
+    carried = [perception.see("right", k * STEP_NS, taken()).tracks is not None for k in range(2, 20)]
     assert carried == [False] * 9 + [True] * 9
 
 
@@ -173,9 +170,9 @@ def follow_both(perception: Perception, detector: Told, first: int, steps: int) 
     for k in range(first, first + steps):
         perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
         detector.found = [car_at(30.0)]
-        assert perception.see("front", k * STEP_NS, PICTURE).tracks is not None
+        assert perception.see("front", k * STEP_NS, taken()).tracks is not None
         detector.found = []
-        perception.see("tele", k * STEP_NS + STEP_NS // 2, PICTURE)
+        perception.see("tele", k * STEP_NS + STEP_NS // 2, taken())
 
 
 @settings(max_examples=40, deadline=None)
@@ -188,10 +185,10 @@ def test_a_picture_with_a_stamp_that_all_others_contradict_is_refused_and_wipes_
     follow_both(perception, detector, 10**7, 12)
     for k in range(10**7 + 12, 10**7 + 12 + times):
         with pytest.raises(Malformed):
-            perception.see("tele", k * STEP_NS + (apart_ns if ahead else -apart_ns), PICTURE)
+            perception.see("tele", k * STEP_NS + (apart_ns if ahead else -apart_ns), taken())
         perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
         detector.found = [car_at(30.0)]
-        seen = perception.see("front", k * STEP_NS, PICTURE)
+        seen = perception.see("front", k * STEP_NS, taken())
         assert seen.tracks is not None
         assert [track.track_id for track in seen.tracks.tracks] == [1]
 
@@ -201,20 +198,20 @@ def test_a_front_camera_whose_clock_strays_once_is_refused_and_believed_again() 
     perception = Perception(detector)
     follow_both(perception, detector, 1, 12)
     with pytest.raises(Malformed):
-        perception.see("front", 13 * STEP_NS + 10**10, PICTURE)
+        perception.see("front", 13 * STEP_NS + 10**10, taken())
     follow_both(perception, detector, 13, 3)
 
 
 def test_a_long_camera_whose_clock_is_wrong_from_the_start_harms_no_track() -> None:
     detector = Told()
     perception = Perception(detector)
-    perception.see("tele", 10**11, PICTURE)
+    perception.see("tele", 10**11, taken())
     for k in range(1, 30):
         perception.ego(k * STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
         detector.found = [car_at(30.0)]
-        seen = perception.see("front", k * STEP_NS, PICTURE)
+        seen = perception.see("front", k * STEP_NS, taken())
         with pytest.raises(Malformed):
-            perception.see("tele", 10**11 + k * STEP_NS, PICTURE)
+            perception.see("tele", 10**11 + k * STEP_NS, taken())
     assert seen.tracks is not None
     assert len(seen.tracks.tracks) == 1
 
@@ -229,7 +226,7 @@ def test_a_recording_that_jumps_is_followed_once_the_sources_agree(first: int, e
     for k in range(first, first + 15):
         for camera in ("front", "tele"):
             try:
-                perception.see(camera, k * STEP_NS, PICTURE)
+                perception.see(camera, k * STEP_NS, taken())
             except Malformed:
                 refused += 1
         if ego:
@@ -240,18 +237,18 @@ def test_a_recording_that_jumps_is_followed_once_the_sources_agree(first: int, e
 def test_a_camera_alone_is_followed_wherever_it_jumps() -> None:
     perception = Perception(Told())
     for stamp_ns in (10**10, 10**12, 10**9):
-        assert perception.see("dashcam", stamp_ns, PICTURE).tracks is not None
+        assert perception.see("dashcam", stamp_ns, taken()).tracks is not None
 
 
 def test_a_camera_goes_on_after_the_ego_motion_ended_and_after_a_jump_that_nobody_confirms() -> None:
     perception = Perception(Told())
     perception.ego(STEP_NS, Ego(speed_mps=15.0, yaw_rate_radps=0.0))
     for k in range(1, 40):
-        assert perception.see("dashcam", k * STEP_NS, PICTURE).tracks is not None
+        assert perception.see("dashcam", k * STEP_NS, taken()).tracks is not None
     answered = []
     for k in range(1000, 1030):
         with contextlib.suppress(Malformed):
-            perception.see("dashcam", k * STEP_NS, PICTURE)
+            perception.see("dashcam", k * STEP_NS, taken())
             answered.append(k)
     assert answered == list(range(1011, 1030))
 
@@ -261,7 +258,7 @@ def test_a_long_camera_goes_on_once_nobody_else_comes() -> None:
     perception = Perception(detector)
     follow_both(perception, detector, 1, 12)
     for k in range(13, 60):
-        assert perception.see("tele", k * STEP_NS, PICTURE).boxes.camera == "tele"
+        assert perception.see("tele", k * STEP_NS, taken()).boxes.camera == "tele"
 
 
 @pytest.mark.parametrize("camera", ["tele", "dashcam"])
@@ -277,8 +274,8 @@ def test_one_camera_alone_carries_the_tracks_whatever_its_name(camera: str) -> N
 def test_track_ids_of_signs_and_vehicles_never_collide() -> None:
     detector = Told(found=[car_at(30.0), car_at(25.0, 4.0, "sign"), car_at(40.0, -4.0, "light")])
     perception = Perception(detector)
-    ids = {box.track_id for box in perception.see("front", STEP_NS, PICTURE).boxes.boxes}
-    ids |= {box.track_id for box in perception.see("tele", STEP_NS + 1, PICTURE).boxes.boxes if box.kind != "vehicle"}
+    ids = {box.track_id for box in perception.see("front", STEP_NS, taken()).boxes.boxes}
+    ids |= {box.track_id for box in perception.see("tele", STEP_NS + 1, taken()).boxes.boxes if box.kind != "vehicle"}
     assert len(ids) == 5
     assert 0 not in ids
 
@@ -290,8 +287,8 @@ def test_a_vehicle_seen_by_both_cameras_is_one_track() -> None:
     perception.calibrate("tele", CALIBRATION)
     for k in range(1, 12):
         detector.found = [car_at(30.0)]
-        front = perception.see("front", k * STEP_NS, PICTURE)
-        tele = perception.see("tele", k * STEP_NS, PICTURE)
+        front = perception.see("front", k * STEP_NS, taken())
+        tele = perception.see("tele", k * STEP_NS, taken())
         assert front.boxes.boxes[0].track_id == tele.boxes.boxes[0].track_id == 1
 
 
@@ -303,7 +300,7 @@ def test_a_motorcyclist_is_one_track_whatever_the_detector_calls_him_besides() -
         vehicle = car_at(30.0)
         person = replace(vehicle, kind="pedestrian", score=0.8, y0_px=vehicle.y0_px + 1.0)
         detector.found = [vehicle, person] if k % 2 else [person, vehicle]
-        seen = perception.see("front", k * STEP_NS, PICTURE)
+        seen = perception.see("front", k * STEP_NS, taken())
         assert {box.kind for box in seen.boxes.boxes if box.track_id} == {"vehicle"}
         assert len(seen.boxes.boxes) == 2, "what was found is published all the same"
     assert seen.tracks is not None
@@ -330,7 +327,7 @@ def test_a_lens_distortion_that_cannot_be_undone_is_refused(distortion: tuple[fl
     with pytest.raises(Malformed):
         perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
     assert not perception.calibrated("front")
-    assert len(perception.see("front", STEP_NS, PICTURE).boxes.boxes) == 1
+    assert len(perception.see("front", STEP_NS, taken()).boxes.boxes) == 1
 
 
 @settings(max_examples=60, deadline=None)
@@ -348,7 +345,7 @@ def test_no_lens_distortion_stops_pictures_from_being_understood(
         perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
     perception.sweep(STEP_NS, sweep_of(30.0))
     for k in range(1, 5):
-        seen = perception.see("front", k * STEP_NS, PICTURE)
+        seen = perception.see("front", k * STEP_NS, taken())
     assert seen.tracks is not None
     assert all(math.isfinite(track.x_m + track.y_m + track.vx_mps) for track in seen.tracks.tracks)
 
@@ -358,7 +355,7 @@ def test_a_usual_lens_distortion_is_worked_with(distortion: tuple[float, ...]) -
     perception = Perception(Told(found=[car_at(30.0)]))
     perception.calibrate("front", msgspec.structs.replace(CALIBRATION, distortion=distortion))
     assert perception.calibrated("front")
-    assert perception.see("front", STEP_NS, PICTURE).boxes.boxes[0].range_m == pytest.approx(30.0, rel=0.1)
+    assert perception.see("front", STEP_NS, taken()).boxes.boxes[0].range_m == pytest.approx(30.0, rel=0.1)
 
 
 @pytest.mark.parametrize("told", [False, True])
@@ -383,5 +380,5 @@ def test_an_uncalibrated_camera_that_looks_down_learns_its_pitch(told: bool) -> 
                 score=0.9,
             )
         ]
-        seen = perception.see("dashcam", k * STEP_NS, PICTURE)
+        seen = perception.see("dashcam", k * STEP_NS, taken())
     assert seen.boxes.boxes[0].range_m == pytest.approx(seen_at * focal / 457, rel=0.25)

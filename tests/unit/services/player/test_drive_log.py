@@ -1,10 +1,12 @@
 """Our own logs, written by the logger and played again."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from mcap.writer import Writer
 
 from drivemcp.errors import UserError
@@ -55,6 +57,56 @@ def test_a_log_says_again_what_its_sensors_said(tmp_path: Path) -> None:
         assert {ego.speed_mps for ego in egos.wait_count(3)} == {13.9}
         assert calibrations.wait().fx_px == 70.0
         assert np.diff([info.stamp_ns for info in frames.infos]).tolist() == [50_000_000, 50_000_000]
+
+
+def logged(folder: Path, stamps_s: Sequence[float]) -> Path:
+    """A log of ours with pictures of these stamps, in this order."""
+    path = folder / "drive.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("foxglove.CompressedImage", "protobuf", b"")
+        channel = writer.register_channel("sensor/camera/front", "protobuf", schema)
+        for stamp_s in stamps_s:
+            stamp_ns = round(stamp_s * 1e9)
+            writer.add_message(channel, stamp_ns, CompressedImage(data=JPEG).SerializeToString(), stamp_ns)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path
+
+
+def played_s(path: Path) -> list[float]:
+    return [moment.at_s for moment in open_recording(str(path), Options()).moments if moment.topic is topics.CAMERA]
+
+
+@pytest.mark.parametrize("wrong", [1 << 60, 1 << 40, -(1 << 36)])
+@pytest.mark.parametrize("at", [0, 3, 9])
+def test_a_stamp_with_a_wrong_bit_is_left_out_and_told(tmp_path: Path, wrong: int, at: int) -> None:
+    stamps_s = [100.0 + number / 10 for number in range(10)]
+    stamps_s[at] = max(0.0, stamps_s[at] + wrong / 1e9)
+    path = logged(tmp_path, stamps_s)
+    recording = open_recording(str(path), Options())
+    assert recording.pictures == 9
+    assert recording.duration_s < 1.0
+    assert recording.brings == "a log (messages left out for impossible times: 1)"
+    assert len(played_s(path)) == 9
+    assert 0.0 <= min(played_s(path)) <= max(played_s(path)) < 1.0
+
+
+@pytest.mark.parametrize(
+    "stamps_s",
+    [
+        [1.0, 1.1],
+        [100.0 + 10.0 * number for number in range(9)],
+        [*(100.0 + number / 10 for number in range(9)), *(900.0 + number / 10 for number in range(9))],
+        [100.2, 100.0, 100.1, 100.3],
+    ],
+    ids=["short", "slow", "a gap that lasts", "out of order"],
+)
+def test_stamps_that_others_bear_out_are_all_played(tmp_path: Path, stamps_s: list[float]) -> None:
+    path = logged(tmp_path, stamps_s)
+    first_s = min(stamps_s)
+    assert played_s(path) == pytest.approx([stamp_s - first_s for stamp_s in stamps_s])
+    assert open_recording(str(path), Options()).brings == "a log"
 
 
 def test_a_speed_that_was_unknown_throughout_is_left_to_the_can_service(tmp_path: Path) -> None:

@@ -11,8 +11,9 @@ import pytest
 from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
-from proto.sensors import Calibration, LidarSweep
+from proto.sensors import Calibration, CameraFrame, LidarSweep
 from services.perception.camera import Camera
+from services.perception.pictures import open_picture
 from services.player.moments import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
@@ -131,3 +132,17 @@ def test_a_picture_of_another_size_is_refused(tmp_path: Path) -> None:
     cv2.imwrite(str(folder / "front.jpg"), np.zeros((45, 80, 3), np.uint8))
     with pytest.raises(UserError, match=r"camera\.size is 160 x 90, the picture 80 x 45"):
         open_recording(str(folder), Options())
+
+
+def test_a_frame_that_is_shown_on_and_on_is_no_frozen_camera(tmp_path: Path) -> None:
+    folder = write(tmp_path, mount(0.0, 0.0, 0.0), ego={"speed_mps": 7.5})
+    cv2.imwrite(str(folder / "front.jpg"), np.random.default_rng(1).integers(0, 255, (90, 160, 3), np.uint8))
+    pictures = [
+        moment.message
+        for moment in open_recording(str(folder), Options(hold_s=1.0)).moments
+        if moment.topic is topics.CAMERA
+    ]
+    shown = [open_picture(picture) for picture in pictures if isinstance(picture, CameraFrame)]
+    assert len(shown) == 10
+    assert all((each == shown[0]).all() for each in shown), "it is one picture"
+    assert len({picture.jpeg for picture in pictures if isinstance(picture, CameraFrame)}) == 10
