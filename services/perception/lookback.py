@@ -60,7 +60,7 @@ def fix_before(estimate: Estimate, fix: Fix, sweeps: Sweeps) -> Fix | None:
     if now is None:
         return None
     slack = min(MOST_M, SIGMAS * math.sqrt(float(estimate.covariance[2, 2])) * between_s + NOISE_M)
-    before = _turned(sweeps.before, -sweeps.turned_rad)
+    before = turned(sweeps.before, -sweeps.turned_rad)
     then = _near_end(before, now[0] - vx * between_s, y - vy * between_s, slack)
     if then is None:
         return None
@@ -79,7 +79,8 @@ def _near_end(points: Floats, x_m: float, y_m: float, slack_m: float) -> tuple[f
     return float(ahead.min()), SIGMA_M if several else LONELY_SIGMA_M
 
 
-def _turned(points: Floats, angle_rad: float) -> Floats:
+def turned(points: Floats, angle_rad: float) -> Floats:
+    """Points (N, 3 or more; m, x ahead, y left) as (N, 3), turned to the left about the ego."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
-    turned: Floats = points[:, :3] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return turned
+    there: Floats = points[:, :3] @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return there

@@ -20,7 +20,7 @@ from services.perception.image_tracks import Approach, ImageTracker
 from services.perception.lanes import lane_model
 from services.perception.lead import lead_of, place
 from services.perception.levelling import Levelling
-from services.perception.lookback import Sweeps
+from services.perception.lookback import Sweeps, turned
 from services.perception.movers import ACROSS_SIGMA_MPS, Movers
 from services.perception.pictures import Malformed, open_picture, open_sweep
 from services.perception.placing import Lag, distance_m, sighting_of
@@ -213,12 +213,13 @@ class Perception:
         return [self._cameras[name] for name in fresh if name != camera_id and self.calibrated(name)]
 
     def _points(self, stamp_ns: int) -> Floats | None:
-        """The latest sweep as standing things would give it now: the ego has moved on since."""
+        """The latest sweep as standing things would give it now: the ego has moved on and turned since."""
         if self._sweep is None or abs(stamp_ns - self._sweep[0]) > self.ages.lidar_ns:
             return None
         points = self._sweep[1].copy()
         points[:, 0] -= self._moved_m(stamp_ns)
-        return points
+        yaw_rate_radps = self._ego_state(stamp_ns).yaw_rate_radps or 0.0
+        return turned(points, -yaw_rate_radps * (stamp_ns - self._sweep[0]) / 1e9)
 
     def _moved_m(self, stamp_ns: int) -> float:
         """How far the ego came since the sweep; 0 where its speed is unknown."""

@@ -83,6 +83,19 @@ def test_a_vehicle_ahead_becomes_the_lead_with_a_lidar_range() -> None:
     assert seen.tracks.ego_speed_used_mps == 15.0
 
 
+@pytest.mark.parametrize("yaw_rate_radps", [-0.4, 0.4])
+def test_returns_lie_in_the_box_of_what_gave_them_though_the_ego_has_turned_since(yaw_rate_radps: float) -> None:
+    detector = Told()
+    perception = Perception(detector)
+    perception.calibrate("front", CALIBRATION)
+    perception.ego(STEP_NS, Ego(speed_mps=0.0, yaw_rate_radps=yaw_rate_radps))
+    perception.sweep(STEP_NS, sweep_of(40.0))
+    turned_rad = 0.1 * yaw_rate_radps
+    detector.found = [car_at(40.0 * math.cos(turned_rad), -40.0 * math.sin(turned_rad))]
+    (box,) = perception.see("front", STEP_NS + 100_000_000, taken()).boxes.boxes
+    assert box.range_source == "lidar"
+
+
 def test_without_lidar_the_track_is_less_sure_but_there() -> None:
     sigmas = []
     for lidar in (True, False):
