@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proto.vehicle import Degradation, Indicator
 from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.claim import share
 from services.weather.interval import Interval
 from services.weather.memory import Memory
 from services.weather.observation import FIELDS, LIMITS, NS, SURE, Observation, trust
+from services.weather.senses import tyre_low
 from tests.unit.services.weather.support import (
     BAD_END,
     CARS,
@@ -142,6 +144,38 @@ def test_softer_tyres_more_speed_and_weaker_brakes_never_look_better(
     changes = {"tyre_low": min(1.0, value + more), "speed_mps": value + 20.0 * more, "brake_envelope": value * more}
     harder = msgspec.structs.replace(full, **{name: changes[name]})
     no_less_careful(conditions(*seen, car=harder, limit_mps=20.0), conditions(*seen, car=full, limit_mps=20.0))
+
+
+TYRES = tuple(f"tyre_pressure_low_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+SOFT = st.dictionaries(st.sampled_from(TYRES), st.floats(0, 1))
+
+
+def health(soft: dict[str, float], silent: set[str]) -> Degradation:
+    indicators = tuple(Indicator(name=name, value=each, weight=0.6, source="can") for name, each in soft.items())
+    return Degradation(indicators=indicators, unknown=tuple(sorted(silent)))
+
+
+@many
+@given(OBSERVATIONS, SOFT, st.sets(st.sampled_from(TYRES)), st.booleans(), st.floats(0, 55), st.data())
+def test_one_more_silent_tyre_sensor_never_raises_the_grip_that_is_counted_on(
+    seen: Seen, soft: dict[str, float], silent: set[str], forgotten: bool, speed_mps: float, data: st.DataObject
+) -> None:
+    name = data.draw(st.sampled_from(TYRES))
+    before = Car(speed_mps=speed_mps, tyre_low=tyre_low(health(soft, silent), None))
+    left = {each: value for each, value in soft.items() if not (forgotten and each == name)}
+    after = Car(speed_mps=speed_mps, tyre_low=tyre_low(health(left, silent | {name}), before.tyre_low))
+    no_less_careful(conditions(*seen, car=after), conditions(*seen, car=before))
+
+
+@given(SOFT, st.sets(st.sampled_from(TYRES)), st.none() | st.floats(0, 1))
+def test_a_tyre_known_to_be_soft_counts_whichever_others_are_silent(
+    soft: dict[str, float], silent: set[str], before: float | None
+) -> None:
+    assert tyre_low(health(soft, silent), before) >= max(soft.values(), default=0.0)
+
+
+def test_tyres_that_all_read_well_again_are_no_longer_soft() -> None:
+    assert tyre_low(health({}, set()), 0.8) == 0.0
 
 
 HARMLESS: dict[str, Any] = {name: getattr(CLEAR, name) for name in ("rain_mm_h", "snow_mm_h", "film_mm", "road_c")}
