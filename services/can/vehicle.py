@@ -109,8 +109,8 @@ class Vehicle:
     def degradation(self, now_ns: int) -> Degradation:
         """Assess the health now and remember what was believed."""
         before = self.assessment
-        known = {fault.field for fault in before.degradation.sensor_faults}
-        held = health.forget(self.table, before.held, frozenset(self.checks.convicted.keys() - known))
+        known = {fault.field for fault in before.degradation.sensor_faults if fault.kind != "missing"}
+        held = health.forget(self.table, before.held, self.checks.lying - known)
         self.trends.step(health.field_values(self.trusted, self._health_fields, now_ns), now_ns)
         self.assessment = self._assess(held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
