@@ -44,6 +44,18 @@ def test_a_soft_tyre_stays_soft_when_its_sensor_falls_silent(car: Make) -> None:
     assert (after.h or 0.0) > (before.h or 0.0)
 
 
+def test_a_bus_that_dies_is_told_though_the_brakes_were_measured_before(car: Make) -> None:
+    one = car()
+    one.drive(2.0, Controls(speed_mps=25.0))
+    for tenth in range(40):
+        braking = Controls(speed_mps=25.0 - 0.4 * (tenth + 1), acceleration_mps2=-4.0, brake=0.45)
+        before = one.drive(0.1, braking)
+    assert one.vehicle.checks.measured()
+    after = one.drive(LONG_S, CRUISE, silent=one.messages)
+    assert "bus_silent" in {each.name for each in after.indicators}
+    assert (after.h or 0.0) > (before.h or 0.0)
+
+
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_messages_that_fall_silent_heal_nothing(car: Make, data: st.DataObject) -> None:
