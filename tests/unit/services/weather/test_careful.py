@@ -19,10 +19,12 @@ from tests.unit.services.weather.support import (
     BAD_END,
     CARS,
     CLEAR,
+    DRIVING,
     MEMORIES,
     NOW,
     OBSERVATIONS,
     RAIN,
+    WATCHED,
     changed,
     conditions,
     no_less_careful,
@@ -53,6 +55,48 @@ def test_what_falls_silent_never_makes_the_next_assessment_less_careful(
     after = assess(kept, Car(speed_mps=car.speed_mps), before.memory, NOW + NS // 2, limit)
     no_less_careful(after.conditions, before.conditions)
     assert after.conditions.confidence <= before.conditions.confidence + 1e-3
+
+
+@many
+@given(OBSERVATIONS, CARS, MEMORIES, LIMITS_MPS, st.booleans(), st.sampled_from([1, 3, 61, 3600, 8000]))
+def test_a_clock_that_falls_back_never_makes_anything_look_better(
+    seen: Seen, car: Car, memory: Memory, limit: float | None, silent: bool, back_s: int
+) -> None:
+    then = NOW - back_s * NS
+    known = assess(seen, car, memory, NOW, limit).memory
+    driven = msgspec.structs.replace(car, speed_mps=None) if silent else car
+    shifted = tuple(changed(each, stamp_ns=each.stamp_ns - back_s * NS) for each in seen)
+    after = assess(shifted, driven, known, then, limit)
+    before = assess(seen, driven, known, NOW, limit)
+    no_less_careful(after.conditions, before.conditions)
+    assert after.conditions.confidence <= before.conditions.confidence
+
+
+@pytest.mark.parametrize("back_s", [1, 3, 3600])
+@pytest.mark.parametrize("memory", [Memory(), Memory(wet_ns=NOW - 60 * NS, since_ns=NOW - 5_000 * NS)])
+def test_a_road_that_may_be_wet_is_not_dry_because_the_clock_fell_back(memory: Memory, back_s: int) -> None:
+    wipers_off = changed(CLEAR, film_mm=None, rain_mm_h=Interval(0.0, 0.25))
+    before = assess((wipers_off,), DRIVING, memory, NOW)
+    then = NOW - back_s * NS
+    after = assess((changed(wipers_off, stamp_ns=then),), DRIVING, before.memory, then)
+    no_less_careful(after.conditions, before.conditions)
+
+
+def test_a_disagreement_is_not_over_because_the_clock_fell_back() -> None:
+    assert Memory(contradiction_ns=NOW).doubted(NOW - 3600 * NS)
+
+
+def test_a_fast_car_is_not_taken_for_a_slower_one_because_the_clock_fell_back() -> None:
+    fast = assess((RAIN,), Car(speed_mps=45.0), WATCHED, NOW)
+    then = NOW - 60 * NS
+    after = assess((changed(RAIN, stamp_ns=then),), Car(), fast.memory, then)
+    no_less_careful(after.conditions, fast.conditions)
+
+
+def test_a_road_that_dried_before_the_clock_fell_back_dries_by_the_new_clock() -> None:
+    fallen = Memory(wet_ns=NOW, since_ns=NOW).by(NOW - 3600 * NS)
+    assert fallen.drying(NOW - 3600 * NS)
+    assert not fallen.drying(NOW)
 
 
 @many
