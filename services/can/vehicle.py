@@ -82,7 +82,7 @@ class Vehicle:
         self._polls = ((b"\x03", self.stored), (b"\x07", self.pending))
         self._turn = 0
         self._polling: tuple[Exchange, CodeMemory, int] | None = None
-        self._next_poll_ns = 0
+        self._last_poll_ns, self._pause_ns = 0, 0
 
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
@@ -114,7 +114,7 @@ class Vehicle:
         self.trends.step(health.field_values(self.trusted, self._health_fields, now_ns), now_ns)
         self.assessment = self._assess(held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
-            self._next_poll_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
+            self._pause_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
         return self.assessment.degradation
 
     def poll(self, now_ns: int, period_ns: int) -> None:
@@ -123,22 +123,22 @@ class Vehicle:
         """
         if self._polling is not None:
             exchange, memory, since_ns = self._polling
-            if not exchange.complete and now_ns - since_ns < POLL_WAIT_NS:
+            if not exchange.complete and 0 <= now_ns - since_ns < POLL_WAIT_NS:
                 return
             memory.learn(dict(self.diagnostics.finish(exchange)), now_ns)
             self._polling = None
-        if now_ns < self._next_poll_ns:
+        if 0 <= now_ns - self._last_poll_ns < self._pause_ns:  # a clock that falls back holds up no question
             return
         payload, memory = self._polls[self._turn]
         try:
             exchange_or_none = self.diagnostics.start(payload)
         except LinkDown:
-            self._next_poll_ns = now_ns + period_ns
+            self._last_poll_ns, self._pause_ns = now_ns, period_ns
             return
         if exchange_or_none is not None:
             self._polling = (exchange_or_none, memory, now_ns)
             self._turn = (self._turn + 1) % len(self._polls)
-            self._next_poll_ns = now_ns + period_ns // len(self._polls)
+            self._last_poll_ns, self._pause_ns = now_ns, period_ns // len(self._polls)
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
         values = health.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()

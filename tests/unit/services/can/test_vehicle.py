@@ -69,6 +69,18 @@ def test_a_bus_that_is_down_is_asked_again_after_a_period(dbc: Dbc, profile: Pro
         vehicle.diagnostics.ask(b"\x03", timeout_s=0.1)
 
 
+def test_a_clock_that_falls_back_holds_up_neither_the_polling_nor_a_request(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(7200 * NS, 4 * NS)
+    vehicle.poll(3600 * NS, 4 * NS)
+    vehicle.poll(3602 * NS, 4 * NS)
+    assert [data for _, data in wire.sent] == [single_frame(b"\x03"), single_frame(b"\x07"), single_frame(b"\x03")]
+    vehicle.poll(1800 * NS, 4000 * NS)
+    vehicle.ingest([frame(0x7E8, b"\x43\x00", 1801 * NS)], 1801 * NS)
+    vehicle.poll(1803 * NS, 4000 * NS)
+    reply = vehicle.diagnostics.ask(b"\x01\x0d", timeout_s=0.05)
+    assert reply.ended == "timeout"
+
+
 def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None:
     vehicle.poll(NS, NS)
     vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", NS)], NS)
