@@ -20,7 +20,7 @@ from services.can.privacy import Privacy, curated_signals, installation_salt
 from services.can.profile import Profile, VehicleRow
 from services.can.trends import Trends
 from services.can.trusted import Trusted
-from services.can.witness import Shape
+from services.can.witness import AT_WORK, Shape
 
 NS = 1_000_000_000
 POLL_WAIT_NS = NS
@@ -163,7 +163,7 @@ class Vehicle:
         self.checks.step({name: self.board.read(name, stamp_ns) for name in self._checked}, stamp_ns)
 
 
-WITNESSES = ("steering_angle_rad", "brake_pedal", "abs_active", "esc_active")
+WITNESSES = ("steering_angle_rad", "brake_pedal", *AT_WORK)
 """What the cross-checks read beside the sensors that they judge."""
 RESTART_NS = 2 * NS
 """Stamps that fall back further than this are a source that started again."""

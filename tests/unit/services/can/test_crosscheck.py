@@ -6,7 +6,7 @@ from proto.vehicle import SensorFault
 from services.can import reasons
 from services.can.crosscheck import CLEAR_S, CrossChecks
 from services.can.field import Reading
-from services.can.witness import Expected, Motion, expected, middle, motion
+from services.can.witness import AT_WORK, WHEELS, Expected, Motion, expected, middle, motion
 from tests.unit.services.can.drives import NOMINAL, SHAPE, Drive, Fault, make
 
 NS = 1_000_000_000
@@ -71,6 +71,20 @@ def test_weak_brakes_are_no_sensor_fault_and_are_measured() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_a_car_that_brakes_in_pulses_has_sound_sensors(seed: int) -> None:
     assert accused(Drive(seed, Fault("pulses", "", 2.0, 5.0))) == []
+
+
+@pytest.mark.parametrize("spinning", [WHEELS[:2], WHEELS])
+@pytest.mark.parametrize("system", AT_WORK)
+def test_wheels_that_spin_under_control_convict_nobody(spinning: tuple[str, ...], system: str) -> None:
+    checks: CrossChecks | None = None
+    for stamp_ns, readings in Drive(7, seconds=25.0).samples():
+        spins = 10 * NS < stamp_ns < 17 * NS
+        readings[system] = Reading(float(spins), stamp_ns, "")
+        for wheel in spinning if spins else ():
+            readings[wheel] = Reading((readings[wheel].value or 0.0) * 1.15, stamp_ns, "")
+        checks = checks or CrossChecks(SHAPE, tuple(NOMINAL.values()), readings)
+        checks.step(readings, stamp_ns)
+        assert checks.faults == ()
 
 
 def test_two_witnesses_that_differ_accuse_nobody() -> None:
