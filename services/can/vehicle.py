@@ -157,10 +157,11 @@ class Vehicle:
             yield frames[start:]
 
     def _cross_check(self, stamp_ns: int, now_ns: int) -> None:
-        if self._next_check_ns - RESTART_NS <= stamp_ns < self._next_check_ns or stamp_ns > now_ns + NS:
+        at_ns = min(stamp_ns, now_ns)  # a stamp that runs ahead makes nobody else's values old
+        if self._next_check_ns - RESTART_NS <= at_ns < self._next_check_ns or stamp_ns > now_ns + NS:
             return
-        self._next_check_ns = stamp_ns + SAMPLE_NS
-        self.checks.step({name: self.board.read(name, stamp_ns) for name in self._checked}, stamp_ns)
+        self._next_check_ns = at_ns + SAMPLE_NS
+        self.checks.step({name: self.board.read(name, at_ns) for name in self._checked}, at_ns)
 
 
 WITNESSES = ("steering_angle_rad", "brake_pedal", *AT_WORK)

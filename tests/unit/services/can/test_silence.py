@@ -1,4 +1,4 @@
-"""What falls silent on the bus of the simulated car heals nothing of it."""
+"""What falls silent on the bus of the simulated car heals nothing of it, and who is stamped ahead silences nobody else."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -67,3 +67,12 @@ def test_messages_that_fall_silent_heal_nothing(car: Make, data: st.DataObject) 
     assert before.brake_envelope is not None
     assert (after.h or 0.0) >= before.h - 1e-12
     assert (after.brake_envelope or 1.0) <= before.brake_envelope + 1e-12
+
+
+@pytest.mark.parametrize("ahead_s", [0.1, 0.3, 0.9])
+@pytest.mark.parametrize("message", ["Body", "TyrePressures"])
+def test_a_message_stamped_ahead_of_the_clock_convicts_no_sensor(car: Make, message: str, ahead_s: float) -> None:
+    one = car()
+    told = one.drive(6.0, CRUISE, ahead={message: ahead_s})
+    assert told.sensor_faults == ()
+    assert one.vehicle.ego(one.now_ns).speed_mps is not None
