@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
-from services.can import health, indicators, obd
+from services.can import health, indicators
 from services.can.addresses import ANSWER_IDS
 from services.can.board import Board
+from services.can.codes import CodeMemory
 from services.can.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
 from services.can.dbc import Dbc
 from services.can.diagnostics import Diagnostics, Send
@@ -24,26 +25,6 @@ from services.can.witness import AT_WORK, Shape
 
 NS = 1_000_000_000
 POLL_WAIT_NS = NS
-
-
-class CodeMemory:
-    """Trouble codes by unit; a unit that does not answer keeps those it last had."""
-
-    def __init__(self) -> None:
-        self._by_unit: dict[int, tuple[str, ...]] = {}
-        self.stamp_ns: int | None = None
-
-    def learn(self, answers: dict[int, bytes], now_ns: int) -> None:
-        """Take positive answers to services 03, 07 or 0A."""
-        fresh = {unit: obd.codes(answer) for unit, answer in answers.items() if answer and answer[0] != 0x7F}
-        if fresh:
-            self._by_unit = self._by_unit | fresh
-            self.stamp_ns = now_ns
-
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """All units' codes, sorted."""
-        return tuple(sorted({code for codes in self._by_unit.values() for code in codes}))
 
 
 class Vehicle:

@@ -4,8 +4,11 @@ import time
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proto.sensors import CanFrame
+from services.can.codes import CodeMemory
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.errors import LinkDown
@@ -88,6 +91,27 @@ def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None
         vehicle.poll(second * NS, NS)
         vehicle.ingest([frame(0x7E8, b"\x43\x00", second * NS)], second * NS)
     assert vehicle.stored.codes == ("C0035",)
+
+
+@pytest.mark.parametrize("answer", [b"\x43", b"\x43\x01", b"\x43\x01\x40", b"\x43\x02\x40\x35", b"\x7f\x03\x22", b""])
+def test_a_list_that_breaks_off_clears_no_code(answer: bytes) -> None:
+    memory = CodeMemory()
+    memory.learn({0x7EA: b"\x43\x02\x40\x35\x01\x02"}, NS)
+    memory.learn({0x7EA: answer}, 2 * NS)
+    assert memory.codes == ("C0035", "P0102")
+    memory.learn({0x7EA: b"\x43\x00"}, 3 * NS)
+    assert not memory.codes
+
+
+@given(st.lists(st.sampled_from(range(1, 0x4000)), min_size=1, max_size=20, unique=True), st.data())
+def test_no_part_of_a_list_clears_a_code(numbers: list[int], data: st.DataObject) -> None:
+    whole = bytes([0x43, len(numbers)]) + b"".join(each.to_bytes(2, "big") for each in numbers)
+    memory = CodeMemory()
+    memory.learn({0x7E8: whole}, NS)
+    before = memory.codes
+    memory.learn({0x7E8: whole[: data.draw(st.integers(0, len(whole) - 1))]}, 2 * NS)
+    assert memory.codes == before
+    assert len(before) == len(numbers)
 
 
 def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wire, dbc: Dbc) -> None:
