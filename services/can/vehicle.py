@@ -24,7 +24,8 @@ from services.can.trusted import Trusted
 from services.can.witness import AT_WORK, Shape
 
 NS = 1_000_000_000
-POLL_WAIT_NS = NS
+POLL_WAIT_S = 1.0
+"""So long for the answers to a poll; a unit that says that its answer follows later has longer (exchange.py)."""
 
 
 class Vehicle:
@@ -62,11 +63,12 @@ class Vehicle:
         self.assessment = self._assess(Held(), 0)
         self._polls = ((b"\x03", self.stored), (b"\x07", self.pending))
         self._turn = 0
-        self._polling: tuple[Exchange, CodeMemory, int] | None = None
-        self._last_poll_ns, self._pause_ns = 0, 0
+        self._polling: tuple[Exchange, CodeMemory] | None = None
+        self._now_ns = self._last_poll_ns = self._pause_ns = 0
 
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
+        self._now_ns = now_ns
         self.history.extend(frames, bus)
         messages = [frame for frame in frames if not (frame.error or frame.remote)]
         for part in self._until_checks(messages):
@@ -102,24 +104,32 @@ class Vehicle:
         """Ask for trouble codes from time to time without waiting: what was answered is taken at the next call. A bus
         that is down is asked again after a period.
         """
+        self._now_ns = now_ns
         if self._polling is not None:
-            exchange, memory, since_ns = self._polling
-            if not exchange.complete and 0 <= now_ns - since_ns < POLL_WAIT_NS:
+            exchange, memory = self._polling
+            if not exchange.over(POLL_WAIT_S):
                 return
-            memory.learn(dict(self.diagnostics.finish(exchange)), now_ns)
+            memory.learn(self.diagnostics.finish(exchange), now_ns)
             self._polling = None
         if 0 <= now_ns - self._last_poll_ns < self._pause_ns:  # a clock that falls back holds up no question
             return
-        payload, memory = self._polls[self._turn]
         try:
-            exchange_or_none = self.diagnostics.start(payload)
+            asked = self._ask_for_codes(now_ns)
         except LinkDown:
             self._last_poll_ns, self._pause_ns = now_ns, period_ns
             return
-        if exchange_or_none is not None:
-            self._polling = (exchange_or_none, memory, now_ns)
-            self._turn = (self._turn + 1) % len(self._polls)
+        if asked:
             self._last_poll_ns, self._pause_ns = now_ns, period_ns // len(self._polls)
+
+    def _ask_for_codes(self, now_ns: int) -> bool:
+        """Whether the line was free. Raises LinkDown."""
+        payload, memory = self._polls[self._turn]
+        exchange = self.diagnostics.start(payload, lambda: (self._now_ns - now_ns) / NS)
+        if exchange is None:
+            return False
+        self._polling = (exchange, memory)
+        self._turn = (self._turn + 1) % len(self._polls)
+        return True
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
         values = health.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()

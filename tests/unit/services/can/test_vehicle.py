@@ -114,6 +114,28 @@ def test_no_part_of_a_list_clears_a_code(numbers: list[int], data: st.DataObject
     assert len(before) == len(numbers)
 
 
+def test_a_polled_unit_that_answers_later_is_waited_for(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(10 * NS, 2 * NS)
+    vehicle.ingest([frame(0x7EA, b"\x7f\x03\x78", 10 * NS)], 10 * NS)
+    for tenth in range(1, 41):
+        vehicle.poll(10 * NS + tenth * NS // 10, 2 * NS)
+    assert len(wire.sent) == 1
+    vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", 14 * NS)], 14 * NS)
+    vehicle.poll(14 * NS + NS // 10, 2 * NS)
+    assert vehicle.stored.codes == ("C0035",)
+
+
+def test_a_polled_unit_that_asks_for_patience_for_ever_is_given_up(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(10 * NS, 2 * NS)
+    for tenth in range(100):
+        now_ns = 10 * NS + tenth * NS // 10
+        vehicle.ingest([frame(0x7EA, b"\x7f\x03\x78", now_ns)], now_ns)
+        vehicle.poll(now_ns, 2 * NS)
+        if len(wire.sent) > 1:
+            break
+    assert now_ns == 18 * NS
+
+
 def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wire, dbc: Dbc) -> None:
     vehicle.poll(NS, 1000 * NS)
     vehicle.degradation(2 * NS)
