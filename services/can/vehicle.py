@@ -48,7 +48,8 @@ class Vehicle:
         self.board = Board(descriptions, profile)
         self.history = History(descriptions, history_mb)
         self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
-        self.stored, self.pending = CodeMemory(), CodeMemory()
+        listed = self.diagnostics.responders.listed
+        self.stored, self.pending = CodeMemory(listed), CodeMemory(listed)
         self.table = indicators.table(profile.vehicle.tyre_nominal_bar)
         self._health_fields = frozenset(name for psi in self.table for name in psi.fields) | set(indicators.LAMPS)
         self._health_fields |= {"engine_running"} | {

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.sensors import CanFrame
+from services.can import answers
 from services.can.codes import CodeMemory
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
@@ -134,6 +135,20 @@ def test_a_polled_unit_that_asks_for_patience_for_ever_is_given_up(vehicle: Vehi
         if len(wire.sent) > 1:
             break
     assert now_ns == 18 * NS
+
+
+def test_codes_are_as_old_as_the_oldest_unit_s_answer_and_the_silent_unit_is_named(vehicle: Vehicle) -> None:
+    assert answers.code_report(vehicle, "en", NS).age_s is None
+    vehicle.poll(10 * NS, 4 * NS)
+    vehicle.ingest([frame(0x7E8 + unit, b"\x43\x00", 10 * NS) for unit in range(4)], 10 * NS)
+    for second in range(11, 40):
+        vehicle.poll(second * NS, 4 * NS)
+        heard = [frame(0x7E8 + unit, bytes([service, 0])) for unit in (0, 1, 3) for service in (0x43, 0x47)]
+        vehicle.ingest(heard, second * NS)
+    report = answers.code_report(vehicle, "en", 40 * NS)
+    assert report.age_s is not None
+    assert report.age_s >= 29.0
+    assert report.missing == ("brakes",)
 
 
 def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wire, dbc: Dbc) -> None:
