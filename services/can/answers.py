@@ -7,6 +7,7 @@ import msgspec
 from proto.vehicle import DtcText
 from services.can.dbc import Dbc
 from services.can.errors import MalformedFrame
+from services.can.replies import unit_name
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
@@ -65,13 +66,16 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     held_back: str = ""
 
 
-class CodeReport(msgspec.Struct, frozen=True, kw_only=True):
-    """Trouble codes in words; age_s is None where no unit has answered yet, and then nothing is known."""
+class CodeReport(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Trouble codes in words; age_s is that of the oldest unit's answer, and None where none has answered yet: then
+    nothing is known. `missing`: the listed units that gave no list when they were last asked.
+    """
 
     stored: tuple[DtcText, ...]
     pending: tuple[DtcText, ...]
     age_s: float | None
     warning_lamps: tuple[str, ...]
+    missing: tuple[str, ...] = ()
 
 
 def parse_id(text: int | str) -> int:
@@ -100,10 +104,12 @@ def decoded(descriptions: Iterable[Dbc], arbitration_id: int | str, data: list[i
 
 def code_report(vehicle: Vehicle, language: str, now_ns: int) -> CodeReport:
     """The trouble codes that the units last reported."""
-    stamp_ns = vehicle.stored.stamp_ns
+    stamp_ns, names = vehicle.stored.stamp_ns, vehicle.profile.ecu_names
+    silent = sorted({*vehicle.stored.missing, *vehicle.pending.missing})
     return CodeReport(
         stored=tuple(vehicle.book.explain(code, language) for code in vehicle.stored.codes),
         pending=tuple(vehicle.book.explain(code, language) for code in vehicle.pending.codes),
         age_s=None if stamp_ns is None else round(max(0.0, (now_ns - stamp_ns) / NS), 3),
         warning_lamps=vehicle.assessment.degradation.warning_lamps,
+        missing=tuple(unit_name(names, unit) for unit in silent),
     )

@@ -81,7 +81,7 @@ def _watch(dbc: Dbc, key: Key, fields: list[Field], profile: Profile, bus: str) 
         return Watch(message, fields, rule, j1939=dbc.is_j1939(message))
     except ProfileError as error:
         names = ", ".join(field.name for field in fields)
-        raise ProfileError(f"message {message.name} (for {names}): {error}") from None
+        raise ProfileError(f"{dbc.files[key]}: message {message.name} (for {names}): {error}") from None
 
 
 def _finder(dbc: Dbc, watches: dict[Key, Watch]) -> Find:

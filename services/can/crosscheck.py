@@ -248,19 +248,25 @@ class CrossChecks:
         self._convict()
 
     def _convict(self) -> None:
-        before = self.convicted
+        before = self.lying
         self.faults = tuple(
             SensorFault(field=each.rule.field, kind=each.verdict, detail=_DETAIL[each.verdict])
             for each in self._watches
             if each.verdict is not None
         )
         self.convicted = {each.field: each.kind for each in self.faults}
-        if "brake_pressure_bar" in self.convicted.keys() - before.keys():
+        if "brake_pressure_bar" in self.lying - before:
             self.brakes = BrakeEffect()  # what was measured by it is void
+
+    @property
+    def lying(self) -> frozenset[str]:
+        """The fields whose word is void. One that is merely missing told no lie while it spoke."""
+        return frozenset(name for name, kind in self.convicted.items() if kind != "missing")
 
     def measured(self) -> dict[str, float | None]:
         """What driving has shown of brakes and tyres, by the names that the health table reads."""
-        ahead = {tyre: soft for tyre, soft in self.tyres.softness().items() if _WHEEL_OF[tyre] not in self.convicted}
+        lying = self.lying
+        ahead = {tyre: soft for tyre, soft in self.tyres.softness().items() if _WHEEL_OF[tyre] not in lying}
         soft = {f"softness_{wheel}": ahead.get(tyre) for tyre, wheel in _PLACE_OF.items()}
         return {name: value for name, value in {**self.brakes.shares(), **soft}.items() if value is not None}
 

@@ -27,6 +27,8 @@ class Dbc:
         self.nodes: tuple[str, ...] = tuple(node.name for each in databases for node in each.nodes)
         self.messages: dict[Key, Any] = {}
         self.broken: dict[Key, str] = {}
+        self.files: dict[Key, str] = {}
+        """The name of the file that describes a message."""
         self.strict = strict
         self._protocol = protocol
         self._groups: dict[int, Any] = {}
@@ -36,6 +38,7 @@ class Dbc:
             self.broken |= _broken(path, database)
             for message in database.messages:
                 self._add(message)
+                self.files.setdefault(key_of(message), path.name)
 
     def _add(self, message: Any) -> None:
         self.messages.setdefault(key_of(message), message)

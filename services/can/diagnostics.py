@@ -15,6 +15,7 @@ from services.can.exchange import GRACE_S, OWED_S, PART_S, Exchange
 from services.can.responders import Ended, Responders
 
 Send = Callable[[int, bytes], None]
+Clock = Callable[[], float]
 
 
 class Reply(NamedTuple):
@@ -74,12 +75,14 @@ class Diagnostics:
             self._close()
         return self._reply(exchange, found, ended)
 
-    def start(self, payload: bytes) -> Exchange | None:
-        """Ask everybody without waiting, for the worker thread; None where the line is taken. `finish` frees it."""
+    def start(self, payload: bytes, clock: Clock = time.monotonic) -> Exchange | None:
+        """Ask everybody without waiting, for the worker thread; None where the line is taken. `finish` frees it. `clock`:
+        the seconds that patience is counted in.
+        """
         if not self._turn.acquire(blocking=False):
             return None
         try:
-            return self._begin(payload, None, gate.NOTHING)
+            return self._begin(payload, None, gate.NOTHING, clock)
         except BaseException:
             self._close()
             raise
@@ -89,7 +92,9 @@ class Diagnostics:
         self._close()
         return exchange.answers
 
-    def _begin(self, payload: bytes, to: int | None, allowed: frozenset[int]) -> Exchange:
+    def _begin(
+        self, payload: bytes, to: int | None, allowed: frozenset[int], clock: Clock = time.monotonic
+    ) -> Exchange:
         if not payload:
             raise RequestRefused("an empty request")
         ids = self.everybody if to is None else (to,)
@@ -100,7 +105,7 @@ class Diagnostics:
         self._receivers = {}  # a new one: the worker may still be feeding the last exchange's
         expected = self.responders.expected(payload) if to is None else awaited
         grace_s = OWED_S if to is None and self.responders.owing(payload) else GRACE_S
-        self._open = exchange = Exchange(payload, awaited, expected, grace_s)
+        self._open = exchange = Exchange(payload, awaited, expected, grace_s, clock)
         for each in ids:
             self._wait_for_pace()
             self._send(each, frame)

@@ -86,6 +86,11 @@ class Exchange:
                 self._changed.wait(left_s)
         return "answered"
 
+    def over(self, timeout_s: float) -> bool:
+        """Whether nothing more is to be waited for, for who does not wait but looks again; also when the clock fell back."""
+        latest = min(max([self._started + timeout_s, *self._under_way.values()]), self._started + LONGEST_S)
+        return self.complete or not self._started <= self._clock() < latest
+
     def _ends(self, timeout_s: float) -> float:
         latest = self._started + timeout_s
         ends = min(self._heard + self._grace_s, latest) if self.answers or self.broken else latest

@@ -6,7 +6,7 @@ signals of a message are read by one call.
 
 import math
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
@@ -79,7 +79,9 @@ class Extractor(NamedTuple):
 
 
 def extractor(message: Any, signal: Any, *, j1939: bool = False) -> Extractor:
-    """For a signal of a message, both as cantools describes them. Raises ProfileError for a scale that is no number."""
+    """For a signal of a message, both as cantools describes them. Raises ProfileError for a scale that is no number, a
+    float of no known size, and selectors that are absent or go round in a circle.
+    """
     raw, text = _raw(signal), _physical(message, signal)
     selectors, void = _selectors(message, signal), _void(signal, j1939)
     return Extractor(signal.name, _end(message, signal), _compiled(raw), _compiled(text), text, selectors, void)
@@ -116,6 +118,8 @@ def _physical(message: Any, signal: Any) -> str:
     scale, offset = signal.conversion.scale, signal.conversion.offset
     if not (math.isfinite(scale) and math.isfinite(offset)):
         raise ProfileError(f"{message.name}.{signal.name}: scale and offset must be numbers")
+    if signal.is_float and signal.length not in FLOAT_EXPONENT:
+        raise ProfileError(f"{message.name}.{signal.name}: a float has 16, 32 or 64 bits, not {signal.length}")
     bits = _raw(signal)
     raw = f"float{signal.length}({bits}.to_bytes({signal.length // 8}, 'big'))[0]" if signal.is_float else bits
     return raw if (scale, offset) == (1, 0) else f"{raw} * {scale!r} + {offset!r}"
@@ -127,23 +131,30 @@ def _compiled(expression: str) -> Any:
     return eval(f"lambda data: {expression}", NAMES)
 
 
-def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], ...]:
-    """Extended multiplexing: a selector may itself be selected by another."""
-    found = []
-    while signal.multiplexer_signal:
-        selector = message.get_signal_by_name(signal.multiplexer_signal)
-        found.append((_compiled(_raw(selector)), frozenset(signal.multiplexer_ids)))
+def _selected(message: Any, signal: Any) -> Iterator[tuple[Any, Any]]:
+    """(signal, its selector), and so on: a selector may itself be selected by another. Raises ProfileError."""
+    names = {signal.name}
+    while name := signal.multiplexer_signal:
+        selector = next((each for each in message.signals if each.name == name), None)
+        if selector is None:
+            raise ProfileError(f"{message.name}.{signal.name}: selected by {name!r}, which is not in the message")
+        if name in names:
+            raise ProfileError(f"{message.name}.{signal.name}: selected by {name!r}, which it selects itself")
+        names.add(name)
+        yield signal, selector
         signal = selector
-    return tuple(found)
+
+
+def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], ...]:
+    return tuple(
+        (_compiled(_raw(selector)), frozenset(selected.multiplexer_ids))
+        for selected, selector in _selected(message, signal)
+    )
 
 
 def _end(message: Any, signal: Any) -> int:
     """So many bytes a frame must have: for the signal and its selectors."""
-    end = place_of(signal).end
-    while signal.multiplexer_signal:
-        signal = message.get_signal_by_name(signal.multiplexer_signal)
-        end = max(end, place_of(signal).end)
-    return end
+    return max(place_of(each).end for each in (signal, *(selector for _, selector in _selected(message, signal))))
 
 
 def _void(signal: Any, j1939: bool) -> Void | None:

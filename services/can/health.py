@@ -75,18 +75,18 @@ def assess(
 ) -> Assessment:
     """The health at one instant.
 
-    `values` has a key for every field this car has; an indicator whose fields it has none of does not exist here, one
-    whose fields are
-    None is unknown: it keeps the psi it last had and costs at least its share of braking. Nothing was ever read: h and
-    envelope are None.
+    `values` has a key for every field this car has; an indicator whose fields it lacks does not exist here, one whose
+    fields are None is unknown: it keeps the psi it last had and costs at least its share of braking. Nothing was ever
+    read: h and envelope are None.
     """
-    rows = [psi for psi in table if any(name in values for name in psi.fields)]
+    rows = [psi for psi in table if psi.on(values)]
     now = {psi.name: psi.reads(values) for psi in rows}
     unknown = tuple(name for name, shown in now.items() if not shown.complete)
     seen = held.ever_seen or len(unknown) < len(rows) or bool(codes)
     believed = {name: _believe(shown, held.psi.get(name, 0.0)) for name, shown in now.items()}
     lamps = _lamps(values, held.lamps)
-    silent = seen and 0 < len(unknown) == len(rows)
+    told = [psi.name for psi in rows if psi.from_bus(values)]
+    silent = seen and bool(told) and set(told) <= set(unknown)
     indicators = [_indicator(psi, believed[psi.name], now[psi.name]) for psi in rows]
     indicators += _beyond_fields(codes, book, sensor_faults, silent=silent)
     read = {name for name, shown in now.items() if shown.complete or shown.value > 0.0} | held.psi.keys()

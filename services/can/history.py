@@ -1,6 +1,5 @@
 """The last frames of every bus, in memory that is set aside at the start and never grows."""
 
-import itertools
 import struct
 import threading
 from collections import OrderedDict
@@ -38,16 +37,18 @@ class Ring:
                 self._append(frame)
 
     def since(self, stamp_ns: int, ids: frozenset[int] | None, limit: int) -> list[CanFrame]:
-        """Frames stamped at or after `stamp_ns`, oldest first, of these ids; of more than `limit` the newest."""
+        """Frames stamped at or after `stamp_ns`, oldest first, of these ids; of more than `limit` the newest. Ends
+        where a thousand frames in a row are older.
+        """
         found: list[CanFrame] = []
         number = self.seen
         while number > 0 and len(found) < limit:
             with self._lock:  # for a short while: the bus must not wait for who reads
                 begins = max(number - CHUNK, self.seen - len(self))
                 part = [self._slot(each) for each in range(number - 1, begins - 1, -1)]
-            fresh = list(itertools.takewhile(lambda slot: slot[0] >= stamp_ns, part))
+            fresh = [slot for slot in part if slot[0] >= stamp_ns]  # one old stamp among them ends nothing
             found += [_frame(*slot) for slot in fresh if ids is None or slot[1] in ids]
-            number = begins if part and len(fresh) == len(part) else 0
+            number = begins if fresh else 0
         return found[limit - 1 :: -1] if len(found) > limit else found[::-1]
 
     def latest(self) -> list[CanFrame]:

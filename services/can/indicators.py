@@ -58,6 +58,16 @@ class Psi(NamedTuple):
     gravity: Gravity = "with_care"
     """What psi = 1 means for the drive."""
     step: str = "careful"
+    paired: bool = False
+    """Whether its fields tell something only together: a car that lacks one has no such indicator."""
+
+    def on(self, values: Values) -> bool:
+        """Whether this car has the fields for it."""
+        return (all if self.paired else any)(name in values for name in self.fields)
+
+    def from_bus(self, values: Values) -> bool:
+        """Whether the bus tells of it, and not only what driving has shown."""
+        return any(name in values for name in self.fields if name not in MEASURED)
 
 
 def worst(fields: tuple[str, ...], none: float, full: float) -> Callable[[Values], Seen]:
@@ -82,6 +92,8 @@ BRAKES = tuple(f"brake_temperature_{wheel}_c" for wheel in ("fl", "fr", "rl", "r
 WHEELS = ("fl", "fr", "rl", "rr")
 TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in WHEELS)
 SOFTNESS = tuple(f"softness_{wheel}" for wheel in WHEELS)
+MEASURED = frozenset({"brake_effect", "pedal_pressure", *SOFTNESS})
+"""What driving has shown (ratios.py): it stays known on a dead bus."""
 
 
 def _tyre_low(pressure: str, softness: str, nominal_bar: float) -> Callable[[Values], Seen]:
@@ -106,9 +118,9 @@ def _brakes_weak(values: Values) -> Seen:
 
 
 def _lamps_off(values: Values) -> Seen:
-    """Dark, and no dipped beam. On a car that does not tell how bright it is, nothing is known of it."""
+    """Dark, and no dipped beam."""
     light, lamps = values.get("outside_light_lux"), values.get("headlamps")
-    if not {"outside_light_lux", "headlamps"} <= values.keys() or (lamps is not None and lamps >= 2.0):
+    if lamps is not None and lamps >= 2.0:
         return Seen(0.0, True)
     if light is None or lamps is None:
         return Seen(0.0, light is not None and light > 1000.0)
@@ -118,7 +130,7 @@ def _lamps_off(values: Values) -> Seen:
 def _wipers_off(values: Values) -> Seen:
     """Rain on the sensor, and the wipers stand."""
     rain, stage = values.get("rain_sensor"), values.get("wiper_stage")
-    if not {"rain_sensor", "wiper_stage"} <= values.keys() or (stage is not None and stage >= 1.0):
+    if stage is not None and stage >= 1.0:
         return Seen(0.0, True)
     if rain is None or stage is None:
         return Seen(0.0, rain is not None and rain <= 0.1)
@@ -194,8 +206,8 @@ def table(tyre_nominal_bar: tuple[float, ...]) -> tuple[Psi, ...]:
         Psi("fuel_low", ("fuel_share",), worst(("fuel_share",), 0.12, 0.03), 0.1, step="refuel"),
         Psi("engine_lamp", ("lamp_engine",), flag("lamp_engine"), 0.15, step="service"),
         Psi("engine_lamp_flashing", ("lamp_engine_flashing",), flag("lamp_engine_flashing"), 0.4, step="misfire"),
-        Psi("lamps_off_in_the_dark", ("outside_light_lux", "headlamps"), _lamps_off, 0.4, step="lamps_on"),
-        Psi("wipers_off_in_rain", ("rain_sensor", "wiper_stage"), _wipers_off, 0.25, step="wipers"),
+        Psi("lamps_off_in_the_dark", ("outside_light_lux", "headlamps"), _lamps_off, 0.4, step="lamps_on", paired=True),
+        Psi("wipers_off_in_rain", ("rain_sensor", "wiper_stage"), _wipers_off, 0.25, step="wipers", paired=True),
         Psi("brake_lamp", ("lamp_brake",), flag("lamp_brake"), 0.6, 0.2, 0.02, "stop_soon", "stop_soon"),
     )
 

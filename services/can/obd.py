@@ -75,6 +75,11 @@ def answers_to(payload: bytes, answer: bytes) -> bool:
     return answer[1 : 1 + echoed] == payload[1 : 1 + echoed]
 
 
+def is_list(answer: bytes) -> bool:
+    """Whether this is a positive answer to services 03, 07 or 0A with all the codes that it announces."""
+    return len(answer) >= 2 and answer[0] - 0x40 in CODE_LISTS and len(answer) >= 2 + 2 * answer[1]
+
+
 def codes(answer: bytes) -> tuple[str, ...]:
     """The trouble codes in an answer to services 03, 07 or 0A: a count, then two bytes each (ISO 15765-4)."""
     pairs = answer[2:]

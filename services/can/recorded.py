@@ -4,10 +4,11 @@ not be read.
 
 import contextlib
 import gzip
+import itertools
 import math
 import struct
 import zlib
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -31,6 +32,8 @@ BROKEN: tuple[type[Exception], ...] = (
 )  # fmt: skip
 """What python-can's readers raise on bytes that are no log."""
 NOTES_LIMIT = 20
+GAP_S, LOOK_AHEAD = 3600.0, 16
+"""A jump of the time by more than this is held against so many records that follow."""
 FD_LENGTHS = frozenset(dlc2len(code) for code in range(16))
 
 
@@ -55,15 +58,35 @@ class RecordedLog:
         self.read = 0
         first_s: float | None = None
         last_s = 0.0
-        for message in self._messages():
-            self.read += 1
-            if complaint := _complaint(message):
-                self.note(complaint)
-                continue
+        for message in self._in_time():
             first_s = message.timestamp if first_s is None else first_s
             last_s = max(last_s, message.timestamp - first_s)  # the order counts where stamps fall back
             if self._wanted(message):
                 yield Record(last_s, from_message(message, 0))
+
+    def _in_time(self) -> Iterator[can.Message]:
+        """The readable records but those whose time jumps ahead and is taken back by a record soon after."""
+        sound = self._sound()
+        window = deque(itertools.islice(sound, LOOK_AHEAD))
+        newest_s: float | None = None
+        while window:
+            number, message = window.popleft()
+            window.extend(itertools.islice(sound, 1))
+            jumps = newest_s is None or message.timestamp > newest_s + GAP_S
+            if jumps and any(later.timestamp < message.timestamp - GAP_S for _, later in window):
+                self.note("its time lies hours after that of what follows", f"record {number}")
+                continue
+            newest_s = message.timestamp if newest_s is None else max(newest_s, message.timestamp)
+            yield message
+
+    def _sound(self) -> Iterator[tuple[int, can.Message]]:
+        """The readable records, numbered."""
+        for message in self._messages():
+            self.read += 1
+            if complaint := _complaint(message):
+                self.note(complaint)
+            else:
+                yield self.read, message
 
     def note(self, complaint: str, place: str = "") -> None:
         """Remember what could not be read, and where."""

@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
-from services.can import health, indicators, obd
+from services.can import health, indicators
 from services.can.addresses import ANSWER_IDS
 from services.can.board import Board
+from services.can.codes import CodeMemory
 from services.can.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
 from services.can.dbc import Dbc
 from services.can.diagnostics import Diagnostics, Send
@@ -20,30 +21,11 @@ from services.can.privacy import Privacy, curated_signals, installation_salt
 from services.can.profile import Profile, VehicleRow
 from services.can.trends import Trends
 from services.can.trusted import Trusted
-from services.can.witness import Shape
+from services.can.witness import AT_WORK, Shape
 
 NS = 1_000_000_000
-POLL_WAIT_NS = NS
-
-
-class CodeMemory:
-    """Trouble codes by unit; a unit that does not answer keeps those it last had."""
-
-    def __init__(self) -> None:
-        self._by_unit: dict[int, tuple[str, ...]] = {}
-        self.stamp_ns: int | None = None
-
-    def learn(self, answers: dict[int, bytes], now_ns: int) -> None:
-        """Take positive answers to services 03, 07 or 0A."""
-        fresh = {unit: obd.codes(answer) for unit, answer in answers.items() if answer and answer[0] != 0x7F}
-        if fresh:
-            self._by_unit = self._by_unit | fresh
-            self.stamp_ns = now_ns
-
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """All units' codes, sorted."""
-        return tuple(sorted({code for codes in self._by_unit.values() for code in codes}))
+POLL_WAIT_S = 1.0
+"""So long for the answers to a poll; a unit that says that its answer follows later has longer (exchange.py)."""
 
 
 class Vehicle:
@@ -66,7 +48,8 @@ class Vehicle:
         self.board = Board(descriptions, profile)
         self.history = History(descriptions, history_mb)
         self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
-        self.stored, self.pending = CodeMemory(), CodeMemory()
+        listed = self.diagnostics.responders.listed
+        self.stored, self.pending = CodeMemory(listed), CodeMemory(listed)
         self.table = indicators.table(profile.vehicle.tyre_nominal_bar)
         self._health_fields = frozenset(name for psi in self.table for name in psi.fields) | set(indicators.LAMPS)
         self._health_fields |= {"engine_running"} | {
@@ -81,11 +64,12 @@ class Vehicle:
         self.assessment = self._assess(Held(), 0)
         self._polls = ((b"\x03", self.stored), (b"\x07", self.pending))
         self._turn = 0
-        self._polling: tuple[Exchange, CodeMemory, int] | None = None
-        self._next_poll_ns = 0
+        self._polling: tuple[Exchange, CodeMemory] | None = None
+        self._now_ns = self._last_poll_ns = self._pause_ns = 0
 
     def ingest(self, frames: Sequence[CanFrame], now_ns: int, bus: str = "") -> None:
         """Frames from a bus, in order; "" is the only one."""
+        self._now_ns = now_ns
         self.history.extend(frames, bus)
         messages = [frame for frame in frames if not (frame.error or frame.remote)]
         for part in self._until_checks(messages):
@@ -109,36 +93,44 @@ class Vehicle:
     def degradation(self, now_ns: int) -> Degradation:
         """Assess the health now and remember what was believed."""
         before = self.assessment
-        known = {fault.field for fault in before.degradation.sensor_faults}
-        held = health.forget(self.table, before.held, frozenset(self.checks.convicted.keys() - known))
+        known = {fault.field for fault in before.degradation.sensor_faults if fault.kind != "missing"}
+        held = health.forget(self.table, before.held, self.checks.lying - known)
         self.trends.step(health.field_values(self.trusted, self._health_fields, now_ns), now_ns)
         self.assessment = self._assess(held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
-            self._next_poll_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
+            self._pause_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
         return self.assessment.degradation
 
     def poll(self, now_ns: int, period_ns: int) -> None:
         """Ask for trouble codes from time to time without waiting: what was answered is taken at the next call. A bus
         that is down is asked again after a period.
         """
+        self._now_ns = now_ns
         if self._polling is not None:
-            exchange, memory, since_ns = self._polling
-            if not exchange.complete and now_ns - since_ns < POLL_WAIT_NS:
+            exchange, memory = self._polling
+            if not exchange.over(POLL_WAIT_S):
                 return
-            memory.learn(dict(self.diagnostics.finish(exchange)), now_ns)
+            memory.learn(self.diagnostics.finish(exchange), now_ns)
             self._polling = None
-        if now_ns < self._next_poll_ns:
+        if 0 <= now_ns - self._last_poll_ns < self._pause_ns:  # a clock that falls back holds up no question
             return
-        payload, memory = self._polls[self._turn]
         try:
-            exchange_or_none = self.diagnostics.start(payload)
+            asked = self._ask_for_codes(now_ns)
         except LinkDown:
-            self._next_poll_ns = now_ns + period_ns
+            self._last_poll_ns, self._pause_ns = now_ns, period_ns
             return
-        if exchange_or_none is not None:
-            self._polling = (exchange_or_none, memory, now_ns)
-            self._turn = (self._turn + 1) % len(self._polls)
-            self._next_poll_ns = now_ns + period_ns // len(self._polls)
+        if asked:
+            self._last_poll_ns, self._pause_ns = now_ns, period_ns // len(self._polls)
+
+    def _ask_for_codes(self, now_ns: int) -> bool:
+        """Whether the line was free. Raises LinkDown."""
+        payload, memory = self._polls[self._turn]
+        exchange = self.diagnostics.start(payload, lambda: (self._now_ns - now_ns) / NS)
+        if exchange is None:
+            return False
+        self._polling = (exchange, memory)
+        self._turn = (self._turn + 1) % len(self._polls)
+        return True
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
         values = health.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()
@@ -157,13 +149,14 @@ class Vehicle:
             yield frames[start:]
 
     def _cross_check(self, stamp_ns: int, now_ns: int) -> None:
-        if self._next_check_ns - RESTART_NS <= stamp_ns < self._next_check_ns or stamp_ns > now_ns + NS:
+        at_ns = min(stamp_ns, now_ns)  # a stamp that runs ahead makes nobody else's values old
+        if self._next_check_ns - RESTART_NS <= at_ns < self._next_check_ns or stamp_ns > now_ns + NS:
             return
-        self._next_check_ns = stamp_ns + SAMPLE_NS
-        self.checks.step({name: self.board.read(name, stamp_ns) for name in self._checked}, stamp_ns)
+        self._next_check_ns = at_ns + SAMPLE_NS
+        self.checks.step({name: self.board.read(name, at_ns) for name in self._checked}, at_ns)
 
 
-WITNESSES = ("steering_angle_rad", "brake_pedal", "abs_active", "esc_active")
+WITNESSES = ("steering_angle_rad", "brake_pedal", *AT_WORK)
 """What the cross-checks read beside the sensors that they judge."""
 RESTART_NS = 2 * NS
 """Stamps that fall back further than this are a source that started again."""

@@ -29,6 +29,10 @@ SLOPE_SAMPLES = 16
 """Of the speed, over which the deceleration is told."""
 
 
+AT_WORK = ("abs_active", "esc_active", "traction_active")
+"""While one of these systems is at work wheels slide or spin, and no wheel speaks for another."""
+
+
 class Shape(NamedTuple):
     """The car as far as the checks need it; brake constants are None where the profile does not tell them."""
 
@@ -137,7 +141,7 @@ def slope(points: Sequence[tuple[float, float]]) -> float | None:
 
 def expected(values: Values, moved: Motion, shape: Shape) -> dict[str, Expected]:
     """The fields that others vouch for now. Sliding, spinning and anti-lock braking vouch for nothing."""
-    if values.get("abs_active") or values.get("esc_active"):
+    if any(values.get(name) for name in AT_WORK):
         return {}
     return _speeds(values, moved, shape) | _motions(values, moved, shape) | _pressure(values, moved, shape)
 

@@ -53,6 +53,7 @@ def assess(
     raw: Sequence[Observation], car: Car, memory: Memory, now_ns: int, limit_mps: float | None = None
 ) -> Assessed:
     """The conditions at one instant."""
+    memory = memory.by(now_ns)
     pieces, held = hold([clean(each) for each in raw], memory, now_ns)
     known = sane(car)
     driven = hold_car(known, memory, now_ns)

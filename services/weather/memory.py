@@ -51,10 +51,15 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     car: Car = Car()
     speed_ns: int = 0
 
+    def by(self, now_ns: int) -> "Memory":
+        """The memory after the clock fell back: what it dates ahead of the clock counts as of now, not of long ago."""
+        ahead = [name for name in _STAMPS if (stamp := getattr(self, name)) is not None and stamp > now_ns]
+        return msgspec.structs.replace(self, **dict.fromkeys(ahead, now_ns)) if ahead else self
+
     def drying(self, now_ns: int) -> bool:
         """Whether it rained lately, or nobody watched long enough to know that it did not."""
         began = [stamp for stamp in (self.wet_ns, self.since_ns) if stamp is not None]
-        return self.since_ns is None or any(0 <= now_ns - stamp <= DRYING_S * NS for stamp in began)
+        return self.since_ns is None or any(now_ns - stamp <= DRYING_S * NS for stamp in began)
 
     def left_mm(self, now_ns: int) -> float:
         """What is counted on of the film that lay: it dries slowly; what stood deeper was of a place, and is soon behind."""
@@ -63,7 +68,10 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
 
     def doubted(self, now_ns: int) -> bool:
         """Whether sources disagreed lately."""
-        return self.contradiction_ns is not None and 0 <= now_ns - self.contradiction_ns <= DOUBT_S * NS
+        return self.contradiction_ns is not None and now_ns - self.contradiction_ns <= DOUBT_S * NS
+
+
+_STAMPS = ("wet_ns", "lay_ns", "since_ns", "contradiction_ns", "speed_ns")
 
 
 def hold(
@@ -89,7 +97,7 @@ def _holds(piece: Observation, name: str, now_ns: int) -> bool:
 def hold_car(car: Car, memory: Memory, now_ns: int) -> Car:
     """The car with what fell silent as it last was; tyres and brakes do not mend themselves."""
     before, speed = memory.car, car.speed_mps
-    if speed is None and before.speed_mps is not None and 0 <= now_ns - memory.speed_ns <= HELD_SPEED_S * NS:
+    if speed is None and before.speed_mps is not None and now_ns - memory.speed_ns <= HELD_SPEED_S * NS:
         speed = max(before.speed_mps, UNKNOWN_SPEED_MPS)
     return Car(
         speed_mps=speed,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import msgspec
 
 from proto.sensors import WeatherSensing
-from proto.vehicle import Ego
+from proto.vehicle import Degradation, Ego
 from proto.weather import CameraWeather, Within
 from services.weather.interval import Interval
 from services.weather.memory import Memory
@@ -28,6 +28,8 @@ ROAD_K, AIR_K, OUTSIDE_K, DEW_K = 1.2, 0.6, 1.5, 0.6
 """The car's thermometer reads warm behind an engine and over a sunny road."""
 ABS_SHARE = 0.8
 """An anti-lock system uses 80 to 95 % of the peak (UN R13-H, annex 6, asks for 75 %)."""
+TYRE_LOW = "tyre_pressure_low"
+"""How the indicators of the tyres' pressures begin."""
 
 # Wiper stage -> rain it speaks for (mm/h). Off: they may be forgotten in drizzle, not in rain.
 _WIPER_RAIN: Mapping[int, Interval] = {
@@ -93,6 +95,13 @@ def from_car(ego: Ego, abs_mu: float | None, stamp_ns: int, braking: Interval | 
         visibility_m=Interval(FOG_LAMP_SIGHT_M, 1000.0) if ego.fog_lamp_rear else None,
         mu=braking if abs_mu is None else _within_mu(abs_mu),
     )
+
+
+def tyre_low(health: Degradation, before: float | None) -> float:
+    """The softest of the tyres; where one is unknown no less than `before`: one that falls silent mends no other."""
+    tyres = [each.value for each in health.indicators if each.name.startswith(TYRE_LOW)]
+    unknown = any(name.startswith(TYRE_LOW) for name in health.unknown)
+    return max([*tyres, (before or 0.0) if unknown else 0.0])
 
 
 def suppose(

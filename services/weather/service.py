@@ -13,13 +13,13 @@ from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.sensors import WeatherSensing
-from proto.vehicle import Degradation, Ego
+from proto.vehicle import Ego
 from proto.weather import Conditions
 from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.memory import Memory
 from services.weather.observation import Observation
-from services.weather.senses import from_camera, from_car, from_sensing, suppose, supposing
+from services.weather.senses import from_camera, from_car, from_sensing, suppose, supposing, tyre_low
 from services.weather.slip import Braking
 from services.weather.sources.internet import Internet, InternetConfig
 from services.weather.sources.table import providers
@@ -86,13 +86,13 @@ class _Inputs:
             self._node.detail.update(self._internet.status)
         return tuple(found)
 
-    def car(self, now_ns: int) -> Car:
-        """What the car brings now."""
+    def car(self, now_ns: int, before: Car) -> Car:
+        """What the car brings now; `before`: as it last was."""
         ego = self._received(topics.EGO, self._config.ego_max_age_s, now_ns)
         health = self._received(topics.DEGRADATION, self._config.degradation_max_age_s, now_ns)
         return Car(
             speed_mps=None if ego is None else ego.message.speed_mps,
-            tyre_low=None if health is None else _tyre_low(health.message),
+            tyre_low=None if health is None else tyre_low(health.message, before.tyre_low),
             brake_envelope=None if health is None else health.message.brake_envelope,
         )
 
@@ -120,21 +120,14 @@ def _internet(config: WeatherConfig, node: Node) -> Internet | None:
     return internet
 
 
-def _tyre_low(health: Degradation) -> float | None:
-    """The worst of the wheels; unknown where one is."""
-    if any(name.startswith("tyre_pressure_low") for name in health.unknown):
-        return None
-    return max((each.value for each in health.indicators if each.name.startswith("tyre_pressure_low")), default=0.0)
-
-
 def build(config: WeatherConfig, node: Node) -> None:
     """Wire inputs, publication and tool."""
     inputs = _Inputs(config, node)
     state = {"memory": Memory()}
 
     def publish() -> None:
-        now_ns = node.clock.now_ns()
-        assessed = assess(inputs.observations(now_ns), inputs.car(now_ns), state["memory"], now_ns)
+        now_ns, before = node.clock.now_ns(), state["memory"]
+        assessed = assess(inputs.observations(now_ns), inputs.car(now_ns, before.car), before, now_ns)
         state["memory"] = assessed.memory
         node.publish(topics.CONDITIONS, assessed.conditions)
 
@@ -157,7 +150,7 @@ def build(config: WeatherConfig, node: Node) -> None:
         An argument takes the place of what is sensed, for a question of the kind "what if"; without arguments it is the
         weather as it is.
         """
-        now_ns = node.clock.now_ns()
+        now_ns, before = node.clock.now_ns(), state["memory"]
         asked = WeatherSensing(
             rain_mm_h=rain_mm_h,
             snow_mm_h=snow_mm_h,
@@ -167,10 +160,10 @@ def build(config: WeatherConfig, node: Node) -> None:
             water_film_mm=water_film_mm,
         )
         observations = suppose(inputs.observations(now_ns), asked, wiper_stage, now_ns)
-        car = inputs.car(now_ns)
+        car = inputs.car(now_ns, before.car)
         if speed_mps is not None:
             car = msgspec.structs.replace(car, speed_mps=speed_mps)
-        memory = supposing(state["memory"], observations)
+        memory = supposing(before, observations)
         return assess(observations, car, memory, now_ns, limit_mps).conditions
 
 

@@ -2,7 +2,7 @@
 
 import threading
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
@@ -93,15 +93,21 @@ def _lenient(line: str, year: int, month: int) -> Any:
         return Metar(line, year=year, month=month, strict=False)
 
 
-def _falls(weather: list[tuple[str, ...]]) -> dict[str, Interval | None]:
-    """What falls, as water (mm/h). A report that names none saw none; strange groups count as rain."""
-    found: dict[str, Interval | None] = {"rain": Interval(0.0, 0.0), "snow": Interval(0.0, 0.0)}
+def _falls(weather: list[tuple[str, ...]]) -> dict[str, Interval]:
+    """The most that falls of each, as water (mm/h). A report that names none saw none; strange groups count as rain."""
+    found = {"rain": Interval(0.0, 0.0), "snow": Interval(0.0, 0.0)}
     for intensity, _, precipitation, _, _ in weather:
-        for code in (precipitation or "")[:2], (precipitation or "")[2:4]:
-            if code in _FALLS:
-                kind, amounts = _FALLS[code]
-                found[kind] = amounts.get(intensity or "", amounts[""]) if intensity != "VC" else Interval(0.0, 2.5)
+        for kind, amount in _amounts(intensity or "", precipitation or ""):
+            found[kind] = max(found[kind], amount, key=lambda each: (each.high, each.low))
     return found
+
+
+def _amounts(intensity: str, precipitation: str) -> Iterator[tuple[str, Interval]]:
+    """What each two letters of a group stand for."""
+    for start in range(0, len(precipitation), 2):
+        kind, amounts = _FALLS.get(precipitation[start : start + 2], ("", {}))
+        if kind:
+            yield kind, Interval(0.0, 2.5) if intensity == "VC" else amounts.get(intensity, amounts[""])
 
 
 def _value(quantity: Any, unit: str) -> float | None:

@@ -1,5 +1,6 @@
 """Frames into fields: what is believed, and what is not."""
 
+import re
 from pathlib import Path
 
 import msgspec
@@ -165,3 +166,33 @@ def test_a_flipped_bit_in_what_the_simulated_car_guards_changes_no_value_but_to_
     fed = {name for name, value in before.items() if value is not None}
     assert fed
     assert {board.read(name, START + 1).reason for name in fed} == {"wrong checksum"}
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        (
+            ' SG_ X : 0|12@1- (1,0) [0|0] "km/h" A\nSIG_VALTYPE_ 100 X : 1;',
+            "M.X: a float has 16, 32 or 64 bits, not 12",
+        ),
+        (
+            ' SG_ X m0 : 0|8@1+ (1,0) [0|0] "km/h" A\nSG_MUL_VAL_ 100 X Q 0-0;',
+            "M.X: selected by 'Q', which is not in the message",
+        ),
+        (
+            ' SG_ X m0M : 0|8@1+ (1,0) [0|0] "km/h" A\n SG_ Y m0M : 8|8@1+ (1,0) [0|0] "" A\n'
+            "SG_MUL_VAL_ 100 X Y 0-0;\nSG_MUL_VAL_ 100 Y X 0-0;",
+            "M.Y: selected by 'X', which it selects itself",
+        ),
+    ],
+)
+def test_a_signal_that_cannot_be_read_is_refused_by_file_and_name(
+    tmp_path: Path, profile: Profile, lines: str, says: str
+) -> None:
+    path = tmp_path / "odd.dbc"
+    path.write_text(f'VERSION ""\nNS_ :\nBS_:\nBU_: A\nBO_ 100 M: 8 A\n{lines}\n')
+    rule = FieldRule(signal="X", vss="Vehicle.Speed", unit="m/s", maximum=90.0)
+    one = msgspec.structs.replace(profile, fields={"speed_mps": rule}, messages={})
+    with pytest.raises(ProfileError, match=re.escape("odd.dbc")) as refused:
+        Board({"": Dbc(path)}, one)
+    assert says in str(refused.value)

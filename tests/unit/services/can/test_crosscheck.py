@@ -6,7 +6,7 @@ from proto.vehicle import SensorFault
 from services.can import reasons
 from services.can.crosscheck import CLEAR_S, CrossChecks
 from services.can.field import Reading
-from services.can.witness import Expected, Motion, expected, middle, motion
+from services.can.witness import AT_WORK, WHEELS, Expected, Motion, expected, middle, motion
 from tests.unit.services.can.drives import NOMINAL, SHAPE, Drive, Fault, make
 
 NS = 1_000_000_000
@@ -73,6 +73,20 @@ def test_a_car_that_brakes_in_pulses_has_sound_sensors(seed: int) -> None:
     assert accused(Drive(seed, Fault("pulses", "", 2.0, 5.0))) == []
 
 
+@pytest.mark.parametrize("spinning", [WHEELS[:2], WHEELS])
+@pytest.mark.parametrize("system", AT_WORK)
+def test_wheels_that_spin_under_control_convict_nobody(spinning: tuple[str, ...], system: str) -> None:
+    checks: CrossChecks | None = None
+    for stamp_ns, readings in Drive(7, seconds=25.0).samples():
+        spins = 10 * NS < stamp_ns < 17 * NS
+        readings[system] = Reading(float(spins), stamp_ns, "")
+        for wheel in spinning if spins else ():
+            readings[wheel] = Reading((readings[wheel].value or 0.0) * 1.15, stamp_ns, "")
+        checks = checks or CrossChecks(SHAPE, tuple(NOMINAL.values()), readings)
+        checks.step(readings, stamp_ns)
+        assert checks.faults == ()
+
+
 def test_two_witnesses_that_differ_accuse_nobody() -> None:
     assert middle((10.0, None, 14.0), 1.0) is None
     assert middle((10.0, 10.4, 14.0), 1.0) == 10.4
@@ -132,6 +146,44 @@ def test_a_sensor_that_its_sender_calls_not_available_is_no_faulty_one() -> None
         checks.step({**readings, "yaw_rate_radps": Reading(None, stamp_ns, reasons.NOT_AVAILABLE)}, stamp_ns)
     assert checks is not None
     assert checks.faults == ()
+
+
+def ends_silent(drive: Drive, name: str, reason: str, at_s: float) -> tuple[CrossChecks, dict[str, float | None]]:
+    """The checks at the end of a drive of which one sensor gives nothing usable from some second on; what was measured
+    before.
+    """
+    checks, before = None, dict[str, float | None]()
+    for stamp_ns, readings in drive.samples():
+        checks = checks or CrossChecks(SHAPE, tuple(NOMINAL.values()), readings)
+        if stamp_ns >= at_s * NS:
+            readings[name] = Reading(None, stamp_ns, reason)
+        else:
+            before = checks.measured()
+        checks.step(readings, stamp_ns)
+    assert checks is not None
+    return checks, before
+
+
+@pytest.mark.parametrize("reason", [reasons.SILENT, reasons.OUT_OF_RANGE, reasons.WRONG_CHECKSUM])
+def test_weak_brakes_stay_weak_when_the_pressure_sensor_that_proved_them_falls_silent(reason: str) -> None:
+    drive = Drive(5, Fault("weak_brakes", "", 0.5, 15.0))
+    checks, before = ends_silent(drive, "brake_pressure_bar", reason, 70.0)
+    assert [(fault.field, fault.kind) for fault in checks.faults] == [("brake_pressure_bar", "missing")]
+    assert (before["brake_effect"] or 1.0) < 0.8
+    assert checks.measured()["brake_effect"] == pytest.approx(before["brake_effect"], abs=0.05)
+
+
+def test_a_soft_tyre_stays_soft_when_its_wheel_s_sensor_falls_silent() -> None:
+    drive = Drive(3, Fault("soft_tyre", "tyre_pressure_fl_bar", 1.2, 30.0))
+    checks, before = ends_silent(drive, "wheel_fl_mps", reasons.SILENT, 80.0)
+    assert ("wheel_fl_mps", "missing") in [(fault.field, fault.kind) for fault in checks.faults]
+    assert (checks.measured()["softness_fl"] or 0.0) == pytest.approx(before["softness_fl"] or 1.0, abs=0.002)
+
+
+def test_what_a_lying_pressure_sensor_measured_of_the_brakes_is_void() -> None:
+    checks = checked(Drive(5, Fault("offset", "brake_pressure_bar", 25.0, 70.0)))
+    assert [(fault.field, fault.kind) for fault in checks.faults] == [("brake_pressure_bar", "offset")]
+    assert "brake_effect" not in checks.measured()
 
 
 def test_a_residual_is_how_far_a_value_lies_outside() -> None:

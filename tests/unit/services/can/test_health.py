@@ -6,11 +6,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from drivemcp.paths import data
 from proto.vehicle import SensorFault
 from services.can import health
 from services.can.dtc import DtcBook
 from services.can.health import Assessment, Held, assess
-from services.can.indicators import BRAKES, LAMPS, SOFTNESS, TYRES, table
+from services.can.indicators import BRAKES, LAMPS, MEASURED, SOFTNESS, TYRES, table
+from services.can.profile import load_profile
 
 TABLE = table((2.4, 2.4, 2.6, 2.6))
 SOUND: Mapping[str, float] = (
@@ -153,6 +155,39 @@ def test_nothing_ever_read_is_unknown_and_not_healthy(book: DtcBook) -> None:
     assert (answer.degradation.h, answer.degradation.brake_envelope) == (None, None)
     assert advice.safe_to_drive == "unknown"
     assert advice.speed_factor < 1.0
+
+
+@PROPERTY
+@given(SHARES, st.sets(st.sampled_from(sorted(MEASURED))), st.sets(st.sampled_from(sorted(SOUND))))
+def test_a_dead_bus_is_told_whatever_was_measured_before_and_whatever_the_car_lacks(
+    book: DtcBook, shares: dict[str, float], measured: set[str], lacks: set[str]
+) -> None:
+    alive = {name: each for name, each in values(shares).items() if name not in lacks | (MEASURED - measured)}
+    dead = {name: each if name in MEASURED else None for name, each in alive.items()}
+    before = assess(TABLE, alive, (), book, Held())
+    after = assess(TABLE, dead, (), book, before.held)
+    heard = any(psi.on(alive) and psi.from_bus(alive) for psi in TABLE)
+    assert ("bus_silent" in {each.name for each in after.degradation.indicators}) is heard
+    assert "bus_silent" not in {each.name for each in before.degradation.indicators}
+    if heard:
+        assert h(after) > h(before)
+
+
+@pytest.mark.parametrize("car", ["sim", "vw_golf7", "ford_fusion", "toyota_rav4", "tesla_model3"])
+def test_a_car_of_which_nothing_was_ever_read_is_unknown_and_not_healthy(book: DtcBook, car: str) -> None:
+    profile = load_profile(data(f"vehicles/{car}/profile.toml"))
+    names = {name for psi in TABLE for name in psi.fields} | set(LAMPS) | {"engine_running"}
+    answer = assess(TABLE, dict.fromkeys(names & profile.fields.keys()), (), book, Held())
+    assert answer.degradation.h is None
+    assert health.safe_to_drive(TABLE, answer.degradation, book) == "unknown"
+
+
+@pytest.mark.parametrize("lacks", ["outside_light_lux", "headlamps", "rain_sensor", "wiper_stage"])
+def test_an_indicator_of_two_fields_takes_both(book: DtcBook, lacks: str) -> None:
+    dark_and_wet = {**SOUND, "outside_light_lux": 0.0, "rain_sensor": 1.0}
+    answer = assess(TABLE, {name: each for name, each in dark_and_wet.items() if name != lacks}, (), book, Held())
+    assert len(answer.degradation.indicators) == 1
+    assert answer.degradation.unknown == ()
 
 
 def test_an_overheated_engine_is_a_reason_to_stop_now(book: DtcBook) -> None:

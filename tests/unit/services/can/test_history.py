@@ -29,6 +29,23 @@ def test_the_newest_frames_come_back_as_they_were(sent: list[CanFrame], cuts: li
     assert len(history.rings["can0"]) == min(len(sent), SLOTS)
 
 
+@given(stamps=st.lists(st.integers(0, 9), max_size=SLOTS), since=st.integers(0, 9), limit=st.integers(1, SLOTS))
+def test_frames_with_old_stamps_hide_none_of_the_others(stamps: list[int], since: int, limit: int) -> None:
+    history = History(["can0"], SIZE_MB)
+    history.extend([CanFrame(stamp_ns=each, arbitration_id=n, data=b"") for n, each in enumerate(stamps)])
+    wanted = [n for n, each in enumerate(stamps) if each >= since]
+    assert [each.arbitration_id for each in history.since(since, limit=limit)] == wanted[-limit:]
+
+
+def test_what_is_asked_of_the_last_moment_costs_no_look_through_all_that_was_kept() -> None:
+    history = History(["can0"], 10_000 * SLOT.size / 1e6)
+    recent = [CanFrame(stamp_ns=10 + n, arbitration_id=n, data=b"") for n in range(5)]
+    history.extend([CanFrame(stamp_ns=20, arbitration_id=0x7FF, data=b"")])
+    history.extend([CanFrame(stamp_ns=n % 10, arbitration_id=0x100, data=b"") for n in range(3000)])
+    history.extend(recent)
+    assert history.since(10) == recent
+
+
 wild = st.builds(
     CanFrame,
     stamp_ns=st.integers(-(2**70), 2**70),

@@ -2,7 +2,7 @@
 
 import re
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import can
@@ -15,7 +15,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CanFrame
 from services.can.buses import BusConfig
-from services.can.link import NodeLink, from_message, to_message
+from services.can.link import NodeLink, PythonCanLink, from_message, to_message
 from services.can.service import SERVICE, CanConfig
 from services.can.zenoh_bus import ZenohBus
 from services.simulator.can_frames import FrameEncoder
@@ -164,3 +164,66 @@ def test_bytes_that_are_no_frame_end_nothing(adapter: type[Flaky]) -> None:
         adapter.garbled = 100
         health.wait(lambda each: each.detail.get("bus can0", "") == "up, after 1 losses")
     assert adapter.opened == 2
+
+
+class Scripted:
+    """An adapter that gives these one after another, at once: frames, or errors that it raises."""
+
+    state = can.BusState.ACTIVE
+
+    def __init__(self, script: list[can.Message | Exception]) -> None:
+        self._script = iter(script)
+        self.opened = 0
+
+    def open(self) -> "Scripted":
+        self.opened += 1
+        return self
+
+    def recv(self, timeout: float) -> can.Message | None:
+        given = next(self._script, None)
+        if isinstance(given, Exception):
+            raise given
+        if given is None:
+            threading.Event().wait(min(timeout, 0.005))
+        return given
+
+    def shutdown(self) -> None:
+        pass
+
+
+def numbered(number: int) -> can.Message:
+    return can.Message(arbitration_id=number, data=b"\x01", timestamp=2e9, is_extended_id=False)
+
+
+def read(adapter: Scripted, last: int) -> tuple[list[int], PythonCanLink]:
+    """The ids that were handed over, up to the last one."""
+    heard: list[int] = []
+    done = threading.Event()
+
+    def hear(frames: Sequence[CanFrame]) -> None:
+        heard.extend(each.arbitration_id for each in frames)
+        if last in heard:
+            done.set()
+
+    with bus() as b:
+        link = PythonCanLink(adapter.open, b.node("can"))
+        link.listen(hear)
+        assert done.wait(10.0)
+    return heard, link
+
+
+def test_bytes_that_are_no_frame_cost_no_frame_before_them() -> None:
+    script: list[can.Message | Exception] = []
+    for number in range(150):
+        script += [numbered(3 * number), numbered(3 * number + 1), ValueError("no hex")]
+    adapter = Scripted([*script, numbered(999)])
+    heard, link = read(adapter, 999)
+    assert heard == [*sorted(each.arbitration_id for each in script if isinstance(each, can.Message)), 999]
+    assert (link.garbled, adapter.opened) == (150, 1)
+
+
+def test_frames_heard_before_an_adapter_is_lost_count() -> None:
+    adapter = Scripted([numbered(1), numbered(2), can.CanOperationError("unplugged"), numbered(3)])
+    heard, link = read(adapter, 3)
+    assert heard == [1, 2, 3]
+    assert (link.state, adapter.opened) == ("up, after 1 losses", 2)

@@ -9,10 +9,15 @@ from msgspec import structs
 
 from drivemcp.paths import data
 from proto.sensors import CanFrame
+from proto.vehicle import Ego
 from services.can.board import Board
 from services.can.dbc import Dbc
 from services.can.ego import read_ego
 from services.can.profile import Profile, find_descriptions, load_profile
+from services.weather.assess import assess
+from services.weather.car import Car as WeatherCar
+from services.weather.memory import Memory
+from services.weather.senses import from_car
 
 if find_spec("opendbc") is None:
     pytest.skip(
@@ -112,7 +117,7 @@ EXPECTED: list[tuple[str, Signals, dict[str, object]]] = [
             "brake_pressure_bar": 30.0,
             "outside_temperature_c": -3.5,
             "abs_active": True,
-            "wiper_stage": 1,
+            "wiper_stage": 3,
             "lamps_on": True,
             "indicator": "right",
         },
@@ -175,6 +180,17 @@ def test_known_values_on_the_bus_are_the_ego_with_unit_and_sign(
         wanted = pytest.approx(value, rel=0.02) if isinstance(value, float) else value
         assert getattr(ego, field) == wanted, field
     assert set(ego.invalid) == set()
+
+
+def test_a_car_that_tells_no_more_than_that_it_wipes_vouches_for_no_light_rain(cars: dict[str, Car]) -> None:
+    def counted_on(ego: Ego) -> float:
+        driven = WeatherCar(speed_mps=ego.speed_mps)
+        return assess((from_car(ego, None, NOW),), driven, Memory(), NOW).conditions.mu_low
+
+    warm = {"Gateway_72": {"Wischer_vorne_aktiv": 1, "BCM1_Aussen_Temp_ungef": 15.0}}
+    ego = read_ego(cars["vw_golf7"].board({**VW, **warm}), NOW)
+    assert ego.wiper_stage is not None
+    assert counted_on(ego) <= counted_on(structs.replace(ego, wiper_stage=None))
 
 
 @pytest.mark.parametrize(

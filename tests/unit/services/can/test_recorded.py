@@ -72,6 +72,33 @@ def test_every_frame_of_a_log_comes_in_its_order_and_time(tmp_path: Path, ending
     assert log.notes == []
 
 
+def candump(path: Path, times_s: list[float]) -> RecordedLog:
+    """A log of frames with these times, numbered by their ids."""
+    path.write_text("".join(f"({each:.6f}) can0 {number:03X}#11\n" for number, each in enumerate(times_s)))
+    return RecordedLog(path)
+
+
+@settings(max_examples=60)
+@given(st.sets(st.integers(0, 97), max_size=4), st.sampled_from([4e3, 1e5, 8e9]))
+def test_a_time_stamp_far_ahead_costs_its_own_record_alone(
+    tmp_path_factory: pytest.TempPathFactory, wrong: set[int], by_s: float
+) -> None:
+    times = [START_S + 0.01 * number + (by_s if number in wrong else 0.0) for number in range(100)]
+    log = candump(tmp_path_factory.mktemp("log") / "drive.log", times)
+    records = list(log)
+    assert [record.frame.arbitration_id for record in records] == [each for each in range(100) if each not in wrong]
+    assert records[-1].at_s == pytest.approx(0.99, abs=0.05)
+    assert log.malformed == len(wrong)
+    assert all("hours after" in note for note in log.notes)
+
+
+def test_a_long_pause_in_a_log_is_no_wrong_time(tmp_path: Path) -> None:
+    times = [START_S + 0.01 * number + (7200.0 if number >= 50 else 0.0) for number in range(100)]
+    log = candump(tmp_path / "drive.log", times)
+    assert len(list(log)) == 100
+    assert log.notes == []
+
+
 @pytest.mark.parametrize("ending", WITH_FD)
 def test_long_frames_extended_ids_and_remote_frames_survive_a_log(tmp_path: Path, ending: str) -> None:
     frames = [

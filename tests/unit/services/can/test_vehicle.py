@@ -4,8 +4,12 @@ import time
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proto.sensors import CanFrame
+from services.can import answers
+from services.can.codes import CodeMemory
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.errors import LinkDown
@@ -69,6 +73,18 @@ def test_a_bus_that_is_down_is_asked_again_after_a_period(dbc: Dbc, profile: Pro
         vehicle.diagnostics.ask(b"\x03", timeout_s=0.1)
 
 
+def test_a_clock_that_falls_back_holds_up_neither_the_polling_nor_a_request(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(7200 * NS, 4 * NS)
+    vehicle.poll(3600 * NS, 4 * NS)
+    vehicle.poll(3602 * NS, 4 * NS)
+    assert [data for _, data in wire.sent] == [single_frame(b"\x03"), single_frame(b"\x07"), single_frame(b"\x03")]
+    vehicle.poll(1800 * NS, 4000 * NS)
+    vehicle.ingest([frame(0x7E8, b"\x43\x00", 1801 * NS)], 1801 * NS)
+    vehicle.poll(1803 * NS, 4000 * NS)
+    reply = vehicle.diagnostics.ask(b"\x01\x0d", timeout_s=0.05)
+    assert reply.ended == "timeout"
+
+
 def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None:
     vehicle.poll(NS, NS)
     vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", NS)], NS)
@@ -76,6 +92,63 @@ def test_a_unit_that_no_longer_answers_keeps_its_codes(vehicle: Vehicle) -> None
         vehicle.poll(second * NS, NS)
         vehicle.ingest([frame(0x7E8, b"\x43\x00", second * NS)], second * NS)
     assert vehicle.stored.codes == ("C0035",)
+
+
+@pytest.mark.parametrize("answer", [b"\x43", b"\x43\x01", b"\x43\x01\x40", b"\x43\x02\x40\x35", b"\x7f\x03\x22", b""])
+def test_a_list_that_breaks_off_clears_no_code(answer: bytes) -> None:
+    memory = CodeMemory()
+    memory.learn({0x7EA: b"\x43\x02\x40\x35\x01\x02"}, NS)
+    memory.learn({0x7EA: answer}, 2 * NS)
+    assert memory.codes == ("C0035", "P0102")
+    memory.learn({0x7EA: b"\x43\x00"}, 3 * NS)
+    assert not memory.codes
+
+
+@given(st.lists(st.sampled_from(range(1, 0x4000)), min_size=1, max_size=20, unique=True), st.data())
+def test_no_part_of_a_list_clears_a_code(numbers: list[int], data: st.DataObject) -> None:
+    whole = bytes([0x43, len(numbers)]) + b"".join(each.to_bytes(2, "big") for each in numbers)
+    memory = CodeMemory()
+    memory.learn({0x7E8: whole}, NS)
+    before = memory.codes
+    memory.learn({0x7E8: whole[: data.draw(st.integers(0, len(whole) - 1))]}, 2 * NS)
+    assert memory.codes == before
+    assert len(before) == len(numbers)
+
+
+def test_a_polled_unit_that_answers_later_is_waited_for(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(10 * NS, 2 * NS)
+    vehicle.ingest([frame(0x7EA, b"\x7f\x03\x78", 10 * NS)], 10 * NS)
+    for tenth in range(1, 41):
+        vehicle.poll(10 * NS + tenth * NS // 10, 2 * NS)
+    assert len(wire.sent) == 1
+    vehicle.ingest([frame(0x7EA, b"\x43\x01\x40\x35", 14 * NS)], 14 * NS)
+    vehicle.poll(14 * NS + NS // 10, 2 * NS)
+    assert vehicle.stored.codes == ("C0035",)
+
+
+def test_a_polled_unit_that_asks_for_patience_for_ever_is_given_up(vehicle: Vehicle, wire: Wire) -> None:
+    vehicle.poll(10 * NS, 2 * NS)
+    for tenth in range(100):
+        now_ns = 10 * NS + tenth * NS // 10
+        vehicle.ingest([frame(0x7EA, b"\x7f\x03\x78", now_ns)], now_ns)
+        vehicle.poll(now_ns, 2 * NS)
+        if len(wire.sent) > 1:
+            break
+    assert now_ns == 18 * NS
+
+
+def test_codes_are_as_old_as_the_oldest_unit_s_answer_and_the_silent_unit_is_named(vehicle: Vehicle) -> None:
+    assert answers.code_report(vehicle, "en", NS).age_s is None
+    vehicle.poll(10 * NS, 4 * NS)
+    vehicle.ingest([frame(0x7E8 + unit, b"\x43\x00", 10 * NS) for unit in range(4)], 10 * NS)
+    for second in range(11, 40):
+        vehicle.poll(second * NS, 4 * NS)
+        heard = [frame(0x7E8 + unit, bytes([service, 0])) for unit in (0, 1, 3) for service in (0x43, 0x47)]
+        vehicle.ingest(heard, second * NS)
+    report = answers.code_report(vehicle, "en", 40 * NS)
+    assert report.age_s is not None
+    assert report.age_s >= 29.0
+    assert report.missing == ("brakes",)
 
 
 def test_a_lamp_that_comes_on_is_asked_about_at_once(vehicle: Vehicle, wire: Wire, dbc: Dbc) -> None:

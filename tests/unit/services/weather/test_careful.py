@@ -7,20 +7,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proto.vehicle import Degradation, Indicator
 from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.claim import share
 from services.weather.interval import Interval
 from services.weather.memory import Memory
 from services.weather.observation import FIELDS, LIMITS, NS, SURE, Observation, trust
+from services.weather.senses import tyre_low
 from tests.unit.services.weather.support import (
     BAD_END,
     CARS,
     CLEAR,
+    DRIVING,
     MEMORIES,
     NOW,
     OBSERVATIONS,
     RAIN,
+    WATCHED,
     changed,
     conditions,
     no_less_careful,
@@ -51,6 +55,48 @@ def test_what_falls_silent_never_makes_the_next_assessment_less_careful(
     after = assess(kept, Car(speed_mps=car.speed_mps), before.memory, NOW + NS // 2, limit)
     no_less_careful(after.conditions, before.conditions)
     assert after.conditions.confidence <= before.conditions.confidence + 1e-3
+
+
+@many
+@given(OBSERVATIONS, CARS, MEMORIES, LIMITS_MPS, st.booleans(), st.sampled_from([1, 3, 61, 3600, 8000]))
+def test_a_clock_that_falls_back_never_makes_anything_look_better(
+    seen: Seen, car: Car, memory: Memory, limit: float | None, silent: bool, back_s: int
+) -> None:
+    then = NOW - back_s * NS
+    known = assess(seen, car, memory, NOW, limit).memory
+    driven = msgspec.structs.replace(car, speed_mps=None) if silent else car
+    shifted = tuple(changed(each, stamp_ns=each.stamp_ns - back_s * NS) for each in seen)
+    after = assess(shifted, driven, known, then, limit)
+    before = assess(seen, driven, known, NOW, limit)
+    no_less_careful(after.conditions, before.conditions)
+    assert after.conditions.confidence <= before.conditions.confidence
+
+
+@pytest.mark.parametrize("back_s", [1, 3, 3600])
+@pytest.mark.parametrize("memory", [Memory(), Memory(wet_ns=NOW - 60 * NS, since_ns=NOW - 5_000 * NS)])
+def test_a_road_that_may_be_wet_is_not_dry_because_the_clock_fell_back(memory: Memory, back_s: int) -> None:
+    wipers_off = changed(CLEAR, film_mm=None, rain_mm_h=Interval(0.0, 0.25))
+    before = assess((wipers_off,), DRIVING, memory, NOW)
+    then = NOW - back_s * NS
+    after = assess((changed(wipers_off, stamp_ns=then),), DRIVING, before.memory, then)
+    no_less_careful(after.conditions, before.conditions)
+
+
+def test_a_disagreement_is_not_over_because_the_clock_fell_back() -> None:
+    assert Memory(contradiction_ns=NOW).doubted(NOW - 3600 * NS)
+
+
+def test_a_fast_car_is_not_taken_for_a_slower_one_because_the_clock_fell_back() -> None:
+    fast = assess((RAIN,), Car(speed_mps=45.0), WATCHED, NOW)
+    then = NOW - 60 * NS
+    after = assess((changed(RAIN, stamp_ns=then),), Car(), fast.memory, then)
+    no_less_careful(after.conditions, fast.conditions)
+
+
+def test_a_road_that_dried_before_the_clock_fell_back_dries_by_the_new_clock() -> None:
+    fallen = Memory(wet_ns=NOW, since_ns=NOW).by(NOW - 3600 * NS)
+    assert fallen.drying(NOW - 3600 * NS)
+    assert not fallen.drying(NOW)
 
 
 @many
@@ -142,6 +188,38 @@ def test_softer_tyres_more_speed_and_weaker_brakes_never_look_better(
     changes = {"tyre_low": min(1.0, value + more), "speed_mps": value + 20.0 * more, "brake_envelope": value * more}
     harder = msgspec.structs.replace(full, **{name: changes[name]})
     no_less_careful(conditions(*seen, car=harder, limit_mps=20.0), conditions(*seen, car=full, limit_mps=20.0))
+
+
+TYRES = tuple(f"tyre_pressure_low_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+SOFT = st.dictionaries(st.sampled_from(TYRES), st.floats(0, 1))
+
+
+def health(soft: dict[str, float], silent: set[str]) -> Degradation:
+    indicators = tuple(Indicator(name=name, value=each, weight=0.6, source="can") for name, each in soft.items())
+    return Degradation(indicators=indicators, unknown=tuple(sorted(silent)))
+
+
+@many
+@given(OBSERVATIONS, SOFT, st.sets(st.sampled_from(TYRES)), st.booleans(), st.floats(0, 55), st.data())
+def test_one_more_silent_tyre_sensor_never_raises_the_grip_that_is_counted_on(
+    seen: Seen, soft: dict[str, float], silent: set[str], forgotten: bool, speed_mps: float, data: st.DataObject
+) -> None:
+    name = data.draw(st.sampled_from(TYRES))
+    before = Car(speed_mps=speed_mps, tyre_low=tyre_low(health(soft, silent), None))
+    left = {each: value for each, value in soft.items() if not (forgotten and each == name)}
+    after = Car(speed_mps=speed_mps, tyre_low=tyre_low(health(left, silent | {name}), before.tyre_low))
+    no_less_careful(conditions(*seen, car=after), conditions(*seen, car=before))
+
+
+@given(SOFT, st.sets(st.sampled_from(TYRES)), st.none() | st.floats(0, 1))
+def test_a_tyre_known_to_be_soft_counts_whichever_others_are_silent(
+    soft: dict[str, float], silent: set[str], before: float | None
+) -> None:
+    assert tyre_low(health(soft, silent), before) >= max(soft.values(), default=0.0)
+
+
+def test_tyres_that_all_read_well_again_are_no_longer_soft() -> None:
+    assert tyre_low(health({}, set()), 0.8) == 0.0
 
 
 HARMLESS: dict[str, Any] = {name: getattr(CLEAR, name) for name in ("rain_mm_h", "snow_mm_h", "film_mm", "road_c")}

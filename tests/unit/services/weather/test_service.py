@@ -9,7 +9,7 @@ from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import WeatherSensing
 from proto.vehicle import Degradation, Ego, Indicator
-from proto.weather import CameraWeather, Within
+from proto.weather import CameraWeather, Conditions, Within
 from services.weather.service import SERVICE, WeatherConfig
 from services.weather.sources.internet import InternetConfig
 
@@ -66,6 +66,29 @@ def test_wipers_anti_lock_and_tyres_over_can_count() -> None:
         answer = b.wait_for(topics.CONDITIONS, lambda c: "measured by car" in c.reason, after=drive)
     assert answer.mu_low <= 0.9 * 2.5 / 9.81 + 1e-3
     assert answer.precipitation == "rain"
+
+
+def test_a_flat_tyre_lowers_grip_in_rain_though_another_tyre_s_sensor_is_silent() -> None:
+    flat = Indicator(name="tyre_pressure_low_fr", value=1.0, weight=0.6, source="can")
+    with bus() as b:
+        b.start(SERVICE, FAST)
+        car = b.node("can")
+
+        def drive(health: Degradation) -> None:
+            car.publish(topics.WEATHER_SENSING, WET)
+            car.publish(topics.EGO, Ego(speed_mps=25.0))
+            car.publish(topics.DEGRADATION, health)
+
+        def told_at_this_speed(conditions: Conditions) -> bool:
+            return conditions.wet is True and conditions.reference_speed_mps == 25.0
+
+        sound = b.wait_for(topics.CONDITIONS, told_at_this_speed, after=lambda: drive(Degradation(h=0.0)))
+        half_known = Degradation(h=0.4, indicators=(flat,), unknown=("tyre_pressure_low_fl",))
+        b.wait_for(
+            topics.CONDITIONS,
+            lambda c: told_at_this_speed(c) and c.mu_low < sound.mu_low - 0.03,
+            after=lambda: drive(half_known),
+        )
 
 
 def test_without_any_input_conditions_are_published_and_careful() -> None:

@@ -48,12 +48,35 @@ def test_open_meteo_tells_the_hour_that_runs() -> None:
         ("EDDB 211150Z 24012G25KT 0800 -FZRA FG OVC002 M01/M02 Q1008", "visibility_m", Interval(400.0, 800.0)),
         ("EDDB 211150Z 24012KT 9999 +SHRA BKN020 08/06 Q1008", "rain_mm_h", Interval(10.0, 50.0)),
         ("EDDB 211150Z 24012KT 3000 -RASN BKN020 01/00 Q1008", "snow_mm_h", Interval(0.1, 1.0)),
+        ("EDDB 211150Z 24012KT 9999 RADZ BKN020 08/06 Q1008", "rain_mm_h", Interval(2.5, 10.0)),
+        ("EDDB 211150Z 24012KT 9999 +DZRA BKN020 08/06 Q1008", "rain_mm_h", Interval(10.0, 50.0)),
+        ("EDDB 211150Z 24012KT 9999 +RA -DZ BKN020 08/06 Q1008", "rain_mm_h", Interval(10.0, 50.0)),
+        ("EDDB 211150Z 24012KT 9999 RAPLSN BKN020 01/00 Q1008", "snow_mm_h", Interval(1.0, 2.5)),
         ("EDDB 211150Z 24012KT 9999 NSC 08/06 Q1008", "rain_mm_h", Interval(0.0, 0.0)),
         ("EDDB 211150Z 24012KT 9999 NSC M08/M09 Q1008", "air_c", Interval(-10.0, -6.0)),
     ],
 )
 def test_an_airfield_s_report_is_read(report: str, field: str, expected: Interval) -> None:
     assert getattr(metar.read(report.encode(), NOW_NS), field) == expected
+
+
+FALLS = st.lists(st.sampled_from(["RA", "DZ", "SN", "PL", "SG"]), min_size=1, max_size=3, unique=True)
+
+
+def fall(codes: list[str], intensity: str) -> tuple[float, float]:
+    """The most of rain and of snow."""
+    told = metar.read(f"EDDB 211150Z 24012KT 9999 {intensity}{''.join(codes)} BKN020 01/00 Q1008".encode(), NOW_NS)
+    assert told.rain_mm_h is not None
+    assert told.snow_mm_h is not None
+    return told.rain_mm_h.high, told.snow_mm_h.high
+
+
+@given(FALLS, st.sampled_from(["-", "", "+"]), st.data())
+def test_one_more_thing_that_falls_never_makes_less_fall(codes: list[str], intensity: str, data: st.DataObject) -> None:
+    rain, snow = fall(codes, intensity)
+    fewer = [each for each in codes if data.draw(st.booleans())] or codes[:1]
+    assert fall(fewer, intensity)[0] <= rain
+    assert fall(fewer, intensity)[1] <= snow
 
 
 def test_a_report_of_last_month_s_last_day_is_of_yesterday() -> None:
