@@ -250,10 +250,23 @@ HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian"
 
 def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
     """The state with time passed, feedback learnt and the own reading watched."""
-    adapted = adapt.learn(adapt.relax(inputs.state.adapted, inputs.now_ns, profile), request.feedback, profile)
-    attended = attention.refill(inputs.state.attention, inputs.now_ns, profile)
-    seen = watch(inputs.state.sightings, inputs.reading, inputs.now_ns, profile)
-    return msgspec.structs.replace(inputs.state, adapted=adapted, attention=attended, sightings=seen)
+    state = _on_this_clock(inputs.state, inputs.now_ns, profile)
+    adapted = adapt.learn(adapt.relax(state.adapted, inputs.now_ns, profile), request.feedback, profile)
+    attended = attention.refill(state.attention, inputs.now_ns, profile)
+    seen = watch(state.sightings, inputs.reading, inputs.now_ns, profile)
+    return msgspec.structs.replace(state, adapted=adapted, attention=attended, sightings=seen)
+
+
+def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> ArbiterState:
+    """Where the clock was set back: without what was told and watched by the time that it showed before, and at rest."""
+    if not attention.set_back(state.attention, now_ns):
+        return state
+    return msgspec.structs.replace(
+        state,
+        attention=attention.forget(state.attention),
+        intervention=act.set_back(state.intervention, now_ns, profile),
+        sightings=(),
+    )
 
 
 def _intervene(

@@ -143,9 +143,12 @@ class Orchestrator:
     def watch(self) -> None:
         """Tick over where sensors fall silent."""
         now_ns = self._node.clock.now_ns()
-        began_ns = self._began_ns = self._began_ns or now_ns
-        waited_s = (now_ns - (self._ticked_ns or began_ns)) / 1e9
-        if waited_s >= (self._config.start_s if self._ticked_ns is None else self._config.silence_s):
+        began_ns = self._began_ns = min(self._began_ns or now_ns, now_ns)
+        if self._ticked_ns is None:
+            silent = (now_ns - began_ns) / 1e9 >= self._config.start_s
+        else:  # a clock that was set back since tells nothing: that counts as silence
+            silent = not 0.0 <= (now_ns - self._ticked_ns) / 1e9 < self._config.silence_s
+        if silent:
             self.tick("watchdog")
 
     def tick(self, cause: Cause) -> None:

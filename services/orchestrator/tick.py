@@ -23,6 +23,7 @@ from services.orchestrator.memory import remember, seconds_since_spoken
 from services.orchestrator.messages import say, toned
 from services.orchestrator.observe import observe
 from services.orchestrator.routing import Call, route
+from services.orchestrator.set_back import on_this_clock
 from services.orchestrator.state import State, digest
 
 
@@ -42,6 +43,7 @@ class Ticked(NamedTuple):
 
 def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     """The next state and everything on the way to it."""
+    before = on_this_clock(before, seen.now_ns)
     state = answers.take(observe(before, seen), seen.late)
     events = detect_events(state, before, seen.query, seen.thresholds)
     advised = (direct.advise if seen.method.name == "direct" else _by_tools(before))(state, events, seen, ask)
