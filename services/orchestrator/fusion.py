@@ -69,15 +69,35 @@ def advise(
 
 
 def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
-    """A new hazard, else a standing one, else a first notice that is owed, else what is new, else the weightiest."""
+    """A new hazard that the driver was not told of lately, else a first notice that is owed, else a new hazard, else a
+    standing one, else what is new, else the weightiest.
+
+    One was told of a hazard lately whoever it was: the arbiter says it again in its time only, and till then another waits
+    for nothing.
+    """
     hazards = [matter for matter in found if matter.hazard]
     owed = [matter for matter in found if owes_first_notice(matter, state)]
     news = [matter for matter in found if is_new(matter, state)]
     fresh = [matter for matter in hazards if matter in news]
-    for group in (fresh, hazards, owed, news, list(found)):
+    untold = [matter for matter in fresh if not told_of(matter, state)]
+    for group in (untold, owed, fresh, hazards, news, list(found)):
         if group:
             return group[0]
     return None
+
+
+def told_of(matter: Matter, state: State) -> bool:
+    """Whether the driver was told of such a hazard, or of a graver one of the same road user, lately and as gravely."""
+    names = (matter.hazard, *GRAVER.get(matter.hazard, ()))
+    return any(
+        each.hazard in names and state.now_ns - each.stamp_ns <= TOLD_NS and (each.alarm or matter.urgency != "alarm")
+        for each in state.memory.spoken
+    )
+
+
+GRAVER = {"slow_traffic": ("closing_lead",)}
+TOLD_NS = 10_000_000_000
+"""A word on a hazard counts for so long: as the arbiter reckons."""
 
 
 def is_new(matter: Matter, state: State) -> bool:

@@ -171,6 +171,9 @@ class Spoken(msgspec.Struct, frozen=True, kw_only=True):
     key: str
     stamp_ns: int
     count: int = 1
+    hazard: str = ""
+    """As what hazard it was told; empty: it was none."""
+    alarm: bool = False
 
 
 class Memory(msgspec.Struct, frozen=True, kw_only=True):

@@ -508,6 +508,32 @@ def test_the_arbiter_warns_of_what_only_it_sees() -> None:
     assert decision.reason == "hazard: closing_lead"
 
 
+@FEW
+@given(
+    fused_hazard=st.sampled_from(("vehicle_fault", "red_light", "stop_sign", "slow_traffic", "closing_lead")),
+    urgency=st.sampled_from(("warning", "alarm")),
+    appears=st.integers(1, 60),
+)
+def test_no_hazard_of_the_request_silences_one_of_another_kind_that_the_arbiter_sees(
+    fused_hazard: str, urgency: Urgency, appears: int
+) -> None:
+    person = track(gap_m=20.0, closing_mps=12.0, kind="pedestrian", track_id=50)
+    state, told = fresh(CALIBRATED), []
+    for tick in range(appears + 3):
+        now_ns = 10 * SECOND + tick * SECOND // 10
+        asked = request(fused=fused(hazard=fused_hazard, urgency=urgency, new_information=False))
+        inputs = with_view(
+            mirror(asked, state=state, now_ns=now_ns, permission=Permission()),
+            actors=(person,) if tick >= appears else (),
+        )
+        verdict = decide(asked, inputs, CALIBRATED)
+        state = verdict.state
+        told.append(verdict.decision.hazard)
+    assert told[0] == fused_hazard
+    assert "pedestrian" in told[appears : appears + 2]
+    assert told.count(fused_hazard) == 1 + (appears + 2) // 40
+
+
 def test_a_decision_can_be_decided_again_from_its_log() -> None:
     asked = request(track(gap_m=18.0), feedback=(Feedback(label="late_warning"),))
     logged = decide(asked, mirror(asked), CALIBRATED).decision
