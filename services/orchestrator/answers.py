@@ -11,12 +11,12 @@ from proto.tools import Effect, Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
-from services.orchestrator.conditions import sane_conditions, settle
+from services.orchestrator.conditions import no_better, sane_conditions, settle
 from services.orchestrator.limits import SURE
 from services.orchestrator.limits_ahead import PLACES
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
-from services.orchestrator.validity import EXPERT_VALID_NS
+from services.orchestrator.validity import EXPERT_VALID_NS, newer
 
 S = TypeVar("S")
 KEPT = 24
@@ -120,9 +120,12 @@ def _weather(held: Held, state: State, outcome: Outcome) -> Held:
     conditions = typed(outcome, Conditions)
     if conditions is None or not sane_conditions(conditions):
         return held
-    conditions = settle(held.conditions, conditions)
     stamp_ns = state.now_ns - int(outcome.age_ms * 1e6)
-    return msgspec.structs.replace(held, conditions=conditions, conditions_ns=stamp_ns)
+    if newer(stamp_ns, held.conditions_ns, state.now_ns):
+        return msgspec.structs.replace(held, conditions=settle(held.conditions, conditions), conditions_ns=stamp_ns)
+    if stamp_ns != held.conditions_ns or held.conditions is None:
+        return held  # a late answer: the topic has told more since
+    return msgspec.structs.replace(held, conditions=no_better(held.conditions, conditions))
 
 
 def _health(held: Held, state: State, outcome: Outcome) -> Held:

@@ -20,7 +20,7 @@ from services.orchestrator.limits import value_kmh
 from services.orchestrator.lines import halted, halted_at_line, stop_line
 from services.orchestrator.motion import Motion, motion_of
 from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
-from services.orchestrator.validity import MOST_PLAUSIBLE, SECOND, VALID_NS, confidence_at, fresh, number
+from services.orchestrator.validity import MOST_PLAUSIBLE, SECOND, VALID_NS, confidence_at, fresh, newer, number
 
 T = TypeVar("T")
 GONE_EXPERT_NS = 60 * SECOND
@@ -64,12 +64,13 @@ def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, 
 
 def _held(held: Held, seen: Observations) -> Held:
     conditions, degradation = seen.conditions, seen.degradation
-    if conditions is not None and conditions.stamp_ns != held.conditions_ns:
+    if conditions is not None and newer(conditions.stamp_ns, held.conditions_ns, seen.now_ns):
         settled = settle(held.conditions, conditions.message)
         held = msgspec.structs.replace(held, conditions=settled, conditions_ns=conditions.stamp_ns)
-    if degradation is not None and degradation.stamp_ns != held.degradation_ns and sane_health(degradation.message):
-        told = _with_envelope(degradation.message, held.degradation)
-        held = msgspec.structs.replace(held, degradation=told, degradation_ns=degradation.stamp_ns)
+    told = degradation is not None and newer(degradation.stamp_ns, held.degradation_ns, seen.now_ns)
+    if degradation is not None and told and sane_health(degradation.message):
+        car = _with_envelope(degradation.message, held.degradation)
+        held = msgspec.structs.replace(held, degradation=car, degradation_ns=degradation.stamp_ns)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 

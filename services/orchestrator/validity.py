@@ -39,6 +39,11 @@ def fresh(stamped: Stamped[Any] | None, valid_ns: int, now_ns: int) -> Stamped[A
     return stamped
 
 
+def newer(stamp_ns: int, held_ns: int | None, now_ns: int) -> bool:
+    """Whether a word comes after the one that is held; after one from the future any does."""
+    return held_ns is None or stamp_ns > held_ns or held_ns > now_ns
+
+
 def number(value: float | None) -> float | None:
     """The value if it is one that a road can hold."""
     return value if value is not None and math.isfinite(value) and abs(value) <= MOST_PLAUSIBLE else None
