@@ -112,7 +112,7 @@ def is_new(matter: Matter, state: State) -> bool:
 LEAST_PAUSE_S = 1.0
 """Between two messages on one topic, hazards apart."""
 EPISODE_PAUSE_S = 10.0
-"""A degradation that comes and goes within this time is one episode."""
+"""A degradation that comes and goes within this time is one episode; a fault that was never told is another at once."""
 
 
 def owes_first_notice(matter: Matter, state: State) -> bool:
@@ -126,7 +126,8 @@ def owes_first_notice(matter: Matter, state: State) -> bool:
         same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
         long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
         return told.stamp_ns < matter.first_since_ns and (long_ago or not same)
-    return told.key != matter.key and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
+    pause_s = LEAST_PAUSE_S if set(matter.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
+    return told.key != matter.key and state.now_ns - told.stamp_ns >= pause_s * 1e9
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------

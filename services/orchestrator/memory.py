@@ -10,7 +10,7 @@ from services.orchestrator.state import Memory, Spoken, State
 from services.orchestrator.targets import Target, last_seen, still_lost
 
 SPOKEN_KINDS = ("SPEAK", "ACT")
-KEPT_TOPICS = 40
+KEPT_TOPICS, KEPT_NAMES = 40, 60
 
 
 def remember(
@@ -48,6 +48,7 @@ def said(memory: Memory, matter: Matter | None, decision: Decision, now_ns: int)
         spoken_ns=now_ns,
         messages=memory.messages + 1,
         hazards=memory.hazards + int(hazard),
+        noticed=tuple(dict.fromkeys((*memory.noticed, *(matter.names if matter is not None else ()))))[-KEPT_NAMES:],
     )
 
 

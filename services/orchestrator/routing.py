@@ -10,13 +10,15 @@ from proto.rules import RightOfWayQuestion
 from services.orchestrator import legal
 from services.orchestrator.actors import pedestrian
 from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
+from services.orchestrator.faults import covered
 from services.orchestrator.inputs import Expert
 from services.orchestrator.limits_ahead import PLACES, places_ahead, sign_question
 from services.orchestrator.state import State
 
 REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
 RETRY_NS = 500_000_000
-"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
+"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time. So is the car's, where
+its answer does not know yet what the car tells."""
 
 
 class Call(msgspec.Struct, frozen=True, kw_only=True):
@@ -71,12 +73,14 @@ def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float
         if not asked.ok and age_ns < RETRY_NS:
             return True
         if asked.ok and asked.arguments_sha256 == sha and age_ns < serves_s * 1e9:
-            return _at_hand(state, tool, arguments, sha)
+            return _at_hand(state, tool, arguments, sha) or (tool == "vehicle_health" and age_ns < RETRY_NS)
     return False
 
 
 def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bool:
-    """Whether it is this question's answer that is held, and not a later one's."""
+    """Whether it is this question's answer that is held, and not a later one's nor one about other faults."""
+    if tool == "vehicle_health":
+        return covered(state.held)
     if tool == "applicable_limit":
         return state.held.legal_key == sha
     if tool == "interpret_sign":

@@ -185,7 +185,7 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     messages: int = 0
     hazards: int = 0
     noticed: tuple[str, ...] = ()
-    """Topics whose first notice was given in this drive."""
+    """The faults of the car that were told in this drive."""
 
     def last(self, slot: str) -> Spoken | None:
         """The last message on a topic; None: there was none."""
