@@ -12,11 +12,12 @@ from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.conditions import no_better, sane_conditions, settle
+from services.orchestrator.faults import worse
 from services.orchestrator.limits import SURE
 from services.orchestrator.limits_ahead import PLACES
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
-from services.orchestrator.validity import EXPERT_VALID_NS, newer
+from services.orchestrator.validity import EXPERT_VALID_NS, VALID_NS, fresh_ns, newer, sane_health
 
 S = TypeVar("S")
 KEPT = 24
@@ -132,7 +133,11 @@ def _health(held: Held, state: State, outcome: Outcome) -> Held:
     health = typed(outcome, VehicleHealth)
     if health is None or not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
         return held
-    return msgspec.structs.replace(held, health=health)
+    held = msgspec.structs.replace(held, health=health)
+    if fresh_ns(held.degradation_ns, VALID_NS["degradation"], state.now_ns):
+        return held
+    car = worse(held.degradation, health)  # the topic is silent: what the tool knows beyond it counts
+    return msgspec.structs.replace(held, degradation=car) if car is not None and sane_health(car) else held
 
 
 def _prolonged(held: Held, tool: str, now_ns: int) -> Held:

@@ -11,6 +11,7 @@ from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
+from services.orchestrator.faults import UNKNOWN_BRAKES
 from services.orchestrator.limits import in_force, may_be_ours
 from services.orchestrator.limits_ahead import limits_ahead, surely
 from services.orchestrator.state import Lost, State
@@ -35,8 +36,6 @@ APPROACH_MPS2 = 1.2
 """Coasting down to a lower limit ahead."""
 H_SLOPE = 0.4
 """How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
-UNKNOWN_BRAKES = 0.8
-"""As the arbiter's profile reckons with an envelope that was never observed."""
 LEAST_BRAKES, MOST_HEADWAY = 0.1, 3.0
 LOST_LIGHT_MPS = 20 * KMH
 """Over a junction whose light is not in view."""

@@ -8,7 +8,16 @@ from hypothesis import strategies as st
 
 from proto.vehicle import Degradation, DtcText, Indicator, SensorFault, Trend, VehicleHealth
 from tests.unit.services.orchestrator.judge import arbiter
-from tests.unit.services.orchestrator.support import EXPERTS, FEW, Drive, Played, health, limit_sign, preferences
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    FEW,
+    Drive,
+    Played,
+    health,
+    limit_sign,
+    preferences,
+    replace,
+)
 
 LEAK = Trend(
     name="slow_leak_fl", value=0.86, threshold=0.8, unit="share of nominal", rate_per_min=-0.005, minutes_left=12.0,
@@ -203,3 +212,59 @@ def test_a_lamp_that_flickers_is_one_episode() -> None:
         drive.car = lamps("oil", "tyre") if tick % 4 < 2 else lamps("tyre")
         drive.tick()
     assert drive.spoken().count("Drive with care: vehicle fault") == 1
+
+
+SILENT = {"degradation": None, "unhealthy": ("can/degradation",)}
+
+
+def test_while_the_topic_is_silent_the_tools_answer_counts_and_is_told() -> None:
+    drive = Drive(Played(dict(EXPERTS)))
+    drive.ticks(60)
+    stood = drive.target_mps
+    grave = health(
+        0.9, brake_envelope=0.3, warning_lamps=("brake",), safe_to_drive="stop_now", advice="Stop.", speed_factor=0.3,
+        headway_factor=2.5,
+    )  # fmt: skip
+    drive.ask.table["vehicle_health"] = lambda a: grave
+    drive.ticks(60, **SILENT)
+    assert "Stop safely now: vehicle fault" in drive.spoken()
+    assert drive.target_mps <= 0.5 * stood
+    assert drive.history[-1][2].fused.headway_factor >= 2.5
+    assert drive.history[-1][2].request.h == 0.9
+    drive.ticks(2)
+    assert drive.target_mps == pytest.approx(stood), "the topic's own word, once it speaks again"
+
+
+@FEW
+@given(
+    heard=st.booleans(), h=st.floats(0.0, 1.0), envelope=st.none() | st.floats(0.0, 1.0), said_h=st.none() | st.floats(),
+    said_envelope=st.none() | st.floats(), said=st.sets(st.sampled_from(["oil", "tyre"])), ago=st.integers(0, 40),
+)  # fmt: skip
+def test_no_answer_of_the_tool_about_a_silent_topic_raises_the_target_or_shrinks_the_distance(
+    heard: bool, h: float, envelope: float | None, said_h: float | None, said_envelope: float | None, said: set[str],
+    ago: int,
+) -> None:  # fmt: skip
+    drive = Drive()
+    drive.car = Degradation(h=h, brake_envelope=envelope)
+    if not heard:
+        held = replace(drive.state.held, degradation=None, degradation_ns=None, health=None)
+        drive.state, drive.car = replace(drive.state, held=held), None
+    drive.ask.table = {tool: expert for tool, expert in EXPERTS.items() if tool != "vehicle_health"}
+    drive.ticks(3)
+    drive.ticks(max(1, ago), **SILENT)
+    stood, distance = drive.target_mps, headway(drive)
+    answer = health(0.0, warning_lamps=tuple(sorted(said)), speed_factor=1.0, headway_factor=1.0)
+    drive.ask.table = {**EXPERTS, "vehicle_health": lambda a: replace(answer, h=said_h, brake_envelope=said_envelope)}
+    drive.ticks(40, **SILENT)
+    assert drive.target_mps <= stood + 1e-9
+    assert headway(drive) >= distance - 1e-9
+
+
+def test_an_older_message_takes_back_no_newer_one() -> None:
+    drive = Drive()
+    older = drive.observations().degradation
+    drive.ticks(5)
+    drive.car = lamps("oil", h=0.5)
+    drive.ticks(2)
+    drive.tick(degradation=older)
+    assert drive.state.held.degradation == lamps("oil", h=0.5)
