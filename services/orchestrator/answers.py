@@ -41,9 +41,9 @@ def failed(outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
     return tuple(sorted({outcome.tool for outcome in outcomes if not outcome.ok}))
 
 
-def degraded(state: State, outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
+def degraded(state: State, tools: tuple[str, ...]) -> tuple[str, ...]:
     """What the answer lacks: what the world lacks, and the tools that failed."""
-    return tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
+    return tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in tools)}))
 
 
 def typed(outcome: Outcome, kind: type[S]) -> S | None:

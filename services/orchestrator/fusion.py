@@ -8,8 +8,7 @@ from typing import Any
 
 from proto.decision import Event, Fused, Reason
 from proto.rules import Citation
-from proto.tools import Outcome
-from services.orchestrator.answers import degraded, failed
+from services.orchestrator.answers import degraded
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
@@ -26,17 +25,15 @@ SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
 
-def fuse(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]) -> Fused:
+def fuse(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> Fused:
     """Target, message and confidence of this tick."""
-    return advise(state, events, outcomes)[0]
+    return advise(state, events, failed)[0]
 
 
-def advise(
-    state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]
-) -> tuple[Fused, Matter | None, Target]:
-    """The advice, the matter that it speaks of, and the target with its bounds."""
+def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Matter | None, Target]:
+    """The advice, the matter that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)
-    missing = degraded(state, outcomes)
+    missing = degraded(state, failed)
     chosen = choose(matters(state, goal, events, missing), state)
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
@@ -48,7 +45,7 @@ def advise(
         headway_factor=goal.headway_factor,
         directive=toned(preferences, directive, chosen.urgency if chosen is not None else "info"),
         justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
-        confidence=_confidence(state, goal, chosen, outcomes),
+        confidence=_confidence(state, goal, chosen, failed),
         urgency=chosen.urgency if chosen is not None else "info",
         topic=chosen.topic if chosen is not None else "",
         hazard=chosen.hazard if chosen is not None else "",
@@ -226,7 +223,7 @@ def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
 # -- confidence ----------------------------------------------------------------------------------------------------------
 
 
-def _confidence(state: State, goal: Target, chosen: Matter | None, outcomes: tuple[Outcome, ...]) -> float:
+def _confidence(state: State, goal: Target, chosen: Matter | None, failed: tuple[str, ...]) -> float:
     rests_on = [chosen.confidence] if chosen is not None else []
     if chosen is None or not chosen.hazard:
         # A hazard rests on the actor alone; everything else on the law, and on what scales it.
@@ -235,4 +232,4 @@ def _confidence(state: State, goal: Target, chosen: Matter | None, outcomes: tup
             conditions = state.world.environment.conditions
             rests_on.append(conditions.confidence if conditions is not None else 0.3)
     least = min(rests_on, default=0.0)
-    return max(0.0, min(1.0, least * (DEGRADED if failed(outcomes) else 1.0)))
+    return max(0.0, min(1.0, least * (DEGRADED if failed else 1.0)))

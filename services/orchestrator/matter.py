@@ -71,3 +71,5 @@ class Advised(NamedTuple):
     fused: Fused
     matter: Matter | None
     goal: Target
+    failed: tuple[str, ...] = ()
+    """Tools that were to be asked and failed, now or a moment ago."""

@@ -41,11 +41,7 @@ class ToolRow(NamedTuple):
 
 def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[Call, ...]:
     """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
-    because: dict[str, list[str]] = {}
-    for event in events:
-        own = _stale_tools(event) if event.kind == "stale_fact" else TOOLS[event.kind]
-        for tool in (*own, *(x.tool for x in experts if event.kind in x.answers)):
-            because.setdefault(tool, []).append(event.kind)
+    because = _because(events, experts)
     rows = {**TOOL_TABLE, **{x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}}
     calls = []
     for tool, kinds in sorted(because.items()):
@@ -54,6 +50,22 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
         if row is not None and arguments is not None and not answered(state, tool, arguments, row.serves_s):
             calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=tuple(kinds)))
     return tuple(calls)
+
+
+def failing(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[str, ...]:
+    """Tools that these events route to and that failed, in this tick or so lately that they are left in peace in it."""
+    late = {each.tool for each in state.memory.asked if not each.ok and 0 <= state.now_ns - each.stamp_ns < RETRY_NS}
+    return tuple(sorted(late & _because(events, experts).keys()))
+
+
+def _because(events: tuple[Event, ...], experts: tuple[Expert, ...]) -> dict[str, list[str]]:
+    """Each tool that events route to, with their kinds."""
+    because: dict[str, list[str]] = {}
+    for event in events:
+        own = _stale_tools(event) if event.kind == "stale_fact" else TOOLS[event.kind]
+        for tool in (*own, *(x.tool for x in experts if event.kind in x.answers)):
+            because.setdefault(tool, []).append(event.kind)
+    return because
 
 
 def _stale_tools(event: Event) -> tuple[str, ...]:

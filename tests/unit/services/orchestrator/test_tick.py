@@ -105,6 +105,22 @@ def test_a_dead_service_does_not_cost_every_tick() -> None:
     assert sum(call.tool == "applicable_limit" for call in drive.ask.calls) <= 11
 
 
+def test_a_tool_that_just_failed_counts_as_failed_while_it_is_left_in_peace() -> None:
+    drive = Drive()
+    drive.ticks(20)
+    drive.ask.table = {tool: expert for tool, expert in EXPERTS.items() if tool != "right_of_way"}
+    drive.tracks = (actor(25.0, closing_mps=12.0, kind="pedestrian"),)
+    drive.lines = (StopLine(distance_m=30.0, kind="crossing"),)
+    for _ in range(20):
+        ticked = drive.tick()
+        assert ticked.request.tool_timed_out
+        assert "tool:right_of_way" in ticked.fused.degraded
+        assert ticked.fused.confidence == pytest.approx(0.9 * 0.9)
+    drive.ask.table = EXPERTS
+    drive.ticks(6)
+    assert not drive.tick().request.tool_timed_out
+
+
 def test_a_lead_that_closes_in_is_a_hazard() -> None:
     drive = Drive(speed_mps=14.0)
     drive.ticks(3)
