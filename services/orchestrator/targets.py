@@ -292,7 +292,9 @@ def _gone(state: State) -> list[Lost]:
 
 def still_lost(state: State, goal: Target) -> tuple[Lost, ...]:
     """How the actors of this tick bound the target, and those who vanished lately."""
-    now = {b.track_id: Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns) for b in goal.bounds}
+    now: dict[int, Lost] = {}
+    for b in goal.bounds:  # the tightest first: who bounds twice, as a cyclist does, is remembered by the lower
+        now.setdefault(b.track_id, Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns))
     now.pop(0, None)
     gone = (lost for lost in _gone(state) if lost.track_id not in now)
     return (*gone, *now.values())[-MOST_LOST:]
