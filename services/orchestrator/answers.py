@@ -114,7 +114,9 @@ def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
 
 def _right_of_way(held: Held, state: State, outcome: Outcome) -> Held:
     answer = typed(outcome, RulesAnswer)
-    return held if answer is None else msgspec.structs.replace(held, right_of_way=answer)
+    if answer is None:
+        return held
+    return msgspec.structs.replace(held, right_of_way=answer, right_of_way_key=legal.key(outcome.arguments))
 
 
 def _weather(held: Held, state: State, outcome: Outcome) -> Held:

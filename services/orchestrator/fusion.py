@@ -7,11 +7,12 @@ where they lower the target, weather and the car; times `DEGRADED` where a route
 from typing import Any
 
 from proto.decision import Event, Fused, Reason
-from proto.rules import Citation
+from proto.rules import Citation, SignMeaning
 from services.orchestrator.answers import degraded
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
+from services.orchestrator.routing import right_of_way
 from services.orchestrator.state import State
 from services.orchestrator.targets import Bound, Law, Target, target
 from services.orchestrator.text import plain
@@ -143,8 +144,8 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
             for phrase in chosen.why
         ]
     found.append(_law_reason(state, goal.law))
-    if chosen is not None and chosen.topic in ("foreign", "doubt") and state.held.meaning is not None:
-        meaning = state.held.meaning
+    meaning = _meaning(state, chosen) if chosen is not None else None
+    if meaning is not None:
         found[-1:-1] = [
             Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
         ]
@@ -156,7 +157,7 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
     doubted = goal.law.answer
     if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
         found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
-    way = state.held.right_of_way
+    way = right_of_way(state)
     if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
         found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
     safety = _safety_reason(state, goal)
@@ -166,6 +167,15 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
         text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
         found.append(Reason(source="weather", text=text))
     return tuple(reason for reason in found if reason.text)
+
+
+def _meaning(state: State, chosen: Matter) -> SignMeaning | None:
+    """What the Rules say of the sign that is spoken of; not what they said of another one."""
+    meaning = state.held.meaning
+    if meaning is None or chosen.topic not in ("foreign", "doubt"):
+        return None
+    doubted = {s.reading for s in state.signs.ahead if f"track {s.track_id}" == chosen.key}
+    return meaning if chosen.topic == "foreign" or meaning.reading in doubted else None
 
 
 def _law_reason(state: State, law: Law) -> Reason:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from proto.decision import Event
-from proto.rules import RightOfWayQuestion
+from proto.rules import RightOfWayQuestion, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import pedestrian
 from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
@@ -17,8 +17,10 @@ from services.orchestrator.state import State
 
 REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
 RETRY_NS = 500_000_000
-"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time. So is the car's, where
-its answer does not know yet what the car tells."""
+"""After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
+PATIENT = frozenset({"vehicle_health", "right_of_way"})
+"""So are these after an answer that does not serve: one that does not know yet what the car tells, and one to a question that
+comes and goes with a person."""
 
 
 class Call(msgspec.Struct, frozen=True, kw_only=True):
@@ -85,7 +87,7 @@ def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float
         if not asked.ok and age_ns < RETRY_NS:
             return True
         if asked.ok and asked.arguments_sha256 == sha and age_ns < serves_s * 1e9:
-            return _at_hand(state, tool, arguments, sha) or (tool == "vehicle_health" and age_ns < RETRY_NS)
+            return _at_hand(state, tool, arguments, sha) or (tool in PATIENT and age_ns < RETRY_NS)
     return False
 
 
@@ -93,6 +95,8 @@ def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bo
     """Whether it is this question's answer that is held, and not a later one's nor one about other faults."""
     if tool == "vehicle_health":
         return covered(state.held)
+    if tool == "right_of_way":
+        return state.held.right_of_way_key == sha
     if tool == "applicable_limit":
         return state.held.legal_key == sha
     if tool == "interpret_sign":
@@ -122,6 +126,13 @@ def _sign(state: State) -> dict[str, Any] | None:
     foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
     sign = max(doubted or places or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
     return sign_question(state, sign) if sign is not None else None
+
+
+def right_of_way(state: State) -> RulesAnswer | None:
+    """The answer on the junction ahead; none that was given on another one, or on another moment of it."""
+    arguments = _junction(state)
+    asked = arguments is not None and state.held.right_of_way_key == legal.key(arguments)
+    return state.held.right_of_way if asked else None
 
 
 def _junction(state: State) -> dict[str, Any] | None:

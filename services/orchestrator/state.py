@@ -143,6 +143,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     place_key: str = ""
     """The question that it answered."""
     right_of_way: RulesAnswer | None = None
+    right_of_way_key: str = ""
+    """The question that it answered."""
     limiters: tuple[Limiter, ...] = ()
     lead_mps: float | None = None
     person_mps: float | None = None
