@@ -9,6 +9,7 @@ import msgspec
 from drivemcp.codehash import code_hash
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.finite import finite
 from drivemcp.node import Node
 from drivemcp.received import Received
 from drivemcp.service import Service
@@ -21,7 +22,7 @@ from proto.topics import Topic
 from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.direct_answer import direct_answer
 from services.orchestrator.events import new, out_of_bounds
-from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, finite, road_ahead
+from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, road_ahead
 from services.orchestrator.preferences import changed, remembered
 from services.orchestrator.question import calls_for, in_language, subject_of
 from services.orchestrator.question_answer import Answer, answer
