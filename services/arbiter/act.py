@@ -78,6 +78,13 @@ def stop(running: Intervention, now_ns: int, profile: Profile) -> Intervention:
     return Intervention(rest_until_ns=now_ns + int(profile.act_rest_s * 1e9))
 
 
+def set_back(running: Intervention, now_ns: int, profile: Profile) -> Intervention:
+    """After the clock was set back nobody knows how long the car has braked: a rest begins, or goes on for no longer than one."""
+    if running.rest_until_ns is None:
+        return stop(running, now_ns, profile)
+    return Intervention(rest_until_ns=min(running.rest_until_ns, now_ns + int(profile.act_rest_s * 1e9)))
+
+
 def let_go(running: Intervention, now_ns: int) -> Intervention:
     """Nothing to brake for: an intervention that found its end needs no rest, an elapsed rest is forgotten."""
     if running.rest_until_ns is not None and now_ns < running.rest_until_ns:

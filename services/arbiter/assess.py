@@ -107,7 +107,8 @@ def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile)
     if profile.ttc == "paper":
         return ttc.paper_ttc_s(max(0.0, gap), closing, profile.epsilon_mps)
     if view.ego_speed_mps is None or track.oncoming:
-        return ttc.relative_ttc_s(gap, closing, -track.ax_mps2)
+        # Nobody's speed over ground is reckoned with here: a braking that would end, or turn them round, is not counted on.
+        return ttc.relative_ttc_s(gap, closing, max(0.0, -track.ax_mps2))
     ego_accel = view.ego_acceleration_mps2 or 0.0
     lead = max(0.0, view.ego_speed_mps - closing)
     # A track's acceleration is over ground. A lead that speeds up is not counted on.

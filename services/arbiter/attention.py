@@ -16,6 +16,18 @@ GRAVER = {"slow_traffic": ("closing_lead",)}
 """To whom was told to brake for a vehicle, that it is slow is no news."""
 UNBROKEN_NS = 2_000_000_000
 """A hazard that was away for longer is another one, if it is another road user's."""
+SET_BACK_NS = 200_000_000
+"""A clock that is farther behind the last decision was set back."""
+
+
+def set_back(attention: Attention, now_ns: int) -> bool:
+    """Whether the clock was set back since the last decision: ages reckoned with it would be negative for as long."""
+    return attention.refilled_ns is not None and now_ns < attention.refilled_ns - SET_BACK_NS
+
+
+def forget(attention: Attention) -> Attention:
+    """Nothing was told, as far as this clock knows; what the budget holds stays."""
+    return Attention(messages=attention.messages)
 
 
 def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:

@@ -1,23 +1,22 @@
 """SILENT, SPEAK or ACT: pure, from the request, the arbiter's own reading, its state, its profile and its grant."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import msgspec
 
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
-from proto.perception import Track
 from services.arbiter import act, adapt, attention, unfiltered
 from services.arbiter.act import Permission
-from services.arbiter.assess import Numbers, View, each, gap_m, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.guard import Case, case, objections
+from services.arbiter.hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.risk import Utilities, utilities
-from services.arbiter.state import ArbiterState, Attention, Intervention, Sighting, digest
+from services.arbiter.state import ArbiterState, Attention, Intervention, digest
 from services.arbiter.unfiltered import Filter, Suggested
-from services.arbiter.watching import contradicted, watch
+from services.arbiter.watching import watch
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True):
@@ -54,12 +53,12 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
     weighed = weigh(request, inputs.reading, state, profile, inputs.now_ns)
-    own_eyes = inputs.filter != "none"
-    hazard = hazard_of(request, inputs.reading, state.sightings, profile) if own_eyes else request.fused.hazard
     intervention, command, withheld = _intervene(request, weighed, state, inputs, profile)
-    if not hazard and (command is not None or withheld) and weighed.case.own is not None:
-        hazard = HAZARDS[weighed.case.own.track.kind]  # whoever brakes, or would, says what for
-    said = _say(request, weighed, state, hazard, command, withheld, inputs, profile)
+    brakes = command is not None or bool(withheld)
+    present = hazards_of(request, weighed, state, inputs, profile, brakes=brakes)
+    state = _standing(state, present, inputs.now_ns)
+    pressing = _pressing(request, weighed, state, present, inputs, profile, brakes=brakes)
+    said = _say(request, weighed, state, pressing, command, withheld, inputs, profile)
     after = msgspec.structs.replace(state, attention=said.attention, intervention=intervention)
     decision = Decision(
         tick=request.tick,
@@ -138,122 +137,57 @@ def weigh(
     return Weighed(checked, speak, numbers, gains, objections(checked))
 
 
+def hazards_of(
+    request: ArbitrationRequest,
+    weighed: Weighed,
+    state: ArbiterState,
+    inputs: Inputs,
+    profile: Profile,
+    *,
+    brakes: bool = False,
+) -> tuple[str, ...]:
+    """What must be spoken whatever the budget: the orchestrator's hazard, those that the arbiter sees itself, and whom it
+    brakes for, or would: whoever brakes says what for.
+    """
+    found = [request.fused.hazard] if request.fused.hazard else []
+    if inputs.filter != "none":
+        found += seen_hazards((request_view(request), inputs.reading.view), state.sightings, profile)
+    if brakes and weighed.case.own is not None:
+        found.append(HAZARDS[weighed.case.own.track.kind])
+    return tuple(dict.fromkeys(found))
+
+
+def _standing(state: ArbiterState, present: tuple[str, ...], now_ns: int) -> ArbiterState:
+    attended = state.attention
+    for hazard in present:
+        attended = attention.standing(attended, hazard, now_ns)
+    return msgspec.structs.replace(state, attention=attended)
+
+
 def wants_act(weighed: Weighed, delta: float) -> bool:
     """The paper's rule, (U_act - U_speak) > Delta and rss_viol, with every objection heard."""
     return not weighed.objections and weighed.utilities.margin > delta
 
 
-def hazard_of(request: ArbitrationRequest, reading: Reading, sightings: tuple[Sighting, ...], profile: Profile) -> str:
-    """What must be spoken whatever the budget: the orchestrator's hazard, or one that the arbiter sees itself."""
-    if request.fused.hazard:
-        return request.fused.hazard
-    seen = [
-        (n, view)
-        for view in (request_view(request), reading.view)
-        for n in each(view, speak_bounds(view, profile), profile)
-    ]
-    next_m = min((n.gap_m for n, _ in seen if _hides_others(n, profile)), default=math.inf)
-    near = [n for n, view in seen if _hazardous(n, view, sightings, profile) and not _queued(n, view, next_m, profile)]
-    worst_one = min(near, key=lambda n: (n.ttc_s or 0.0, n.track.track_id), default=None)
-    return HAZARDS[worst_one.track.kind] if worst_one is not None else ""
-
-
-def passed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
-    """Whether the ego passes a vehicle that stands, comes towards us, or is beside us already, close by; unknown speeds pass nobody."""
-    if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
-        return False
-    beside = gap_m(track, profile) <= 0.0 and abs(track.vy_mps) < profile.stands_mps
-    return (
-        track.oncoming
-        or beside
-        or (ego_mps is not None and math.hypot(ego_mps + track.vx_mps, track.vy_mps) < profile.stands_mps)
-    )
-
-
-def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
-    """Soon met, and seen well enough to be shouted about: no ghost of one frame, none whose speed is not known yet."""
-    track = numbers.track
-    if track.kind == "vehicle" and view.ego_speed_mps is not None and view.ego_speed_mps < profile.standing_mps:
-        return False
-    return (
-        numbers.ttc_s is not None
-        and numbers.ttc_s < profile.tau_hazard_s
-        and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
-        and track.sigma_vx_mps <= profile.speed_known_mps
-        and _well_seen(track, profile)
-        and track.confidence >= profile.hazard_confidence
-        and _believed(track, view.ego_speed_mps, profile)
-        and not passed(track, view.ego_speed_mps, profile)
-        and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
-    )
-
-
-def _believed(track: Track, ego_mps: float | None, profile: Profile) -> bool:
-    """Whether a vehicle ahead is one: it is certain, or known for a while, or surely comes from the side, where no time is left.
-
-    Two are mistaken often, and must be certain as well as known: traffic that comes towards us in our own lane, and one
-    that stands aside and is in the way only if the speed across is right that it may not have.
-    """
-    if track.kind != "vehicle":
-        return True
-    crosses, surely = _crosses(track, ego_mps, profile), _surely_moves_across(track, profile)
-    certain = track.confidence >= profile.act_confidence
-    known = track.age_s >= profile.hazard_known_s or (crosses and surely)
-    aside = track.clearance_m is not None and track.clearance_m > 0.0
-    doubtful = track.oncoming or (aside and crosses and not surely)
-    return certain and known if doubtful else certain or known
-
-
-def _crosses(track: Track, ego_mps: float | None, profile: Profile) -> bool:
-    """Whether a vehicle drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
-    ahead_mps = 0.0 if ego_mps is None else abs(ego_mps + track.vx_mps)
-    return abs(track.vy_mps) >= max(profile.stands_mps, ahead_mps)
-
-
-def _surely_moves_across(track: Track, profile: Profile) -> bool:
-    """Whether its speed sideways may not be none at all; where nobody tells how sure that is, it may not."""
-    return track.sigma_vy_mps is None or abs(track.vy_mps) >= profile.across_sigmas * track.sigma_vy_mps
-
-
-def _well_seen(track: Track, profile: Profile) -> bool:
-    if track.kind == "vehicle" and track.steady_s is not None and track.steady_s <= 0.0:
-        return False  # seen again for the first time after a break
-    return track.age_s >= profile.act_track_age_s and track.unseen_s <= profile.act_unseen_s
-
-
-def _hides_others(numbers: Numbers, profile: Profile) -> bool:
-    """Whether a vehicle is surely in our path, before us, and just seen: who is behind it can be met only through it. One that
-    overlaps us is a mistake, and hides nobody.
-    """
-    track = numbers.track
-    return (
-        track.kind == "vehicle"
-        and track.in_ego_path
-        and numbers.gap_m > 0.0
-        and _well_seen(track, profile)
-        and track.age_s >= profile.hazard_known_s
-        and track.confidence >= profile.act_confidence
-    )
-
-
-def _queued(numbers: Numbers, view: View, next_m: float, profile: Profile) -> bool:
-    """Whether one crawls in a queue and this vehicle is behind the next one, a gap of `next_m` away."""
-    crawls = view.ego_speed_mps is not None and view.ego_speed_mps < profile.crawl_mps
-    return crawls and numbers.track.kind == "vehicle" and numbers.gap_m > next_m + profile.queued_m
-
-
-ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
-"""Hazards of road users: what they need of the driver is known from gap and closing speed."""
-HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
-"""As the orchestrator names them: one hazard that both see is one hazard."""
-
-
 def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
     """The state with time passed, feedback learnt and the own reading watched."""
-    adapted = adapt.learn(adapt.relax(inputs.state.adapted, inputs.now_ns, profile), request.feedback, profile)
-    attended = attention.refill(inputs.state.attention, inputs.now_ns, profile)
-    seen = watch(inputs.state.sightings, inputs.reading, inputs.now_ns, profile)
-    return msgspec.structs.replace(inputs.state, adapted=adapted, attention=attended, sightings=seen)
+    state = _on_this_clock(inputs.state, inputs.now_ns, profile)
+    adapted = adapt.learn(adapt.relax(state.adapted, inputs.now_ns, profile), request.feedback, profile)
+    attended = attention.refill(state.attention, inputs.now_ns, profile)
+    seen = watch(state.sightings, inputs.reading, inputs.now_ns, profile)
+    return msgspec.structs.replace(state, adapted=adapted, attention=attended, sightings=seen)
+
+
+def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> ArbiterState:
+    """Where the clock was set back: without what was told and watched by the time that it showed before, and at rest."""
+    if not attention.set_back(state.attention, now_ns):
+        return state
+    return msgspec.structs.replace(
+        state,
+        attention=attention.forget(state.attention),
+        intervention=act.set_back(state.intervention, now_ns, profile),
+        sightings=(),
+    )
 
 
 def _intervene(
@@ -315,41 +249,68 @@ _ROWS: tuple[Row, ...] = (
 """First row that holds decides. Hazards and first notices stand before mute, confidence and budget."""
 
 
+class _Pressing(NamedTuple):
+    """A hazard, and whether it is still to be said."""
+
+    hazard: str
+    alarm: bool
+    fresh: bool
+    answered: bool
+
+
+def _pressing(
+    request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, present: tuple[str, ...], inputs: Inputs,
+    profile: Profile, *, brakes: bool,
+) -> _Pressing:  # fmt: skip
+    """Of the hazards present the first that the driver was not told of yet or is to be told of again; else the first of all."""
+
+    def judged(hazard: str) -> _Pressing:
+        # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
+        alarm = brakes or (request.fused.urgency == "alarm" and hazard == request.fused.hazard)
+        return _Pressing(
+            hazard,
+            alarm,
+            attention.fresh_hazard(state.attention, hazard, inputs.now_ns, profile, alarm=alarm),
+            _answered(weighed, state.attention, hazard, inputs, profile, alarm=alarm),
+        )
+
+    found = [judged(hazard) for hazard in present or ("",)]
+    if inputs.filter != "full":
+        return found[0]
+    return next((each for each in found if each.fresh and not each.answered), found[0])
+
+
 def _say(
     request: ArbitrationRequest,
     weighed: Weighed,
     state: ArbiterState,
-    hazard: str,
+    pressing: _Pressing,
     command: BrakeCommand | None,
     withheld: str,
     inputs: Inputs,
     profile: Profile,
 ) -> _Said:
-    now_ns = inputs.now_ns
-    attended = attention.standing(state.attention, hazard, now_ns)
+    now_ns, attended, hazard = inputs.now_ns, state.attention, pressing.hazard
 
-    def told(*, alarm: bool) -> Attention:
+    def told() -> Attention:
         views = (request_view(request), inputs.reading.view)
         in_path = {track.track_id for view in views for track in view.actors}
-        return attention.told(attended, hazard, now_ns, alarm=alarm, track_ids=tuple(sorted(in_path)))
+        track_ids = tuple(sorted(in_path))
+        return attention.told(attended, hazard, now_ns, alarm=pressing.alarm, track_ids=track_ids)
 
-    alarm = request.fused.urgency == "alarm" or command is not None
     if command is not None:
         reason = _act_reason(weighed, state) if inputs.filter != "none" else "the fused advice warns: passed on"
-        return _Said("ACT", reason, told(alarm=alarm), hazard)
-    # an intervention that is withheld is an alarm: spoken at once, and again in its time, not ten times a second
-    alarm = alarm or bool(withheld)
-    fresh = attention.fresh_hazard(attended, hazard, now_ns, profile, alarm=alarm)
-    if withheld and fresh:
-        return _Said("SPEAK", f"ACT withheld: {withheld}", told(alarm=True), hazard)
+        return _Said("ACT", reason, told(), hazard)
+    if withheld and pressing.fresh:
+        return _Said("SPEAK", f"ACT withheld: {withheld}", told(), hazard)
     if inputs.filter != "full":
         passed, reason = unfiltered.said(request, inputs.filter)
         return _Said(passed, reason, attended, hazard if passed == "SPEAK" else "")
     saying = _Saying(
         request=request,
         hazard=hazard,
-        fresh_hazard=fresh,
-        answered=_answered(weighed, attended, hazard, inputs, profile, alarm=alarm),
+        fresh_hazard=pressing.fresh,
+        answered=pressing.answered,
         just_spoken=attention.just_spoken(attended, request.fused.urgency, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
@@ -357,7 +318,7 @@ def _say(
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
-        return _Said(kind, f"hazard: {hazard}", told(alarm=alarm), hazard)
+        return _Said(kind, f"hazard: {hazard}", told(), hazard)
     if kind == "SPEAK":
         attended = attention.spoken(attended, request.fused.urgency, now_ns)
     return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)

@@ -8,7 +8,7 @@ import msgspec
 from proto.decision import ArbitrationRequest, Decision
 from proto.perception import Track
 from services.arbiter.assess import View
-from services.arbiter.decide import Inputs, decide, hazard_of, prepared, weigh
+from services.arbiter.decide import Inputs, decide, hazards_of, prepared, weigh
 from services.arbiter.profiles import Profile, reachability
 from services.arbiter.reading import Reading
 from services.arbiter.state import ArbiterState
@@ -66,7 +66,7 @@ def explain(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ex
         reason=decision.reason,
         act_withheld=decision.act_withheld,
         objections=weighed.objections,
-        hazard=hazard_of(request, inputs.reading, state.sightings, profile),
+        hazard=next(iter(hazards_of(request, weighed, state, inputs, profile)), ""),
         reach=reachability(profile, inputs.state.adapted.delta).text,
         text=_text(decision, weighed.objections, flips),
         flips=flips,

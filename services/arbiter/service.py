@@ -22,7 +22,7 @@ from services.arbiter.decide import Inputs, Verdict, decide
 from services.arbiter.errors import ProfileError
 from services.arbiter.explain import Explanation, explain
 from services.arbiter.profiles import Profile, load, reachability
-from services.arbiter.reading import Latest, M, Reading, read
+from services.arbiter.reading import Latest, M, Reading, read, sound
 from services.arbiter.state import Adapted, ArbiterState, fresh
 from services.arbiter.unfiltered import Filter, check
 
@@ -122,7 +122,8 @@ class Arbiter:
         # A topic whose last message broke or whose clock is off is not read at all.
         if received is None or not self._node.health(topic).valid:
             return None
-        return received.message, received.stamp_ns
+        message = sound(received.message)
+        return (message, received.stamp_ns) if message is not None else None
 
     def _permission(self) -> Permission:
         if self._grant is None:

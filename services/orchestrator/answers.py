@@ -11,12 +11,13 @@ from proto.tools import Effect, Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator import legal
-from services.orchestrator.conditions import sane_conditions, settle
+from services.orchestrator.conditions import no_better, sane_conditions, settle
+from services.orchestrator.faults import worse
 from services.orchestrator.limits import SURE
 from services.orchestrator.limits_ahead import PLACES
 from services.orchestrator.state import Cached, Held, Limiter, State
 from services.orchestrator.text import plain
-from services.orchestrator.validity import EXPERT_VALID_NS
+from services.orchestrator.validity import EXPERT_VALID_NS, VALID_NS, fresh_ns, newer, sane_health
 
 S = TypeVar("S")
 KEPT = 24
@@ -40,9 +41,9 @@ def failed(outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
     return tuple(sorted({outcome.tool for outcome in outcomes if not outcome.ok}))
 
 
-def degraded(state: State, outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:
+def degraded(state: State, tools: tuple[str, ...]) -> tuple[str, ...]:
     """What the answer lacks: what the world lacks, and the tools that failed."""
-    return tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in failed(outcomes))}))
+    return tuple(sorted({*state.world.degraded, *(f"tool:{tool}" for tool in tools)}))
 
 
 def typed(outcome: Outcome, kind: type[S]) -> S | None:
@@ -113,23 +114,32 @@ def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
 
 def _right_of_way(held: Held, state: State, outcome: Outcome) -> Held:
     answer = typed(outcome, RulesAnswer)
-    return held if answer is None else msgspec.structs.replace(held, right_of_way=answer)
+    if answer is None:
+        return held
+    return msgspec.structs.replace(held, right_of_way=answer, right_of_way_key=legal.key(outcome.arguments))
 
 
 def _weather(held: Held, state: State, outcome: Outcome) -> Held:
     conditions = typed(outcome, Conditions)
     if conditions is None or not sane_conditions(conditions):
         return held
-    conditions = settle(held.conditions, conditions)
     stamp_ns = state.now_ns - int(outcome.age_ms * 1e6)
-    return msgspec.structs.replace(held, conditions=conditions, conditions_ns=stamp_ns)
+    if newer(stamp_ns, held.conditions_ns, state.now_ns):
+        return msgspec.structs.replace(held, conditions=settle(held.conditions, conditions), conditions_ns=stamp_ns)
+    if stamp_ns != held.conditions_ns or held.conditions is None:
+        return held  # a late answer: the topic has told more since
+    return msgspec.structs.replace(held, conditions=no_better(held.conditions, conditions))
 
 
 def _health(held: Held, state: State, outcome: Outcome) -> Held:
     health = typed(outcome, VehicleHealth)
     if health is None or not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
         return held
-    return msgspec.structs.replace(held, health=health)
+    held = msgspec.structs.replace(held, health=health)
+    if fresh_ns(held.degradation_ns, VALID_NS["degradation"], state.now_ns):
+        return held
+    car = worse(held.degradation, health)  # the topic is silent: what the tool knows beyond it counts
+    return msgspec.structs.replace(held, degradation=car) if car is not None and sane_health(car) else held
 
 
 def _prolonged(held: Held, tool: str, now_ns: int) -> Held:

@@ -41,6 +41,11 @@ def settle(before: Conditions | None, after: Conditions) -> Conditions | None:
             following_factor=max(UNKNOWN_FOLLOWING_FACTOR, after.following_factor),
             wet=_worse(None, after.wet, _WETNESS),
         )
+    return no_better(before, after)
+
+
+def no_better(before: Conditions, after: Conditions) -> Conditions:
+    """A word on the weather, in each of its parts no better than another."""
     rains = [each for each in (before.rain_mm_h, after.rain_mm_h) if each is not None]
     return msgspec.structs.replace(
         after,

@@ -2,7 +2,7 @@
 
 from proto.scene import PromptAnswer
 from services.orchestrator import direct
-from services.orchestrator.answers import degraded, results
+from services.orchestrator.answers import degraded, failed, results
 from services.orchestrator.ask import Ask
 from services.orchestrator.inputs import Method
 from services.orchestrator.messages import say
@@ -25,5 +25,5 @@ def direct_answer(question: str, subject: Subject, state: State, method: Method,
         target_mps=standing.limit.mps if standing is not None and standing.limit is not None else None,
         tools=used(outcomes),
         language=state.preferences.language,
-        degraded=degraded(state, outcomes),
+        degraded=degraded(state, failed(outcomes)),
     )

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from proto.decision import Event
 from services.orchestrator import legal
 from services.orchestrator.actors import clear, confirmed, met, pedestrian, people, stands, surely_nears, well_seen
+from services.orchestrator.faults import named, shown
 from services.orchestrator.limits_ahead import places_ahead
 from services.orchestrator.state import Onset, SignAhead, State
 from services.orchestrator.stops import needed_mps2, stops
@@ -175,14 +176,8 @@ def _vehicle_fault(state: State, before: State, query: str) -> Signal:
     car = state.held.degradation
     if car is None:
         return NOTHING
-    named = sorted({*car.dtcs, *car.warning_lamps, *(each.name for each in car.trends)})
-    named += sorted({f"sensor:{each.field}" for each in car.sensor_faults})
-    shown = sorted({each.name for each in car.indicators if each.value > 0.0 and each.name not in TOLD_OTHERWISE})
-    return Signal(max(car.h or 0.0, 0.2 if named else 0.0), " ".join([*named, *shown]))
-
-
-TOLD_OTHERWISE = frozenset({"trouble_codes", "sensors_faulty"})
-"""Indicators that codes and sensors, named themselves, stand behind."""
+    names = named(car)
+    return Signal(max(car.h or 0.0, 0.2 if names else 0.0), " ".join([*names, *shown(car)]))
 
 
 def _closing_lead(state: State, before: State, query: str) -> Signal:

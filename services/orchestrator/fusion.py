@@ -7,12 +7,12 @@ where they lower the target, weather and the car; times `DEGRADED` where a route
 from typing import Any
 
 from proto.decision import Event, Fused, Reason
-from proto.rules import Citation
-from proto.tools import Outcome
-from services.orchestrator.answers import degraded, failed
+from proto.rules import Citation, SignMeaning
+from services.orchestrator.answers import degraded
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
+from services.orchestrator.routing import right_of_way
 from services.orchestrator.state import State
 from services.orchestrator.targets import Bound, Law, Target, target
 from services.orchestrator.text import plain
@@ -26,17 +26,15 @@ SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
 
-def fuse(state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]) -> Fused:
+def fuse(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> Fused:
     """Target, message and confidence of this tick."""
-    return advise(state, events, outcomes)[0]
+    return advise(state, events, failed)[0]
 
 
-def advise(
-    state: State, events: tuple[Event, ...], outcomes: tuple[Outcome, ...]
-) -> tuple[Fused, Matter | None, Target]:
-    """The advice, the matter that it speaks of, and the target with its bounds."""
+def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Matter | None, Target]:
+    """The advice, the matter that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)
-    missing = degraded(state, outcomes)
+    missing = degraded(state, failed)
     chosen = choose(matters(state, goal, events, missing), state)
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
@@ -48,7 +46,7 @@ def advise(
         headway_factor=goal.headway_factor,
         directive=toned(preferences, directive, chosen.urgency if chosen is not None else "info"),
         justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
-        confidence=_confidence(state, goal, chosen, outcomes),
+        confidence=_confidence(state, goal, chosen, failed),
         urgency=chosen.urgency if chosen is not None else "info",
         topic=chosen.topic if chosen is not None else "",
         hazard=chosen.hazard if chosen is not None else "",
@@ -69,15 +67,35 @@ def advise(
 
 
 def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
-    """A new hazard, else a standing one, else a first notice that is owed, else what is new, else the weightiest."""
+    """A new hazard that the driver was not told of lately, else a first notice that is owed, else a new hazard, else a
+    standing one, else what is new, else the weightiest.
+
+    One was told of a hazard lately whoever it was: the arbiter says it again in its time only, and till then another waits
+    for nothing.
+    """
     hazards = [matter for matter in found if matter.hazard]
     owed = [matter for matter in found if owes_first_notice(matter, state)]
     news = [matter for matter in found if is_new(matter, state)]
     fresh = [matter for matter in hazards if matter in news]
-    for group in (fresh, hazards, owed, news, list(found)):
+    untold = [matter for matter in fresh if not told_of(matter, state)]
+    for group in (untold, owed, fresh, hazards, news, list(found)):
         if group:
             return group[0]
     return None
+
+
+def told_of(matter: Matter, state: State) -> bool:
+    """Whether the driver was told of such a hazard, or of a graver one of the same road user, lately and as gravely."""
+    names = (matter.hazard, *GRAVER.get(matter.hazard, ()))
+    return any(
+        each.hazard in names and state.now_ns - each.stamp_ns <= TOLD_NS and (each.alarm or matter.urgency != "alarm")
+        for each in state.memory.spoken
+    )
+
+
+GRAVER = {"slow_traffic": ("closing_lead",)}
+TOLD_NS = 10_000_000_000
+"""A word on a hazard counts for so long: as the arbiter reckons."""
 
 
 def is_new(matter: Matter, state: State) -> bool:
@@ -92,7 +110,7 @@ def is_new(matter: Matter, state: State) -> bool:
 LEAST_PAUSE_S = 1.0
 """Between two messages on one topic, hazards apart."""
 EPISODE_PAUSE_S = 10.0
-"""A degradation that comes and goes within this time is one episode."""
+"""A degradation that comes and goes within this time is one episode; a fault that was never told is another at once."""
 
 
 def owes_first_notice(matter: Matter, state: State) -> bool:
@@ -106,7 +124,8 @@ def owes_first_notice(matter: Matter, state: State) -> bool:
         same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
         long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
         return told.stamp_ns < matter.first_since_ns and (long_ago or not same)
-    return told.key != matter.key and state.now_ns - told.stamp_ns >= EPISODE_PAUSE_S * 1e9
+    pause_s = LEAST_PAUSE_S if set(matter.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
+    return told.key != matter.key and state.now_ns - told.stamp_ns >= pause_s * 1e9
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------
@@ -125,8 +144,8 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
             for phrase in chosen.why
         ]
     found.append(_law_reason(state, goal.law))
-    if chosen is not None and chosen.topic in ("foreign", "doubt") and state.held.meaning is not None:
-        meaning = state.held.meaning
+    meaning = _meaning(state, chosen) if chosen is not None else None
+    if meaning is not None:
         found[-1:-1] = [
             Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
         ]
@@ -138,7 +157,7 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
     doubted = goal.law.answer
     if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
         found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
-    way = state.held.right_of_way
+    way = right_of_way(state)
     if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
         found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
     safety = _safety_reason(state, goal)
@@ -148,6 +167,15 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
         text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
         found.append(Reason(source="weather", text=text))
     return tuple(reason for reason in found if reason.text)
+
+
+def _meaning(state: State, chosen: Matter) -> SignMeaning | None:
+    """What the Rules say of the sign that is spoken of; not what they said of another one."""
+    meaning = state.held.meaning
+    if meaning is None or chosen.topic not in ("foreign", "doubt"):
+        return None
+    doubted = {s.reading for s in state.signs.ahead if f"track {s.track_id}" == chosen.key}
+    return meaning if chosen.topic == "foreign" or meaning.reading in doubted else None
 
 
 def _law_reason(state: State, law: Law) -> Reason:
@@ -205,7 +233,7 @@ def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
 # -- confidence ----------------------------------------------------------------------------------------------------------
 
 
-def _confidence(state: State, goal: Target, chosen: Matter | None, outcomes: tuple[Outcome, ...]) -> float:
+def _confidence(state: State, goal: Target, chosen: Matter | None, failed: tuple[str, ...]) -> float:
     rests_on = [chosen.confidence] if chosen is not None else []
     if chosen is None or not chosen.hazard:
         # A hazard rests on the actor alone; everything else on the law, and on what scales it.
@@ -214,4 +242,4 @@ def _confidence(state: State, goal: Target, chosen: Matter | None, outcomes: tup
             conditions = state.world.environment.conditions
             rests_on.append(conditions.confidence if conditions is not None else 0.3)
     least = min(rests_on, default=0.0)
-    return max(0.0, min(1.0, least * (DEGRADED if failed(outcomes) else 1.0)))
+    return max(0.0, min(1.0, least * (DEGRADED if failed else 1.0)))

@@ -17,6 +17,8 @@ ADVISED_M = 50.0
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 STOP_TOLD_S = 20.0
+RED_S = 120.0
+"""No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
@@ -166,10 +168,16 @@ def _brakes(state: State, need_mps2: float) -> bool:
 
 
 def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
-    """The light before which one was told to stop is green."""
+    """The light before which one was told to stop is green; a word of longer ago than a red phase was about another one."""
     told = state.memory.last("stop")
     light = state.light
-    if told is None or not told.key.startswith("red_light") or light is None or light.state != "green":
+    if (
+        told is None
+        or not told_within(state, "stop", RED_S)
+        or not told.key.startswith("red_light")
+        or light is None
+        or light.state != "green"
+    ):
         return
     yield Matter(
         topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence

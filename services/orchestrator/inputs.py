@@ -3,11 +3,11 @@
 It goes into the trace as it is, and the tick can be run again from it.
 """
 
-import math
 from typing import Generic, Literal, TypeVar
 
 import msgspec
 
+from drivemcp.finite import is_data
 from proto.decision import Feedback, Preferences
 from proto.perception import Lanes, Tracks
 from proto.scene import Facts
@@ -100,32 +100,16 @@ def road_ahead(view: MapView) -> RoadAhead:
     )
 
 
-def finite(value: object) -> bool:
-    """Whether a message's data holds no number that is none: JSON cannot carry those, and nobody can reckon with them."""
-    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else (value,)
-    for each in inside:  # a loop, since thousands a second come through here
-        if isinstance(each, float):
-            if not math.isfinite(each):
-                return False
-        elif isinstance(each, dict | list | tuple) and not finite(each):
-            return False
-    return True
-
-
 def clean(stamped: Stamped[M] | None) -> Stamped[M] | None:
     """The message, without the tracks or facts in it that are no data; None where it is none itself."""
     if stamped is None:
         return None
     message: msgspec.Struct = stamped.message
     if isinstance(message, Tracks):
-        message = msgspec.structs.replace(message, tracks=tuple(t for t in message.tracks if _data(t)))
+        message = msgspec.structs.replace(message, tracks=tuple(t for t in message.tracks if is_data(t)))
     elif isinstance(message, Facts):
-        message = msgspec.structs.replace(message, facts=tuple(f for f in message.facts if _data(f)))
-    return msgspec.structs.replace(stamped, message=message) if _data(message) else None
-
-
-def _data(message: msgspec.Struct) -> bool:
-    return finite(msgspec.to_builtins(message))
+        message = msgspec.structs.replace(message, facts=tuple(f for f in message.facts if is_data(f)))
+    return msgspec.structs.replace(stamped, message=message) if is_data(message) else None
 
 
 OWN_TOOLS = frozenset(

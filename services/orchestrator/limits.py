@@ -92,10 +92,9 @@ def enters_a_slower_town(signs: Signs, sign: SignAhead) -> bool:
 
 
 def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    units = cast(Unit, signs.units.value) if signs.units and signs.units.value in ("km/h", "mph") else "km/h"
     posted = PostedLimit(
         value=sign.value or 0.0,
-        unit=sign.unit or units,
+        unit=sign.unit or "km/h",  # as everywhere: a number without unit is the lower reading
         scope=cast(Literal["permanent"], sign.scope),
         confidence=sign.confidence,
         plates=sign.plates,

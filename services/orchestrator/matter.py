@@ -36,6 +36,8 @@ class Matter(NamedTuple):
     """Slot and key of another matter that is told with this one: it is no news any more."""
     ahead_mps: float | None = None
     """The limit that it announces."""
+    names: tuple[str, ...] = ()
+    """What it is about, where each is owed a first notice of its own."""
     law: SignMeaning | None = None
     """What the Rules say of the sign behind which that limit is the law's own."""
 
@@ -69,3 +71,5 @@ class Advised(NamedTuple):
     fused: Fused
     matter: Matter | None
     goal: Target
+    failed: tuple[str, ...] = ()
+    """Tools that were to be asked and failed, now or a moment ago."""

@@ -9,6 +9,7 @@ from proto.vehicle import Degradation
 from services.orchestrator.announcements import ahead, approach, lowest
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.evidence import in_words
+from services.orchestrator.faults import covered, said_of
 from services.orchestrator.hazards import go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
@@ -33,11 +34,12 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
     event = events.get("vehicle_fault")
     if event is None:
         return
-    health = state.held.health
+    health = said_of(state.held)
     drive_on = health.safe_to_drive if health is not None else "with_care"
     phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
     phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
-    told = sentences(health.advice if health is not None and health.advice else event.detail or f"h {event.g:.2f}")
+    known = covered(state.held) and health is not None and health.advice
+    told = sentences(health.advice if health is not None and known else event.detail or f"h {event.g:.2f}")
     yield Matter(
         topic="vehicle",
         key=f"{phrase} {told}",
@@ -49,6 +51,7 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         first_since_ns=event.since_ns,
         repeat_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else REPEAT_S,
         confidence=health.confidence if health is not None else 0.7,
+        names=tuple(event.detail.split()),
     )
 
 

@@ -10,7 +10,7 @@ from services.orchestrator.state import Memory, Spoken, State
 from services.orchestrator.targets import Target, last_seen, still_lost
 
 SPOKEN_KINDS = ("SPEAK", "ACT")
-KEPT_TOPICS = 40
+KEPT_TOPICS, KEPT_NAMES = 40, 60
 
 
 def remember(
@@ -26,17 +26,20 @@ def remember(
         person_mps=person_mps,
         lost=still_lost(state, goal),
     )
-    memory = said(state.memory, matter, state.now_ns) if decision.kind in SPOKEN_KINDS else state.memory
+    memory = said(state.memory, matter, decision, state.now_ns) if decision.kind in SPOKEN_KINDS else state.memory
     memory = msgspec.structs.replace(memory, spoken=without_past(memory.spoken, state))
     return msgspec.structs.replace(state, held=held, memory=memory, onsets=onsets(before, events, state.now_ns))
 
 
-def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:
+def said(memory: Memory, matter: Matter | None, decision: Decision, now_ns: int) -> Memory:
     """A message was spoken; without a matter it was the arbiter's own warning."""
     told = [(matter.slot, matter.key) if matter is not None else ("caution", "caution")]
     if matter is not None and matter.tells is not None:
         told.append(matter.tells)
-    entries = tuple(_entry(memory, slot, key, now_ns) for slot, key in told)
+    first, *rest = (_entry(memory, slot, key, now_ns) for slot, key in told)
+    alarm = decision.act_withheld != "" or (matter is not None and matter.urgency == "alarm")
+    meant = matter.hazard if matter is not None else decision.hazard
+    entries = (msgspec.structs.replace(first, hazard=meant, alarm=alarm), *rest)
     others = tuple(each for each in memory.spoken if each.topic not in dict(told))
     hazard = matter is None or bool(matter.hazard)
     return msgspec.structs.replace(
@@ -45,6 +48,7 @@ def said(memory: Memory, matter: Matter | None, now_ns: int) -> Memory:
         spoken_ns=now_ns,
         messages=memory.messages + 1,
         hazards=memory.hazards + int(hazard),
+        noticed=tuple(dict.fromkeys((*memory.noticed, *(matter.names if matter is not None else ()))))[-KEPT_NAMES:],
     )
 
 

@@ -20,7 +20,16 @@ from services.orchestrator.limits import value_kmh
 from services.orchestrator.lines import halted, halted_at_line, stop_line
 from services.orchestrator.motion import Motion, motion_of
 from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
-from services.orchestrator.validity import MOST_PLAUSIBLE, SECOND, VALID_NS, confidence_at, fresh, number
+from services.orchestrator.validity import (
+    MOST_PLAUSIBLE,
+    SECOND,
+    VALID_NS,
+    confidence_at,
+    fresh,
+    newer,
+    number,
+    sane_health,
+)
 
 T = TypeVar("T")
 GONE_EXPERT_NS = 60 * SECOND
@@ -64,12 +73,13 @@ def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, 
 
 def _held(held: Held, seen: Observations) -> Held:
     conditions, degradation = seen.conditions, seen.degradation
-    if conditions is not None and conditions.stamp_ns != held.conditions_ns:
+    if conditions is not None and newer(conditions.stamp_ns, held.conditions_ns, seen.now_ns):
         settled = settle(held.conditions, conditions.message)
         held = msgspec.structs.replace(held, conditions=settled, conditions_ns=conditions.stamp_ns)
-    if degradation is not None and degradation.stamp_ns != held.degradation_ns and sane_health(degradation.message):
-        told = _with_envelope(degradation.message, held.degradation)
-        held = msgspec.structs.replace(held, degradation=told, degradation_ns=degradation.stamp_ns)
+    told = degradation is not None and newer(degradation.stamp_ns, held.degradation_ns, seen.now_ns)
+    if degradation is not None and told and sane_health(degradation.message):
+        car = _with_envelope(degradation.message, held.degradation)
+        held = msgspec.structs.replace(held, degradation=car, degradation_ns=degradation.stamp_ns)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 
@@ -84,12 +94,6 @@ def _stands(limiter: Limiter, seen: Observations) -> bool:
     """Until it runs out; where its expert is gone and cannot say more, for some time on."""
     here = any(expert.tool == limiter.tool for expert in seen.experts)
     return seen.now_ns < limiter.until_ns + (0 if here else GONE_EXPERT_NS)
-
-
-def sane_health(car: Degradation) -> bool:
-    """A degradation that is known and is one."""
-    parts = [car.h, *([car.brake_envelope] if car.brake_envelope is not None else [])]
-    return all(part is not None and math.isfinite(part) and 0.0 <= part <= 1.0 for part in parts)
 
 
 # -- the world -------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from proto.rules import Citation, RulesAnswer, SignMeaning
 from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
-from services.orchestrator.answers import degraded, results
+from services.orchestrator.answers import degraded, failed, results
 from services.orchestrator.evidence import in_words
 from services.orchestrator.limits import in_force
 from services.orchestrator.messages import distance, drive, phrases, say, speed, word
@@ -76,7 +76,7 @@ def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcom
         target_mps=goal.mps,
         tools=used(outcomes),
         language=state.preferences.language,
-        degraded=degraded(state, outcomes),
+        degraded=degraded(state, failed(outcomes)),
     )
 
 

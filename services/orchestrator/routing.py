@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 import msgspec
 
 from proto.decision import Event
-from proto.rules import RightOfWayQuestion
+from proto.rules import RightOfWayQuestion, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import pedestrian
 from services.orchestrator.events import BY_TOOL, TOOLS, foreign_plate
+from services.orchestrator.faults import covered
 from services.orchestrator.inputs import Expert
 from services.orchestrator.limits_ahead import PLACES, places_ahead, sign_question
 from services.orchestrator.state import State
@@ -17,6 +18,9 @@ from services.orchestrator.state import State
 REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", "degradation": "vehicle_health"}
 RETRY_NS = 500_000_000
 """After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
+PATIENT = frozenset({"vehicle_health", "right_of_way"})
+"""So are these after an answer that does not serve: one that does not know yet what the car tells, and one to a question that
+comes and goes with a person."""
 
 
 class Call(msgspec.Struct, frozen=True, kw_only=True):
@@ -39,11 +43,7 @@ class ToolRow(NamedTuple):
 
 def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[Call, ...]:
     """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
-    because: dict[str, list[str]] = {}
-    for event in events:
-        own = _stale_tools(event) if event.kind == "stale_fact" else TOOLS[event.kind]
-        for tool in (*own, *(x.tool for x in experts if event.kind in x.answers)):
-            because.setdefault(tool, []).append(event.kind)
+    because = _because(events, experts)
     rows = {**TOOL_TABLE, **{x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}}
     calls = []
     for tool, kinds in sorted(because.items()):
@@ -52,6 +52,22 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
         if row is not None and arguments is not None and not answered(state, tool, arguments, row.serves_s):
             calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=tuple(kinds)))
     return tuple(calls)
+
+
+def failing(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[str, ...]:
+    """Tools that these events route to and that failed, in this tick or so lately that they are left in peace in it."""
+    late = {each.tool for each in state.memory.asked if not each.ok and 0 <= state.now_ns - each.stamp_ns < RETRY_NS}
+    return tuple(sorted(late & _because(events, experts).keys()))
+
+
+def _because(events: tuple[Event, ...], experts: tuple[Expert, ...]) -> dict[str, list[str]]:
+    """Each tool that events route to, with their kinds."""
+    because: dict[str, list[str]] = {}
+    for event in events:
+        own = _stale_tools(event) if event.kind == "stale_fact" else TOOLS[event.kind]
+        for tool in (*own, *(x.tool for x in experts if event.kind in x.answers)):
+            because.setdefault(tool, []).append(event.kind)
+    return because
 
 
 def _stale_tools(event: Event) -> tuple[str, ...]:
@@ -71,12 +87,16 @@ def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float
         if not asked.ok and age_ns < RETRY_NS:
             return True
         if asked.ok and asked.arguments_sha256 == sha and age_ns < serves_s * 1e9:
-            return _at_hand(state, tool, arguments, sha)
+            return _at_hand(state, tool, arguments, sha) or (tool in PATIENT and age_ns < RETRY_NS)
     return False
 
 
 def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bool:
-    """Whether it is this question's answer that is held, and not a later one's."""
+    """Whether it is this question's answer that is held, and not a later one's nor one about other faults."""
+    if tool == "vehicle_health":
+        return covered(state.held)
+    if tool == "right_of_way":
+        return state.held.right_of_way_key == sha
     if tool == "applicable_limit":
         return state.held.legal_key == sha
     if tool == "interpret_sign":
@@ -106,6 +126,13 @@ def _sign(state: State) -> dict[str, Any] | None:
     foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
     sign = max(doubted or places or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
     return sign_question(state, sign) if sign is not None else None
+
+
+def right_of_way(state: State) -> RulesAnswer | None:
+    """The answer on the junction ahead; none that was given on another one, or on another moment of it."""
+    arguments = _junction(state)
+    asked = arguments is not None and state.held.right_of_way_key == legal.key(arguments)
+    return state.held.right_of_way if asked else None
 
 
 def _junction(state: State) -> dict[str, Any] | None:

@@ -9,6 +9,7 @@ import msgspec
 from drivemcp.codehash import code_hash
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.finite import finite
 from drivemcp.node import Node
 from drivemcp.received import Received
 from drivemcp.service import Service
@@ -21,7 +22,7 @@ from proto.topics import Topic
 from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.direct_answer import direct_answer
 from services.orchestrator.events import new, out_of_bounds
-from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, finite, road_ahead
+from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, road_ahead
 from services.orchestrator.preferences import changed, remembered
 from services.orchestrator.question import calls_for, in_language, subject_of
 from services.orchestrator.question_answer import Answer, answer
@@ -144,11 +145,12 @@ class Orchestrator:
     def watch(self) -> None:
         """Tick over where sensors fall silent."""
         now_ns = self._node.clock.now_ns()
-        began_ns = self._began_ns = min(self._began_ns or now_ns, now_ns)  # a clock may have been stepped back
-        if self._ticked_ns is not None:
-            self._ticked_ns = min(self._ticked_ns, now_ns)
-        waited_s = (now_ns - (self._ticked_ns or began_ns)) / 1e9
-        if waited_s >= (self._config.start_s if self._ticked_ns is None else self._config.silence_s):
+        began_ns = self._began_ns = min(self._began_ns or now_ns, now_ns)
+        if self._ticked_ns is None:
+            silent = (now_ns - began_ns) / 1e9 >= self._config.start_s
+        else:  # a clock that was set back since tells nothing: that counts as silence
+            silent = not 0.0 <= (now_ns - self._ticked_ns) / 1e9 < self._config.silence_s
+        if silent:
             self.tick("watchdog")
 
     def tick(self, cause: Cause) -> None:

@@ -143,6 +143,8 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     place_key: str = ""
     """The question that it answered."""
     right_of_way: RulesAnswer | None = None
+    right_of_way_key: str = ""
+    """The question that it answered."""
     limiters: tuple[Limiter, ...] = ()
     lead_mps: float | None = None
     person_mps: float | None = None
@@ -171,6 +173,9 @@ class Spoken(msgspec.Struct, frozen=True, kw_only=True):
     key: str
     stamp_ns: int
     count: int = 1
+    hazard: str = ""
+    """As what hazard it was told; empty: it was none."""
+    alarm: bool = False
 
 
 class Memory(msgspec.Struct, frozen=True, kw_only=True):
@@ -182,7 +187,7 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     messages: int = 0
     hazards: int = 0
     noticed: tuple[str, ...] = ()
-    """Topics whose first notice was given in this drive."""
+    """The faults of the car that were told in this drive."""
 
     def last(self, slot: str) -> Spoken | None:
         """The last message on a topic; None: there was none."""

@@ -11,6 +11,7 @@ from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
+from services.orchestrator.faults import UNKNOWN_BRAKES
 from services.orchestrator.limits import in_force, may_be_ours
 from services.orchestrator.limits_ahead import limits_ahead, surely
 from services.orchestrator.state import Lost, SignAhead, State
@@ -37,8 +38,6 @@ MAYBE_THERE_NS = 3_000_000_000
 """Out of sight for so long, with our speed unknown, a sign may have been reached."""
 H_SLOPE = 0.4
 """How much a wholly degraded car (h = 1) takes off the target beyond what CAN itself asks for."""
-UNKNOWN_BRAKES = 0.8
-"""As the arbiter's profile reckons with an envelope that was never observed."""
 LEAST_BRAKES, MOST_HEADWAY = 0.1, 3.0
 LOST_LIGHT_MPS = 20 * KMH
 """Over a junction whose light is not in view."""
@@ -301,7 +300,9 @@ def _gone(state: State) -> list[Lost]:
 
 def still_lost(state: State, goal: Target) -> tuple[Lost, ...]:
     """How the actors of this tick bound the target, and those who vanished lately."""
-    now = {b.track_id: Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns) for b in goal.bounds}
+    now: dict[int, Lost] = {}
+    for b in goal.bounds:  # the tightest first: who bounds twice, as a cyclist does, is remembered by the lower
+        now.setdefault(b.track_id, Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns))
     now.pop(0, None)
     gone = (lost for lost in _gone(state) if lost.track_id not in now)
     return (*gone, *now.values())[-MOST_LOST:]

@@ -22,7 +22,8 @@ from services.orchestrator.matter import Advised, Matter
 from services.orchestrator.memory import remember, seconds_since_spoken
 from services.orchestrator.messages import say, toned
 from services.orchestrator.observe import observe
-from services.orchestrator.routing import Call, route
+from services.orchestrator.routing import Call, failing, route
+from services.orchestrator.set_back import on_this_clock
 from services.orchestrator.state import State, digest
 
 
@@ -42,11 +43,12 @@ class Ticked(NamedTuple):
 
 def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     """The next state and everything on the way to it."""
+    before = on_this_clock(before, seen.now_ns)
     state = answers.take(observe(before, seen), seen.late)
     events = detect_events(state, before, seen.query, seen.thresholds)
     advised = (direct.advise if seen.method.name == "direct" else _by_tools(before))(state, events, seen, ask)
     state, fused, outcomes = advised.state, advised.fused, advised.outcomes
-    request = request_of(state, fused, outcomes, seen)
+    request = request_of(state, advised, seen)
     decision = _decided(request, seen, ask)
     spoken = spoken_of(advised.matter, decision)
     after = remember(state, before, advised.events, advised.goal, spoken, decision)
@@ -65,8 +67,9 @@ def _by_tools(before: State) -> Callable[[State, tuple[Event, ...], Observations
         now = detect_events(state, before, seen.query, seen.thresholds) if outcomes else events
         held = {event.kind for event in now}
         events = (*now, *(event for event in events if event.kind not in held))
-        fused, matter, goal = advise(state, now, outcomes)
-        return Advised(state, events, calls, outcomes, fused, matter, goal)
+        missed = failing(events, state, seen.experts)
+        fused, matter, goal = advise(state, now, missed)
+        return Advised(state, events, calls, outcomes, fused, matter, goal, missed)
 
     return advised
 
@@ -78,7 +81,7 @@ def _decided(request: ArbitrationRequest, seen: Observations, ask: Ask) -> Decis
     return silent(request) if seen.method.name == "silent" else judged(ask.arbiter(request), request)
 
 
-def request_of(state: State, fused: Fused, outcomes: tuple[Outcome, ...], seen: Observations) -> ArbitrationRequest:
+def request_of(state: State, advised: Advised, seen: Observations) -> ArbitrationRequest:
     """What the arbiter is asked: the advice, and the numbers as the orchestrator sees them."""
     world, held = state.world, state.held
     ahead, person = lead(world), pedestrian(world)
@@ -87,7 +90,7 @@ def request_of(state: State, fused: Fused, outcomes: tuple[Outcome, ...], seen: 
     return ArbitrationRequest(
         tick=state.tick,
         stamp_ns=world.stamp_ns,
-        fused=fused,
+        fused=advised.fused,
         ego_speed_mps=speed.value if speed is not None else None,
         ego_acceleration_mps2=accel.value if accel is not None else None,
         lead=ahead.track if ahead is not None else None,
@@ -96,8 +99,8 @@ def request_of(state: State, fused: Fused, outcomes: tuple[Outcome, ...], seen: 
         brake_envelope=car.brake_envelope if car is not None else None,
         mu_low=conditions.mu_low if conditions is not None else None,
         mu_high=conditions.mu_high if conditions is not None else None,
-        following_factor=fused.headway_factor,
-        tool_timed_out=any(not outcome.ok for outcome in outcomes),
+        following_factor=advised.fused.headway_factor,
+        tool_timed_out=bool(advised.failed) or any(not outcome.ok for outcome in advised.outcomes),
         degraded=world.degraded,
         seconds_since_spoken=seconds_since_spoken(state),
         feedback=seen.feedback,

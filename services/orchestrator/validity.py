@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from proto.vehicle import Degradation
 from services.orchestrator.inputs import Stamped
 
 SECOND = 1_000_000_000
@@ -37,6 +38,22 @@ def fresh(stamped: Stamped[Any] | None, valid_ns: int, now_ns: int) -> Stamped[A
     if stamped is None or not -MOST_SKEW_NS <= now_ns - stamped.stamp_ns < UNSET_AFTER * valid_ns:
         return None
     return stamped
+
+
+def newer(stamp_ns: int, held_ns: int | None, now_ns: int) -> bool:
+    """Whether a word comes after the one that is held; after one from the future any does."""
+    return held_ns is None or stamp_ns > held_ns or held_ns > now_ns
+
+
+def fresh_ns(stamp_ns: int | None, valid_ns: int, now_ns: int) -> bool:
+    """Whether something was told within its validity."""
+    return stamp_ns is not None and -MOST_SKEW_NS <= now_ns - stamp_ns <= valid_ns
+
+
+def sane_health(car: Degradation) -> bool:
+    """A degradation that is known and is one."""
+    parts = [car.h, *([car.brake_envelope] if car.brake_envelope is not None else [])]
+    return all(part is not None and math.isfinite(part) and 0.0 <= part <= 1.0 for part in parts)
 
 
 def number(value: float | None) -> float | None:

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.arbiter.act import Permission, brake, overridden
+from services.arbiter.act import Permission, brake, overridden, set_back
 from services.arbiter.reading import Pedals
 from services.arbiter.state import Intervention
 from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, SECOND
@@ -57,3 +57,17 @@ def test_no_need_and_no_grant_gets_past_the_bounds(needed: list[float], most: fl
     rises = [b - a for a, b in zip([0.0, *values], values, strict=False)]
     assert max(rises) <= CALIBRATED.act_jerk_mps3 * 0.1 + 1e-9
     assert sum(value > 0.0 for value in values) <= min(duration, CALIBRATED.act_duration_s) / 0.1 + 2
+
+
+@given(since_s=st.floats(0.0, 3.0), back_s=st.floats(0.2, 1e6))
+def test_a_clock_that_was_set_back_ends_an_intervention_with_its_rest_and_lengthens_no_rest(
+    since_s: float, back_s: float
+) -> None:
+    then, now = 10**16, 10**16 - round(back_s * SECOND)
+    whole = round(CALIBRATED.act_rest_s * SECOND)
+    braking = Intervention(since_ns=then - round(since_s * SECOND), last_ns=then, brake_mps2=3.0, pedals=HANDS_OFF)
+    assert set_back(braking, now, CALIBRATED) == Intervention(rest_until_ns=now + whole)
+    left = set_back(Intervention(rest_until_ns=then + whole), now, CALIBRATED).rest_until_ns
+    assert left is not None
+    assert left <= now + whole
+    assert set_back(Intervention(), now, CALIBRATED) == Intervention()

@@ -1,5 +1,6 @@
 """SILENT, SPEAK or ACT."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from proto.decision import ArbitrationRequest, Decision, Feedback, Urgency
 from proto.perception import Track
 from services.arbiter.act import Permission
+from services.arbiter.assess import View, measure, speak_bounds
 from services.arbiter.decide import decide, redecide
 from services.arbiter.guard import objections
 from services.arbiter.profiles import Profile
@@ -27,6 +29,7 @@ from tests.unit.services.arbiter.support import (
     request,
     requests,
     track,
+    tracks,
     with_view,
 )
 
@@ -506,6 +509,45 @@ def test_the_arbiter_warns_of_what_only_it_sees() -> None:
     decision = decide(asked, inputs, CALIBRATED).decision
     assert decision.kind == "SPEAK"
     assert decision.reason == "hazard: closing_lead"
+
+
+@given(tracks, st.floats(0.0, 8.0), st.none() | st.floats(0.0, 40.0))
+def test_nobodys_braking_towards_us_is_counted_on(thing: Track, brakes_mps2: float, ego_mps: float | None) -> None:
+    """Of one who comes towards us, and where our own speed is unknown: the time to collision is no longer than without it."""
+    assume(thing.oncoming or ego_mps is None)
+
+    def time_s(ax_mps2: float) -> float:
+        view = View(ego_speed_mps=ego_mps, actors=(replace(thing, ax_mps2=ax_mps2),))
+        found = measure(view.actors[0], view, speak_bounds(view, CALIBRATED), CALIBRATED).ttc_s
+        return found if found is not None else math.inf
+
+    assert time_s(brakes_mps2) <= time_s(0.0)
+
+
+@FEW
+@given(
+    fused_hazard=st.sampled_from(("vehicle_fault", "red_light", "stop_sign", "slow_traffic", "closing_lead")),
+    urgency=st.sampled_from(("warning", "alarm")),
+    appears=st.integers(1, 60),
+)
+def test_no_hazard_of_the_request_silences_one_of_another_kind_that_the_arbiter_sees(
+    fused_hazard: str, urgency: Urgency, appears: int
+) -> None:
+    person = track(gap_m=20.0, closing_mps=12.0, kind="pedestrian", track_id=50)
+    state, told = fresh(CALIBRATED), []
+    for tick in range(appears + 3):
+        now_ns = 10 * SECOND + tick * SECOND // 10
+        asked = request(fused=fused(hazard=fused_hazard, urgency=urgency, new_information=False))
+        inputs = with_view(
+            mirror(asked, state=state, now_ns=now_ns, permission=Permission()),
+            actors=(person,) if tick >= appears else (),
+        )
+        verdict = decide(asked, inputs, CALIBRATED)
+        state = verdict.state
+        told.append(verdict.decision.hazard)
+    assert told[0] == fused_hazard
+    assert "pedestrian" in told[appears : appears + 2]
+    assert told.count(fused_hazard) == 1 + (appears + 2) // 40
 
 
 def test_a_decision_can_be_decided_again_from_its_log() -> None:

@@ -1,5 +1,6 @@
 """The arbiter on a real in-process bus."""
 
+import math
 import time
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -16,6 +17,8 @@ from proto.decision import BrakeCommand, Decision, Feedback, Grant
 from proto.perception import Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
+from services.arbiter.decide import redecide
+from services.arbiter.profiles import load
 from services.arbiter.service import SERVICE, ArbiterConfig
 from tests.unit.services.arbiter.support import request, track
 
@@ -180,3 +183,23 @@ def test_a_drive_may_begin_with_what_earlier_ones_have_left(tmp_path: Path) -> N
 def test_a_profile_that_is_none_is_a_users_mistake(settings: dict[str, object]) -> None:
     with bus() as b, pytest.raises(ConfigError):
         b.start(SERVICE, msgspec.convert(settings, ArbiterConfig))
+
+
+def test_a_number_that_is_none_in_what_it_reads_leaves_its_decision_decidable_again(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE, ArbiterConfig(out_dir=str(tmp_path)))
+        node, orchestrator = b.node("probe"), b.node("orchestrator")
+        broken = Tracks(camera="front", frame=1, tracks=(track(track_id=8, ax_mps2=math.nan), track(track_id=9)))
+        for attempt in range(1, 60):
+            node.publish(topics.EGO, Ego(speed_mps=math.inf, acceleration_mps2=0.0))
+            node.publish(topics.TRACKS, broken)
+            asked = msgspec.structs.replace(CRITICAL, tick=attempt)
+            outcome = b.call("arbitrate", {"request": asked}, caller=orchestrator)
+            assert outcome.ok, outcome.error
+            decision = msgspec.convert(outcome.result, Decision)
+            actors = decision.own["reading"]["view"]["actors"]
+            if actors:
+                break
+        assert [each["track_id"] for each in actors] == [9]
+        assert decision.own["reading"]["view"]["ego_speed_mps"] is None
+        assert redecide(asked, decision, load("calibrated")).decision == decision

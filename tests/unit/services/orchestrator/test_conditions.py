@@ -7,11 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proto.tools import Outcome
 from proto.weather import Conditions
 from services.orchestrator import legal
 from services.orchestrator.conditions import WEATHER_SURE
+from services.orchestrator.inputs import Stamped
 from services.orchestrator.matters import FRICTION_TOLD_S
-from tests.unit.services.orchestrator.support import FEW, Drive, Played, conditions, fact, law_of
+from tests.unit.services.orchestrator.support import EXPERTS, FEW, SECOND, Drive, Played, conditions, fact, law_of
 
 
 def drive_in(weather: Conditions | None) -> Drive:
@@ -141,3 +143,42 @@ def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str
         drive.ticks(25)
     said = [words for words in drive.spoken() if words.startswith("Slippery")]
     assert 1 <= len(said) <= len(set(levels))
+
+
+ICY = conditions(mu=0.15, factor=0.5, wet=True, risk_level="severe", following_factor=2.0, safe_speed_mps=6.0)
+
+
+def test_the_last_message_of_a_silent_topic_does_not_take_back_a_newer_answer() -> None:
+    drive = Drive(Played({**EXPERTS, "assess_weather": lambda a: ICY}))
+    drive.ticks(5)
+    last = Stamped(seq=99, stamp_ns=drive.now_ns, message=conditions())
+    targets = []
+    for _ in range(120):
+        drive.tick(conditions=last, unhealthy=("weather/conditions",))
+        targets.append(drive.target_mps)
+    assert targets[-1] == 6.0
+    assert targets == sorted(targets, reverse=True)
+
+
+@FEW
+@given(age_s=st.floats(0.0, 1.9), mu=st.floats(0.1, 1.0), factor=st.floats(0.3, 1.0))
+def test_an_answer_that_is_no_newer_than_the_topic_never_raises_the_target(
+    age_s: float, mu: float, factor: float
+) -> None:
+    drive = Drive()
+    drive.weather = ICY
+    drive.ticks(10)
+    stood = drive.target_mps
+    told = msgspec.to_builtins(conditions(mu=mu, factor=factor))
+    late = Outcome(tool="assess_weather", status="ok", result=told, arguments={}, late=True, age_ms=age_s * 1e3)
+    drive.tick(late=(late,))
+    assert drive.target_mps <= stood
+
+
+@pytest.mark.parametrize("ahead_s", [0.5, 3600.0])
+def test_a_word_from_the_future_holds_off_no_later_one(ahead_s: float) -> None:
+    drive = Drive()
+    drive.tick(conditions=Stamped(seq=99, stamp_ns=drive.now_ns + round(ahead_s * SECOND), message=conditions(mu=0.8)))
+    drive.weather = ICY
+    drive.tick()
+    assert drive.target_mps == 6.0

@@ -93,6 +93,20 @@ def start_car(b: TestBus) -> None:
     b.start(Service("can", ServiceConfig, build))
 
 
+def start_weather(b: TestBus, road: "Road") -> None:
+    """A stand-in for the weather's tool: it tells what the topic does."""
+    from drivemcp.config import ServiceConfig
+    from drivemcp.service import Service
+
+    def build(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=40)
+        def assess_weather() -> Conditions:
+            """The weather."""
+            return road.weather
+
+    b.start(Service("weather", ServiceConfig, build))
+
+
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Road]:
     """A drive in Germany, in the rain."""
@@ -103,6 +117,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Road]:
         start_car(b)
         b.start(SERVICE, CONFIG)
         road = Road(b)
+        start_weather(b, road)
         here = (fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("road_type", "urban"))
         road.until(*here, want="Limit 50 km/h")
         yield road

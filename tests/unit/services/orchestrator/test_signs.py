@@ -247,3 +247,36 @@ def test_a_doubt_passes_and_the_target_comes_back() -> None:
     drive.tick(limit_sign("limit:60", believed=False, confidence=0.4))
     drive.ticks(120)
     assert drive.target_mps == pytest.approx(100 * KMH)
+
+
+@FEW
+@given(
+    st.sampled_from((20, 30, 40, 50, 60, 70)),
+    st.sampled_from((20, 30, 40, 50, 60, 70)),
+    st.floats(0.3, 1.0),
+    st.sampled_from(("limit", "zone", "led")),
+)
+def test_a_number_whose_unit_is_unknown_holds_in_the_lower_reading_whatever_the_country(
+    stood: int, value: int, confidence: float, head: str
+) -> None:
+    """A sign that does not tell its unit never raises the target above where the same sign with either unit leaves it."""
+    targets = []
+    for unit in (None, "mph", "km/h"):
+        drive = Drive(road="rural")
+        drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"))
+        drive.tick(limit_sign(f"limit:{stood}", unit="mph", track_id=1))
+        drive.tick(limit_sign(f"{head}:{value}", unit=unit, track_id=2, confidence=confidence))
+        drive.ticks(3)
+        targets.append(drive.target_mps)
+    assert targets[0] <= min(targets[1:]) + 1e-9
+
+
+def test_an_unsure_number_of_unknown_unit_raises_no_limit_in_miles() -> None:
+    drive = Drive()
+    drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"))
+    drive.tick(limit_sign("limit:40", unit="mph", track_id=1))
+    drive.tick(limit_sign("limit:50", unit=None, track_id=2, confidence=0.35))
+    drive.ticks(3)
+    permanent = drive.state.signs.permanent
+    assert permanent is not None
+    assert (permanent.posted.value, permanent.posted.unit) == (50.0, "km/h"), "below the 40 mph before it"

@@ -16,6 +16,7 @@ from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     KMH,
+    TICK,
     Drive,
     Played,
     actor,
@@ -26,6 +27,7 @@ from tests.unit.services.orchestrator.support import (
     law_of,
     limit_answer,
     limit_sign,
+    meaning,
     preferences,
     replace,
 )
@@ -103,6 +105,22 @@ def test_a_dead_service_does_not_cost_every_tick() -> None:
     drive = Drive(Played(experts={}))
     drive.ticks(50)
     assert sum(call.tool == "applicable_limit" for call in drive.ask.calls) <= 11
+
+
+def test_a_tool_that_just_failed_counts_as_failed_while_it_is_left_in_peace() -> None:
+    drive = Drive()
+    drive.ticks(20)
+    drive.ask.table = {tool: expert for tool, expert in EXPERTS.items() if tool != "right_of_way"}
+    drive.tracks = (actor(25.0, closing_mps=12.0, kind="pedestrian"),)
+    drive.lines = (StopLine(distance_m=30.0, kind="crossing"),)
+    for _ in range(20):
+        ticked = drive.tick()
+        assert ticked.request.tool_timed_out
+        assert "tool:right_of_way" in ticked.fused.degraded
+        assert ticked.fused.confidence == pytest.approx(0.9 * 0.9)
+    drive.ask.table = EXPERTS
+    drive.ticks(6)
+    assert not drive.tick().request.tool_timed_out
 
 
 def test_a_lead_that_closes_in_is_a_hazard() -> None:
@@ -454,3 +472,46 @@ def test_the_watchdogs_tick_is_degraded_and_no_less_careful() -> None:
     assert ticked.world.ego.speed_mps is None
     assert ticked.world.actors is None
     assert drive.target_mps <= before
+
+
+def test_what_the_rules_said_of_a_junction_is_quoted_at_that_one_alone() -> None:
+    note = "You are on a priority road: others wait."
+    told = limit_answer(50, legal_action="proceed", limit=None, note=note)
+    drive = Drive(Played({**EXPERTS, "right_of_way": lambda a: told}))
+    drive.ticks(30)
+    drive.tracks = (person := actor(25.0, closing_mps=12.0, kind="pedestrian", length_m=0.6),)
+    ticked = drive.tick(fact("sign", "priority_road", track_id=70, distance_m=20.0))
+    assert note in ticked.fused.justification
+    drive.tracks = ()
+    drive.ticks(600)
+    drive.tracks = (replace(person, track_id=6),)
+    drive.ticks(3)
+    assert drive.history[-1][2].fused.topic == "person"
+    assert note not in drive.history[-1][2].fused.justification
+
+
+def test_what_the_rules_said_of_one_doubted_sign_is_not_quoted_for_another() -> None:
+    drive = Drive(Played({**EXPERTS, "interpret_sign": lambda a: meaning(a["reading"], note=f"Of {a['reading']}.")}))
+    drive.tick(doubted("limit:30", ("limit:80", 0.4), track_id=30, distance_m=40.0))
+    del drive.ask.table["interpret_sign"]
+    drive.ticks(10)
+    for _ in range(20):
+        drive.tick(doubted("limit:20", ("limit:70", 0.4), track_id=31, distance_m=20.0))
+    doubts = [t.fused for _, _, t in drive.history if t.fused.topic == "doubt"]
+    assert doubts
+    assert all("Of limit:30" not in fused.justification for fused in doubts)
+
+
+@pytest.mark.parametrize(("waited_s", "told"), [(20, True), (100, True), (300, False)])
+def test_green_is_told_to_who_waits_for_it_and_not_for_a_red_of_long_ago(waited_s: int, told: bool) -> None:
+    drive = Drive(speed_mps=10.0)
+    drive.ticks(30)
+    for tick in range(10):
+        drive.tick(fact("light", "light:red", track_id=4, distance_m=30.0 - tick))
+    drive.speed_mps = 0.0
+    for _ in range(waited_s):
+        drive.now_ns += 9 * TICK
+        drive.tick(fact("light", "light:red", track_id=4, distance_m=15.0))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
+    assert any("Green" in text for text in drive.spoken()[1:]) is told

@@ -6,8 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from proto.vehicle import Degradation, Indicator, SensorFault, Trend
-from tests.unit.services.orchestrator.support import EXPERTS, FEW, Drive, Played, health, limit_sign
+from proto.vehicle import Degradation, DtcText, Indicator, SensorFault, Trend, VehicleHealth
+from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    FEW,
+    Drive,
+    Played,
+    health,
+    limit_sign,
+    preferences,
+    replace,
+)
 
 LEAK = Trend(
     name="slow_leak_fl", value=0.86, threshold=0.8, unit="share of nominal", rate_per_min=-0.005, minutes_left=12.0,
@@ -24,6 +34,14 @@ def driven(car: Degradation, **said: Any) -> Drive:
     drive.car = car
     drive.ticks(3)
     return drive
+
+
+def told(drive: Drive, advice: str, **said: Any) -> VehicleHealth:
+    """As the tool answers: of all that the car names now."""
+    assert drive.car is not None
+    codes = (DtcText(code=code, system="", severity="careful", summary="", next_step="") for code in drive.car.dtcs)
+    given = {"safe_to_drive": "with_care", "advice": advice, **said}
+    return health(drive.car.h or 0.0, dtcs=tuple(codes), warning_lamps=drive.car.warning_lamps, **given)
 
 
 def target(drive: Drive) -> float:
@@ -87,7 +105,7 @@ def test_a_further_code_is_told_where_there_is_something_else_to_say_of_it() -> 
 
     drive = driven(Degradation(h=0.0, brake_envelope=1.0))
     advice = "The wheels may lock."
-    drive.ask.table["vehicle_health"] = lambda a: health(0.4, safe_to_drive="with_care", advice=advice)
+    drive.ask.table["vehicle_health"] = lambda a: told(drive, advice)
     for codes in ((), ("C0035",), ("C0035", "C0040")):
         drive.car = lit(codes)
         drive.ticks(60)
@@ -119,3 +137,134 @@ def test_an_indicator_that_weighs_little_is_no_fault() -> None:
     fuel = Indicator(name="fuel_low", value=0.5, weight=0.1, source="can")
     drive = driven(Degradation(h=0.05, brake_envelope=1.0, indicators=(fuel,)))
     assert not [each for each in drive.history[-1][2].events if each.kind == "vehicle_fault"]
+
+
+def lamps(*names: str, h: float = 0.6) -> Degradation:
+    return Degradation(h=h, brake_envelope=1.0, warning_lamps=names)
+
+
+@pytest.mark.parametrize("verdict", ["yes", "with_care", "stop_soon"])
+@FEW
+@given(st.integers(1, 60), st.booleans())
+def test_an_answer_about_an_earlier_fault_mutes_no_new_one_though_the_tool_is_silent(
+    verdict: str, later: int, muted: bool
+) -> None:
+    """To a muted driver too, and by the real arbiter: at the latest a second after the last word on the car."""
+    drive = Drive(Played(dict(EXPERTS), arbiter=arbiter()))
+    drive.ask.table["vehicle_health"] = lambda a: told(drive, "Check the tyres.", safe_to_drive=verdict)
+    drive.tick(preferences=preferences(muted=muted))
+    drive.ticks(60)
+    drive.car = lamps("tyre", h=0.2)
+    drive.ticks(later)
+    del drive.ask.table["vehicle_health"]
+    drive.car = lamps("oil", "tyre")
+    drive.ticks(11)
+    said = [
+        (t.advisory.justification, t.advisory.directive)
+        for _, _, t in drive.history[-11:]
+        if t.advisory.kind != "SILENT"
+    ]
+    assert any("oil" in why for why, _ in said)
+    assert all("notice" not in directive for _, directive in said)
+
+
+@FEW
+@given(st.integers(1, 60))
+def test_of_a_new_fault_the_tool_is_asked_at_once_or_half_a_second_after_its_last_answer(later: int) -> None:
+    drive = Drive(Played(dict(EXPERTS)))
+    drive.ask.table["vehicle_health"] = lambda a: told(
+        drive, "Stop.", safe_to_drive="stop_now" if drive.car == lamps("oil", "tyre") else "with_care"
+    )
+    drive.ticks(60)
+    drive.car = lamps("tyre", h=0.2)
+    drive.ticks(later)
+    drive.car = lamps("oil", "tyre")
+    drive.ticks(1 if 6 <= later <= 50 else 6)  # it is asked in the first tick and in the 51st
+    assert drive.history[-1][2].fused.hazard == "vehicle_fault"
+
+
+def test_a_tool_that_never_knows_of_a_fault_is_asked_twice_a_second() -> None:
+    drive = driven(lamps("oil"))
+    drive.ask.calls.clear()
+    drive.ticks(50)
+    assert [call.tool for call in drive.ask.calls].count("vehicle_health") == 10
+
+
+def test_to_stop_stays_the_word_while_one_of_its_faults_stands() -> None:
+    drive = Drive(Played(dict(EXPERTS)))
+    drive.ask.table["vehicle_health"] = lambda a: told(drive, "Stop.", safe_to_drive="stop_now")
+    drive.ticks(60)
+    drive.car = lamps("oil")
+    drive.ticks(3)
+    del drive.ask.table["vehicle_health"]
+    drive.car = lamps("oil", "tyre")
+    assert drive.tick().fused.hazard == "vehicle_fault"
+    drive.car = lamps("tyre", "abs")
+    assert drive.tick().fused.hazard == ""
+
+
+def test_a_lamp_that_flickers_is_one_episode() -> None:
+    drive = Drive(Played(dict(EXPERTS), arbiter=arbiter()))
+    del drive.ask.table["vehicle_health"]
+    drive.tick(preferences=preferences(muted=True))
+    drive.ticks(60)
+    for tick in range(80):
+        drive.car = lamps("oil", "tyre") if tick % 4 < 2 else lamps("tyre")
+        drive.tick()
+    assert drive.spoken().count("Drive with care: vehicle fault") == 1
+
+
+SILENT = {"degradation": None, "unhealthy": ("can/degradation",)}
+
+
+def test_while_the_topic_is_silent_the_tools_answer_counts_and_is_told() -> None:
+    drive = Drive(Played(dict(EXPERTS)))
+    drive.ticks(60)
+    stood = drive.target_mps
+    grave = health(
+        0.9, brake_envelope=0.3, warning_lamps=("brake",), safe_to_drive="stop_now", advice="Stop.", speed_factor=0.3,
+        headway_factor=2.5,
+    )  # fmt: skip
+    drive.ask.table["vehicle_health"] = lambda a: grave
+    drive.ticks(60, **SILENT)
+    assert "Stop safely now: vehicle fault" in drive.spoken()
+    assert drive.target_mps <= 0.5 * stood
+    assert drive.history[-1][2].fused.headway_factor >= 2.5
+    assert drive.history[-1][2].request.h == 0.9
+    drive.ticks(2)
+    assert drive.target_mps == pytest.approx(stood), "the topic's own word, once it speaks again"
+
+
+@FEW
+@given(
+    heard=st.booleans(), h=st.floats(0.0, 1.0), envelope=st.none() | st.floats(0.0, 1.0), said_h=st.none() | st.floats(),
+    said_envelope=st.none() | st.floats(), said=st.sets(st.sampled_from(["oil", "tyre"])), ago=st.integers(0, 40),
+)  # fmt: skip
+def test_no_answer_of_the_tool_about_a_silent_topic_raises_the_target_or_shrinks_the_distance(
+    heard: bool, h: float, envelope: float | None, said_h: float | None, said_envelope: float | None, said: set[str],
+    ago: int,
+) -> None:  # fmt: skip
+    drive = Drive()
+    drive.car = Degradation(h=h, brake_envelope=envelope)
+    if not heard:
+        held = replace(drive.state.held, degradation=None, degradation_ns=None, health=None)
+        drive.state, drive.car = replace(drive.state, held=held), None
+    drive.ask.table = {tool: expert for tool, expert in EXPERTS.items() if tool != "vehicle_health"}
+    drive.ticks(3)
+    drive.ticks(max(1, ago), **SILENT)
+    stood, distance = drive.target_mps, headway(drive)
+    answer = health(0.0, warning_lamps=tuple(sorted(said)), speed_factor=1.0, headway_factor=1.0)
+    drive.ask.table = {**EXPERTS, "vehicle_health": lambda a: replace(answer, h=said_h, brake_envelope=said_envelope)}
+    drive.ticks(40, **SILENT)
+    assert drive.target_mps <= stood + 1e-9
+    assert headway(drive) >= distance - 1e-9
+
+
+def test_an_older_message_takes_back_no_newer_one() -> None:
+    drive = Drive()
+    older = drive.observations().degradation
+    drive.ticks(5)
+    drive.car = lamps("oil", h=0.5)
+    drive.ticks(2)
+    drive.tick(degradation=older)
+    assert drive.state.held.degradation == lamps("oil", h=0.5)

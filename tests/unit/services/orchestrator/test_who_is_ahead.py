@@ -14,6 +14,13 @@ def person(gap_m: float, **fields: object) -> Track:
     return actor(gap_m, 8.0, **{"kind": "pedestrian", "length_m": 0.5, "x_m": gap_m + 2.5, **fields})
 
 
+def cyclist(gap_m: float, closing_mps: float) -> Track:
+    return actor(gap_m, closing_mps, kind="cyclist", length_m=1.8, width_m=0.6, x_m=gap_m + 3.15)
+
+
+kinds = st.sampled_from(["vehicle", "pedestrian", "cyclist"])
+
+
 def next_mps(drive: Drive) -> float:
     drive.tick()
     return drive.target_mps
@@ -26,7 +33,7 @@ def behind(*tracks: Track, speed_mps: float = 8.0) -> Drive:
     return drive
 
 
-@pytest.mark.parametrize("who", [actor(8.0, 0.0), person(15.0)])
+@pytest.mark.parametrize("who", [actor(8.0, 0.0), person(15.0), cyclist(14.0, 1.0)])
 def test_an_actor_that_vanishes_lifts_nothing_for_three_seconds(who: Track) -> None:
     drive = behind(who)
     before_mps = drive.target_mps
@@ -62,11 +69,11 @@ def test_an_actor_that_was_hardly_seen_is_not_missed(hardly: dict[str, float]) -
 
 @FEW
 @given(
-    st.lists(st.tuples(st.floats(3.0, 60.0), st.floats(-3.0, 8.0)), min_size=1, max_size=4),
+    st.lists(st.tuples(st.floats(3.0, 60.0), st.floats(-3.0, 8.0), kinds), min_size=1, max_size=4),
     st.lists(st.booleans(), min_size=4, max_size=4),
 )
-def test_no_actor_that_vanishes_raises_the_target(found: list[tuple[float, float]], kept: list[bool]) -> None:
-    tracks = tuple(actor(gap, closing, track_id=n) for n, (gap, closing) in enumerate(found, 1))
+def test_no_actor_that_vanishes_raises_the_target(found: list[tuple[float, float, str]], kept: list[bool]) -> None:
+    tracks = tuple(actor(gap, closing, kind=kind, track_id=n) for n, (gap, closing, kind) in enumerate(found, 1))
     drive = behind(*tracks)
     before_mps = drive.target_mps
     drive.tracks = tuple(track for track, stays in zip(tracks, kept, strict=False) if stays)

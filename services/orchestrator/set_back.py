@@ -1,0 +1,38 @@
+"""A clock that was set back: what is stamped later than now would be young for as long, and is forgotten or stamped now."""
+
+from typing import Any
+
+import msgspec
+
+from services.orchestrator.state import Held, Memory, State
+
+
+def on_this_clock(state: State, now_ns: int) -> State:
+    """The state without a word, question, onset or sighting from a time that is yet to come; the same where the clock goes on."""
+    if now_ns >= state.now_ns:
+        return state
+    return msgspec.structs.replace(
+        state,
+        memory=_memory(state.memory, now_ns),
+        held=_held(state.held, now_ns),
+        onsets=tuple(each for each in state.onsets if each.last_ns <= now_ns),
+        missing=tuple(each for each in state.missing if each.since_ns <= now_ns),
+        gaps=tuple(each for each in state.gaps if each.stamp_ns <= now_ns),
+    )
+
+
+def _memory(memory: Memory, now_ns: int) -> Memory:
+    spoken_ns = memory.spoken_ns
+    return msgspec.structs.replace(
+        memory,
+        asked=tuple(each for each in memory.asked if each.stamp_ns <= now_ns),
+        spoken=tuple(each for each in memory.spoken if each.stamp_ns <= now_ns),
+        spoken_ns=spoken_ns if spoken_ns is not None and spoken_ns <= now_ns else None,
+    )
+
+
+def _held(held: Held, now_ns: int) -> Held:
+    """What bounds the target stays, and is no younger than now."""
+    fields: dict[str, Any] = {"legal_ns": min(held.legal_ns, now_ns)}
+    fields["lost"] = tuple(msgspec.structs.replace(each, stamp_ns=min(each.stamp_ns, now_ns)) for each in held.lost)
+    return msgspec.structs.replace(held, **fields)
