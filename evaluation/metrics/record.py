@@ -2,6 +2,7 @@
 
 import gzip
 import hashlib
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -63,14 +64,15 @@ class Record:
 
     @cached_property
     def spoken(self) -> tuple[At[Advisory], ...]:
-        """The messages that the driver hears: every SPEAK, and of an uninterrupted ACT its first tick."""
+        """The messages that the driver hears: every SPEAK, and of an ACT the first tick, if it pauses for less than half a second."""
         heard: list[At[Advisory]] = []
-        before: At[Advisory] | None = None
+        acted_s = -math.inf
         for each in self.advisories:
-            goes_on = before is not None and before.message.kind == "ACT" and each.time_s - before.time_s < ACT_PAUSE_S
+            goes_on = each.time_s - acted_s < ACT_PAUSE_S
             if each.message.kind == "SPEAK" or (each.message.kind == "ACT" and not goes_on):
                 heard.append(each)
-            before = each
+            if each.message.kind == "ACT":
+                acted_s = each.time_s
         return tuple(heard)
 
     def outcome(self) -> str:

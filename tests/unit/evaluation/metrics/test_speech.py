@@ -20,6 +20,19 @@ def test_every_speak_is_a_message_and_an_uninterrupted_act_is_one() -> None:
     assert measure(Record(truths=steady(5.0), advisories=heard)).messages == 3
 
 
+def test_an_act_that_pauses_for_less_than_half_a_second_is_one_message_and_nags_nobody() -> None:
+    def acted(*pauses: str, again_s: float) -> Record:
+        silent = (said(1.0 + 0.1 * number, kind) for number, kind in enumerate(pauses, 1))
+        return Record(truths=steady(5.0), advisories=(said(1.0, "ACT"), *silent, said(again_s, "ACT")))
+
+    goes_on = measure(acted("SILENT", "SILENT", again_s=1.3))
+    assert (goes_on.messages, goes_on.nags) == (1, 0)
+    anew = measure(acted("SILENT", "SILENT", "SILENT", "SILENT", again_s=1.5))
+    assert (anew.messages, anew.nags) == (2, 1)
+    # what is spoken meanwhile is a message of its own
+    assert measure(acted("SILENT", "SPEAK", again_s=1.3)).messages == 2
+
+
 def test_the_same_said_again_is_a_nag_within_a_minute() -> None:
     assert nags(said(1.0), said(31.0)) == 1
     assert nags(said(1.0), said(62.0)) == 0
