@@ -19,7 +19,7 @@ from proto import topics
 from proto.decision import Advisory, Decision, Event
 from proto.tools import CallStatus
 from proto.topics import Topic
-from proto.truth import Truth
+from proto.truth import Corrupted, Truth
 from proto.weather import Conditions
 from services.logger.reader import messages, topic_of
 
@@ -61,6 +61,8 @@ class Record:
     decisions: tuple[At[Decision], ...] = ()
     traces: tuple[At[Tick], ...] = ()
     conditions: tuple[At[Conditions], ...] = ()
+    corrupted: tuple[At[Corrupted], ...] = ()
+    """What the evaluation did to it."""
 
     @cached_property
     def spoken(self) -> tuple[At[Advisory], ...]:
@@ -108,6 +110,7 @@ _FOLLOWED: tuple[Topic[Any], ...] = (
     topics.DECISION,
     topics.TRACE,
     topics.CONDITIONS,
+    topics.CORRUPTED,
 )
 _TICK = msgspec.json.Decoder(Tick)
 
@@ -188,6 +191,7 @@ def _record(found: dict[str, list[tuple[int, Any]]]) -> Record:
         decisions=timed(topics.DECISION),
         traces=timed(topics.TRACE),
         conditions=timed(topics.CONDITIONS),
+        corrupted=timed(topics.CORRUPTED),
     )
 
 
