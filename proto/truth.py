@@ -70,6 +70,8 @@ class Truth(msgspec.Struct, frozen=True, kw_only=True):
     """Whether cameras depend on lamps; None: not told."""
     heading_rad: float | None = None
     """Where the ego looks, anticlockwise on the map; None: not told."""
+    driver_language: str = ""
+    """What the driver reads; empty: not told."""
 
 
 class ScenarioState(msgspec.Struct, frozen=True, kw_only=True):

@@ -17,7 +17,7 @@ from drivemcp.errors import UserError
 from drivemcp.models import find_model
 from drivemcp.node import Node
 from drivemcp.numbers import number, port
-from drivemcp.paths import has_data
+from drivemcp.paths import data, has_data
 from evaluation.corruption.hosted import hosts
 from evaluation.corruption.record import CorruptionLog
 from evaluation.corruption.spec import CLEAN, read_spec
@@ -25,6 +25,7 @@ from evaluation.drive.precheck import check_faults, check_port, check_scenario, 
 from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
+from evaluation.run.start import start_settings
 from proto import topics
 from services.logger.commands import broken_links
 from services.logger.verify import verify
@@ -87,8 +88,8 @@ def command(flags: argparse.Namespace) -> int:
         )
     if is_file and not Path(flags.scenario).is_file():
         raise UserError(f"no such scenario file: {flags.scenario}")
-    if is_file:
-        check_scenario(Path(flags.scenario))
+    found = check_scenario(Path(flags.scenario) if is_file else data(f"scenarios/{flags.scenario}.toml"))
+    flags.set = [*start_settings(found), *flags.set]
     check_faults(flags.fault)
     if flags.detector:
         flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]

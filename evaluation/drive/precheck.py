@@ -5,13 +5,16 @@ import socket
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drivemcp.errors import UserError
 from drivemcp.grants import public_key, read_grant, verify_grant
 from drivemcp.registry import service_rows
 from proto import topics
 from proto.keys import chunk
+
+if TYPE_CHECKING:
+    from services.simulator.plan import Scenario
 
 
 def check_services(without: Sequence[str], extra: Sequence[str], settings: Mapping[str, Any]) -> None:
@@ -53,12 +56,12 @@ def vehicle_of(flags: argparse.Namespace) -> str:
         raise UserError(f"--vehicle: {error}") from None
 
 
-def check_scenario(path: Path) -> None:
-    """A scenario file that can be driven."""
+def check_scenario(path: Path) -> "Scenario":
+    """The scenario of a file that can be driven."""
     from services.simulator.scenario import ScenarioError, load_scenario
 
     try:
-        load_scenario(path)
+        return load_scenario(path)
     except (ScenarioError, OSError) as error:
         raise UserError(str(error)) from None
 

@@ -96,8 +96,14 @@ OURS: tuple[Column, ...] = (
 """What we measure beside."""
 
 
+OURS_OF: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
+    {"corruption": (Column(title="signs corrupted", unit="%", better="", share=("signs_corrupted", "signs_drawn"), places=0),)}
+)  # fmt: skip
+"""Of one table alone: what became of a rate by chance, over as many signs as were met."""
+
+
 def columns_of(table: TableName) -> tuple[Column, ...]:
     """The paper's columns, then ours that are not among them."""
     paper = COLUMNS[table]
     told = {(column.title, column.unit) for column in paper}
-    return (*paper, *(column for column in OURS if (column.title, column.unit) not in told))
+    return (*paper, *OURS_OF.get(table, ()), *(column for column in OURS if (column.title, column.unit) not in told))

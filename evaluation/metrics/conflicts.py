@@ -1,8 +1,10 @@
 """How near it came: time to collision, post-encroachment time, near-collisions, collisions, headway, true RSS."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from statistics import median
+from typing import NamedTuple
 
 from evaluation.metrics.record import ACT_PAUSE_S, Record
 from evaluation.metrics.spans import Span, spans
@@ -22,6 +24,8 @@ APART_S = 2.0
 """Two moments of conflict with one road user that lie nearer to each other are one near-collision."""
 ACROSS_MPS = 1.0
 """Ours: slower than this across, a vehicle wavers in its lane."""
+BEHIND_M = 50.0
+"""Ours: what happens farther behind the ego is no encounter with it."""
 FOLLOWS_WITHIN_S, FOLLOWS_FROM_MPS = 4.0, 5.0
 """Ours: farther behind, or slower, a car does not follow; the 4 s are about what Vogel 2003 parts following by."""
 SHORT_HEADWAY_S = 1.0
@@ -143,10 +147,13 @@ def _near(truth: Truth) -> bool:
 
 
 def encroachments(record: Record) -> Iterator[tuple[float, float]]:
-    """(instant, post-encroachment time) of each who crossed the ego's path ahead of it, where it then drove by.
+    """(instant, post-encroachment time) of each who crossed the ego's path, ahead of it or behind it."""
+    yield from _ahead(record)
+    yield from _behind(record)
 
-    The place is where he was last in the path; the time is from then until the ego's front is there.
-    """
+
+def _ahead(record: Record) -> Iterator[tuple[float, float]]:
+    """He went first: the place is where he was last in the path; the time is from then until the ego's front is there."""
     inside: dict[int, tuple[float, float]] = {}
     for truth in record.truths:
         crossing = {actor.actor_id: actor for actor in truth.actors if crosses(actor, truth)}
@@ -162,10 +169,53 @@ def encroachments(record: Record) -> Iterator[tuple[float, float]]:
                 inside[actor.actor_id] = truth.time_s, truth.distance_m + max(0.0, actor.x_m - EGO_LENGTH_M / 2.0)
 
 
+def _behind(record: Record) -> Iterator[tuple[float, float]]:
+    """The ego went first: the place is where he first comes into its path; the time is from when its rear left there."""
+    ways_m = [truth.distance_m for truth in record.truths]
+    beside: set[int] = set()
+    for truth in record.truths:
+        for actor in (each for each in truth.actors if abs(each.x_m) < BEHIND_M):
+            met = _met(actor, truth, _reached(record, ways_m, truth.distance_m + actor.x_m))
+            if met is None:
+                continue
+            if met.inside and actor.actor_id in beside and actor.x_m <= -EGO_LENGTH_M / 2.0:
+                left_s = _reached(record, ways_m, met.place_m + EGO_LENGTH_M / 2.0).time_s
+                yield left_s, truth.time_s - left_s
+            (beside.discard if met.inside else beside.add)(actor.actor_id)
+
+
+def _reached(record: Record, ways_m: list[float], way_m: float) -> Truth:
+    """When the ego's middle came so far, or nearest to it."""
+    return record.truths[min(bisect_left(ways_m, way_m), len(ways_m) - 1)]
+
+
+class _Met(NamedTuple):
+    """Where on the ego's way somebody is who crosses it, and whether in its path there."""
+
+    place_m: float
+    inside: bool
+
+
+def _met(actor: TrueActor, truth: Truth, there: Truth) -> _Met | None:
+    """Seen from where the ego was `there`, as it may have turned since; None: he does not cross."""
+    turned_rad = math.remainder((truth.heading_rad or 0.0) - (there.heading_rad or 0.0), math.tau)
+    c, s, way_m = math.cos(turned_rad), math.sin(turned_rad), truth.distance_m - there.distance_m
+    vx_mps, vy_mps = actor.vx_mps + truth.speed_mps, actor.vy_mps
+    if not _across(actor.kind, c * vx_mps - s * vy_mps, s * vx_mps + c * vy_mps):
+        return None
+    along_m = way_m * math.cos(turned_rad / 2.0) + c * actor.x_m - s * actor.y_m
+    aside_m = way_m * math.sin(turned_rad / 2.0) + s * actor.x_m + c * actor.y_m
+    reach_m = actor.width_m if actor.kind == "pedestrian" else actor.length_m
+    return _Met(there.distance_m + along_m, abs(aside_m) < (EGO_WIDTH_M + reach_m) / 2.0)
+
+
 def crosses(actor: TrueActor, truth: Truth) -> bool:
     """A person, or a vehicle that drives across the ego's way rather than along it."""
-    along_mps = actor.vx_mps + truth.speed_mps
-    return actor.kind == "pedestrian" or abs(actor.vy_mps) > max(abs(along_mps), ACROSS_MPS)
+    return _across(actor.kind, actor.vx_mps + truth.speed_mps, actor.vy_mps)
+
+
+def _across(kind: str, along_mps: float, across_mps: float) -> bool:
+    return kind == "pedestrian" or abs(across_mps) > max(abs(along_mps), ACROSS_MPS)
 
 
 def headways_s(record: Record) -> list[float]:

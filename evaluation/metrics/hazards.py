@@ -7,7 +7,7 @@ from typing import NamedTuple
 from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, person_ahead, ttc_s
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
-from proto.truth import TrueHazard, Truth
+from proto.truth import TrueActor, TrueHazard, Truth
 from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
 
 ESCALATES = ("warning", "alarm")
@@ -26,7 +26,8 @@ WORDS: Mapping[str, frozenset[str]] = {
 }
 """A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
 OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
-
+_OF_A_BODY = OF_SOMEBODY_AHEAD | {"pedestrian"}
+"""What is met is the road user himself; of others a line, a sign or water."""
 
 SLOWER = frozenset({"deep_water", "school_zone"})
 """Hazards that call for less speed and no stop: a word that asks for it is in time as long as they are on."""
@@ -38,6 +39,10 @@ class Episode(NamedTuple):
     kind: str
     onset_s: float
     over_s: float
+    first: TrueHazard
+    """As it was told at the onset."""
+    way_m: float
+    """What the ego had driven by then."""
 
 
 class Answer(NamedTuple):
@@ -52,11 +57,13 @@ class Answer(NamedTuple):
 
 def episodes(record: Record) -> tuple[Episode, ...]:
     """All hazards of a run; the same kind and onset is the same hazard."""
-    found: dict[tuple[str, float], float] = {}
+    found: dict[tuple[str, float], Episode] = {}
     for truth in record.truths:
         for hazard in on_now(truth):
-            found[hazard.kind, hazard.onset_s] = truth.time_s
-    return tuple(Episode(kind, onset_s, over_s) for (kind, onset_s), over_s in sorted(found.items()))
+            key = hazard.kind, hazard.onset_s
+            began = found.setdefault(key, Episode(*key, truth.time_s, hazard, truth.distance_m))
+            found[key] = began._replace(over_s=truth.time_s)
+    return tuple(found[key] for key in sorted(found))
 
 
 def on_now(truth: Truth) -> tuple[TrueHazard, ...]:
@@ -78,12 +85,12 @@ def names(advisory: Advisory, kind: str) -> bool:
 
 def _answer(record: Record, episode: Episode) -> Answer:
     about = [each for each in record.spoken if _in_time(each, episode) and names(each.message, episode.kind)]
-    effective = (each for each in about if _effective(record, each, episode.kind))
+    effective = (each for each in about if _effective(record, each, episode))
     first = next(effective, None)
     return Answer(
         episode,
         max(0.0, first.time_s - episode.onset_s) if first is not None else None,
-        next(_escalation_ttcs(record, about, episode.kind), None),
+        next(_escalation_ttcs(record, about, episode), None),
     )
 
 
@@ -95,44 +102,64 @@ def _in_time(said: At[Advisory], episode: Episode) -> bool:
     return episode.onset_s - holds_s <= said.time_s <= episode.over_s
 
 
-def _effective(record: Record, said: At[Advisory], kind: str) -> bool:
+def _effective(record: Record, said: At[Advisory], episode: Episode) -> bool:
     """An intervention, or a word early enough for the median driver: he reacts, brakes as the grip allows, and it holds.
 
-    Where the truth tells no distance, any word while the hazard is on counts.
+    Where the truth tells no distance, any word counts.
     """
     truth = record.truth_at(said.time_s)
     if truth is None or said.message.kind == "ACT":
         return truth is not None
-    if kind in SLOWER:
-        asked = [mps for mps in (said.message.target_mps, said.message.ahead_mps) if mps is not None]
-        return min(asked, default=math.inf) < truth.speed_mps and (kind != "school_zone" or _of_school(truth, said))
-    gap, closing = distance(truth, kind)
+    gap, closing = distance(truth, episode)
+    if episode.kind in SLOWER:
+        return _asks_less(said, truth) and (episode.kind != "school_zone" or _of_school(said, gap))
     if gap is None or closing <= 0.0:
         return True
     return median_stop_m(closing, truth) <= gap
 
 
-def _of_school(truth: Truth, said: At[Advisory]) -> bool:
+def _asks_less(said: At[Advisory], truth: Truth) -> bool:
+    asked = [mps for mps in (said.message.target_mps, said.message.ahead_mps) if mps is not None]
+    return min(asked, default=math.inf) < truth.speed_mps
+
+
+def _of_school(said: At[Advisory], to_school_m: float | None) -> bool:
     """A limit that is told before the school is another one's; the school's own is `ahead` until one is there."""
-    to_school = next((each.distance_m for each in on_now(truth) if each.kind == "school_zone"), None)
-    return said.message.topic not in ("limit", "overspeed") or (to_school is not None and to_school <= 0.0)
+    return said.message.topic not in ("limit", "overspeed") or (to_school_m is not None and to_school_m <= 0.0)
 
 
-def _escalation_ttcs(record: Record, about: list[At[Advisory]], kind: str) -> Iterator[float | None]:
+def _escalation_ttcs(record: Record, about: list[At[Advisory]], episode: Episode) -> Iterator[float | None]:
     """Times to collision at the escalations, the first one first; the first counts even if nobody closed in."""
     for each in about:
         if each.message.kind == "ACT" or (each.message.urgency in ESCALATES and each.message.hazard):
             truth = record.truth_at(each.time_s)
-            yield conflict_s(ttc_s(*distance(truth, kind))) if truth is not None else None
+            yield conflict_s(ttc_s(*distance(truth, episode))) if truth is not None else None
 
 
-def distance(truth: Truth, kind: str) -> tuple[float | None, float]:
-    """(gap in m, closing speed in m/s) to the hazard; a gap of None: the truth does not tell it."""
-    told = next((each.distance_m for each in on_now(truth) if each.kind == kind), None)
+def distance(truth: Truth, episode: Episode) -> tuple[float | None, float]:
+    """(gap in m, closing speed in m/s) to a hazard, before its onset too; a gap of None: the truth does not tell it."""
+    now = next((each for each in on_now(truth) if (each.kind, each.onset_s) == (episode.kind, episode.onset_s)), None)
+    body = _body(truth, now or episode.first)
+    if body is not None:
+        told = now.distance_m if now is not None else None
+        return told if told is not None else gap_m(body), -body.vx_mps
+    if now is None and episode.first.distance_m is not None:
+        return episode.first.distance_m + episode.way_m - truth.distance_m, truth.speed_mps
+    return _untold(truth, episode.kind, now.distance_m if now is not None else None)
+
+
+def _body(truth: Truth, hazard: TrueHazard) -> TrueActor | None:
+    """The road user who is met, if he is near enough to be told."""
+    actors = truth.actors if hazard.kind in _OF_A_BODY else ()
+    return next((each for each in actors if each.actor_id == hazard.actor_id), None)
+
+
+def _untold(truth: Truth, kind: str, told_m: float | None) -> tuple[float | None, float]:
+    """Where the truth does not tell who it is: the lead, the person in the path, or what stands at that distance."""
     if kind in OF_SOMEBODY_AHEAD:
-        gap = truth.gap_m if truth.gap_m is not None else told
+        gap = truth.gap_m if truth.gap_m is not None else told_m
         return gap, truth.closing_mps if truth.closing_mps is not None else truth.speed_mps
     person = person_ahead(truth) if kind == "pedestrian" else None
     if person is not None:
         return gap_m(person), -person.vx_mps
-    return told, truth.speed_mps
+    return told_m, truth.speed_mps

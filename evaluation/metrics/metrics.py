@@ -7,6 +7,7 @@ import msgspec
 from evaluation.metrics import comfort, conflicts, hazards, law, speech, understanding
 from evaluation.metrics.record import Record
 from evaluation.metrics.understanding import Scores
+from proto.truth import Corrupted
 
 
 class Metrics(msgspec.Struct, frozen=True, kw_only=True):
@@ -18,6 +19,11 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Duration, s; truth, or without it the messages."""
     ticks: int = 0
     """Advisories, silent ones included."""
+
+    signs_drawn: int = 0
+    """Encounters with signs for which a corruption drew whether to miss or misread them."""
+    signs_corrupted: int = 0
+    """Of them, those that it did."""
 
     infractions: dict[str, int] | None = None
     """Count by type: `speeding`, `failure_to_stop`, `wrong_yielding`, `illegal_turn`; truth and the law in force."""
@@ -105,6 +111,10 @@ def _total(scores: Mapping[str, Scores]) -> Scores:
     )
 
 
+def _signs(record: Record) -> list[Corrupted]:
+    return [each.message for each in record.corrupted if each.message.kind in ("sign_miss", "limit_misread")]
+
+
 def _seconds(record: Record) -> float:
     if record.truths:
         return record.truths[-1].time_s
@@ -143,11 +153,13 @@ def measure(record: Record) -> Metrics:
     """The numbers of a run."""
     detected = understanding.detected(record)
     right, judged = understanding.tool_ticks(record)
-    total = _total(detected)
+    total, signs = _total(detected), _signs(record)
     braked = conflicts.interventions(record)
     without_truth = Metrics(
         seconds=_seconds(record),
         ticks=len(record.advisories),
+        signs_drawn=len(signs),
+        signs_corrupted=sum(each.hit for each in signs),
         advisory_latency_s=speech.advisory_latencies_s(record),
         sensor_latency_p50_s=speech.percentile(speech.sensor_latencies_s(record), 50),
         sensor_latency_p99_s=speech.percentile(speech.sensor_latencies_s(record), 99),

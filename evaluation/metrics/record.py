@@ -2,6 +2,7 @@
 
 import gzip
 import hashlib
+import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ from proto import topics
 from proto.decision import Advisory, Decision, Event
 from proto.tools import CallStatus
 from proto.topics import Topic
-from proto.truth import Truth
+from proto.truth import Corrupted, Truth
 from proto.weather import Conditions
 from services.logger.reader import messages, topic_of
 
@@ -60,17 +61,20 @@ class Record:
     decisions: tuple[At[Decision], ...] = ()
     traces: tuple[At[Tick], ...] = ()
     conditions: tuple[At[Conditions], ...] = ()
+    corrupted: tuple[At[Corrupted], ...] = ()
+    """What the evaluation did to it."""
 
     @cached_property
     def spoken(self) -> tuple[At[Advisory], ...]:
-        """The messages that the driver hears: every SPEAK, and of an uninterrupted ACT its first tick."""
+        """The messages that the driver hears: every SPEAK, and of an ACT the first tick, if it pauses for less than half a second."""
         heard: list[At[Advisory]] = []
-        before: At[Advisory] | None = None
+        acted_s = -math.inf
         for each in self.advisories:
-            goes_on = before is not None and before.message.kind == "ACT" and each.time_s - before.time_s < ACT_PAUSE_S
+            goes_on = each.time_s - acted_s < ACT_PAUSE_S
             if each.message.kind == "SPEAK" or (each.message.kind == "ACT" and not goes_on):
                 heard.append(each)
-            before = each
+            if each.message.kind == "ACT":
+                acted_s = each.time_s
         return tuple(heard)
 
     def outcome(self) -> str:
@@ -106,6 +110,7 @@ _FOLLOWED: tuple[Topic[Any], ...] = (
     topics.DECISION,
     topics.TRACE,
     topics.CONDITIONS,
+    topics.CORRUPTED,
 )
 _TICK = msgspec.json.Decoder(Tick)
 
@@ -186,6 +191,7 @@ def _record(found: dict[str, list[tuple[int, Any]]]) -> Record:
         decisions=timed(topics.DECISION),
         traces=timed(topics.TRACE),
         conditions=timed(topics.CONDITIONS),
+        corrupted=timed(topics.CORRUPTED),
     )
 
 

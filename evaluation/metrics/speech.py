@@ -3,12 +3,13 @@
 import math
 from statistics import quantiles
 
-from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s
-from evaluation.metrics.hazards import on_now
+from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s, ttc_s
+from evaluation.metrics.hazards import names, on_now
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
-from proto.truth import Truth
+from proto.truth import TrueActor, Truth
+from services.simulator.hazards import CORRIDOR_HALF_M, LOOKS_M, SOON_S
 
 FORGOTTEN_S = 60.0
 """Ours: what was said longer ago may be said again."""
@@ -78,8 +79,26 @@ def _law_changed(record: Record, before: At[Advisory], now: At[Advisory]) -> boo
 
 def _stands(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
     truth = record.truth_at(now.time_s)
-    on = truth is not None and bool(on_now(truth) or _approaches(truth))
-    return now.message.hazard != "" and on and now.time_s - before.time_s >= STANDS_S
+    if truth is None or not now.message.hazard or now.time_s - before.time_s < STANDS_S:
+        return False
+    return _really_on(truth, now.message)
+
+
+def _really_on(truth: Truth, warning: Advisory) -> bool:
+    """Whether the hazard that it names is there: another one is no reason to repeat it."""
+    if any(names(warning, each.kind) for each in on_now(truth)):
+        return True
+    if names(warning, "pedestrian"):
+        return any(map(_in_the_way_soon, truth.actors))
+    return names(warning, "lead_brakes") and _soon(ttc_s(truth.gap_m, truth.closing_mps))
+
+
+def _in_the_way_soon(actor: TrueActor) -> bool:
+    """A person ahead in the ego's path, or who walks into it, by the simulated driver's own measure."""
+    if actor.kind != "pedestrian" or not 0.0 < actor.x_m < LOOKS_M:
+        return False
+    walks_in = actor.y_m * actor.vy_mps < 0.0 and abs(actor.y_m) < CORRIDOR_HALF_M + SOON_S * abs(actor.vy_mps)
+    return actor.in_ego_path or walks_in
 
 
 def unnecessary_slow_downs(record: Record) -> int:
@@ -116,7 +135,10 @@ def _cause(truth: Truth, speed_mps: float) -> bool:
 
 
 def _approaches(truth: Truth) -> bool:
-    ttc = nearest_ttc_s(truth)
+    return _soon(nearest_ttc_s(truth))
+
+
+def _soon(ttc: float | None) -> bool:
     return ttc is not None and ttc < CAUSE_TTC_S
 
 

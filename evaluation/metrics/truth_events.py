@@ -220,11 +220,17 @@ def _gantries(record: Record) -> tuple[float, ...]:
 
 
 def _foreign(record: Record) -> tuple[Expected, ...]:
-    language = record.advisories[0].message.language if record.advisories else "en"
+    language = _language(record)
     nearest = [(truth.time_s, _nearest_foreign_m(truth, language)) for truth in record.truths]
     may = spans(((time_s, distance < math.inf) for time_s, distance in nearest), PAUSE_S)
     must = spans(((time_s, distance < PLATE_READ_M) for time_s, distance in nearest), PAUSE_S)
     return tuple(Expected(span, _due(span, must)) for span in may)
+
+
+def _language(record: Record) -> str:
+    """What the driver reads; of a truth that does not tell, what he is spoken to in."""
+    told = record.truths[0].driver_language if record.truths else ""
+    return told or (record.advisories[0].message.language if record.advisories else "en")
 
 
 def _nearest_foreign_m(truth: Truth, language: str) -> float:

@@ -18,9 +18,11 @@ from drivemcp.service import Service
 from evaluation.corruption.chance import chance
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
+from evaluation.drive.stack import settings_of
 from evaluation.observed.hosted import MODELLED, modelled
 from evaluation.run.ready import RunError, wait_for_tools
 from evaluation.run.spec import RunSpec
+from evaluation.run.start import start_settings
 from evaluation.scenarios import generate, read_place
 from evaluation.stand_ins.hosted import stood_in
 from proto import topics
@@ -93,8 +95,14 @@ def _config(service: Service[Any], spec: RunSpec, folder: Path) -> ServiceConfig
         "out_dir": str(folder),
         **_defaults(service.name, spec, folder),
     }
-    config: ServiceConfig = msgspec.convert({**settings, **spec.settings.get(service.name, {})}, service.config)
+    config: ServiceConfig = msgspec.convert(_over(settings, spec.settings.get(service.name, {})), service.config)
     return config
+
+
+def _over(settings: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings with those that are wanted; one within a group leaves the group's others as they are."""
+    both = {key for key, value in wanted.items() if isinstance(value, dict) and isinstance(settings.get(key), dict)}
+    return {**settings, **wanted, **{key: _over(settings[key], wanted[key]) for key in both}}
 
 
 def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
@@ -108,8 +116,8 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
             "lidar": spec.sensors == "rendered",
             "lidar_at_crossings": spec.sensors == "model",
         }
-    home = {"home": _scenario(spec).country} if name == "drivelm" else {}
-    return home | ({"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {})
+    start = settings_of(start_settings(_scenario(spec))).get(name, {})
+    return start | ({"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {})
 
 
 def _drawn_by(spec: RunSpec) -> int:
@@ -118,7 +126,6 @@ def _drawn_by(spec: RunSpec) -> int:
 
 
 def _scenario(spec: RunSpec) -> Scenario:
-    """Its country is the front end's home: a run begins on the road, in a car that knows where it stood."""
     place = read_place(spec.scenario)
     try:
         return find_scenario(spec.scenario) if place is None else generate(place.family, place.number, place.split)

@@ -217,6 +217,7 @@ class Session:
             distracted=distracted,
             faults=self.ecus.active,
             brake_share=self._brake_share(moment),
+            driver_language=world.route.scenario.driver_language,
         )
         out = [Outgoing(topics.TRUTH, truth)]
         if moment.step % STATE_STEPS == 0 or self.finished:

@@ -27,6 +27,7 @@ def truth_of(
     distracted: bool,
     faults: tuple[str, ...],
     brake_share: float,
+    driver_language: str,
 ) -> Truth:
     """What is really so. `faults` are the presets that are on, `brake_share` what the car brakes of what the road gives."""
     fact, ego = moment.fact, moment.ego
@@ -68,6 +69,7 @@ def truth_of(
         faults=faults,
         brake_share=brake_share,
         heading_rad=moment.ego.pose.yaw_rad,
+        driver_language=driver_language,
     )
 
 

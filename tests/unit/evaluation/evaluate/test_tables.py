@@ -55,6 +55,16 @@ def test_a_mean_is_over_runs_and_a_run_without_the_thing_is_left_out() -> None:
     assert value_of(LATENCY_P50, [{**NUMBERS, "advisory_latency_s": (0.1, 0.2, 0.9)}]).value == pytest.approx(0.2)
 
 
+def test_the_table_of_corruption_tells_what_a_rate_came_to() -> None:
+    (column,) = (each for each in columns_of("corruption") if each.title == "signs corrupted")
+    runs = [{**NUMBERS, "signs_corrupted": hit, "signs_drawn": drawn} for hit, drawn in ((8, 17), (4, 14))]
+    value = value_of(column, runs)
+    assert value.value == pytest.approx(100 * 12 / 31)
+    assert value.of == "12 of 31"
+    assert value_of(column, [NUMBERS]).value is None, "clean"
+    assert column not in columns_of("results")
+
+
 def test_a_share_pools_counts() -> None:
     value = value_of(FALSE, [NUMBERS, {**NUMBERS, "interventions": 0, "false_interventions": 0}])
     assert (value.value, value.of) == (25.0, "1 of 4")

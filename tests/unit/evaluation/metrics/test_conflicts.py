@@ -1,5 +1,6 @@
 """Time to collision, post-encroachment time, interventions against true RSS, headway: by hand."""
 
+import math
 from typing import Any
 
 import pytest
@@ -75,6 +76,53 @@ def test_a_vehicle_counts_where_it_crosses_and_not_where_it_leads() -> None:
 
     assert [pet for _, pet in conflicts.encroachments(record(6.0))] == pytest.approx([0.8])
     assert list(conflicts.encroachments(record(0.5))) == []
+
+
+def crossed_behind(enters_s: float, radius_m: float = math.inf) -> Record:
+    """At 10 m/s past a place 50 m on, and from there on round a bend to the left; a car comes across at 8 m/s from the right.
+
+    It is in the ego's path as soon as its middle is (4.6 + 1.82) / 2 = 3.21 m beside it.
+    """
+
+    def at(time_s: float) -> dict[str, Any]:
+        past_m = 10.0 * time_s - 50.0
+        turned = max(0.0, past_m) / radius_m
+        ahead_m, aside_m = (
+            (radius_m * math.sin(turned), radius_m * (1.0 - math.cos(turned))) if turned else (past_m, 0.0)
+        )
+        x_m, y_m = -ahead_m, -3.21 + 8.0 * (time_s - enters_s) - aside_m
+        c, s = math.cos(turned), math.sin(turned)
+        body = structs.replace(
+            person(c * x_m + s * y_m, in_path=False), kind="vehicle", length_m=4.6, width_m=1.82,
+            y_m=c * y_m - s * x_m, vx_mps=s * 8.0 - 10.0, vy_mps=c * 8.0,
+        )  # fmt: skip
+        return {"speed_mps": 10.0, "heading_rad": turned, "actors": (body,)}
+
+    return Record(truths=truths(9.0, at))
+
+
+@pytest.mark.parametrize("radius_m", [math.inf, 40.0])
+def test_who_crosses_behind_the_ego_encroaches_as_well(radius_m: float) -> None:
+    # the rear is past the place at 5.23 s, told at 5.25 s; he comes there at 6.0 s, or at 6.5 s
+    near, far = (crossed_behind(enters_s, radius_m) for enters_s in (5.98, 6.48))
+    assert list(conflicts.encroachments(near)) == [pytest.approx((5.25, 0.75), abs=0.051)]
+    assert list(conflicts.encroachments(far)) == [pytest.approx((5.25, 1.25), abs=0.051)]
+    found, none = measure(near), measure(far)
+    assert (found.near_collisions, found.near_collisions_pet, none.near_collisions) == (1, 1, 0)
+
+
+def test_who_follows_through_a_bend_crosses_nothing() -> None:
+    def at(time_s: float) -> dict[str, Any]:
+        # a circle of 20 m at 10 m/s, he 20 m behind: turned by 1 rad against the ego, so across it by 8.4 m/s
+        body = structs.replace(
+            person(-20.0 * math.sin(1.0)), kind="vehicle", length_m=4.6, y_m=20.0 * (1.0 - math.cos(1.0)),
+            vx_mps=10.0 * math.cos(1.0) - 10.0, vy_mps=-10.0 * math.sin(1.0),
+        )  # fmt: skip
+        return {"speed_mps": 10.0, "heading_rad": 0.5 * time_s, "actors": (body,)}
+
+    record = Record(truths=truths(8.0, at))
+    assert conflicts.crosses(record.truths[100].actors[0], record.truths[100])
+    assert list(conflicts.encroachments(record)) == []
 
 
 def test_near_collisions_by_post_encroachment_alone_are_told_apart() -> None:

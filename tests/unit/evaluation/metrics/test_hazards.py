@@ -3,11 +3,13 @@
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from evaluation.metrics import Record, hazards, measure
-from proto.truth import Truth
+from evaluation.metrics.conflicts import EGO_LENGTH_M
+from proto.truth import TrueHazard, Truth
 from services.simulator.driver_profile import MEDIAN_REACTION_S
-from tests.unit.evaluation.metrics.logs import hazard, said, truths
+from tests.unit.evaluation.metrics.logs import hazard, person, said, truths
 
 LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
 
@@ -68,6 +70,62 @@ def test_a_warning_that_still_stands_at_the_onset_is_a_response_in_no_time() -> 
     assert found.hazard_response_s == (0.0,)
     long_ago = Record(truths=braking_lead(onset_s=9.0, over_s=9.5), advisories=(said(3.0, **LEAD),))
     assert measure(long_ago).hazard_response_s == ()
+
+
+def beside(spoken_s: float, lead_m: float, cutter_m: float, told_m: float | None = None) -> Record:
+    """At 20 m/s behind a steady lead; from 2.0 s on somebody from the next lane, who is 8 m/s slower, is a hazard.
+
+    `cutter_m` is his gap at 2.0 s.
+    """
+
+    def at(time_s: float) -> dict[str, Any]:
+        gap = cutter_m - 8.0 * (time_s - 2.0)
+        body = person(gap + (0.4 + EGO_LENGTH_M) / 2, 8.0, in_path=time_s >= 2.0, number=7)
+        on = TrueHazard(kind="cut_in", onset_s=2.0, actor_id=7, distance_m=told_m and gap)
+        return {
+            "speed_mps": 20.0,
+            "gap_m": lead_m,
+            "closing_mps": 0.0,
+            "actors": (structs.replace(body, kind="vehicle"),),
+            "hazards": (on,) if time_s >= 2.0 else (),
+        }
+
+    return Record(truths=truths(4.0, at), advisories=(said(spoken_s, **LEAD),))
+
+
+@pytest.mark.parametrize("told_m", [None, 1.0])
+def test_who_cuts_in_is_measured_by_his_own_gap_and_not_by_the_leads(told_m: float | None) -> None:
+    # 0.1 s before the onset he is 24.8 m away: 3.1 s; 0.5 s after it 20 m: 2.5 s
+    assert measure(beside(1.9, 130.0, 24.0, told_m)).ttc_escalation_s == pytest.approx((3.1,))
+    assert measure(beside(2.5, 130.0, 24.0, told_m)).ttc_escalation_s == pytest.approx((2.5,))
+    # the median driver needs 8 * 1.25 + 64 / (2 * 7.85) = 14.1 m: 14.4 m are enough, 13.8 m are too few
+    assert measure(beside(1.9, 130.0, 13.6, told_m)).hazard_response_s == (0.0,)
+    assert measure(beside(1.9, 130.0, 13.0, told_m)).hazard_response_s == ()
+
+
+def test_a_word_before_the_onset_has_to_leave_room_to_stop_as_well() -> None:
+    # At 13.9 m/s the median driver needs 17.4 + 12.3 = 29.7 m to a yield line. Somebody comes from the right at 2.0 s,
+    # when it is 27.4 m away; 0.1 s earlier it was 28.8 m, 0.2 s earlier 30.2 m.
+    def at(time_s: float) -> dict[str, Any]:
+        on = (hazard("priority", 2.0, 27.4 - 13.9 * (time_s - 2.0)),) if time_s >= 2.0 else ()
+        return {"speed_mps": 13.9, "hazards": on}
+
+    what = {"topic": "lead", "hazard": "give_way", "urgency": "warning"}
+    early, late = (measure(Record(truths=truths(3.0, at), advisories=(said(t, **what),))) for t in (1.8, 1.9))
+    assert (early.hazard_response_s, late.hazard_response_s) == ((0.0,), ())
+    assert (late.hazards, late.hazards_answered) == (1, 0)
+    # (27.4 + 0.2 * 13.9) / 13.9, and with 0.1 s
+    assert early.ttc_escalation_s == pytest.approx((2.171,), abs=1e-3)
+    assert late.ttc_escalation_s == pytest.approx((2.071,), abs=1e-3)
+
+
+def test_of_two_hazards_of_a_kind_each_has_its_own_distance() -> None:
+    def at(time_s: float) -> dict[str, Any]:
+        lines = (hazard("stop_line", 0.05, 20.0), hazard("stop_line", 2.0, 60.0))
+        return {"speed_mps": 10.0, "hazards": lines if time_s >= 2.0 else lines[:1]}
+
+    stop = said(2.5, topic="stop", hazard="stop_sign", urgency="warning")
+    assert measure(Record(truths=truths(3.0, at), advisories=(stop,))).ttc_escalation_s == pytest.approx((2.0, 6.0))
 
 
 def test_advice_stands_longer_than_a_warning_as_it_does_with_the_driver() -> None:

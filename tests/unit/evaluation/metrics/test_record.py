@@ -7,9 +7,10 @@ import msgspec
 import pytest
 
 from drivemcp.errors import UserError
-from evaluation.metrics import TRUTH_FILE, Record, Recorder, from_log, keep, measure
+from evaluation.metrics import TRUTH_FILE, At, Record, Recorder, from_log, keep, measure
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
+from proto.truth import Corrupted, CorruptionKind
 from tests.unit.evaluation.metrics.logs import said, steady
 
 
@@ -33,6 +34,26 @@ def test_the_log_and_the_truth_beside_it_measure_the_same_as_the_run(tmp_path: P
     assert measure(again) == measure(live)
     assert again.outcome() == live.outcome() != alone_outcome
     assert msgspec.json.decode(msgspec.json.encode(measure(live)), type=type(measure(live))) == measure(live)
+
+
+def test_what_was_corrupted_is_counted_live_and_from_the_log(tmp_path: Path) -> None:
+    # at 120 km/h the first gantry, 200 m on, is met within the 6 s
+    recorder = Recorder()
+    spec = RunSpec(scenario="dynamic-vsl", seed=3, seconds=6.0, sensors="model", corruption="sign_miss=1")
+    drive(spec, tmp_path, recorder.follow)
+    (log,) = tmp_path.glob("**/*.mcap")
+    live, again = measure(recorder.record()), measure(from_log(log))
+    assert live.signs_corrupted == live.signs_drawn > 0
+    assert (again.signs_corrupted, again.signs_drawn) == (live.signs_corrupted, live.signs_drawn)
+
+
+def test_the_share_that_a_rate_came_to_is_of_signs_and_not_of_windows() -> None:
+    told: list[tuple[CorruptionKind, bool]] = [
+        ("sign_miss", True), ("sign_miss", False), ("limit_misread", False), ("dropout", True)
+    ]  # fmt: skip
+    corrupted = tuple(At(1.0, Corrupted(kind=kind, subject="x", stamp_ns=1, hit=hit)) for kind, hit in told)
+    found = measure(Record(corrupted=corrupted))
+    assert (found.signs_corrupted, found.signs_drawn) == (1, 3)
 
 
 def test_a_truth_of_another_version_is_named(tmp_path: Path) -> None:

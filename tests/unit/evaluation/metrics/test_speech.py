@@ -4,11 +4,12 @@ from typing import Any
 
 import msgspec
 import pytest
+from msgspec import structs
 
 from evaluation.metrics import RATES, At, Record, measure
 from evaluation.statistics import poisson_ci
 from proto.decision import Advisory
-from tests.unit.evaluation.metrics.logs import hazard, limit, said, steady, truths
+from tests.unit.evaluation.metrics.logs import hazard, limit, person, said, steady, truths
 
 
 def nags(*spoken: At[Advisory], **truth: Any) -> int:
@@ -18,6 +19,19 @@ def nags(*spoken: At[Advisory], **truth: Any) -> int:
 def test_every_speak_is_a_message_and_an_uninterrupted_act_is_one() -> None:
     heard = (said(1.0), said(1.1, "SILENT"), said(2.0, "ACT"), said(2.1, "ACT"), said(2.2, "ACT"), said(4.0, "ACT"))
     assert measure(Record(truths=steady(5.0), advisories=heard)).messages == 3
+
+
+def test_an_act_that_pauses_for_less_than_half_a_second_is_one_message_and_nags_nobody() -> None:
+    def acted(*pauses: str, again_s: float) -> Record:
+        silent = (said(1.0 + 0.1 * number, kind) for number, kind in enumerate(pauses, 1))
+        return Record(truths=steady(5.0), advisories=(said(1.0, "ACT"), *silent, said(again_s, "ACT")))
+
+    goes_on = measure(acted("SILENT", "SILENT", again_s=1.3))
+    assert (goes_on.messages, goes_on.nags) == (1, 0)
+    anew = measure(acted("SILENT", "SILENT", "SILENT", "SILENT", again_s=1.5))
+    assert (anew.messages, anew.nags) == (2, 1)
+    # what is spoken meanwhile is a message of its own
+    assert measure(acted("SILENT", "SPEAK", again_s=1.3)).messages == 2
 
 
 def test_the_same_said_again_is_a_nag_within_a_minute() -> None:
@@ -52,6 +66,28 @@ def test_a_warning_may_be_repeated_while_its_hazard_is_on_and_not_sooner_than_af
     assert nags(said(1.0, **warning), said(5.0, **warning), **on) == 0
     assert nags(said(1.0, **warning), said(3.0, **warning), **on) == 1
     assert nags(said(1.0, **warning), said(5.0, **warning)) == 1
+
+
+def test_a_warning_is_not_excused_by_another_hazard() -> None:
+    lead = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+    walker = {"topic": "person", "hazard": "pedestrian", "urgency": "warning"}
+    twice = {name: (said(1.0, **what), said(5.0, **what)) for name, what in (("lead", lead), ("person", walker))}
+    light = {"hazards": (hazard("stop_line", 0.5),)}
+    assert nags(*twice["lead"], **light) == nags(*twice["person"], **light) == 1
+    assert nags(*twice["person"], hazards=(hazard("pedestrian", 0.5),)) == 0
+    # a lead met in 6 s is the lead's matter; nobody closes in on the person who is not there
+    assert nags(*twice["lead"], gap_m=30.0, closing_mps=5.0) == 0
+    assert nags(*twice["person"], gap_m=30.0, closing_mps=5.0) == 1
+
+
+@pytest.mark.parametrize(
+    ("y_m", "across_mps", "nagged"), [(0.0, 0.0, 0), (-4.0, 1.3, 0), (-5.0, 1.3, 1), (-4.0, 0.0, 1)]
+)
+def test_a_person_in_the_way_or_soon_in_it_may_be_warned_of_again(y_m: float, across_mps: float, nagged: int) -> None:
+    # 1.7 m beside is in the way; at 1.3 m/s he comes 2.86 m in 2.2 s
+    walker = {"topic": "person", "hazard": "pedestrian", "urgency": "warning"}
+    body = structs.replace(person(40.0, in_path=y_m == 0.0, y_m=y_m), vy_mps=across_mps)
+    assert nags(said(1.0, **walker), said(5.0, **walker), actors=(body,)) == nagged
 
 
 def test_another_word_on_a_light_is_no_nag_and_the_same_is() -> None:

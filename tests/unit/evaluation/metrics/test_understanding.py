@@ -7,7 +7,7 @@ import pytest
 from evaluation.metrics import Record, Scores, measure, truth_events
 from proto.truth import TrueHazard, Truth
 from services.orchestrator.events import TABLE
-from tests.unit.evaluation.metrics.logs import person, steady, ticked, truths
+from tests.unit.evaluation.metrics.logs import person, said, steady, ticked, truths
 
 NOTHING: tuple[str, ...] = ()
 
@@ -180,6 +180,16 @@ def test_a_foreign_plate_is_due_from_where_it_can_be_read() -> None:
     (row,) = truth_events.expected(Record(truths=truths(10.0, post)))["foreign_sign"]
     assert row.span == pytest.approx((0.05, 7.45))
     assert row.due == pytest.approx((6.05, 7.45))
+
+
+@pytest.mark.parametrize(("reads", "spoken_to_in", "due"), [("de", "en", False), ("en", "de", True), ("", "de", False)])
+def test_what_is_foreign_is_the_drivers_matter_and_not_the_systems(reads: str, spoken_to_in: str, due: bool) -> None:
+    def post(time_s: float) -> dict[str, Any]:
+        sign = {"id": 7.0, "code": "limit:70+plate:when_wet:de", "x_m": 150.0 - 20 * time_s, "y_m": -4.0}
+        return {"speed_mps": 20.0, "signs": (sign,)}
+
+    record = Record(truths=truths(10.0, post, driver_language=reads), advisories=(said(1.0, language=spoken_to_in),))
+    assert bool(truth_events.expected(record)["foreign_sign"]) is due
 
 
 def test_a_plate_in_a_language_that_the_driver_does_not_read_is_foreign() -> None:

@@ -71,6 +71,24 @@ def test_a_generated_scenario_is_driven_and_kept_beside_the_log(tmp_path: Path) 
     assert load_scenario(tmp_path / "scenario.json") == generate("urb-rain", 3, "development")
 
 
+def test_the_driver_is_spoken_to_in_his_own_language(tmp_path: Path) -> None:
+    spec = msgspec.structs.replace(SPEC, scenario="urb-rain/test/0", seconds=0.5, sensors="model")
+    german, english = Seen(), Seen()
+    # a preference of the user's leaves the others as they are
+    drive(
+        msgspec.structs.replace(spec, settings={"orchestrator": {"preferences": {"unit": "mph"}}}),
+        tmp_path / "de",
+        german.follow,
+    )
+    drive(msgspec.structs.replace(spec, scenario="urb-rain/test/1"), tmp_path / "en", english.follow)
+    assert {truth.driver_language for truth in german.truths} == {"de"}
+    assert {(each.language, each.unit) for each in german.advisories} == {("de", "mph")}
+    (said,) = (each for each in german.advisories if each.kind == "SPEAK")
+    assert "fahren Sie" in said.directive
+    assert {truth.driver_language for truth in english.truths} == {"en"}
+    assert {(each.language, each.unit) for each in english.advisories} == {("en", "km/h")}
+
+
 @pytest.mark.parametrize(("name", "wrong"), [("urb-rain/final/3", "final"), ("urb-rain/test/x", "'x'")])
 def test_a_generated_scenario_that_is_not_there_is_named(tmp_path: Path, name: str, wrong: str) -> None:
     with pytest.raises(UserError, match=wrong):
