@@ -23,7 +23,7 @@ Reals = NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True)
 class BoxOnGround:
-    """An oriented box in the ego frame: centre on the ground, yaw anticlockwise, metres."""
+    """An oriented box in the ego frame: centre on the ground, yaw anticlockwise, metres. What hangs begins at a height."""
 
     x_m: float
     y_m: float
@@ -31,6 +31,7 @@ class BoxOnGround:
     length_m: float
     width_m: float
     height_m: float
+    base_m: float = 0.0
 
 
 def _rings() -> Floats:
@@ -77,7 +78,7 @@ def _hit(box: BoxOnGround, ranges: Floats, intensity: Floats) -> None:
     along = flat[None, :] / _COS_E
     height = HEIGHT_M + flat[None, :] * (_SIN_E / _COS_E)
     part = ranges[:, columns]
-    met = (height >= 0.0) & (height <= box.height_m) & (along < part)
+    met = (height >= box.base_m) & (height <= box.height_m) & (along < part)
     ranges[:, columns] = np.where(met, along, part)
     intensity[:, columns] = np.where(met, np.float32(BODY_INTENSITY), intensity[:, columns])
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,8 @@ from services.simulator.car_state import Controls
 from services.simulator.lines import Line
 from services.simulator.moment import Moment
 from services.simulator.route import Route
-from services.simulator.scene import CameraSpec, Pose, Scenery, StaticWorld
+from services.simulator.scene import CameraSpec, Pose, StaticWorld
+from services.simulator.solids import Solid, solids
 from services.simulator.weather import Weather
 
 LIDAR_REACH_M, STATIC_REACH_M = 90.0, 55.0
@@ -21,13 +23,6 @@ CROSSING_M, ACROSS_MPS = 75.0, 2.0
 MAP_BEHIND_M, MAP_AHEAD_M, MAP_EVERY_M = 10.0, 120.0, 6.0
 JUNCTION_SEEN_M = 150.0
 GNSS_SIGMA_M, HEADING_SIGMA_RAD = 0.6, 0.01
-SCENERY_BOXES_M = {
-    "house": (9.0, 9.0, 7.0),
-    "tower": (14.0, 12.0, 18.0),
-    "tree": (0.5, 0.5, 5.0),
-    "conifer": (0.5, 0.5, 6.0),
-}
-"""Length, width and height that the LiDAR meets where the scenario leaves them to the looks."""
 _LINE_KINDS: dict[str, Literal["stop_line", "light", "yield_line"]] = {
     "light": "light",
     "stop_line": "stop_line",
@@ -55,27 +50,21 @@ def in_ego_frame(ego: Pose, x_m: float, y_m: float) -> tuple[float, float]:
 
 
 class StaticBoxes:
-    """Houses, trunks and posts as boxes, and which of them are near."""
+    """What stands still as boxes, and which of them are near."""
 
     def __init__(self, static: StaticWorld) -> None:
-        boxes = [box for thing in static.scenery if (box := _scenery_box(thing)) is not None]
-        boxes += [(sign.pose, (0.12, 0.6, sign.height_m + 0.3)) for sign in static.signs]
-        boxes += [(light.pose, (0.2, 0.3, light.height_m + 0.5)) for light in static.lights]
-        self._boxes = boxes
-        self._places = np.array([[pose.x_m, pose.y_m] for pose, _ in boxes]).reshape(-1, 2)
+        self._solids = list(solids(static))
+        self._places = np.array([[each.pose.x_m, each.pose.y_m] for each in self._solids]).reshape(-1, 2)
 
     def near(self, ego: Pose) -> list[lidar.BoxOnGround]:
         """Boxes within ``STATIC_REACH_M``, in the ego frame."""
         away = np.hypot(self._places[:, 0] - ego.x_m, self._places[:, 1] - ego.y_m)
-        return [_box(ego, *self._boxes[index]) for index in np.nonzero(away < STATIC_REACH_M)[0]]
+        return [_solid(ego, self._solids[index]) for index in np.nonzero(away < STATIC_REACH_M)[0]]
 
 
-def _scenery_box(thing: Scenery) -> tuple[Pose, tuple[float, float, float]] | None:
-    known = SCENERY_BOXES_M.get(thing.kind)
-    if known is None:
-        return (thing.pose, (0.2, 0.2, 1.0)) if thing.kind in ("lamp", "post") else None
-    length, width, height = known
-    return thing.pose, (thing.length_m or length, thing.width_m or width, thing.height_m or height)
+def _solid(ego: Pose, solid: Solid) -> lidar.BoxOnGround:
+    box = _box(ego, solid.pose, (solid.length_m, solid.width_m, solid.top_m))
+    return replace(box, base_m=solid.base_m)
 
 
 def _box(ego: Pose, pose: Pose, size: tuple[float, float, float]) -> lidar.BoxOnGround:

@@ -14,6 +14,7 @@ from services.simulator.render.plants import CONIFER_HEIGHT_M, HEDGE_LENGTH_M, T
 from services.simulator.render.textures import Layer
 from services.simulator.scene import Gantry, Scenery, SignPost, StaticWorld, TrafficLight
 from services.simulator.signart import face_size_m
+from services.simulator.solids import ABOVE_FACE_M, hung
 
 POST_HEIGHT_M = 1.0
 
@@ -89,33 +90,24 @@ def _house(item: Scenery) -> Mesh:
 
 
 def post_faces(post: SignPost) -> list[FaceSpot]:
-    """A post's faces with their true places, stacked downwards with a small gap."""
-    out: list[FaceSpot] = []
-    z = post.pose.z_m + post.height_m
-    for part, face in enumerate(post.faces):
-        width, height = face_size_m(face.country, face.code)
-        if face.size_m > 0:
-            width, height = face.size_m, height * face.size_m / width
-        z -= height / 2 + 0.03 if part else 0.0
-        centre = (post.pose.x_m, post.pose.y_m, z)
-        out.append(
-            FaceSpot(
-                post.id,
-                part,
-                face.country,
-                face.code,
-                face.text,
-                face.font,
-                face.look_seed,
-                centre,
-                post.pose.yaw_rad,
-                width,
-                height,
-                False,
-            )
+    """A post's faces with their true places."""
+    return [
+        FaceSpot(
+            post.id,
+            part,
+            face.country,
+            face.code,
+            face.text,
+            face.font,
+            face.look_seed,
+            (post.pose.x_m, post.pose.y_m, post.pose.z_m + place.z_m),
+            post.pose.yaw_rad,
+            place.width_m,
+            place.height_m,
+            False,
         )
-        z -= height / 2
-    return out
+        for part, (face, place) in enumerate(zip(post.faces, hung(post), strict=True))
+    ]
 
 
 def _panel_size(country: str, code: str, width: float) -> tuple[float, float]:
@@ -165,7 +157,7 @@ def _gantry(gantry: Gantry) -> Mesh:
 
 def _post(post: SignPost) -> Mesh:
     builder = Builder()
-    buildings.sign_post(builder, post.height_m + 0.2)
+    buildings.sign_post(builder, post.height_m + ABOVE_FACE_M)
     return moved(builder.build(), post.pose.x_m, post.pose.y_m, post.pose.z_m, post.pose.yaw_rad)
 
 
