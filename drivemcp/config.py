@@ -97,3 +97,14 @@ def assign(raw: dict[str, Any], setting: str) -> None:
         if not isinstance(raw, dict):
             raise ConfigError(f"--set {setting!r}: {part!r} was set to a value before, and has no {last!r}")
     raw[last] = value
+
+
+def settings_of(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """`service.key=value` settings by service; further dots descend. Raises ConfigError."""
+    found: dict[str, dict[str, Any]] = {}
+    for pair in pairs:
+        key, separator, _ = pair.partition("=")
+        if not separator or "." not in key:
+            raise ConfigError(f"--set takes service.key=value, not {pair!r}")
+        assign(found, pair)
+    return found

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from drivemcp.config import settings_of
 from drivemcp.errors import UserError
 from drivemcp.models import find_model
 from drivemcp.node import Node
@@ -22,7 +23,7 @@ from evaluation.corruption.hosted import hosts
 from evaluation.corruption.record import CorruptionLog
 from evaluation.corruption.spec import CLEAN, read_spec
 from evaluation.drive.precheck import check_faults, check_port, check_scenario, check_services, vehicle_of
-from evaluation.drive.stack import Stack, StackPlan, folder_for, settings_of
+from evaluation.drive.stack import Stack, StackPlan, folder_for
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
 from evaluation.run.start import start_settings
@@ -89,7 +90,7 @@ def command(flags: argparse.Namespace) -> int:
     if is_file and not Path(flags.scenario).is_file():
         raise UserError(f"no such scenario file: {flags.scenario}")
     found = check_scenario(Path(flags.scenario) if is_file else data(f"scenarios/{flags.scenario}.toml"))
-    flags.set = [*start_settings(found), *flags.set]
+    flags.set = [*start_settings(found.country, found.driver_language), *flags.set]
     check_faults(flags.fault)
     if flags.detector:
         flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]

@@ -4,7 +4,7 @@ import os
 import secrets
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,7 +12,7 @@ import msgspec
 
 from drivemcp.bus import Bus, open_bus
 from drivemcp.client import RunningStack, forget_stack, note_stack
-from drivemcp.config import BusConfig, ServiceConfig, assign
+from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import BusError, UserError
 from drivemcp.node import Node
 from drivemcp.registry import module_of, service_rows
@@ -171,14 +171,3 @@ def folder_for(name: str, root: str = "out") -> str:
     except OSError as error:
         raise UserError(f"cannot make the folder {path}: {error.strerror}") from None
     return str(path)
-
-
-def settings_of(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """`service.key=value` settings by service; further dots descend. Raises UserError."""
-    found: dict[str, dict[str, Any]] = {}
-    for pair in pairs:
-        key, separator, _ = pair.partition("=")
-        if not separator or "." not in key:
-            raise UserError(f"--set takes service.key=value, not {pair!r}")
-        assign(found, pair)
-    return found

@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 
+from drivemcp.config import settings_of
 from evaluation.corruption.spec import CLEAN, PAPER
-from evaluation.drive.stack import settings_of
 from evaluation.evaluate.names import TableName
 from evaluation.latencies import Latencies, read
 from evaluation.methods import ABLATIONS, METHODS, applied

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.bus import Bus, open_bus
-from drivemcp.config import BusConfig, ServiceConfig
+from drivemcp.config import BusConfig, ServiceConfig, settings_of
 from drivemcp.errors import UserError
 from drivemcp.node import Node
 from drivemcp.registry import load_service
@@ -18,7 +18,6 @@ from drivemcp.service import Service
 from evaluation.corruption.chance import chance
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
-from evaluation.drive.stack import settings_of
 from evaluation.observed.hosted import MODELLED, modelled
 from evaluation.run.ready import RunError, wait_for_tools
 from evaluation.run.spec import RunSpec
@@ -116,7 +115,8 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
             "lidar": spec.sensors == "rendered",
             "lidar_at_crossings": spec.sensors == "model",
         }
-    start = settings_of(start_settings(_scenario(spec))).get(name, {})
+    scenario = _scenario(spec)
+    start = settings_of(start_settings(scenario.country, scenario.driver_language)).get(name, {})
     return start | ({"seed": _drawn_by(spec)} if spec.sensors == "model" and name in MODELLED else {})
 
 

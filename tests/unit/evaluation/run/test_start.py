@@ -7,8 +7,8 @@ import msgspec
 import pytest
 
 from drivemcp.cli import main
+from drivemcp.config import settings_of
 from evaluation.drive import command
-from evaluation.drive.stack import settings_of
 from evaluation.scenarios import generate
 
 

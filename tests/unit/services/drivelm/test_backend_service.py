@@ -8,10 +8,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from drivemcp.config import load_config
+from drivemcp.config import load_config, settings_of
 from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
-from evaluation.drive.stack import settings_of
 from proto import topics
 from proto.perception import Boxes
 from proto.scene import Fact, Facts
