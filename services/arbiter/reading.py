@@ -4,7 +4,6 @@ from typing import TypeVar
 
 import msgspec
 
-from drivemcp.finite import is_data
 from proto.perception import Track, Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
@@ -39,14 +38,6 @@ class Latest(msgspec.Struct, frozen=True, kw_only=True):
     ego: tuple[Ego, int] | None = None
     conditions: tuple[Conditions, int] | None = None
     degradation: tuple[Degradation, int] | None = None
-
-
-def sound(message: M) -> M | None:
-    """The message without tracks that are no data; None where it is none itself: nobody could decide on it again."""
-    if isinstance(message, Tracks):
-        tracks = tuple(track for track in message.tracks if is_data(track))
-        message = msgspec.structs.replace(message, tracks=tracks)
-    return message if is_data(message) else None
 
 
 def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:

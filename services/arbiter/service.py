@@ -10,6 +10,7 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.finite import sound
 from drivemcp.node import Node
 from drivemcp.service import Service
 from proto import topics
@@ -22,7 +23,7 @@ from services.arbiter.decide import Inputs, Verdict, decide
 from services.arbiter.errors import ProfileError
 from services.arbiter.explain import Explanation, explain
 from services.arbiter.profiles import Profile, load, reachability
-from services.arbiter.reading import Latest, M, Reading, read, sound
+from services.arbiter.reading import Latest, M, Reading, read
 from services.arbiter.state import Adapted, ArbiterState, fresh
 from services.arbiter.unfiltered import Filter, check
 
@@ -122,7 +123,7 @@ class Arbiter:
         # A topic whose last message broke or whose clock is off is not read at all.
         if received is None or not self._node.health(topic).valid:
             return None
-        message = sound(received.message)
+        message = sound(received.message)  # on what is no data nobody could decide again
         return (message, received.stamp_ns) if message is not None else None
 
     def _permission(self) -> Permission:

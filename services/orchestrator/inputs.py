@@ -7,7 +7,7 @@ from typing import Generic, Literal, TypeVar
 
 import msgspec
 
-from drivemcp.finite import is_data
+from drivemcp.finite import sound
 from proto.decision import Feedback, Preferences
 from proto.perception import Lanes, Tracks
 from proto.scene import Facts
@@ -104,12 +104,8 @@ def clean(stamped: Stamped[M] | None) -> Stamped[M] | None:
     """The message, without the tracks or facts in it that are no data; None where it is none itself."""
     if stamped is None:
         return None
-    message: msgspec.Struct = stamped.message
-    if isinstance(message, Tracks):
-        message = msgspec.structs.replace(message, tracks=tuple(t for t in message.tracks if is_data(t)))
-    elif isinstance(message, Facts):
-        message = msgspec.structs.replace(message, facts=tuple(f for f in message.facts if is_data(f)))
-    return msgspec.structs.replace(stamped, message=message) if is_data(message) else None
+    message = sound(stamped.message)
+    return msgspec.structs.replace(stamped, message=message) if message is not None else None
 
 
 OWN_TOOLS = frozenset(

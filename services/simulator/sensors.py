@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -63,13 +62,12 @@ class StaticBoxes:
 
 
 def _solid(ego: Pose, solid: Solid) -> lidar.BoxOnGround:
-    box = _box(ego, solid.pose, (solid.length_m, solid.width_m, solid.top_m))
-    return replace(box, base_m=solid.base_m)
+    return _box(ego, solid.pose, (solid.length_m, solid.width_m, solid.top_m), solid.base_m)
 
 
-def _box(ego: Pose, pose: Pose, size: tuple[float, float, float]) -> lidar.BoxOnGround:
+def _box(ego: Pose, pose: Pose, size: tuple[float, float, float], base_m: float = 0.0) -> lidar.BoxOnGround:
     x, y = in_ego_frame(ego, pose.x_m, pose.y_m)
-    return lidar.BoxOnGround(x, y, pose.yaw_rad - ego.yaw_rad, *size)
+    return lidar.BoxOnGround(x, y, pose.yaw_rad - ego.yaw_rad, *size, base_m)
 
 
 def lidar_sweep(moment: Moment, static: StaticBoxes, noise: SensorNoise) -> LidarSweep:

@@ -8,13 +8,15 @@ from typing import NamedTuple
 from services.simulator.scene import Pose, Scenery, SignPost, StaticWorld, TrafficLight
 from services.simulator.signart import face_size_m
 
+LAMP_HEIGHT_M, POST_HEIGHT_M = 7.5, 1.0
+MARKER_POST_M = (0.09, 0.12)
 SCENERY_M = {
     "house": (9.0, 9.0, 7.0),
     "tower": (14.0, 12.0, 18.0),
     "tree": (0.5, 0.5, 5.0),
     "conifer": (0.5, 0.5, 6.0),
-    "lamp": (0.16, 0.16, 7.5),
-    "post": (0.09, 0.12, 1.0),
+    "lamp": (0.16, 0.16, LAMP_HEIGHT_M),
+    "post": (*MARKER_POST_M, POST_HEIGHT_M),
 }
 """Length, width and height where the scenario leaves them to the looks."""
 THIN = frozenset({"lamp", "post"})
@@ -83,16 +85,11 @@ def _sign(post: SignPost) -> Iterator[Solid]:
 
 def _light(light: TrafficLight) -> Iterator[Solid]:
     length_m, width_m, height_m = LIGHT_HEAD_M
-    yield Solid(light.pose, LIGHT_POLE_M, LIGHT_POLE_M, 0.0, light.height_m + height_m / 2)
-    yield Solid(
-        _beside(light.pose, -light.arm_m),
-        length_m,
-        width_m,
-        light.height_m - height_m / 2,
-        light.height_m + height_m / 2,
-    )
+    low_m, high_m = light.height_m - height_m / 2, light.height_m + height_m / 2
+    yield Solid(light.pose, LIGHT_POLE_M, LIGHT_POLE_M, 0.0, high_m)
+    yield Solid(beside(light.pose, -light.arm_m), length_m, width_m, low_m, high_m)
 
 
-def _beside(pose: Pose, left_m: float) -> Pose:
+def beside(pose: Pose, left_m: float) -> Pose:
     """The pose so far to its own left."""
     return replace(pose, x_m=pose.x_m - math.sin(pose.yaw_rad) * left_m, y_m=pose.y_m + math.cos(pose.yaw_rad) * left_m)

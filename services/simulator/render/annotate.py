@@ -18,6 +18,7 @@ from services.simulator.render.models import world_points
 from services.simulator.render.targets import Targets
 from services.simulator.render.view import NEAR_M
 from services.simulator.render.world import World, light_centre
+from services.simulator.solids import LIGHT_HEAD_M
 
 
 @dataclass(slots=True, eq=False)
@@ -84,7 +85,7 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         )
     for item in cast.lights:
         number, centre = len(out) + 1, np.array(light_centre(item[0]))
-        points = _box_points(centre, item[0].pose.yaw_rad, 0.16, 0.46, 1.10)
+        points = _box_points(centre, item[0].pose.yaw_rad, *LIGHT_HEAD_M)
         label = _blank(item[0].id, "light", code=item[2])
         out.append(Candidate(partial(frame.draw_light, kit, item, "id_object", number), points, centre, label))
     return out + _face_candidates(kit, cast, len(out) + 1, shared)

@@ -8,9 +8,9 @@ import numpy as np
 
 from services.simulator.render.mesh import Builder, Colour, Material
 from services.simulator.render.textures import Layer
+from services.simulator.solids import LIGHT_HEAD_M, LIGHT_POLE_M, MARKER_POST_M, SIGN_POLE_M
 
 STOREY_M, BAY_M = 2.9, 3.2
-LAMP_HEIGHT_M = 7.5
 WALLS: tuple[Colour, ...] = (
     (1.0, 1.0, 1.0), (0.98, 0.93, 0.80), (0.93, 0.84, 0.72), (0.85, 0.88, 0.90), (0.95, 0.80, 0.72), (0.82, 0.80, 0.76),
 )  # fmt: skip
@@ -166,7 +166,7 @@ def lamp(builder: Builder, height: float, reach: float) -> None:
 
 def marker_post(builder: Builder, height: float) -> None:
     """A delineator at the roadside with its reflector towards x."""
-    builder.box((0, 0, height / 2), (0.09, 0.12, height), (0.93, 0.93, 0.92))
+    builder.box((0, 0, height / 2), (*MARKER_POST_M, height), (0.93, 0.93, 0.92))
     builder.box((0, 0, height * 0.85), (0.094, 0.124, 0.22), (0.06, 0.06, 0.06))
     builder.quad(
         [
@@ -201,14 +201,14 @@ def gantry(builder: Builder, span: float, clearance: float, panels: list[tuple[f
 def light_pole(builder: Builder, height: float, arm: float) -> None:
     """The post of a traffic light at the origin, with an arm along y where the head hangs over the road."""
     top = height + 0.5 if not arm else height + 0.3
-    builder.tube((-0.14, 0, 0), (-0.14, 0, top), 0.07, (0.42, 0.44, 0.45), sides=8)
+    builder.tube((-0.14, 0, 0), (-0.14, 0, top), LIGHT_POLE_M / 2, (0.42, 0.44, 0.45), sides=8)
     if arm:
         builder.tube((-0.14, 0, top), (-0.14, arm, top), 0.05, (0.42, 0.44, 0.45), sides=6)
 
 
 def light_head(builder: Builder, height: float, arm: float) -> None:
     """A three-lamp head looking along x at y = ``arm``; its lamps glow by their material."""
-    builder.box((-0.02, arm, height), (0.16, 0.46, 1.10), (0.05, 0.055, 0.05))
+    builder.box((-0.02, arm, height), LIGHT_HEAD_M, (0.05, 0.055, 0.05))
     for z, colour, material in (
         (0.32, (0.95, 0.10, 0.06), Material.RED),
         (0.0, (0.98, 0.62, 0.05), Material.AMBER),
@@ -223,4 +223,4 @@ def light_head(builder: Builder, height: float, arm: float) -> None:
 
 def sign_post(builder: Builder, height: float) -> None:
     """The pole behind a sign."""
-    builder.tube((-0.05, 0, 0), (-0.05, 0, height), 0.038, (0.62, 0.64, 0.65), sides=7)
+    builder.tube((-0.05, 0, 0), (-0.05, 0, height), SIGN_POLE_M / 2, (0.62, 0.64, 0.65), sides=7)

@@ -23,6 +23,7 @@ from services.simulator.render.faces import FaceAtlas
 from services.simulator.render.mesh import VERTEX_FORMAT, VERTEX_NAMES, Builder, Mesh
 from services.simulator.render.models import Model, build_model, model_key
 from services.simulator.scene import Actor
+from services.simulator.solids import LAMP_HEIGHT_M
 
 MODEL_CACHE = 160
 Uniform = float | int | tuple[float, ...] | bytes
@@ -208,7 +209,7 @@ class Kit:
         for kind in ("lamp", "post"):
             builder = Builder()
             if kind == "lamp":
-                buildings.lamp(builder, buildings.LAMP_HEIGHT_M, 0.2 * buildings.LAMP_HEIGHT_M)
+                buildings.lamp(builder, LAMP_HEIGHT_M, 0.2 * LAMP_HEIGHT_M)
             else:
                 buildings.marker_post(builder, 1.0)
             out[kind] = self.upload(builder.build(), instanced=True)

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from services.simulator.render import buildings, ground
-from services.simulator.render.buildings import LAMP_HEIGHT_M
 from services.simulator.render.kit import CONIFERS, HEDGES, TREES, Drawable, Kit
 from services.simulator.render.mesh import Builder, Floats, Mesh, grid_triangles, merge, moved
 from services.simulator.render.plants import CONIFER_HEIGHT_M, HEDGE_LENGTH_M, TREE_HEIGHT_M
 from services.simulator.render.textures import Layer
 from services.simulator.scene import Gantry, Scenery, SignPost, StaticWorld, TrafficLight
 from services.simulator.signart import face_size_m
-from services.simulator.solids import ABOVE_FACE_M, hung
-
-POST_HEIGHT_M = 1.0
+from services.simulator.solids import ABOVE_FACE_M, LAMP_HEIGHT_M, POST_HEIGHT_M, beside, hung
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,12 +173,8 @@ def light_mesh(light: TrafficLight) -> Mesh:
 
 def light_centre(light: TrafficLight) -> tuple[float, float, float]:
     """The middle of a light's head in the world."""
-    c, s, y = np.cos(light.pose.yaw_rad), np.sin(light.pose.yaw_rad), -light.arm_m
-    return (
-        light.pose.x_m - float(s) * y,
-        light.pose.y_m + float(c) * y,
-        light.pose.z_m + light.height_m,
-    )
+    head = beside(light.pose, -light.arm_m)
+    return head.x_m, head.y_m, head.z_m + light.height_m
 
 
 def _meadow() -> Mesh:
