@@ -19,6 +19,8 @@ OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
 IN_WORDS = ("stop", "foreign")
 """Topics whose news are words: the state of a light, the meaning of a sign."""
+OF_PLACES, OTHER_PLACE_M = "give_way", 60.0
+"""Ours: a word on a place to give way at is about another one after so much way; no two lines or crossings are nearer to each other."""
 OF_LIMITS = ("limit", "ahead", "border")
 _WEIGHTS: dict[Urgency, int] = {"info": 0, "advice": 1, "warning": 2, "alarm": 3}
 
@@ -33,8 +35,8 @@ def nags(record: Record) -> int:
 
     A message is one where the same topic was spoken of within 60 s with the same hazard, limit and announced limit, no
     less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is
-    really on is none, if 4 s have passed; nor is another word on a light or a sign, nor a limit told again after the law's
-    was another one.
+    really on is none, if 4 s have passed; nor is another word on a light or a sign, nor one on another place to give way at, nor a
+    limit told again after the law's was another one.
     """
     last: dict[str, At[Advisory]] = {}
     count = 0
@@ -67,7 +69,14 @@ def _news(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
     """Whether the world or the words make it news all the same."""
     if now.message.topic in IN_WORDS and now.message.directive != before.message.directive:
         return True
+    if now.message.topic == OF_PLACES and _driven_m(record, before, now) > OTHER_PLACE_M:
+        return True
     return _stands(record, before, now) or (now.message.topic in OF_LIMITS and _law_changed(record, before, now))
+
+
+def _driven_m(record: Record, before: At[Advisory], now: At[Advisory]) -> float:
+    old, new = record.truth_at(before.time_s), record.truth_at(now.time_s)
+    return new.distance_m - old.distance_m if old is not None and new is not None else 0.0
 
 
 def _law_changed(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:

@@ -7,8 +7,9 @@ from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
-PRESSING = frozenset({"stop", "ahead"})
-"""Topics whose advice is of no use later: to stop at a line, and to come down to a lower limit before its sign."""
+PRESSING = frozenset({"stop", "ahead", "give_way"})
+"""Topics whose advice is of no use later: to stop at a line, to come down to a lower limit before its sign, to be slow where one
+gives way."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")

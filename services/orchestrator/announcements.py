@@ -8,12 +8,13 @@ from proto.rules import LegalLimit
 from services.orchestrator.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.matter import Matter, limit_key, told_within
 from services.orchestrator.state import Spoken, State
+from services.orchestrator.stops import REACTION_S
 from services.orchestrator.targets import Target
 
 OVER_MPS = 0.5
 """So much above a limit ahead the speed has to fall."""
-REACTION_S, SLOWING_MPS2 = 1.9, 2.0
-"""Until 85 % of drivers act on a word (Lerner 1993), and how firmly they come down then."""
+SLOWING_MPS2 = 2.0
+"""How firmly they come down who act on a word."""
 SPEEDS_UP_MPS2 = 0.3
 """More than a foot held still gives on a slope or by noise of the speed's signal."""
 SPARE_S = 1.0

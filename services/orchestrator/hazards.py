@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
 from services.orchestrator.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
+from services.orchestrator.giving_way import READY_MPS, place
 from services.orchestrator.matter import Matter, told_within
-from services.orchestrator.messages import speed, word
+from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.stops import Stop, needed_mps2, stops
 from services.orchestrator.targets import Target
@@ -182,3 +183,33 @@ def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[s
     yield Matter(
         topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence
     )
+
+
+def give_way(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
+    here, ego = place(state), state.world.ego.speed_mps
+    if here is None or here.why not in {bound.why for bound in target.bounds}:
+        return
+    if ego is not None:
+        slow_enough = ego.value < READY_MPS + OVER_MPS or here.room_m > here.begins_m(ego.value)
+        if slow_enough or _brakes(state, _to_be_ready_mps2(ego.value, here.room_m)):
+            return
+    yield Matter(
+        topic="give_way",
+        key=here.why,
+        phrase=here.why,
+        urgency="advice",
+        values={"target": drive(state.preferences, READY_MPS), "gap": f"{max(0.0, here.room_m):.0f}"},
+        why=(here.why,),
+        repeat_s=GIVE_WAY_TOLD_S,
+        confidence=here.confidence,
+    )
+
+
+OVER_MPS = 1.0
+GIVE_WAY_TOLD_S = 10.0
+"""By then one is past it, or stands before it."""
+
+
+def _to_be_ready_mps2(speed_mps: float, room_m: float) -> float:
+    return (speed_mps**2 - READY_MPS**2) / (2.0 * max(0.5, room_m))

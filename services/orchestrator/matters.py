@@ -10,7 +10,7 @@ from services.orchestrator.announcements import ahead, approach, lowest
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.evidence import in_words
 from services.orchestrator.faults import covered, said_of
-from services.orchestrator.hazards import go, lead, person, stop
+from services.orchestrator.hazards import give_way, go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, limit_key, told_within
@@ -331,7 +331,7 @@ FRICTION_TOLD_S = 45.0
 QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (
-    person, lead, stop, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, approach, ahead, _expert,
+    person, lead, stop, give_way, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, approach, ahead, _expert,
     _degraded, _old_rules,
 )  # fmt: skip
 """In order of weight."""

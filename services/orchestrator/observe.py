@@ -14,6 +14,7 @@ from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator import signs as sign_memory
 from services.orchestrator.actors import watch
 from services.orchestrator.conditions import settle
+from services.orchestrator.giving_way import by_map
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.lights import light_ahead
 from services.orchestrator.limits import value_kmh
@@ -53,6 +54,7 @@ def observe(state: State, seen: Observations) -> State:
         light=light,
         stop_m=line[0],
         stop_kind=line[1],
+        give_way=by_map(state.give_way, seen, motion),
         halted_ns=halted(state, signs, line, ego, seen.now_ns),
         line_halted_ns=halted_at_line(state, line, ego, seen.now_ns),
         held=held,

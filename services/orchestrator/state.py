@@ -103,6 +103,17 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     """The ego stood right before it while no camera had seen it for a while: it may have changed, and nobody knows."""
 
 
+class GiveWay(msgspec.Struct, frozen=True, kw_only=True):
+    """What a map knows of where one may have to give way, moved along when it is silent (`giving_way.py`)."""
+
+    line_m: float | None = None
+    """The nearest line at which one gives way."""
+    junction_m: float | None = None
+    """The middle of the next junction."""
+    ruled: bool = False
+    """A line before that junction says who goes first."""
+
+
 class Limiter(msgspec.Struct, frozen=True, kw_only=True):
     """What a third-party expert asks for, and until when."""
 
@@ -247,6 +258,7 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     stop_m: float | None = None
     """Distance to the stop line, moved along when the map is silent."""
     stop_kind: str = ""
+    give_way: GiveWay = GiveWay()
     halted_ns: int | None = None
     """When the ego last stood at the line of the stop sign ahead."""
     line_halted_ns: int | None = None

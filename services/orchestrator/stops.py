@@ -6,6 +6,8 @@ from services.orchestrator.actors import EGO_HALF_M, missed_as, pedestrian
 from services.orchestrator.lines import beyond, line_of, stop_signs, unexplained_line
 from services.orchestrator.state import State
 
+REACTION_S = 1.9
+"""Until 85 % of drivers act on a word (Lerner 1993)."""
 STANDSTILL_M = 1.0
 """Kept before a line."""
 PERSON_M = 3.0

@@ -12,6 +12,7 @@ from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.faults import UNKNOWN_BRAKES
+from services.orchestrator.giving_way import READY_MPS, place
 from services.orchestrator.limits import in_force, may_be_ours
 from services.orchestrator.limits_ahead import limits_ahead, surely
 from services.orchestrator.state import Lost, SignAhead, State
@@ -101,6 +102,7 @@ def target(state: State) -> Target:
     found += _doubts(state, law, factor)
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence, track_id=s.track_id) for s in stops(state)]
     found += _lost_light(state)
+    found += _giving_way(state, law)
     headway = headway_factor(state)
     found += _following(vehicles(state.world), headway)
     found += _blind(state)
@@ -269,6 +271,14 @@ def _lost_light(state: State) -> list[Bound]:
     """A light that one stands too near to see may be red still: over the junction as over one whose light is out."""
     light = state.light
     return [Bound(LOST_LIGHT_MPS, "light_lost", "drivelm", 0.3)] if light is not None and light.lost_at_line else []
+
+
+def _giving_way(state: State, law: Law) -> list[Bound]:
+    """Slow enough to let others go first, from where one who drives as fast as is allowed has to begin."""
+    here = place(state)
+    if here is None or here.room_m > here.begins_m(_or_max(law.mps)):
+        return []
+    return [Bound(READY_MPS, here.why, "map", here.confidence)]
 
 
 def _blind(state: State) -> list[Bound]:

@@ -45,7 +45,7 @@ class Advice:
     slow: bool = False
     """Whether it tells him to slow down to that, not only that it comes."""
     seen: bool = False
-    """Whether the target is for somebody whom he sees before him."""
+    """Whether the target is for somebody, or a place to give way at, whom or which he sees before him."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -126,7 +126,7 @@ class Session:
                 warns=bool(advisory.hazard) or advisory.urgency in ("warning", "alarm"),
                 ahead_mps=advisory.ahead_mps,
                 slow=advisory.urgency != "info",
-                seen=advisory.target_why in ("lead", "person"),
+                seen=advisory.target_why in ("lead", "person", "give_way", "junction"),
             )
         )
 

@@ -97,6 +97,14 @@ def test_another_word_on_a_light_is_no_nag_and_the_same_is() -> None:
     assert nags(said(1.0, directive="Limit 50 km/h"), said(5.0, directive="The limit is 50 km/h")) == 1
 
 
+def test_a_word_on_another_place_to_give_way_at_is_no_nag() -> None:
+    way = {"topic": "give_way", "directive": "Give way: drive 25 km/h"}
+    # 20 m/s: 60 m take 3 s
+    assert nags(said(1.0, **way), said(4.2, **way)) == 0
+    assert nags(said(1.0, **way), said(3.8, **way)) == 1
+    assert nags(said(1.0, topic="friction"), said(4.2, topic="friction")) == 1
+
+
 def test_a_limit_is_told_again_after_the_law_had_another_one() -> None:
     def meanwhile(law_mps: float | None, **message: Any) -> int:
         law = lambda t: {"speed_mps": 8.0, "law_limit_mps": law_mps if 10.0 <= t <= 20.0 else 8.3}  # noqa: E731

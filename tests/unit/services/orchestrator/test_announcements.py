@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.announcements import OVER_MPS, REACTION_S, SLOWING_MPS2
+from services.orchestrator.announcements import OVER_MPS, SLOWING_MPS2
+from services.orchestrator.stops import REACTION_S
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, end_sign, limit_sign
 

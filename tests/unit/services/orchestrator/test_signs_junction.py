@@ -83,7 +83,9 @@ def test_a_junction_that_the_map_keeps_reporting_makes_no_turn_of_a_curve(juncti
     for _ in range(200):
         drive.junction_m, drive.yaw_radps = junction_m, 0.2
         drive.tick()
-    assert drive.target_mps == pytest.approx(30 * KMH)
+    limit = drive.history[-1][2].fused.legal_limit
+    assert limit is not None
+    assert limit.mps == pytest.approx(30 * KMH)
 
 
 def test_a_yaw_rate_that_drifts_while_the_ego_waits_is_no_turn() -> None:

@@ -149,7 +149,7 @@ def test_who_has_stood_at_it_may_go_on_whether_or_not_the_sign_is_read_then() ->
 
 @pytest.mark.parametrize("line_m", [8.0, 40.0, 120.0])
 def test_a_line_never_raises_the_target(line_m: float) -> None:
-    assert at_line(line_m).target_mps <= at_line(line_m, kind="yield_line").target_mps
+    assert at_line(line_m).target_mps <= at_line(line_m, kind="crossing").target_mps
 
 
 def past_the_sign(far_m: float, *, seen_again: bool = False) -> Drive:
