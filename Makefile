@@ -6,6 +6,8 @@ BIN    := $(VENV)/bin
 TRACKEVAL := 'trackeval>=1.3,<2'
 SOURCES := proto drivemcp services evaluation benchmarks examples tests
 ARGS   ?=
+# tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
+SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
 .PHONY: help demo install check format test stack bench evaluate images clean
@@ -59,7 +61,7 @@ format: $(VENV)/.full
 
 test: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
-	$(BIN)/pytest -m 'not stack' $(ARGS)
+	$(BIN)/pytest -m 'not stack' $(SIDE_BY_SIDE) $(ARGS)
 
 stack: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
