@@ -14,7 +14,7 @@ from evaluation.calibrate.verdict import Closed
 from evaluation.evaluate.plots import svg_of
 from services.arbiter.profiles import FOLDER, parse, read_file
 
-OURS, FAINT = "#1f5fa8", "#9aa5b1"
+OURS, FAINT, REFUSED = "#1f5fa8", "#9aa5b1", "#b42318"
 COLUMNS = 4
 
 
@@ -117,16 +117,18 @@ Curve = Sequence[tuple[float, Trial]]
 
 
 def sensitivity_svg(curves: Mapping[str, Curve], shipped: Candidate, fitted: Candidate) -> str:
-    """For each constant the objective over its bounds, the others as fitted; and its parts, weighted, as bands below."""
+    """For each constant over its bounds, the others as fitted: how much the objective and its weighted parts are above where they
+    are as fitted. All on one scale; values that the design refuses are crosses.
+    """
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
         raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[calibrate]'") from error
     rows = -(-len(curves) // COLUMNS)
-    figure = Figure(figsize=(3.4 * COLUMNS, 2.5 * rows + 0.6), layout="constrained")
-    axes = figure.subplots(rows, COLUMNS, squeeze=False)
+    figure = Figure(figsize=(3.4 * COLUMNS, 2.1 * rows + 0.6), layout="constrained")
+    axes = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True)
     for axis, (name, curve) in zip(axes.flat, curves.items(), strict=False):
-        _draw(axis, BY_NAME[name], [each for each in curve if not each[1].refused], shipped, fitted)
+        _draw(axis, BY_NAME[name], curve, shipped, fitted)
     for axis in list(axes.flat)[len(curves) :]:
         axis.set_axis_off()
     handles, names = axes.flat[0].get_legend_handles_labels()
@@ -135,17 +137,23 @@ def sensitivity_svg(curves: Mapping[str, Curve], shipped: Candidate, fitted: Can
 
 
 def _draw(axis: Any, row: Row, curve: Curve, shipped: Candidate, fitted: Candidate) -> None:
-    at = [value for value, _ in curve]
-    if curve:
-        weighted = [[part.weight * trial.parts[part.name] for _, trial in curve] for part in PARTS]
-        axis.stackplot(at, *weighted, labels=[part.name for part in PARTS], alpha=0.55)
-        axis.plot(
-            at, [trial.objective for _, trial in curve], color="#222", marker="o", markersize=3, label="objective"
-        )
+    tried = [each for each in curve if not each[1].refused]
+    at = [value for value, _ in tried]
+    here = next((trial for _, trial in tried if trial.candidate == fitted), None)
+    if here is not None:
+        for part in PARTS:
+            change = [part.weight * (trial.parts[part.name] - here.parts[part.name]) for _, trial in tried]
+            axis.plot(at, change, linewidth=1.2, label=part.name)
+        objective = [trial.objective - here.objective for _, trial in tried]
+        axis.plot(at, objective, color="#222", marker="o", markersize=3, linewidth=1.0, label="objective")
+    axis.plot([value for value, trial in curve if trial.refused], _zeros(curve), "x", color=REFUSED, label="refused")
     axis.axvline(fitted.values[row.name], color=OURS, linewidth=1.2, label="fitted")
     axis.axvline(shipped.values[row.name], color=FAINT, linewidth=1.2, linestyle="--", label="shipped")
     axis.set_title(f"{row.name}, {row.unit}", fontsize=8)
     axis.set_xlim(row.low, row.high)
-    axis.set_ylim(bottom=0)
     axis.tick_params(labelsize=6)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def _zeros(curve: Curve) -> list[float]:
+    return [0.0 for _, trial in curve if trial.refused]
