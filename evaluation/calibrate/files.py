@@ -146,14 +146,11 @@ def _draw(axis: Any, row: Row, curve: Curve, shipped: Candidate, fitted: Candida
             axis.plot(at, change, linewidth=1.2, label=part.name)
         objective = [trial.objective - here.objective for _, trial in tried]
         axis.plot(at, objective, color="#222", marker="o", markersize=3, linewidth=1.0, label="objective")
-    axis.plot([value for value, trial in curve if trial.refused], _zeros(curve), "x", color=REFUSED, label="refused")
+    refused = [value for value, trial in curve if trial.refused]
+    axis.plot(refused, [0.0] * len(refused), "x", color=REFUSED, label="refused")
     axis.axvline(fitted.values[row.name], color=OURS, linewidth=1.2, label="fitted")
     axis.axvline(shipped.values[row.name], color=FAINT, linewidth=1.2, linestyle="--", label="shipped")
     axis.set_title(f"{row.name}, {row.unit}", fontsize=8)
     axis.set_xlim(row.low, row.high)
     axis.tick_params(labelsize=6)
     axis.spines[["top", "right"]].set_visible(False)
-
-
-def _zeros(curve: Curve) -> list[float]:
-    return [0.0 for _, trial in curve if trial.refused]
