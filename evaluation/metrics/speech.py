@@ -19,7 +19,7 @@ OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
 IN_WORDS = ("stop", "foreign")
 """Topics whose news are words: the state of a light, the meaning of a sign."""
-OF_PLACES, OTHER_PLACE_M = "give_way", 60.0
+OF_PLACES, OTHER_PLACE_M = ("give_way",), 60.0
 """Ours: a word on a place to give way at is about another one after so much way; no two lines or crossings are nearer to each other."""
 OF_LIMITS = ("limit", "ahead", "border")
 _WEIGHTS: dict[Urgency, int] = {"info": 0, "advice": 1, "warning": 2, "alarm": 3}
@@ -69,7 +69,7 @@ def _news(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
     """Whether the world or the words make it news all the same."""
     if now.message.topic in IN_WORDS and now.message.directive != before.message.directive:
         return True
-    if now.message.topic == OF_PLACES and _driven_m(record, before, now) > OTHER_PLACE_M:
+    if now.message.topic in OF_PLACES and _driven_m(record, before, now) > OTHER_PLACE_M:
         return True
     return _stands(record, before, now) or (now.message.topic in OF_LIMITS and _law_changed(record, before, now))
 

@@ -7,9 +7,9 @@ from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
-PRESSING = frozenset({"stop", "ahead", "give_way"})
-"""Topics whose advice is of no use later: to stop at a line, to come down to a lower limit before its sign, to be slow where one
-gives way."""
+PRESSING = frozenset({"person", "stop", "ahead", "give_way"})
+"""Topics whose advice is of no use later: to brake for somebody, to stop at a line, to come down to a lower limit before its sign,
+to be slow where one gives way."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")
@@ -44,7 +44,12 @@ def needed(topic: str, urgency: Urgency, profile: Profile) -> float:
     """What the budget must hold for a message: mere information leaves a reserve for advice, and what presses waits for none."""
     if urgency == "info":
         return 1.0 + profile.budget_reserve
-    return 0.0 if topic in PRESSING else 1.0
+    return 0.0 if presses(topic, urgency) else 1.0
+
+
+def presses(topic: str, urgency: Urgency) -> bool:
+    """Whether a message is of no use later."""
+    return topic in PRESSING and urgency != "info"
 
 
 def spend(attention: Attention) -> Attention:
@@ -52,23 +57,26 @@ def spend(attention: Attention) -> Attention:
     return msgspec.structs.replace(attention, messages=max(0.0, attention.messages - 1.0))
 
 
-def spoken(attention: Attention, urgency: Urgency, now_ns: int) -> Attention:
+def spoken(attention: Attention, urgency: Urgency, now_ns: int, *, pressed: bool) -> Attention:
     """Something was said."""
-    return msgspec.structs.replace(attention, spoken_ns=now_ns, spoken_urgency=urgency)
+    return msgspec.structs.replace(attention, spoken_ns=now_ns, spoken_urgency=urgency, spoken_pressed=pressed)
 
 
-def just_spoken(attention: Attention, urgency: Urgency, now_ns: int, profile: Profile) -> bool:
-    """Whether the driver is still listening to what was said last, and what is to be said is not graver: that cuts it short."""
+def just_spoken(attention: Attention, topic: str, urgency: Urgency, now_ns: int, profile: Profile) -> bool:
+    """Whether the driver is still listening to what was said last. What is graver cuts that short; as grave, what presses does
+    if that did not."""
     if attention.spoken_ns is None or (now_ns - attention.spoken_ns) / 1e9 >= profile.speech_gap_s:
         return False
-    return GRAVITY.index(urgency) <= GRAVITY.index(attention.spoken_urgency)
+    now, before = GRAVITY.index(urgency), GRAVITY.index(attention.spoken_urgency)
+    return now < before or (now == before and (attention.spoken_pressed or not presses(topic, urgency)))
 
 
 def told(attention: Attention, hazard: str, now_ns: int, *, alarm: bool, track_ids: tuple[int, ...]) -> Attention:
     """A hazard said, with everyone in the path at that word."""
     others = tuple(each for each in attention.hazards if each.hazard != hazard and not _forgotten(each, now_ns))
     said = Told(hazard=hazard, stamp_ns=now_ns, alarm=alarm, track_ids=track_ids, stood_ns=now_ns)
-    return msgspec.structs.replace(spoken(attention, "alarm" if alarm else "warning", now_ns), hazards=(*others, said))
+    heard = spoken(attention, "alarm" if alarm else "warning", now_ns, pressed=True)
+    return msgspec.structs.replace(heard, hazards=(*others, said))
 
 
 def standing(attention: Attention, hazard: str, now_ns: int) -> Attention:

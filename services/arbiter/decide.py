@@ -290,7 +290,7 @@ def _say(
     inputs: Inputs,
     profile: Profile,
 ) -> _Said:
-    now_ns, attended, hazard = inputs.now_ns, state.attention, pressing.hazard
+    now_ns, attended, hazard, fused = inputs.now_ns, state.attention, pressing.hazard, request.fused
 
     def told() -> Attention:
         views = (request_view(request), inputs.reading.view)
@@ -311,16 +311,17 @@ def _say(
         hazard=hazard,
         fresh_hazard=pressing.fresh,
         answered=pressing.answered,
-        just_spoken=attention.just_spoken(attended, request.fused.urgency, now_ns, profile),
+        just_spoken=attention.just_spoken(attended, fused.topic, fused.urgency, now_ns, profile),
         c_min=state.adapted.c_min,
         messages=attended.messages,
-        needed_messages=attention.needed(request.fused.topic, request.fused.urgency, profile),
+        needed_messages=attention.needed(fused.topic, fused.urgency, profile),
     )
     kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
     if kind == "SPEAK" and reason == "hazard":
         return _Said(kind, f"hazard: {hazard}", told(), hazard)
     if kind == "SPEAK":
-        attended = attention.spoken(attended, request.fused.urgency, now_ns)
+        pressed = attention.presses(fused.topic, fused.urgency)
+        attended = attention.spoken(attended, fused.urgency, now_ns, pressed=pressed)
     return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
 
 

@@ -40,6 +40,8 @@ class Attention(msgspec.Struct, frozen=True, kw_only=True):
     """When anything was said last."""
     spoken_urgency: Urgency = "info"
     """How grave that was."""
+    spoken_pressed: bool = False
+    """Whether that could not wait."""
 
 
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):

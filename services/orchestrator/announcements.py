@@ -8,13 +8,11 @@ from proto.rules import LegalLimit
 from services.orchestrator.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.matter import Matter, limit_key, told_within
 from services.orchestrator.state import Spoken, State
-from services.orchestrator.stops import REACTION_S
+from services.orchestrator.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
 from services.orchestrator.targets import Target
 
 OVER_MPS = 0.5
 """So much above a limit ahead the speed has to fall."""
-SLOWING_MPS2 = 2.0
-"""How firmly they come down who act on a word."""
 SPEEDS_UP_MPS2 = 0.3
 """More than a foot held still gives on a slope or by noise of the speed's signal."""
 SPARE_S = 1.0
@@ -117,10 +115,9 @@ def _announced(lower: LimitAhead) -> Matter:
     )
 
 
-def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = SLOWING_MPS2) -> float:
+def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
     """Until one who has still to react must be told, to come down to the limit at its sign."""
-    slowing_m = max(0.0, speed_mps**2 - lower.mps**2) / (2.0 * slowing_mps2)
-    return (_room_m(lower) - slowing_m) / max(speed_mps, 1.0) - REACTION_S
+    return (_room_m(lower) - to_be_told_m(speed_mps, lower.mps, slowing_mps2)) / max(speed_mps, 1.0)
 
 
 def _reached_mps(lower: LimitAhead, speed_mps: float, change_mps2: float) -> float:

@@ -4,17 +4,15 @@ A line that a map knows, or a sign that was read, asks for it. So does a junctio
 known tells who goes first: in most countries those from one side do.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from proto.sensors import StopLine
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.inputs import Observations
-from services.orchestrator.lines import LINE_PASSED_M, RECKONED_PASSED_M, SIGN_TO_LINE_M
+from services.orchestrator.lines import LINE_PASSED_M, RULING, SIGN_TO_LINE_M, on_map, reckoned
 from services.orchestrator.motion import Motion
 from services.orchestrator.state import GiveWay, State
-from services.orchestrator.stops import COMFORT_MPS2, LINE_CONFIDENCE, REACTION_S, UNKNOWN_STOP_M
-from services.orchestrator.validity import VALID_NS, fresh
+from services.orchestrator.stops import LINE_CONFIDENCE, UNKNOWN_STOP_M, to_be_told_m
 
 READY_MPS = 25.0 / 3.6
 """Ours: who then sees somebody 14 m away on a wet road (0.5), reacts in 1.25 s and brakes, stands before him. Law asks for a
@@ -43,43 +41,25 @@ class Place(NamedTuple):
     confidence: float
 
     def begins_m(self, allowed_mps: float) -> float:
-        """From how far away a driver at the allowed speed has to be told: he reacts, and slows down as nobody minds."""
-        return REACTION_S * allowed_mps + max(0.0, allowed_mps**2 - READY_MPS**2) / (2.0 * COMFORT_MPS2)
+        """From how far away a driver at the allowed speed has to be told."""
+        return to_be_told_m(allowed_mps, READY_MPS)
 
 
 def by_map(before: GiveWay, seen: Observations, motion: Motion) -> GiveWay:
     """What a map knows of it; where that falls silent, what it knew comes nearer by the way travelled."""
-    moved = _nearer(before, motion.travelled_m)
-    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
-    if road is not None:
-        return _of(road.message.stop_lines, road.message.junction_m, moved)
-    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
-    if lanes is None or lanes.message.source != "map":
+    moved = GiveWay(
+        line_m=reckoned(before.line_m, motion), junction_m=reckoned(before.junction_m, motion), ruled=before.ruled
+    )
+    told = on_map(seen)
+    if told is None:
         return moved
-    at_m, kind = lanes.message.stop_line_distance_m, lanes.message.stop_line_kind
-    known = (StopLine(distance_m=at_m, kind=kind),) if at_m is not None and kind in _KINDS else ()
-    return _of(known, lanes.message.junction_distance_m, moved)
-
-
-_RULING = ("stop_line", "light", "yield_line")
-_KINDS = (*_RULING, "crossing")
-
-
-def _of(lines: Iterable[StopLine], junction_m: float | None, moved: GiveWay) -> GiveWay:
-    ahead = [line for line in lines if line.distance_m > LINE_PASSED_M]
-    line_m = min((line.distance_m for line in ahead if line.kind == "yield_line"), default=None)
-    if junction_m is None:
+    line_m = next((line.distance_m for line in told.lines if line.kind == "yield_line"), None)
+    at_m = told.junction_m
+    if at_m is None:
         return GiveWay(line_m=line_m)
-    own = any(0.0 <= junction_m - each.distance_m <= LINE_TO_MIDDLE_M for each in ahead if each.kind in _RULING)
-    same = moved.junction_m is not None and abs(moved.junction_m - junction_m) <= SAME_JUNCTION_M
-    return GiveWay(line_m=line_m, junction_m=junction_m, ruled=own or (same and moved.ruled))
-
-
-def _nearer(before: GiveWay, travelled_m: float) -> GiveWay:
-    def moved(at_m: float | None) -> float | None:
-        return at_m - travelled_m if at_m is not None and at_m - travelled_m > RECKONED_PASSED_M else None
-
-    return GiveWay(line_m=moved(before.line_m), junction_m=moved(before.junction_m), ruled=before.ruled)
+    own = any(0.0 <= at_m - each.distance_m <= LINE_TO_MIDDLE_M for each in told.lines if each.kind in RULING)
+    same = moved.junction_m is not None and abs(moved.junction_m - at_m) <= SAME_JUNCTION_M
+    return GiveWay(line_m=line_m, junction_m=at_m, ruled=own or (same and moved.ruled))
 
 
 def place(state: State) -> Place | None:

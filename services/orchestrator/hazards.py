@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
 from services.orchestrator.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
-from services.orchestrator.giving_way import READY_MPS, place
+from services.orchestrator.giving_way import READY_MPS
 from services.orchestrator.matter import Matter, told_within
 from services.orchestrator.messages import drive, speed, word
 from services.orchestrator.state import State
@@ -187,8 +187,8 @@ def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[s
 
 def give_way(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
     """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
-    here, ego = place(state), state.world.ego.speed_mps
-    if here is None or here.why not in {bound.why for bound in target.bounds}:
+    here, ego = target.place, state.world.ego.speed_mps
+    if here is None:
         return
     if ego is not None:
         slow_enough = ego.value < READY_MPS + OVER_MPS or here.room_m > here.begins_m(ego.value)

@@ -1,5 +1,8 @@
 """The stop line ahead, and whether the ego has stood at the one that its stop sign means."""
 
+from typing import NamedTuple
+
+from proto.sensors import StopLine
 from proto.vehicle import Ego
 from services.orchestrator.actors import EGO_HALF_M
 from services.orchestrator.inputs import Observations, Stamped
@@ -18,19 +21,46 @@ AT_SIGN_M = 6.0
 CREEP_M = 2.0
 
 
-def stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:
-    """From the map; where it falls silent the last known line comes nearer by the way travelled, until it is passed."""
+class OnMap(NamedTuple):
+    """What a map knows ahead; from the ego's centre."""
+
+    lines: tuple[StopLine, ...]
+    junction_m: float | None
+
+
+def on_map(seen: Observations) -> OnMap | None:
+    """Lines that are not passed yet, and the next junction. None: no map tells anything."""
     road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
     if road is not None:
-        ahead = [line for line in road.message.stop_lines if line.distance_m > LINE_PASSED_M]
-        line = min(ahead, key=lambda each: each.distance_m, default=None)
-        return (line.distance_m, line.kind) if line is not None else (None, "")
+        ahead = (line for line in road.message.stop_lines if line.distance_m > LINE_PASSED_M)
+        return OnMap(tuple(sorted(ahead, key=lambda line: line.distance_m)), road.message.junction_m)
     lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
-    if lanes is not None and lanes.message.source == "map":
-        return lanes.message.stop_line_distance_m, lanes.message.stop_line_kind
-    if state.stop_m is None or state.stop_m - motion.travelled_m < RECKONED_PASSED_M:
-        return None, ""
-    return state.stop_m - motion.travelled_m, state.stop_kind
+    if lanes is None or lanes.message.source != "map":
+        return None
+    at_m, kind = lanes.message.stop_line_distance_m, lanes.message.stop_line_kind
+    known = at_m is not None and at_m > LINE_PASSED_M and kind in KINDS
+    return OnMap((StopLine(distance_m=at_m, kind=kind),) if known else (), lanes.message.junction_distance_m)
+
+
+RULING = ("stop_line", "light", "yield_line")
+"""Lines that tell who goes first."""
+KINDS = (*RULING, "crossing")
+
+
+def reckoned(at_m: float | None, motion: Motion) -> float | None:
+    """Where a place of a map that fell silent is by now: nearer by the way travelled, until it is passed."""
+    if at_m is None or at_m - motion.travelled_m < RECKONED_PASSED_M:
+        return None
+    return at_m - motion.travelled_m
+
+
+def stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:
+    """The nearest line and its kind, from the map; where that falls silent, the last known one."""
+    told = on_map(seen)
+    if told is not None:
+        return (told.lines[0].distance_m, told.lines[0].kind) if told.lines else (None, "")
+    at_m = reckoned(state.stop_m, motion)
+    return at_m, state.stop_kind if at_m is not None else ""
 
 
 def stop_signs(signs: Signs) -> tuple[SignAhead, ...]:

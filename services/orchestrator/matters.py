@@ -111,7 +111,7 @@ def _limit_key(limit: LegalLimit) -> str:
 
 def _safe_below(target: Target, limit: LegalLimit) -> bool:
     """Whether road, weather or car ask for less than the law does, and are to be told with the limit."""
-    return target.mps < 0.9 * limit.mps and target.bounds[0].why in ("law", "sight")
+    return target.mps < 0.9 * limit.mps and target.bounds[0].why in OF_THE_ROAD
 
 
 def _starting(state: State) -> bool:
@@ -237,8 +237,10 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
         return
     if event.detail != "severe" and told_within(state, "limit", FRICTION_TOLD_S):
         return  # the limit was told with the safe target and its reason
+    if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
+        return  # till then whoever keeps to the target is slower than the road asks for
     # What a lead or a stop asks for now is not what the road does.
-    road_mps = min(bound.mps for bound in target.bounds if bound.why in ("law", "sight"))
+    road_mps = min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
     yield Matter(
         topic="friction",
         key=_gravest(state, event.detail),
@@ -250,7 +252,10 @@ def _friction(state: State, target: Target, events: dict[str, Event], degraded: 
     )
 
 
-SLIPPERY = ("low", "moderate", "high", "severe")
+OF_THE_ROAD = ("law", "sight")
+PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
+GRAVE = ("high", "severe")
+SLIPPERY = ("low", "moderate", *GRAVE)
 """Levels of risk, the gravest last; an unknown one is none of them."""
 FRICTION_REPEAT_S = 180.0
 

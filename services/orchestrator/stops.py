@@ -19,6 +19,11 @@ LINE_CONFIDENCE = 0.7
 """Of a stop line that a map knows and nothing was seen of."""
 
 
+def to_be_told_m(speed_mps: float, slower_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
+    """From how far away one has to be told to come down to a speed by then: he reacts, and slows down."""
+    return REACTION_S * speed_mps + max(0.0, speed_mps**2 - slower_mps**2) / (2.0 * slowing_mps2)
+
+
 class Stop(NamedTuple):
     """One reason to stop. `room_m` from the front bumper to where the ego shall stand."""
 

@@ -12,7 +12,7 @@ from services.orchestrator import legal
 from services.orchestrator.actors import Way, missed_as, vehicles
 from services.orchestrator.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.faults import UNKNOWN_BRAKES
-from services.orchestrator.giving_way import READY_MPS, place
+from services.orchestrator.giving_way import READY_MPS, Place, place
 from services.orchestrator.limits import in_force, may_be_ours
 from services.orchestrator.limits_ahead import limits_ahead, surely
 from services.orchestrator.state import Lost, SignAhead, State
@@ -90,6 +90,8 @@ class Target(NamedTuple):
     factor: float
     headway_factor: float
     bounds: tuple[Bound, ...]
+    place: Place | None = None
+    """The place to give way at that is among them."""
 
 
 def target(state: State) -> Target:
@@ -102,7 +104,8 @@ def target(state: State) -> Target:
     found += _doubts(state, law, factor)
     found += [Bound(s.approach_mps(), s.why, "perception", s.confidence, track_id=s.track_id) for s in stops(state)]
     found += _lost_light(state)
-    found += _giving_way(state, law)
+    here = _near_place(state, law)
+    found += [Bound(READY_MPS, here.why, "map", here.confidence)] if here is not None else []
     headway = headway_factor(state)
     found += _following(vehicles(state.world), headway)
     found += _blind(state)
@@ -114,7 +117,7 @@ def target(state: State) -> Target:
         if each.target_mps is not None
     ]
     ordered = tuple(sorted(found, key=lambda b: (b.mps, b.why != "law", b.why)))
-    return Target(ordered[0].mps, law, factor, headway, ordered)
+    return Target(ordered[0].mps, law, factor, headway, ordered, here)
 
 
 # -- the law -----------------------------------------------------------------------------------------------------------
@@ -273,12 +276,10 @@ def _lost_light(state: State) -> list[Bound]:
     return [Bound(LOST_LIGHT_MPS, "light_lost", "drivelm", 0.3)] if light is not None and light.lost_at_line else []
 
 
-def _giving_way(state: State, law: Law) -> list[Bound]:
-    """Slow enough to let others go first, from where one who drives as fast as is allowed has to begin."""
+def _near_place(state: State, law: Law) -> Place | None:
+    """Where to be slow enough to let others go first, from where one who drives as fast as is allowed has to begin."""
     here = place(state)
-    if here is None or here.room_m > here.begins_m(_or_max(law.mps)):
-        return []
-    return [Bound(READY_MPS, here.why, "map", here.confidence)]
+    return here if here is not None and here.room_m <= here.begins_m(_or_max(law.mps)) else None
 
 
 def _blind(state: State) -> list[Bound]:

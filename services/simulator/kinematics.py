@@ -18,7 +18,7 @@ def stopping_mps2(speed_mps: float, distance_m: float, urgent_mps2: float = COMF
     needed = speed_mps * speed_mps / (2.0 * (distance_m - STAND_BEFORE_M / 2))
     if needed < urgent_mps2 and distance_m > 4.0:
         return FREE
-    return -max(needed, 0.6)
+    return -max(needed, min(0.6, urgent_mps2))
 
 
 def following_mps2(

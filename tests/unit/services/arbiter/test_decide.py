@@ -13,6 +13,7 @@ from proto.decision import ArbitrationRequest, Decision, Feedback, Urgency
 from proto.perception import Track
 from services.arbiter.act import Permission
 from services.arbiter.assess import View, measure, speak_bounds
+from services.arbiter.attention import GRAVITY, PRESSING
 from services.arbiter.decide import decide, redecide
 from services.arbiter.guard import objections
 from services.arbiter.profiles import Profile
@@ -501,6 +502,22 @@ def test_what_is_graver_cuts_the_last_message_short_and_nothing_else_does(
     state = decide(request(fused=fused(urgency=last)), mirror(request()), CALIBRATED).state
     graver = ("info", "advice", "warning").index(now) > ("info", "advice", "warning").index(last)
     assert (later(request(fused=fused(urgency=now)), state, seconds).kind == "SPEAK") is graver
+
+
+WORDS = st.tuples(
+    st.sampled_from(("person", "stop", "ahead", "give_way", "friction", "limit")), st.sampled_from(GRAVITY)
+)
+
+
+@given(WORDS, WORDS, st.floats(0.0, 1.9))
+def test_of_two_as_grave_what_presses_cuts_short_what_does_not(
+    last: tuple[str, Urgency], now: tuple[str, Urgency], seconds: float
+) -> None:
+    assume(last[1] == now[1])
+    said = fused(topic=last[0], urgency=last[1])
+    state = decide(request(fused=said), mirror(request()), CALIBRATED).state
+    spoken = later(request(fused=fused(topic=now[0], urgency=now[1])), state, seconds).kind == "SPEAK"
+    assert spoken is (now[1] != "info" and now[0] in PRESSING and last[0] not in PRESSING)
 
 
 def test_the_arbiter_warns_of_what_only_it_sees() -> None:

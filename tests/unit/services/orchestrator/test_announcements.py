@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.announcements import OVER_MPS, SLOWING_MPS2
-from services.orchestrator.stops import REACTION_S
+from services.orchestrator.announcements import OVER_MPS
+from services.orchestrator.stops import COMFORT_MPS2, REACTION_S
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, end_sign, limit_sign
 
@@ -47,7 +47,7 @@ def test_who_slows_down_when_it_is_announced_is_told_no_more() -> None:
 def test_who_does_not_is_told_to_while_he_can_still_do_it() -> None:
     _, spoken = approached(27.0, 165.0)
     assert list(spoken) == [CALM, FIRM]
-    slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * SLOWING_MPS2)
+    slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * COMFORT_MPS2)
     assert spoken[FIRM] == pytest.approx(27.0 * REACTION_S + slowing_m, abs=2 * 27.0 * TICK_S)
 
 
@@ -207,7 +207,7 @@ def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps:
     _, spoken = approached(speed_mps, from_m)
     over = speed_mps > 80 * KMH + OVER_MPS
     assert (FIRM in spoken or CALM in spoken) <= over
-    needed_m = speed_mps * REACTION_S + (speed_mps**2 - (80 * KMH) ** 2) / (2 * SLOWING_MPS2)
+    needed_m = speed_mps * REACTION_S + (speed_mps**2 - (80 * KMH) ** 2) / (2 * COMFORT_MPS2)
     if over and from_m > needed_m:
         told_m = max(spoken.get(FIRM, 0.0), spoken.get(CALM, 0.0))
         assert told_m >= min(from_m, needed_m) - 3 * speed_mps * TICK_S

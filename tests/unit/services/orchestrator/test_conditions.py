@@ -145,6 +145,19 @@ def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str
     assert 1 <= len(said) <= len(set(levels))
 
 
+@pytest.mark.parametrize(("level", "waits"), [("moderate", True), ("high", False), ("severe", False)])
+def test_a_word_on_grip_that_is_not_grave_waits_until_a_junction_is_passed(level: str, waits: bool) -> None:
+    drive = Drive(Played({"applicable_limit": law_of}), speed_mps=11.0)
+    drive.junction_m = 60.0
+    drive.ticks(round(FRICTION_TOLD_S * 10) + 20)
+    drive.weather = conditions(mu=0.4, factor=0.8, risk_level=level)
+    drive.ticks(25)
+    assert any(words.startswith("Slippery") for words in drive.spoken()) is not waits
+    drive.junction_m = None
+    drive.ticks(25)
+    assert any(words.startswith("Slippery") for words in drive.spoken())
+
+
 ICY = conditions(mu=0.15, factor=0.5, wet=True, risk_level="severe", following_factor=2.0, safe_speed_mps=6.0)
 
 

@@ -1,6 +1,7 @@
 """The driver: what he makes of advice, signs, lines and people, and when."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -92,6 +93,18 @@ def test_a_warned_driver_brakes_earlier_for_somebody_on_the_road() -> None:
     assert early is not None
     assert early < late - 0.3
     assert late >= CALM.reaction_s
+
+
+@pytest.mark.parametrize(("speed_mps", "way_m"), [(4.4, 30.0), (7.0, 60.0), (8.3, 90.0), (14.0, 60.0)])
+def test_his_foot_does_not_tremble_as_he_comes_to_somebody(speed_mps: float, way_m: float) -> None:
+    driver, wishes = Driver(CALM, speed_mps), []
+    while speed_mps > 0.05:
+        view = replace(ROAD, time_s=len(wishes) * DT, speed_mps=speed_mps, person_m=way_m)
+        wishes.append(driver.drive(view, DT).acceleration_mps2)
+        speed_mps, way_m = speed_mps + wishes[-1] * DT, way_m - speed_mps * DT
+    changes = [after - before for before, after in pairwise(wishes)]
+    assert sum(one * next_one < -1e-6 for one, next_one in pairwise(changes)) <= 3
+    assert way_m > 2.0
 
 
 def test_braking_is_bounded_by_grip() -> None:
