@@ -97,7 +97,8 @@ def test_a_warned_driver_brakes_earlier_for_somebody_on_the_road() -> None:
 
 @pytest.mark.parametrize(("speed_mps", "way_m"), [(4.4, 30.0), (7.0, 60.0), (8.3, 90.0), (14.0, 60.0)])
 def test_his_foot_does_not_tremble_as_he_comes_to_somebody(speed_mps: float, way_m: float) -> None:
-    driver, wishes = Driver(CALM, speed_mps), []
+    driver = Driver(CALM, speed_mps)
+    wishes: list[float] = []
     while speed_mps > 0.05:
         view = replace(ROAD, time_s=len(wishes) * DT, speed_mps=speed_mps, person_m=way_m)
         wishes.append(driver.drive(view, DT).acceleration_mps2)
