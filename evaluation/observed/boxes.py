@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_right
+from statistics import median
 from typing import NamedTuple
 
 from evaluation.corruption.chance import chance
@@ -18,11 +19,13 @@ from evaluation.observed.card import (
     regime_of,
     surroundings_of,
 )
+from evaluation.observed.clutter import NEAREST_GHOST_M
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
 from evaluation.observed.sight import Lens, Thing, things, turn_rad
 from evaluation.observed.swept import swept
+from evaluation.observed.way import Way, recorded_left_m
 from proto.perception import ObjectClass
 from proto.sensors import Calibration
 from proto.truth import Truth
@@ -52,11 +55,12 @@ class Haunting(NamedTuple):
     """A box of nothing that is on."""
 
     born_ns: int
-    born_m: float
-    """What the ego had driven then."""
-    born_rad: float
-    """Where it looked."""
+    born: Way
     ghost: Ghost
+    left_m: tuple[float, ...]
+    """How far to the left of where it looked first the ego was at each recorded box."""
+    stood_m: float
+    """How far ahead it stood when it came, by the median of its boxes; without any range so far that only turns count."""
 
 
 class Found(NamedTuple):
@@ -79,7 +83,7 @@ class Eye:
         self._chain, self._drift = Chain(seed), Drift(seed)
         self._luck: dict[str, float] = {}
         self._hauntings: list[Haunting] = []
-        self._looked_ns, self._driven_m = 0, 0.0
+        self._looked_ns, self._way = 0, Way()
 
     def look(self, truth: Truth, stamp_ns: int) -> list[Found]:
         """What is found in the picture taken then. Pictures come in the order of their stamps."""
@@ -181,22 +185,19 @@ class Eye:
     def _haunted(self, truth: Truth, stamp_ns: int) -> list[Found]:
         """Boxes of nothing: each comes by chance, and is what one that was measured in such surroundings at such a speed was.
 
-        As the ego turns they move in the picture as what stands by the road does.
+        As the ego turns, and leaves its line, they move in the picture as what stands by the road does.
         """
         speed_mps, heading_rad = truth.speed_mps, truth.heading_rad or 0.0
         pace = pace_of(speed_mps)
         clutter = self._card.clutter[self.camera][surroundings_of(truth.law_limit_mps)][pace]
         since_s = min((stamp_ns - self._looked_ns) / 1e9, 1.0) if self._looked_ns else 0.0
-        self._looked_ns, self._driven_m = stamp_ns, self._driven_m + speed_mps * since_s
+        self._looked_ns, self._way = stamp_ns, self._way.on(speed_mps * since_s, heading_rad)
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
-            self._hauntings.append(Haunting(stamp_ns, self._driven_m, heading_rad, clutter.ghosts[which]))
+            ghost = clutter.ghosts[which]
+            self._hauntings.append(Haunting(stamp_ns, self._way, ghost, recorded_left_m(ghost), self._stood_m(ghost)))
         self._hauntings = [each for each in self._hauntings if self._goes_on(each, stamp_ns, standing=pace == 0)]
-        drawn = (
-            self._drawn(each.ghost.kind, box, turn_rad(each.born_rad, heading_rad))
-            for each in self._hauntings
-            for box in self._shown(each, stamp_ns)
-        )
+        drawn = (self._drawn(each, nth) for each in self._hauntings for nth in self._shown(each, stamp_ns))
         return [found for found in drawn if found is not None]
 
     def _goes_on(self, haunting: Haunting, stamp_ns: int, *, standing: bool) -> bool:
@@ -206,27 +207,44 @@ class Eye:
             return False
         if standing:
             return stamp_ns - haunting.born_ns <= last.after_s * 1e9 + SAME_NS
-        return self._driven_m - haunting.born_m <= last.driven_m + last.step_m / 2
+        return self._way.driven_m - haunting.born.driven_m <= last.driven_m + last.step_m / 2
 
-    def _shown(self, haunting: Haunting, stamp_ns: int) -> list[GhostBox]:
-        """Its box in this picture, if the recorded one that was as far on its way had one."""
-        age_ns, driven_m = stamp_ns - haunting.born_ns, self._driven_m - haunting.born_m
+    def _shown(self, haunting: Haunting, stamp_ns: int) -> list[int]:
+        """Which of its boxes is in this picture, if the recorded one that was as far on its way had one."""
+        boxes = haunting.ghost.boxes
+        age_ns, driven_m = stamp_ns - haunting.born_ns, self._way.driven_m - haunting.born.driven_m
         if not haunting.ghost.moving:
-            return [each for each in haunting.ghost.boxes if abs(each.after_s * 1e9 - age_ns) <= SAME_NS]
-        near = min(haunting.ghost.boxes, key=lambda each: abs(each.driven_m - driven_m))
-        return [near] if abs(near.driven_m - driven_m) <= near.step_m / 2 else []
+            return [nth for nth, each in enumerate(boxes) if abs(each.after_s * 1e9 - age_ns) <= SAME_NS]
+        near = min(range(len(boxes)), key=lambda nth: abs(boxes[nth].driven_m - driven_m))
+        return [near] if abs(boxes[near].driven_m - driven_m) <= boxes[near].step_m / 2 else []
 
-    def _drawn(self, kind: ObjectClass, ghost: GhostBox, turned_rad: float) -> Found | None:
-        """Its box where the ego has turned so far since it came, and not as far as in the recording; None: beyond the picture."""
-        x0, y0, x1, y1 = ghost.box
-        moved = self.lens.aside((x0 + x1) / 2, turned_rad - ghost.turned_rad) - (x0 + x1) / 2
-        left, right = max(x0 + moved, 0.0), min(x1 + moved, float(self.lens.camera.width_px))
-        if right - left < 1.0:
-            return None
-        detection = Detection(x0_px=left, y0_px=y0, x1_px=right, y1_px=y1, kind=kind, score=ghost.score)
+    def _stood_m(self, ghost: Ghost) -> float:
+        ranges = ((box, self._ghost_range(self._ghost_box(ghost.kind, box, 0.0), box)) for box in ghost.boxes)
+        return median([found.depth_m + box.driven_m for box, found in ranges if found is not None] or [math.inf])
+
+    def _ghost_range(self, detection: Detection, ghost: GhostBox) -> Range | None:
         if ghost.range_m is None:
-            return Found(detection, find_range(detection, self._camera, None))
-        return Found(detection, Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3))
+            return find_range(detection, self._camera, None)
+        return Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3)
+
+    def _ghost_box(self, kind: ObjectClass, ghost: GhostBox, moved_px: float) -> Detection:
+        x0, y0, x1, y1 = ghost.box
+        left, right = max(x0 + moved_px, 0.0), min(x1 + moved_px, float(self.lens.camera.width_px))
+        return Detection(x0_px=left, y0_px=y0, x1_px=right, y1_px=y1, kind=kind, score=ghost.score)
+
+    def _drawn(self, haunting: Haunting, nth: int) -> Found | None:
+        """Its box where what stood there shows from the way that the ego took since, and not from the recorded one; None:
+        beyond the picture."""
+        ghost = haunting.ghost.boxes[nth]
+        middle_px = (ghost.box[0] + ghost.box[2]) / 2
+        turned_rad = turn_rad(haunting.born.heading_rad, self._way.heading_rad) - ghost.turned_rad
+        left_m = self._way.left_of_m(haunting.born) - haunting.left_m[nth]
+        ahead_m = max(haunting.stood_m - ghost.driven_m, NEAREST_GHOST_M)
+        moved_px = self.lens.aside(middle_px, turned_rad + math.atan2(left_m, ahead_m)) - middle_px
+        detection = self._ghost_box(haunting.ghost.kind, ghost, moved_px)
+        if detection.x1_px - detection.x0_px < 1.0:
+            return None
+        return Found(detection, self._ghost_range(detection, ghost))
 
 
 def _between(rank: float, quantiles: tuple[float, ...]) -> float:
