@@ -28,7 +28,6 @@ from services.perception.kalman import (
     EgoMotion,
     Estimate,
     Fix,
-    Floats,
     Noise,
     displaced,
     distance,
@@ -294,13 +293,13 @@ def as_message(track: Tracked, now_ns: int, ego_mps: float | None) -> Track:
     ground_vx = None if ego_mps is None else vx + ego_mps
     oncoming = track.kind == "vehicle" and ground_vx is not None and ground_vx < ONCOMING_MPS
     heading = _heading(ground_vx, vy, oncoming)
-    centre = _middle(track, heading)
+    x_m, y_m = _middle(track, heading)
     sigma = np.sqrt(np.maximum(np.diagonal(track.estimate.covariance), 0.0)).tolist()
     return Track(
         track_id=track.track_id,
         kind=track.kind,
-        x_m=float(centre[0]),
-        y_m=float(centre[1]),
+        x_m=x_m,
+        y_m=y_m,
         vx_mps=vx,
         vy_mps=vy,
         ax_mps2=track.ax_mps2,
@@ -326,8 +325,18 @@ def _heading(ground_vx: float | None, vy: float, oncoming: bool) -> float:
     return math.atan2(vy, ground_vx)
 
 
-def _middle(track: Tracked, heading_rad: float) -> Floats:
-    near = track.estimate.mean[:2]
-    half = abs(math.cos(heading_rad)) * track.body.length_m / 2 + abs(math.sin(heading_rad)) * track.body.width_m / 2
-    middle: Floats = near + np.array([half, 0.0])
-    return middle
+def _middle(track: Tracked, heading_rad: float) -> tuple[float, float]:
+    """Half its extent along our axis behind the near surface, and aside by as much as it stands askew to us.
+
+    In bends the middle of who is beside our axis lies aside of the end that shows, by half its length along its own axis, or less
+    where its flank shows too: then it lies behind what shows. Who is right ahead shows both of his sides, and their middle is his.
+    """
+    near_m, left_m = track.estimate.mean[:2].tolist()
+    ahead, aside = math.cos(heading_rad), math.sin(heading_rad)
+    half_m, half_wide_m = track.body.length_m / 2, track.body.width_m / 2
+    behind_m = abs(ahead) * half_m + abs(aside) * half_wide_m
+    aside_m = min(1.0, abs(left_m) / half_wide_m) * aside * ahead * half_m
+    in_line_m = behind_m * left_m / max(near_m, behind_m)
+    if aside_m * in_line_m > 0:
+        aside_m = min(aside_m, in_line_m, key=abs)
+    return near_m + behind_m, left_m + aside_m
