@@ -26,6 +26,8 @@ another one hides (of 1,900 parked cars 0.15 m in the median, nine in ten by les
 seems to cut in."""
 NARROW_SHARE = 0.75
 """Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, nobody knows on which side."""
+WIDEST_PERSON_M = 0.8
+"""With arms and luggage: who stands nearer to the picture's end may go on beyond it, wherever his box ends."""
 CUT_SHARE = 0.08
 """A box that ends this share of its width before the edge of the picture is cut off by it: detectors draw edges inwards (one in ten of 241
 by more)."""
@@ -58,7 +60,7 @@ def sighting_of(
     if detection.kind != "vehicle" and detection.kind != "pedestrian":
         return None
     body = body_of(detection.kind, _height_m(detection, found, camera))
-    covered = _outer_edge_hidden(detection, camera, hiding) or _reaches_out(detection, found, camera, body)
+    covered = _outer_edge_hidden(detection, camera, hiding) or _reaches_out(detection, found, camera)
     flank_m = _beside_m(detection, found, camera, body, hiding, covered=covered)
     place = _place(detection, found, camera, body, flank_m, covered=covered)
     covariance = _covariance(detection, found, camera, place, body, flank_m, covered=covered)
@@ -100,12 +102,12 @@ def _cut_off(detection: Detection, camera: Camera) -> bool:
     return detection.x1_px >= c.width_px - near_edge
 
 
-def _reaches_out(detection: Detection, found: Range, camera: Camera, body: Body) -> bool:
-    """Whether a person's body goes on beyond the picture's end, wherever the box ends."""
+def _reaches_out(detection: Detection, found: Range, camera: Camera) -> bool:
+    """Whether a person's body may go on beyond the picture's end, wherever the box ends."""
     if detection.kind != "pedestrian":
         return False
     c = camera.calibration
-    wide_px = body.width_m * c.fx_px / found.depth_m
+    wide_px = WIDEST_PERSON_M * c.fx_px / found.depth_m
     return detection.x1_px - wide_px < EDGE_PX or detection.x0_px + wide_px > c.width_px - EDGE_PX
 
 
