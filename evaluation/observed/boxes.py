@@ -23,9 +23,9 @@ from evaluation.observed.clutter import NEAREST_GHOST_M
 from evaluation.observed.lines import row_of
 from evaluation.observed.noise import Chain, Drift, chance_of, normal
 from evaluation.observed.pairing import LEAST_PX, air_of
-from evaluation.observed.sight import Lens, Thing, things, turn_rad
+from evaluation.observed.sight import Lens, Thing, things
 from evaluation.observed.swept import swept
-from evaluation.observed.way import Way, recorded_left_m
+from evaluation.observed.way import Way, recorded_ways
 from proto.perception import ObjectClass
 from proto.sensors import Calibration
 from proto.truth import Truth
@@ -47,6 +47,8 @@ FAR_M, LIDAR_SIGMA_M = 40.0, (0.15, 0.4)
 SIDE_SIGMA_M, SIDE_MEMORY_S = 0.12, 0.5
 """How well they tell of a road user's sides: so that tracks of vehicles beside come out as far off as in recorded drives."""
 
+FAR_OFF_M = 1e6
+"""So far away only the ego's turning moves a thing in the picture."""
 SAME_NS = 40_000_000
 """Pictures of a camera come 0.1 s and more apart: so near in age it is the same picture of a box of nothing."""
 
@@ -57,8 +59,8 @@ class Haunting(NamedTuple):
     born_ns: int
     born: Way
     ghost: Ghost
-    left_m: tuple[float, ...]
-    """How far to the left of where it looked first the ego was at each recorded box."""
+    ways: tuple[Way, ...]
+    """Where the ego was at each recorded box, from where it was at the first."""
     stood_m: float
     """How far ahead it stood when it came, by the median of its boxes; without any range so far that only turns count."""
 
@@ -195,7 +197,7 @@ class Eye:
         if clutter.ghosts and chance(self._seed, "ghost", self.camera, stamp_ns) < clutter.per_minute / 60.0 * since_s:
             which = int(chance(self._seed, "which", self.camera, stamp_ns) * len(clutter.ghosts))
             ghost = clutter.ghosts[which]
-            self._hauntings.append(Haunting(stamp_ns, self._way, ghost, recorded_left_m(ghost), self._stood_m(ghost)))
+            self._hauntings.append(Haunting(stamp_ns, self._way, ghost, recorded_ways(ghost), self._stood_m(ghost)))
         self._hauntings = [each for each in self._hauntings if self._goes_on(each, stamp_ns, standing=pace == 0)]
         drawn = (self._drawn(each, nth) for each in self._hauntings for nth in self._shown(each, stamp_ns))
         return [found for found in drawn if found is not None]
@@ -220,7 +222,7 @@ class Eye:
 
     def _stood_m(self, ghost: Ghost) -> float:
         ranges = ((box, self._ghost_range(self._ghost_box(ghost.kind, box, 0.0), box)) for box in ghost.boxes)
-        return median([found.depth_m + box.driven_m for box, found in ranges if found is not None] or [math.inf])
+        return median([found.depth_m + box.driven_m for box, found in ranges if found is not None] or [FAR_OFF_M])
 
     def _ghost_range(self, detection: Detection, ghost: GhostBox) -> Range | None:
         if ghost.range_m is None:
@@ -236,15 +238,20 @@ class Eye:
         """Its box where what stood there shows from the way that the ego took since, and not from the recorded one; None:
         beyond the picture."""
         ghost = haunting.ghost.boxes[nth]
-        middle_px = (ghost.box[0] + ghost.box[2]) / 2
-        turned_rad = turn_rad(haunting.born.heading_rad, self._way.heading_rad) - ghost.turned_rad
-        left_m = self._way.left_of_m(haunting.born) - haunting.left_m[nth]
-        ahead_m = max(haunting.stood_m - ghost.driven_m, NEAREST_GHOST_M)
-        moved_px = self.lens.aside(middle_px, turned_rad + math.atan2(left_m, ahead_m)) - middle_px
+        moved_px = self._column(haunting, nth) - (ghost.box[0] + ghost.box[2]) / 2
         detection = self._ghost_box(haunting.ghost.kind, ghost, moved_px)
         if detection.x1_px - detection.x0_px < 1.0:
             return None
         return Found(detection, self._ghost_range(detection, ghost))
+
+    def _column(self, haunting: Haunting, nth: int) -> float:
+        """Where the middle of its box shows now; what lies behind the camera shows far beyond the picture."""
+        box, camera, focal_px = haunting.ghost.boxes[nth], self.lens.camera, self.lens.focal_px
+        ahead_m = max(haunting.stood_m - box.driven_m, NEAREST_GHOST_M)
+        left_m = ahead_m * (camera.width_px / 2 - (box.box[0] + box.box[2]) / 2) / focal_px
+        stood = haunting.ways[nth].place(ahead_m + camera.x_m, left_m)
+        ahead_m, left_m = self._way.seen(haunting.born.place(*stood))
+        return camera.width_px / 2 - focal_px * left_m / max(ahead_m - camera.x_m, 0.1)
 
 
 def _between(rank: float, quantiles: tuple[float, ...]) -> float:

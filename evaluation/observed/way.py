@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from evaluation.observed.card import Ghost
-from evaluation.observed.sight import turn_rad
+from evaluation.observed.sight import Point, turn_rad
 
 
 class Way(NamedTuple):
@@ -22,16 +22,21 @@ class Way(NamedTuple):
         x_m, y_m = self.x_m + step_m * math.cos(middle_rad), self.y_m + step_m * math.sin(middle_rad)
         return Way(self.driven_m + step_m, x_m, y_m, heading_rad)
 
-    def left_of_m(self, before: "Way") -> float:
-        """How far to the left of the line along which it looked before."""
-        dx, dy = self.x_m - before.x_m, self.y_m - before.y_m
-        return dy * math.cos(before.heading_rad) - dx * math.sin(before.heading_rad)
+    def place(self, ahead_m: float, left_m: float) -> Point:
+        """The one that lies so far ahead, and to the left, of where it came to."""
+        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
+        return self.x_m + ahead_m * c - left_m * s, self.y_m + ahead_m * s + left_m * c
+
+    def seen(self, place: Point) -> Point:
+        """How far ahead of there a place lies, and to the left."""
+        dx, dy = place[0] - self.x_m, place[1] - self.y_m
+        c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
+        return dx * c + dy * s, dy * c - dx * s
 
 
-def recorded_left_m(ghost: Ghost) -> tuple[float, ...]:
-    """How far to the left of where it looked first the ego was at each recorded box."""
-    at, found = Way(), [0.0]
+def recorded_ways(ghost: Ghost) -> tuple[Way, ...]:
+    """Where the ego was at each recorded box, from where it was at the first."""
+    found = [Way()]
     for last, now in pairwise(ghost.boxes):
-        at = at.on(now.driven_m - last.driven_m, now.turned_rad)
-        found.append(at.left_of_m(Way()))
+        found.append(found[-1].on(now.driven_m - last.driven_m, now.turned_rad))
     return tuple(found)

@@ -406,7 +406,7 @@ def test_what_deceived_a_camera_stays_by_the_road_whatever_bend_it_was_recorded_
             bearing_rad = -math.atan((middle - 320.0) / lens.focal_px)
             seen += 1
             assert any(
-                abs(bearing_rad - math.atan2(y, x - lens.camera.x_m)) < 0.006
+                abs(bearing_rad - math.atan2(y, x - lens.camera.x_m)) < 0.004
                 for x, y in (_from(way, *place) for place in places[-len(strays) :])
             )
     assert seen > 5
