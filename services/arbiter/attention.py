@@ -44,7 +44,7 @@ def needed(topic: str, urgency: Urgency, profile: Profile) -> float:
     """What the budget must hold for a message: mere information leaves a reserve for advice, and what presses waits for none."""
     if urgency == "info":
         return 1.0 + profile.budget_reserve
-    return 0.0 if presses(topic, urgency) else 1.0
+    return 0.0 if topic in PRESSING else 1.0
 
 
 def presses(topic: str, urgency: Urgency) -> bool:

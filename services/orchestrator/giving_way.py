@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from services.orchestrator.actors import EGO_HALF_M
-from services.orchestrator.inputs import Observations
-from services.orchestrator.lines import LINE_PASSED_M, RULING, SIGN_TO_LINE_M, on_map, reckoned
+from services.orchestrator.lines import LINE_PASSED_M, RULING, SIGN_TO_LINE_M, OnMap, reckoned
 from services.orchestrator.motion import Motion
 from services.orchestrator.state import GiveWay, State
 from services.orchestrator.stops import LINE_CONFIDENCE, UNKNOWN_STOP_M, to_be_told_m
@@ -45,12 +44,11 @@ class Place(NamedTuple):
         return to_be_told_m(allowed_mps, READY_MPS)
 
 
-def by_map(before: GiveWay, seen: Observations, motion: Motion) -> GiveWay:
-    """What a map knows of it; where that falls silent, what it knew comes nearer by the way travelled."""
+def by_map(before: GiveWay, told: OnMap | None, motion: Motion) -> GiveWay:
+    """What the map tells of it; where that falls silent, what it knew comes nearer by the way travelled."""
     moved = GiveWay(
         line_m=reckoned(before.line_m, motion), junction_m=reckoned(before.junction_m, motion), ruled=before.ruled
     )
-    told = on_map(seen)
     if told is None:
         return moved
     line_m = next((line.distance_m for line in told.lines if line.kind == "yield_line"), None)

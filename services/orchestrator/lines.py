@@ -54,9 +54,8 @@ def reckoned(at_m: float | None, motion: Motion) -> float | None:
     return at_m - motion.travelled_m
 
 
-def stop_line(state: State, seen: Observations, motion: Motion) -> tuple[float | None, str]:
-    """The nearest line and its kind, from the map; where that falls silent, the last known one."""
-    told = on_map(seen)
+def stop_line(state: State, told: OnMap | None, motion: Motion) -> tuple[float | None, str]:
+    """The nearest line and its kind, from what the map tells; where that falls silent, the last known one."""
     if told is not None:
         return (told.lines[0].distance_m, told.lines[0].kind) if told.lines else (None, "")
     at_m = reckoned(state.stop_m, motion)

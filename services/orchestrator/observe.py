@@ -18,7 +18,7 @@ from services.orchestrator.giving_way import by_map
 from services.orchestrator.inputs import Observations, Stamped
 from services.orchestrator.lights import light_ahead
 from services.orchestrator.limits import value_kmh
-from services.orchestrator.lines import halted, halted_at_line, stop_line
+from services.orchestrator.lines import halted, halted_at_line, on_map, stop_line
 from services.orchestrator.motion import Motion, motion_of
 from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
 from services.orchestrator.validity import (
@@ -44,7 +44,8 @@ def observe(state: State, seen: Observations) -> State:
     facts = tuple(fact for stamped in seen.facts for fact in stamped.message.facts)
     signs = sign_memory.update(state.signs, facts, motion, seen.now_ns)
     light = light_ahead(state.light, facts, motion, ego, seen.now_ns)
-    line = stop_line(state, seen, motion)
+    told = on_map(seen)
+    line = stop_line(state, told, motion)
     held = _held(state.held, seen)
     after = msgspec.structs.replace(
         state,
@@ -54,7 +55,7 @@ def observe(state: State, seen: Observations) -> State:
         light=light,
         stop_m=line[0],
         stop_kind=line[1],
-        give_way=by_map(state.give_way, seen, motion),
+        give_way=by_map(state.give_way, told, motion),
         halted_ns=halted(state, signs, line, ego, seen.now_ns),
         line_halted_ns=halted_at_line(state, line, ego, seen.now_ns),
         held=held,
