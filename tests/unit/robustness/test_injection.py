@@ -50,6 +50,7 @@ from services.rules.signs import SignQuestion, interpret_sign
 from tests.unit.robustness.hostile import FIXED, bent_codes, hostile, look_alikes
 from tests.unit.services.drivelm.approach import Scripted, drive_past, says, shows
 from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.scenes import acts, next_seen, one, scenes, target
 from tests.unit.services.orchestrator.support import (
     Drive,
     Played,
@@ -60,7 +61,6 @@ from tests.unit.services.orchestrator.support import (
     meaning,
     replace,
 )
-from tests.unit.services.orchestrator.test_safety import acts, next_seen, one, scenes, target
 
 SHOWN = Shown(Region(100, 50, 140, 90), 640, 360)
 CODES = frozenset(SENTENCES)

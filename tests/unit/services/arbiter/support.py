@@ -10,7 +10,7 @@ from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
 from services.arbiter.act import Permission
 from services.arbiter.assess import View, gap_m
-from services.arbiter.decide import Inputs, request_view
+from services.arbiter.decide import Inputs, decide, request_view
 from services.arbiter.profiles import Profile, load
 from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import ArbiterState, Sighting, fresh
@@ -131,3 +131,9 @@ def requests(draw: st.DrawFn) -> ArbitrationRequest:
         following_factor=draw(st.floats(1.0, 2.0)),
         tool_timed_out=draw(st.booleans()),
     )
+
+
+def acts(asked: ArbitrationRequest, inputs: object = None, profile: Profile = CALIBRATED) -> bool:
+    """Whether the arbiter would brake, grant or no grant."""
+    verdict = decide(asked, inputs or mirror(asked), profile)  # type: ignore[arg-type]
+    return verdict.decision.kind == "ACT" or verdict.decision.act_withheld != ""

@@ -78,7 +78,7 @@ def test_a_question_is_answered_by_the_prompt_alone_under_the_direct_method() ->
         config = OrchestratorConfig(silence_s=60.0, expected=(), method="direct")
         orchestrator = b.start(SERVICE, config)
         road = Road(b)
-        _until(lambda: "answer_prompt" in orchestrator.catalogue() and road.step() is not None)
+        _until(lambda: "answer_prompt" in orchestrator.catalogue() and _heard_the_speed(road))
         decisions = b.collect(topics.DECISION)
         outcome = b.call("ask", {"question": "At how many km/h does the vehicle drive?"})
         assert outcome.ok, outcome.error
@@ -86,6 +86,13 @@ def test_a_question_is_answered_by_the_prompt_alone_under_the_direct_method() ->
         assert [use["tool"] for use in outcome.result["tools"]] == ["answer_prompt"]
         assert outcome.result["text"] == "The ego vehicle drives at 43 km/h."
         assert decisions.messages == []
+
+
+def _heard_the_speed(road: Road) -> bool:
+    """After one more step: what a publisher says first may come before its subscriber is known."""
+    road.step()
+    world = road.traces.wait_count(len(road.advisories.messages))[-1].world
+    return world["ego"]["speed_mps"] is not None
 
 
 def _until(ready: Callable[[], bool]) -> None:

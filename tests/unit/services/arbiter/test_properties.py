@@ -1,0 +1,179 @@
+"""Properties of all decisions: what is worse or less known never lowers r, nor turns SPEAK into ACT."""
+
+from collections.abc import Callable
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from proto.decision import ArbitrationRequest
+from services.arbiter.decide import decide
+from tests.unit.services.arbiter.support import (
+    CALIBRATED,
+    FEW,
+    acts,
+    fused,
+    mirror,
+    probability,
+    request,
+    requests,
+    track,
+)
+
+
+@FEW
+@given(requests())
+def test_every_situation_gets_a_decision_that_survives_the_wire(asked: ArbitrationRequest) -> None:
+    decision = decide(asked, mirror(asked), CALIBRATED).decision
+    assert msgspec.json.decode(msgspec.json.encode(decision), type=type(decision)) == decision
+
+
+@FEW
+@given(requests(), st.floats(0.0, 0.9))
+def test_less_friction_never_lowers_r(asked: ArbitrationRequest, less: float) -> None:
+    if asked.mu_low is None or asked.mu_high is None:
+        return
+    worse = replace(asked, mu_low=max(0.05, asked.mu_low - less), mu_high=max(0.05, asked.mu_high - less))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), probability)
+def test_more_degradation_never_lowers_r(asked: ArbitrationRequest, more: float) -> None:
+    if asked.h is None:
+        return
+    worse = replace(asked, h=min(1.0, asked.h + more))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), probability)
+def test_weaker_brakes_never_lower_r(asked: ArbitrationRequest, less: float) -> None:
+    if asked.brake_envelope is None:
+        return
+    worse = replace(asked, brake_envelope=max(0.0, asked.brake_envelope - less))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r
+    assert after.r_act >= before.r_act
+
+
+@FEW
+@given(requests(), st.floats(0.0, 50.0))
+def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) -> None:
+    if asked.lead is None:
+        return
+    # Still ahead: an actor behind the ego's centre is no longer in front of it.
+    worse = replace(asked, lead=replace(asked.lead, x_m=max(0.1, asked.lead.x_m - nearer)))
+    before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
+    assert after.r >= before.r - 1e-12
+    assert after.r_act >= before.r_act - 1e-12
+
+
+def _less_sure(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, fused=replace(a.fused, confidence=a.fused.confidence * x))
+
+
+def _wider_friction(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    if a.mu_low is None or a.mu_high is None:
+        return a
+    return replace(a, mu_low=a.mu_low * x, mu_high=a.mu_high + (1.0 - a.mu_high) * (1.0 - x))
+
+
+def _doubted_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, lead=replace(a.lead, confidence=a.lead.confidence * x)) if a.lead is not None else a
+
+
+def _older_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    return replace(a, lead=replace(a.lead, unseen_s=a.lead.unseen_s + x)) if a.lead is not None else a
+
+
+def _vaguer_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    if a.lead is None:
+        return a
+    return replace(a, lead=replace(a.lead, sigma_x_m=a.lead.sigma_x_m + x, sigma_vx_mps=a.lead.sigma_vx_mps + x))
+
+
+LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
+    "lower confidence": _less_sure,
+    "wider friction interval": _wider_friction,
+    "doubted actor": _doubted_lead,
+    "actor not seen for longer": _older_lead,
+    "actor measured less exactly": _vaguer_lead,
+    "no friction": lambda a, x: replace(a, mu_low=None, mu_high=None),
+    "no upper bound of friction": lambda a, x: replace(a, mu_high=None),
+    "no degradation": lambda a, x: replace(a, h=None),
+    "no brake envelope": lambda a, x: replace(a, brake_envelope=None),
+    "no ego speed": lambda a, x: replace(a, ego_speed_mps=None),
+    "no ego acceleration": lambda a, x: replace(a, ego_acceleration_mps2=None),
+    "no lead": lambda a, x: replace(a, lead=None),
+    "no pedestrian": lambda a, x: replace(a, pedestrian=None),
+    "a tool timed out": lambda a, x: replace(a, tool_timed_out=True),
+    "sight degraded": lambda a, x: replace(a, degraded=("perception/tracks",)),
+}
+
+
+@pytest.mark.parametrize("way", list(LESS))
+@FEW
+@given(asked=requests(), x=probability)
+def test_less_information_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
+    fewer = LESS[way](asked, x)
+    if not acts(asked):
+        assert not acts(fewer)
+        assert not acts(fewer, mirror(asked)), "seen by the arbiter, lost on the orchestrator"
+        assert not acts(asked, mirror(fewer)), "seen by the orchestrator, lost on the arbiter"
+
+
+critical = st.builds(
+    lambda gap, closing, h: request(track(gap_m=gap, closing_mps=closing), h=h),
+    st.floats(0.5, 25.0),
+    st.floats(5.0, 20.0),
+    probability,
+)
+
+
+@pytest.mark.parametrize("way", list(LESS))
+@FEW
+@given(asked=critical, x=probability)
+def test_less_information_in_danger_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
+    fewer = LESS[way](asked, x)
+    if not acts(asked):
+        assert not acts(fewer)
+
+
+@FEW
+@given(critical)
+def test_a_smaller_delta_acts_wherever_a_larger_one_does(asked: ArbitrationRequest) -> None:
+    acted = [acts(asked, mirror(asked, profile=p), p) for p in (replace(CALIBRATED, delta=d / 10) for d in range(5))]
+    assert acted == sorted(acted, reverse=True)
+
+
+def test_delta_trades_interventions_against_time() -> None:
+    """Approaching a standing car at 14 m/s: the time to collision at which each Delta first acts."""
+
+    def first_act_s(delta: float) -> float:
+        profile = replace(CALIBRATED, delta=delta)
+        for gap in range(80, 0, -1):
+            asked = request(track(gap_m=float(gap), closing_mps=14.0), ego_speed_mps=14.0)
+            if acts(asked, mirror(asked, profile=profile), profile):
+                return gap / 14.0
+        return 0.0
+
+    times = [first_act_s(delta / 10) for delta in range(5)]
+    assert times == sorted(times, reverse=True)
+    assert len(set(times)) >= 4
+
+
+@FEW
+@given(st.text(max_size=200), st.text(max_size=200))
+def test_no_text_moves_the_decision(directive: str, justification: str) -> None:
+    asked = request(track(gap_m=30.0, closing_mps=3.0))
+    said = replace(asked, fused=fused(directive="x" + directive, justification=justification, topic=directive))
+    assert (
+        decide(said, mirror(said), CALIBRATED).decision.kind == decide(asked, mirror(asked), CALIBRATED).decision.kind
+    )

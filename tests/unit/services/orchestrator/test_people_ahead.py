@@ -1,0 +1,125 @@
+"""People before us: who is told of, and who is not."""
+
+import math
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from proto.perception import Track
+from services.orchestrator.actors import crosses
+from services.orchestrator.matters import matters
+from services.orchestrator.state import Memory, Spoken, State
+from services.orchestrator.targets import target
+from tests.unit.services.orchestrator.near import car, hazards, observed, seen
+from tests.unit.services.orchestrator.support import START, replace
+
+
+def test_a_ghost_before_a_person_does_not_silence_the_warning() -> None:
+    person = car(18.0, -12.0, kind="pedestrian", length_m=0.5)
+    ghost = replace(person, track_id=2, x_m=14.0, confidence=0.2, age_s=0.1, sigma_vx_mps=8.0)
+    assert hazards(seen(person)) == {"person"}
+    assert hazards(seen(person, ghost)) == {"person"}
+
+
+def test_the_most_urgent_person_is_warned_of_and_not_the_nearest() -> None:
+    walker = car(30.0, -0.5, kind="pedestrian", length_m=0.5)
+    rider = car(34.0, -20.0, 2, kind="cyclist", length_m=1.8)
+    state = seen(walker, rider, speed_mps=3.0)
+    told = next(m for m in matters(state, target(state), (), ()) if m.topic == "person")
+    assert (told.key, told.urgency) == ("2 alarm", "alarm")
+
+
+STANDER = car(25.0, -3.0, kind="pedestrian", length_m=0.5)
+
+
+def words_on_a_person(state: State, *, told_s: float | None = None, braking_mps2: float | None = None) -> set[str]:
+    """How urgently, after a word on a person so long ago, while the ego slows down by so much."""
+    ego = replace(state.world.ego, acceleration_mps2=None if braking_mps2 is None else observed(-braking_mps2))
+    spoken = () if told_s is None else (Spoken(topic="person", key="9 warning", stamp_ns=START - round(told_s * 1e9)),)
+    state = replace(state, world=replace(state.world, ego=ego), memory=Memory(spoken=spoken))
+    return {m.urgency for m in matters(state, target(state), (), ()) if m.topic == "person"}
+
+
+@pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (3.0, True), (None, True)])
+def test_who_stands_is_advised_of_the_person_before_him_once_he_drives_off(ego_mps: float | None, told: bool) -> None:
+    state = seen(replace(STANDER, vx_mps=-(ego_mps or 0.0)), speed_mps=ego_mps)
+    assert (words_on_a_person(state) != set()) is told
+    assert target(state).mps <= target(seen(speed_mps=ego_mps)).mps
+
+
+@given(st.floats(-3.0, 9.0) | st.none(), st.floats(0.0, 30.0) | st.none())
+def test_only_who_was_told_of_a_person_and_brakes_as_hard_as_this_one_needs_is_advised_no_more(
+    braking_mps2: float | None, told_s: float | None
+) -> None:
+    needed_mps2 = 3.0**2 / (2.0 * (25.0 - 0.25 - 2.25 - 1.0))
+    heeds = told_s is not None and told_s < 10.0 and braking_mps2 is not None and braking_mps2 >= needed_mps2
+    words = words_on_a_person(seen(STANDER, speed_mps=3.0), told_s=told_s, braking_mps2=braking_mps2)
+    assert words == (set() if heeds else {"advice"})
+
+
+@given(st.floats(4.0, 60.0), st.floats(0.0, 20.0), st.floats(-3.0, 9.0), st.floats(0.0, 9.0))
+def test_neither_standing_nor_braking_silences_a_warning_of_a_person(
+    x_m: float, closing_mps: float, braking_mps2: float, told_s: float
+) -> None:
+    for ego_mps in (0.0, 10.0):
+        state = seen(replace(STANDER, x_m=x_m, vx_mps=-closing_mps), speed_mps=ego_mps)
+        before = words_on_a_person(state) - {"advice"}
+        assert words_on_a_person(state, told_s=told_s, braking_mps2=braking_mps2) >= before
+
+
+def test_a_person_seen_again_is_told_of_at_once() -> None:
+    assert hazards(seen(replace(STANDER, x_m=15.0, vx_mps=-10.0, steady_s=0.0), speed_mps=10.0)) != set()
+
+
+def test_one_that_crosses_is_a_hazard_while_there_is_room() -> None:
+    assert "lead" in hazards(seen(car(30.0, -13.0, clearance_m=5.0, vy_mps=6.0)))
+
+
+def walker(y_m: float, vy_mps: float, confidence: float) -> Track:
+    return car(
+        40.0, -15.0, kind="pedestrian", length_m=0.5, y_m=y_m, vy_mps=vy_mps, confidence=confidence, in_ego_path=False
+    )
+
+
+def test_who_surely_walks_to_the_road_is_told_of_three_seconds_before() -> None:
+    assert crosses(walker(5.5, -1.4, 0.8)), "in the way in 2.9 s"
+    assert not crosses(walker(5.5, -1.4, 0.6)), "a doubted one is waited for"
+    assert not crosses(walker(4.0, -0.9, 0.8)), "who only sways is not walking"
+    assert not crosses(walker(5.5, 1.4, 0.8)), "he walks away"
+    new = replace(walker(5.5, -1.4, 0.8), age_s=0.4)
+    assert not crosses(new), "where he was a second ago nobody knows: a post's range before a person made one walk"
+
+
+@given(st.floats(-4.2, 4.2), st.floats(1.4, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 1.0))
+def test_who_is_two_seconds_from_the_path_is_told_of_however_new(
+    y_m: float, speed_mps: float, confidence: float, age_s: float
+) -> None:
+    track = walker(y_m, -math.copysign(speed_mps, y_m), confidence)
+    assert y_m == 0.0 or crosses(replace(track, age_s=age_s))
+
+
+def test_in_a_bend_who_crosses_is_told_by_the_way_that_our_lane_takes() -> None:
+    outside = walker(0.3, -0.55, 0.8)
+    assert crosses(outside), "straight ahead, as far as anybody knows"
+    assert not crosses(replace(outside, clearance_m=4.6)), "he stands outside the bend"
+    inside = walker(8.0, -0.8, 0.8)
+    assert not crosses(inside)
+    for vy_mps in (0.8, -0.8):
+        assert crosses(replace(inside, clearance_m=1.0, vy_mps=vy_mps)), (
+            "the lane leads there; to which side is not told"
+        )
+
+
+@given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0))
+def test_on_a_straight_road_the_way_of_our_lane_changes_nothing(y_m: float, vy_mps: float, confidence: float) -> None:
+    plain = walker(y_m, vy_mps, confidence)
+    room_m = abs(y_m) - (1.9 + plain.width_m) / 2.0
+    assume(abs(room_m) > 1e-6)
+    assert crosses(replace(plain, clearance_m=room_m)) == crosses(plain)
+
+
+@given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(0.15, 1.0), st.floats(0.0, 0.85))
+def test_who_is_surer_crosses_no_less(y_m: float, vy_mps: float, confidence: float, more: float) -> None:
+    surer = min(1.0, confidence + more)
+    assert crosses(walker(y_m, vy_mps, surer)) >= crosses(walker(y_m, vy_mps, confidence))

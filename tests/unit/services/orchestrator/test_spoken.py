@@ -1,0 +1,225 @@
+"""What the driver hears of a tick, and how often."""
+
+from typing import Any
+
+import pytest
+
+from proto.rules import RulesAnswer
+from services.orchestrator.local import decide_locally
+from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    KMH,
+    TICK,
+    Drive,
+    Played,
+    actor,
+    conditions,
+    doubted,
+    fact,
+    law_of,
+    limit_answer,
+    limit_sign,
+    meaning,
+    preferences,
+    replace,
+)
+
+
+def test_the_first_notice_of_an_overspeed_comes_at_once_and_is_not_nagged() -> None:
+    drive = Drive()
+    drive.ticks(30)
+    drive.speed_mps = 17.0
+    drive.ticks(100)
+    assert [text for text in drive.spoken() if text.startswith("Slow down")] == ["Slow down: limit 50 km/h"]
+
+
+def after_a_sign(reading: str, drive: Drive, ticks: int = 70) -> list[str]:
+    """What is spoken from that sign on."""
+    before = len(drive.spoken())
+    drive.tick(limit_sign(reading, track_id=len(drive.history)))
+    drive.ticks(ticks)
+    return drive.spoken()[before:]
+
+
+def test_a_limit_below_the_speed_is_told_once_and_the_next_one_again() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive) == ["Slow down: limit 70 km/h"]
+    drive.speed_mps = 65 * KMH
+    assert after_a_sign("limit:60", drive) == ["Slow down: limit 60 km/h"]
+    drive.speed_mps = 45 * KMH
+    assert after_a_sign("limit:50", drive) == ["Limit 50 km/h"], "a restriction that nobody breaks is news all the same"
+
+
+def test_a_limit_that_was_told_with_its_border_is_not_told_again() -> None:
+    drive = Drive(speed_mps=40 * KMH)
+    drive.ticks(70)
+    before = len(drive.spoken())
+    drive.tick(fact("jurisdiction", "NLD"), limit_sign("limit:45"))
+    drive.ticks(70)
+    assert drive.spoken()[before:] == ["Now NLD: limit 45 km/h"]
+
+
+def test_the_overspeed_of_another_limit_is_a_first_notice_of_its_own_however_unsure_the_law_is() -> None:
+    def unsure(arguments: dict[str, Any]) -> RulesAnswer:
+        return replace(law_of(arguments), confidence=0.45)
+
+    drive = Drive(Played({**EXPERTS, "applicable_limit": unsure}, arbiter=arbiter()), speed_mps=31.0, road="rural")
+    drive.ticks(25)
+    drive.speed_mps = 27.0
+    drive.ticks(25)
+    drive.tick(limit_sign("limit:80"))
+    drive.ticks(25)
+    told = [each for each in drive.spoken() if each.startswith("Slow down: limit")]
+    assert told == ["Slow down: limit 100 km/h", "Slow down: limit 80 km/h"]
+
+
+def test_an_overspeed_in_the_wet_tells_what_is_safe_with_the_limit() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.weather = conditions(mu=0.5, factor=0.8, wet=True)
+    drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive) == ["Slow down: limit 70 km/h, drive 55 km/h"]
+
+
+def test_who_slows_down_from_far_too_fast_hears_no_calmer_word_on_it() -> None:
+    drive = Drive(speed_mps=90 * KMH, road="rural")
+    drive.ticks(30)
+    assert after_a_sign("limit:70", drive, 20) == ["Slow down: limit 70 km/h"]
+    drive.speed_mps = 78 * KMH
+    before = len(drive.spoken())
+    drive.ticks(40)
+    assert drive.spoken()[before:] == []
+    drive.ticks(560)
+    assert drive.spoken()[before:] == ["Slow down: limit 70 km/h"], "who goes on too fast is told again after a minute"
+
+
+def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_them() -> None:
+    drive = Drive()
+    drive.ticks(20)
+    drive.tick(preferences=preferences(language="de", unit="mph"))
+    drive.speed_mps = 17.0
+    ticked = drive.tick()
+    assert ticked.advisory.directive == "Langsamer: Limit 50 km/h (31 mph)"
+
+
+def test_mute_silences_news_but_not_hazards() -> None:
+    drive = Drive(speed_mps=7.0)
+    drive.tick(preferences=preferences(muted=True))
+    count = len(drive.spoken())
+    drive.tick(limit_sign("limit:30"))
+    drive.ticks(20)
+    assert len(drive.spoken()) == count
+    drive.tracks, drive.lead = (actor(12.0, 8.0),), 5
+    assert drive.tick().advisory.kind == "SPEAK"
+
+
+def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
+    drive = Drive()
+    drive.ticks(60)
+    sign = limit_sign("limit:30", passed=False, scope="when_wet", plates=("plate:when_wet:de",), distance_m=40.0)
+    drive.tick(sign)
+    drive.ticks(12)
+    assert "Sign: the sign limit:30" in drive.spoken()
+
+
+@pytest.mark.parametrize(
+    "decided",
+    [
+        {"kind": "SPEAK", "reason": "hazard: closing_lead"},
+        {"kind": "SPEAK", "reason": "ACT withheld: no grant", "act_withheld": "no grant"},
+        {"kind": "ACT", "reason": "U_act - U_speak = 0.3 > Delta = 0.2 and RSS is violated"},
+    ],
+)
+def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) -> None:
+    drive = Drive()
+    local = drive.tick().decision
+    told_before = drive.state.memory
+    drive.ask.decide = lambda request: replace(
+        local, tick=request.tick, hazard="closing_lead", profile="calibrated", **decided
+    )
+    ticked = drive.tick()
+    assert ticked.fused.topic == "limit"
+    assert (ticked.advisory.directive, ticked.advisory.hazard) == ("Brake: vehicle close ahead", "closing_lead")
+    assert ticked.advisory.urgency == ("alarm" if "act_withheld" in decided else "warning")
+    assert ticked.state.memory.hazards == told_before.hazards + 1
+
+
+@pytest.mark.parametrize(
+    ("y_m", "vy_mps", "directive"),
+    [
+        (-18.0, 7.0, "Brake: vehicle from the right"),
+        (18.0, -7.0, "Brake: vehicle from the left"),
+        (2.0, 7.0, "Brake: vehicle close ahead"),  # it is through, and its tail is not
+        (-4.0, 1.0, "Brake: vehicle close ahead"),  # it changes lanes
+    ],
+)
+def test_who_drives_across_our_way_is_told_with_the_side_he_comes_from(
+    y_m: float, vy_mps: float, directive: str
+) -> None:
+    drive = Drive(speed_mps=12.0)
+    drive.ticks(20)
+    speed_mps = 0.0 if abs(vy_mps) > 2.0 else 4.0
+    for _ in range(4):
+        drive.tracks = (actor(gap_m=25.0, closing_mps=12.0 - speed_mps, y_m=y_m, vy_mps=vy_mps),)
+        drive.tick()
+    told = next(t.advisory for _, _, t in drive.history if t.advisory.hazard and t.advisory.kind == "SPEAK")
+    assert (told.directive, told.topic, told.hazard) == (directive, "lead", "closing_lead")
+
+
+def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
+    drive = Drive()
+    drive.speed_mps = 20.0
+    drive.ask.decide = lambda request: replace(
+        decide_locally(request), kind="SPEAK", hazard="closing_lead", profile="calibrated"
+    )
+    shouted = drive.ticks(60)
+    assert shouted.fused.first_notice
+    assert not any("over" in text.lower() for text in drive.spoken())
+    drive.ask.decide = lambda request: None
+    assert "50 km/h" in drive.tick().advisory.directive
+    assert drive.tick().fused.first_notice is False
+
+
+def test_what_the_rules_said_of_a_junction_is_quoted_at_that_one_alone() -> None:
+    note = "You are on a priority road: others wait."
+    told = limit_answer(50, legal_action="proceed", limit=None, note=note)
+    drive = Drive(Played({**EXPERTS, "right_of_way": lambda a: told}))
+    drive.ticks(30)
+    drive.tracks = (person := actor(25.0, closing_mps=12.0, kind="pedestrian", length_m=0.6),)
+    ticked = drive.tick(fact("sign", "priority_road", track_id=70, distance_m=20.0))
+    assert note in ticked.fused.justification
+    drive.tracks = ()
+    drive.ticks(600)
+    drive.tracks = (replace(person, track_id=6),)
+    drive.ticks(3)
+    assert drive.history[-1][2].fused.topic == "person"
+    assert note not in drive.history[-1][2].fused.justification
+
+
+def test_what_the_rules_said_of_one_doubted_sign_is_not_quoted_for_another() -> None:
+    drive = Drive(Played({**EXPERTS, "interpret_sign": lambda a: meaning(a["reading"], note=f"Of {a['reading']}.")}))
+    drive.tick(doubted("limit:30", ("limit:80", 0.4), track_id=30, distance_m=40.0))
+    del drive.ask.table["interpret_sign"]
+    drive.ticks(10)
+    for _ in range(20):
+        drive.tick(doubted("limit:20", ("limit:70", 0.4), track_id=31, distance_m=20.0))
+    doubts = [t.fused for _, _, t in drive.history if t.fused.topic == "doubt"]
+    assert doubts
+    assert all("Of limit:30" not in fused.justification for fused in doubts)
+
+
+@pytest.mark.parametrize(("waited_s", "told"), [(20, True), (100, True), (300, False)])
+def test_green_is_told_to_who_waits_for_it_and_not_for_a_red_of_long_ago(waited_s: int, told: bool) -> None:
+    drive = Drive(speed_mps=10.0)
+    drive.ticks(30)
+    for tick in range(10):
+        drive.tick(fact("light", "light:red", track_id=4, distance_m=30.0 - tick))
+    drive.speed_mps = 0.0
+    for _ in range(waited_s):
+        drive.now_ns += 9 * TICK
+        drive.tick(fact("light", "light:red", track_id=4, distance_m=15.0))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
+    drive.tick(fact("light", "light:green", track_id=4, distance_m=15.0))
+    assert any("Green" in text for text in drive.spoken()[1:]) is told
