@@ -3,7 +3,7 @@
 from services.perception.tracked import EgoState
 from services.perception.tracker import Tracker
 from services.perception.untracked import tracker_of
-from tests.unit.services.perception.test_tracker import STEP_NS, drive, sighting
+from tests.unit.services.perception.support import STEP_NS, drive, sighting
 
 
 def test_every_picture_shows_new_actors_of_unknown_speed_as_sure_as_their_boxes() -> None:
