@@ -19,8 +19,8 @@ from proto.decision import ArbitrationRequest
 from services.arbiter.decide import decide, weigh
 from services.arbiter.profiles import Profile, reachability
 from services.orchestrator.events import out_of_bounds
-from tests.unit.services.arbiter.support import CALIBRATED, mirror, probability, requests
-from tests.unit.services.arbiter.test_decide import LESS, acts, critical
+from tests.unit.services.arbiter.support import CALIBRATED, acts, mirror, probability, requests
+from tests.unit.services.arbiter.test_properties import LESS, critical
 
 SOME = settings(max_examples=40, deadline=None)
 candidates = st.lists(probability, min_size=len(ROWS), max_size=len(ROWS)).map(unscaled)
