@@ -26,6 +26,7 @@ from services.logger.reader import messages
 SURE, NEAR_M, FAR_M, MOVING_MPS = 0.7, 8.0, 60.0, 2.0
 """Tracks as sure as this, and moving vehicles between these distances, are compared."""
 SAME_M = 5.0
+"""A track is of the nearest vehicle, if that is no farther from it."""
 ASKEW_RAD = (0.0, 0.05, 0.15, 0.3, 0.5, 0.8)
 EVERY = 5
 """Of pictures; those between tell much the same."""
@@ -39,6 +40,8 @@ class Told(NamedTuple):
     """Between its axis and ours, to either side."""
     aside_m: float
     """From where it is to where it is told to be, to either side."""
+    along_m: float
+    """The same, nearer or farther."""
 
 
 def compared(tracks: Iterable[Track], truth: Truth) -> Iterator[Told]:
@@ -53,7 +56,7 @@ def compared(tracks: Iterable[Track], truth: Truth) -> Iterator[Told]:
         ahead_mps = actor.vx_mps + truth.speed_mps
         if math.hypot(ahead_mps, actor.vy_mps) >= MOVING_MPS:
             askew_rad = abs(math.atan2(actor.vy_mps, abs(ahead_mps)))
-            yield Told(ahead_mps < 0.0, askew_rad, abs(track.y_m - actor.y_m))
+            yield Told(ahead_mps < 0.0, askew_rad, abs(track.y_m - actor.y_m), abs(track.x_m - actor.x_m))
 
 
 def _apart_m(actor: TrueActor, track: Track) -> float:

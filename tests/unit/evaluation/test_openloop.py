@@ -6,20 +6,9 @@ import pytest
 
 from drivemcp.errors import UserError
 from evaluation.methods import METHODS
-from evaluation.metrics import Recorder, from_log, keep, measure
+from evaluation.metrics import from_log, measure
 from evaluation.openloop import Answered, answers
 from evaluation.openloop_table import OPEN, main, markdown, rows
-from evaluation.run.host import drive
-from evaluation.run.spec import RunSpec
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder, recorder = tmp_path_factory.mktemp("open"), Recorder()
-    drive(RunSpec(scenario="dynamic-vsl", seed=3, seconds=15.0, sensors="model"), folder, recorder.follow)
-    (found,) = folder.glob("**/*.mcap")
-    keep(recorder, found.parent)
-    return found
 
 
 def run(log: Path, label: str) -> list[Answered]:

@@ -1,11 +1,13 @@
 """How far aside of where they are vehicles in bends are told to be."""
 
 import math
+import statistics
 from pathlib import Path
 
 import pytest
 
-from evaluation.tracking.askew import compared, main, table
+from drivemcp.errors import UserError
+from evaluation.tracking.askew import compared, main, table, told_in
 from proto.perception import Track
 from proto.truth import TrueActor, Truth
 
@@ -38,6 +40,7 @@ def test_an_oncoming_car_is_compared_by_its_axis_and_its_place(askew_rad: float)
     assert told.oncoming
     assert told.askew_rad == pytest.approx(abs(askew_rad))
     assert told.aside_m == pytest.approx(0.8)
+    assert told.along_m == pytest.approx(0.5)
 
 
 def test_what_is_unsure_stands_or_is_nobodys_is_left_out() -> None:
@@ -50,6 +53,19 @@ def test_each_vehicle_counts_in_the_row_of_its_axis() -> None:
     seen = [*compared([track(30.0, 6.5)], truth(car(30.0, 6.0, -12.0, 0.4))), *compared([], truth())]
     assert "| oncoming | 0.3 to 0.5 | 1 | 0.50 m | 0.50 m |" in table(seen)
     assert "| our way | 0.3 to 0.5 | 0 | - | - |" in table(seen)
+
+
+def test_a_drives_tracks_are_laid_beside_its_own_truth(log: Path) -> None:
+    told = list(told_in(log))
+    assert len(told) > 20
+    assert statistics.median(each.aside_m for each in told) < 0.3
+    assert statistics.median(each.along_m for each in told) < 0.5, "of the same instant"
+
+
+def test_a_log_without_truth_is_refused(log: Path, tmp_path: Path) -> None:
+    (alone := tmp_path / "log.mcap").write_bytes(log.read_bytes())
+    with pytest.raises(UserError, match="no truth beside it"):
+        list(told_in(alone))
 
 
 def test_a_file_that_is_no_log_is_named(

@@ -30,6 +30,9 @@ def test_every_situation_gets_a_decision_that_survives_the_wire(asked: Arbitrati
     assert msgspec.json.decode(msgspec.json.encode(decision), type=type(decision)) == decision
 
 
+# -- known worse: never a lower r -------------------------------------------------------------------------------------
+
+
 @FEW
 @given(requests(), st.floats(0.0, 0.9))
 def test_less_friction_never_lowers_r(asked: ArbitrationRequest, less: float) -> None:
@@ -73,6 +76,9 @@ def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) 
     before, after = (decide(a, mirror(a), CALIBRATED).decision.metrics for a in (asked, worse))
     assert after.r >= before.r - 1e-12
     assert after.r_act >= before.r_act - 1e-12
+
+
+# -- less information: never from SPEAK to ACT -------------------------------------------------------------------------
 
 
 def _less_sure(a: ArbitrationRequest, x: float) -> ArbitrationRequest:

@@ -34,6 +34,9 @@ def change(seen: Observations, topic: str, **fields: Any) -> Observations:
     return replace(seen, **{topic: replace(stamped, message=replace(stamped.message, **fields))})
 
 
+# -- known worse -------------------------------------------------------------------------------------------------------
+
+
 def less_grip(seen: Observations, x: float) -> Observations:
     assert seen.conditions is not None
     now = seen.conditions.message
@@ -77,6 +80,9 @@ def test_known_worse_never_raises_the_target_and_never_lowers_r(
     after = one(drive, changed, ask)
     assert target(after) <= target(before) + 1e-9
     assert after.decision.metrics.r >= before.decision.metrics.r - 1e-9
+
+
+# -- less information --------------------------------------------------------------------------------------------------
 
 
 def _gone(topic: str) -> Callable[[Observations, float], Observations]:
@@ -191,6 +197,8 @@ def test_contradictory_signs_end_at_or_below_the_lower(drive: Drive, confidence:
     both = one(drive, next_seen(drive, news, other))
     assert target(both) <= max(target(alone), stood) + 1e-9
 
+
+# -- malformed -----------------------------------------------------------------------------------------------------------
 
 number = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from((-1.0, 0.0, 1e9)))
 
