@@ -18,7 +18,7 @@ from evaluation.drive.stack import Stack, StackPlan
 from proto import topics
 from proto.truth import ScenarioState
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 class OneNode:

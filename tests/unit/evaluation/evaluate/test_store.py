@@ -97,7 +97,12 @@ def test_a_modelled_run_opens_no_data_but_what_is_in_its_key(tmp_path: Path) -> 
 @pytest.mark.parametrize("sensors", ["rendered", "model"])
 def test_every_module_of_ours_that_a_run_loads_is_in_its_key(sensors: str, tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", LOADED, sensors, str(tmp_path)], capture_output=True, text=True, check=True, cwd=ROOT
+        [sys.executable, "-c", LOADED, sensors, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+        timeout=300,
     )
     loaded = done.stdout.split()
     assert {"evaluation.run.host", "services.arbiter.service"} <= set(loaded)

@@ -29,7 +29,7 @@ def answers(config: ServiceConfig, node: Node) -> None:
 @contextmanager
 def held_up(on: TestBus) -> Iterator[tuple[Node, threading.Event]]:
     """A retrieval whose only worker is busy, so that it does not answer for its catalogue, until the event."""
-    free = threading.Event()
+    free, taken = threading.Event(), threading.Event()
 
     def build(config: ServiceConfig, node: Node) -> None:
         answers(config, node)
@@ -37,18 +37,20 @@ def held_up(on: TestBus) -> Iterator[tuple[Node, threading.Event]]:
         @node.tool(deadline_ms=1000)
         def busy() -> dict[str, int]:
             """Keeps its worker."""
+            taken.set()
             free.wait(WAIT_S)
             return {}
 
     node = on.start(Service("retrieval", ServiceConfig, build), ServiceConfig(tool_workers=1))
     on.probe.client.discover()
-    caller = threading.Thread(target=on.call, args=("busy",), kwargs={"deadline_ms": 100.0}, daemon=True)
+    caller = threading.Thread(target=on.call, args=("busy",), kwargs={"deadline_ms": 1e3 * WAIT_S}, daemon=True)
     caller.start()
-    caller.join(WAIT_S)
+    assert taken.wait(WAIT_S)
     try:
         yield node, free
     finally:
         free.set()
+        caller.join(WAIT_S)
 
 
 def test_the_tools_are_there_when_the_wait_is_over() -> None:

@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from drivemcp import node as node_module
 from drivemcp.config import load_config
 from drivemcp.errors import ConfigError
+from drivemcp.inbox import Inbox
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
@@ -144,15 +145,20 @@ def test_a_logger_that_is_behind_at_its_end_logs_the_rest_or_says_how_much_is_mi
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, within_s: float, most: int
 ) -> None:
     monkeypatch.setattr(node_module, "FINISH_S", within_s)
-    take, busy, never = Recorder.take, threading.Event(), threading.Event()
+    take, busy, ending, close = Recorder.take, threading.Event(), threading.Event(), Inbox.close
+
+    def closed(inbox: Inbox) -> None:
+        close(inbox)
+        ending.set()
 
     def behind(recorder: Recorder, topic: Topic[Any], *rest: Any, **head: Any) -> None:
         if topic is topics.EGO and not busy.is_set():
             busy.set()
-            never.wait(0.5)  # long enough for the rest to be sent, and the end to begin
+            ending.wait(10.0)  # by then the rest is sent, and nothing more is taken in
         take(recorder, topic, *rest, **head)
 
     monkeypatch.setattr(Recorder, "take", behind)
+    monkeypatch.setattr(Inbox, "close", closed)
     with bus() as b:
         node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path)))
         for n in range(40):

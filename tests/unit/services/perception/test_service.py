@@ -8,6 +8,7 @@ from proto import topics
 from proto.health import ServiceHealth
 from proto.sensors import Calibration, CameraFrame, LidarSweep
 from proto.weather import CameraWeather
+from services.perception import service
 from services.perception.service import SERVICE, PerceptionConfig
 
 REAR_M = 18.0
@@ -19,8 +20,9 @@ def rear_sweep() -> LidarSweep:
 
 
 def test_pictures_become_boxes_tracks_and_lanes_with_the_pictures_stamp(
-    street_frame: CameraFrame, front_calibration: Calibration
+    street_frame: CameraFrame, front_calibration: Calibration, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(service, "STALE_NS", 60 * 10**9)
     with bus() as b:
         b.start(SERVICE, PerceptionConfig(late_ms=60_000))
         boxes, lanes, tracks = b.collect(topics.BOXES), b.collect(topics.LANES), b.collect(topics.TRACKS)
