@@ -1,10 +1,10 @@
 """What a session on the bus keeps in memory, in a process of its own."""
 
 import json
-import subprocess
 import sys
+from subprocess import PIPE, Popen
 
-from drivemcp.bus import SHARED_FROM_BYTES, open_bus
+from drivemcp.bus import SHARED_FROM_BYTES, open_bus, wait_settled
 from drivemcp.config import BusConfig
 from drivemcp.supervisor import free_port
 
@@ -24,7 +24,8 @@ with open_bus(BusConfig(connect=(sys.argv[1],))) as bus:
     def sends(size):
         publisher.put(bytes(size), b"")
         return shares()
-    print(json.dumps([wait_settled(lambda: sends(SHARED_FROM_BYTES // 2), 0.5), wait_settled(lambda: sends(1 << 20), 10.0)]))
+    print(json.dumps([wait_settled(lambda: sends(SHARED_FROM_BYTES // 2), 0.5), wait_settled(lambda: sends(1 << 20), 10.0)]), flush=True)
+    sys.stdin.read()  # what was sent last may still be on its way
 """
 
 
@@ -33,9 +34,8 @@ def test_only_who_sends_pictures_keeps_shared_memory() -> None:
     sizes: set[int] = set()
     with open_bus(BusConfig(mode="peer", listen=(endpoint,))) as bus:
         bus.subscribe("test/size", lambda key, payload, attachment: sizes.add(len(payload)))
-        sender = subprocess.run(
-            [sys.executable, "-c", SENDER, endpoint], capture_output=True, text=True, timeout=60, check=False
-        )
-    assert sender.returncode == 0, sender.stderr
-    assert json.loads(sender.stdout) == [False, True]
-    assert {SHARED_FROM_BYTES // 2, 1 << 20} <= sizes
+        with Popen([sys.executable, "-c", SENDER, endpoint], stdin=PIPE, stdout=PIPE, text=True) as sender:
+            assert wait_settled(lambda: {SHARED_FROM_BYTES // 2, 1 << 20} <= sizes, 60.0)
+            told, _ = sender.communicate(timeout=60)
+    assert sender.returncode == 0
+    assert json.loads(told) == [False, True]

@@ -97,7 +97,8 @@ def test_a_malformed_payload_is_counted_and_dropped_and_the_next_message_arrives
         b.session.publisher("drivemcp/ego/can/ego").put(b"\xc1garbage", b"no head")
         b.node("can").publish(topics.EGO, Ego(speed_mps=1.0))
         assert seen.wait().speed_mps == 1.0
-        assert b.probe.health(topics.EGO).alive
+        heard = b.probe._monitors["drivemcp/ego/can/ego"]
+        assert (heard.received, heard.malformed) == (1, 1)
 
 
 def test_a_tool_answers_with_structured_content_and_hashes(wet_bus: TestBus) -> None:
@@ -202,7 +203,7 @@ def test_a_server_whose_catalogue_was_lost_as_it_appeared_is_found_all_the_same(
 
     caller = wet_bus.node("caller")
     caller.watch_services()
-    assert wait_settled(lambda: "how_wet" in caller.catalogue(), 10.0)
+    assert wait_settled(lambda: "how_wet" in caller.client.discover(), 10.0)
     wet_bus.session.serve(catalogue, list_tools)
     wet_bus.session.serve(tool, lambda query: query.answer(tool, b'{"structuredContent":{"wet":true,"mu":0.5}}'))
     wet_bus.session.announce(alive_key(vehicle, "busy"))
@@ -245,7 +246,7 @@ def test_a_tool_of_the_table_is_its_services_alone_whoever_offers_one_first() ->
         assert wait_settled(lambda: "how_wet" in caller.client.discover(), 10.0)
         assert "applicable_limit" not in caller.client.discover()
         b.start(Service("rules", ServiceConfig, _limits(50)))
-        assert wait_settled(lambda: "applicable_limit" in caller.catalogue(), 10.0)
+        assert wait_settled(lambda: "applicable_limit" in caller.client.discover(), 10.0)
         assert b.call("applicable_limit", caller=caller).result == {"kmh": 50}
 
 
@@ -370,8 +371,9 @@ def test_a_server_that_dies_while_it_works_is_unavailable_at_once_and_not_only_a
         caller.open(announce=False)
         with Popen([sys.executable, "-c", SERVER, endpoint], stdin=PIPE, stdout=PIPE) as server:
             assert server.stdout is not None
-            assert wait_settled(lambda: "hang" in caller.catalogue(), 20.0)
+            assert wait_settled(lambda: "hang" in caller.client.discover(), 20.0)
             call = pool.submit(caller.call, "hang", {}, deadline_ms=60_000.0)
+            call.add_done_callback(lambda _: server.kill())  # who is not called says nothing for ever
             assert server.stdout.readline() == b"called\n"
             server.kill()
             outcome = call.result(10)

@@ -27,7 +27,7 @@ def frame(arbitration_id: int, payload: bytes) -> CanFrame:
 
 
 class Units:
-    """The other end: after each request the frames that its script has for it, on a thread of their own."""
+    """The other end: after each request the frames that its script has for it; from its first pause on, on a thread of their own."""
 
     def __init__(self, *script: Sequence[CanFrame | float], ecus: tuple[int, ...] = ECUS) -> None:
         self.script, self.sent = list(script), list[tuple[int, bytes]]()
@@ -36,7 +36,11 @@ class Units:
     def send(self, arbitration_id: int, data: bytes) -> None:
         self.sent.append((arbitration_id, data))
         if data not in FLOW_FRAMES and self.script:
-            threading.Thread(target=self._answer, args=(self.script.pop(0),)).start()
+            frames = self.script.pop(0)
+            at_once = next((at for at, each in enumerate(frames) if isinstance(each, float)), len(frames))
+            self._answer(frames[:at_once])
+            if frames[at_once:]:
+                threading.Thread(target=self._answer, args=(frames[at_once:],)).start()
 
     def _answer(self, frames: Sequence[CanFrame | float]) -> None:
         pause = threading.Event()
@@ -77,16 +81,19 @@ def test_a_unit_that_falls_silent_is_missed_in_a_list_of_codes_also_when_that_wa
 
 def test_a_unit_that_comes_back_late_is_waited_for_again() -> None:
     speed, other = frame(0x7E8, b"\x41\x0d\x30"), frame(0x7E9, b"\x41\x0d\x31")
-    units = Units([speed], [speed], [speed], [speed, 0.02, other])
+    units = Units([speed], [speed], [speed], [speed, other])
     assert [units.ask(SPEED).ended for _ in range(3)][-1] == "answered"
     units.diagnostics.on_frame(other)
-    assert units.ask(SPEED).answers.keys() == {0x7E8, 0x7E9}
+    reply = units.ask(SPEED)
+    assert reply.answers.keys() == {0x7E8, 0x7E9}
+    assert reply.ended == "quiet", "it was waited for, though the first was there"
 
 
-def test_a_unit_that_is_known_to_answer_gets_longer_than_an_unknown_one() -> None:
+def test_a_unit_that_is_known_to_answer_gets_longer_than_an_unknown_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("services.can.diagnostics.OWED_S", 30.0)
     other = frame(0x7E9, b"\x43\x00")
     units = Units([frame(0x7E8, b"\x43\x00"), 0.2, other])
-    assert units.ask(CODES).answers.keys() == {0x7E8, 0x7E9}
+    assert units.ask(CODES, timeout_s=30.0).answers.keys() == {0x7E8, 0x7E9}
 
 
 def test_a_unit_that_no_profile_lists_is_heard() -> None:

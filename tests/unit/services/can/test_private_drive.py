@@ -147,8 +147,8 @@ def test_neither_number_nor_private_signals_leave_the_service_or_reach_the_log(t
 
 def test_raw_access_tells_private_signals_and_still_no_number(tmp_path: Path) -> None:
     with driving(tmp_path, raw_access=True) as (b, _):
-        rows = msgspec.json.encode(b.call("read_can_frames", {"duration_s": 1.0}))
-        place = b.call("monitor_signal", {"signal_name": "Latitude"}).result
+        rows = msgspec.json.encode(b.call("read_can_frames", {"duration_s": 60.0}))
+        place = b.call("monitor_signal", {"signal_name": "Latitude", "duration_s": 60.0}).result
         number = msgspec.json.encode(b.call("send_obd_request", {"service": 9, "pid": 2}))
         uds = msgspec.json.encode(b.call("read_identifier", {"identifier": 0xF190, "ecu": "engine"}))
         rows_after = msgspec.json.encode(b.call("read_can_frames", {"duration_s": 5.0}))

@@ -249,11 +249,11 @@ def test_the_ego_speed_is_that_of_the_recorded_drive(tmp_path: Path, ending: str
     assert "is a recording" in refused.result["message"]
 
 
-def test_a_recording_is_stepped_by_calls(tmp_path: Path) -> None:
+def test_a_recording_is_stepped_by_calls(tmp_path: Path, patient: str) -> None:
     path = write(tmp_path / "drive.log", drive(3.0))
     with bus() as b:
         egos = b.collect(topics.EGO)
-        b.start(SERVICE, CanConfig(buses=(BusConfig(recording=str(path), step_ms=20.0),)))
+        b.start(SERVICE, CanConfig(profile=patient, buses=(BusConfig(recording=str(path), step_ms=20.0),)))
         assert not any(ego.speed_mps for ego in egos.messages)
         outcome = b.call("step_recording", {"steps": 5})
         ego = egos.wait(lambda ego: ego.speed_mps is not None)

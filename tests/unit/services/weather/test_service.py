@@ -13,7 +13,7 @@ from proto.weather import CameraWeather, Conditions, Within
 from services.weather.service import SERVICE, WeatherConfig
 from services.weather.sources.internet import InternetConfig
 
-FAST = WeatherConfig(conditions_hz=20.0)
+FAST = WeatherConfig(conditions_hz=20.0, ego_max_age_s=600.0)
 DRY = WeatherSensing(
     rain_mm_h=0.0,
     snow_mm_h=0.0,
@@ -104,7 +104,12 @@ def test_old_sensing_is_no_sensing() -> None:
         b.start(SERVICE, FAST)
         node = b.node("simulator")
         old_ns = node.clock.now_ns() - 60_000_000_000
-        b.wait_for(topics.CONDITIONS, after=lambda: node.publish(topics.WEATHER_SENSING, DRY, stamp_ns=old_ns))
+
+        def drive() -> None:
+            node.publish(topics.WEATHER_SENSING, DRY, stamp_ns=old_ns)
+            node.publish(topics.EGO, Ego(speed_mps=25.0))  # whose speed is known has been sent the sensing before it
+
+        b.wait_for(topics.CONDITIONS, lambda c: c.reference_speed_mps == 25.0, after=drive)
         assert result(b)["precipitation"] == "unknown"
 
 

@@ -167,6 +167,7 @@ def test_asking_runs_beside_everything_else_and_ends(station: Station) -> None:
         if asked.status == "ok" or answered.wait(0.01):
             break
     internet.close()
+    internet._thread.join(10.0)
     assert asked.status == "ok"
     assert not internet._thread.is_alive()
 
