@@ -78,20 +78,27 @@ class Recorder:
             self._note(message, now_ns)
 
     def sealed(self, head: ChainHead, n: int) -> None:
-        """A flush is in the file: its head and its traces go to memory; its first and last make an entry of the drive."""
-        self.head = head
+        """A flush is in the file: its head and its traces go to memory; its first and last make an entry of the drive.
+
+        `head` is the new one only then: who hears it finds the traces.
+        """
         with self._lock:
             rows, self._rows = self._rows, []
-        if self._memory is None:
-            return
         try:
-            self._memory.add_head(head, n)
+            if self._memory is not None:
+                self._keep(self._memory, head, n, rows)
+        finally:
+            self.head = head
+
+    def _keep(self, memory: MemoryStore, head: ChainHead, n: int, rows: list[TraceRow]) -> None:
+        try:
+            memory.add_head(head, n)
             if n == 0 or head.closed:
                 now_ns = time.time_ns()
                 entry = {"file": head.file, "messages": head.records, "closed": head.closed, "head": head.head_sha256}
-                self._memory.remember("drive", head.file, entry, stamp_ns=now_ns)
+                memory.remember("drive", head.file, entry, stamp_ns=now_ns)
             if rows:
-                self._memory.add_traces([msgspec.structs.replace(row, file=head.file) for row in rows])
+                memory.add_traces([msgspec.structs.replace(row, file=head.file) for row in rows])
         except sqlite3.Error as error:
             self._memory_failed(error)
 

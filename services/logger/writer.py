@@ -158,15 +158,24 @@ class LogWriter:
             records = list(self._waiting)
         for batch in _batches(records):
             self._append_sound(self._file or self._open(), batch)
-        with self._lock:
-            gap = self._gap
-        if gap:
-            self._gaps += 1
-            self._append(self._file or self._open(), [gap_record(gap, sequence=self._gaps)], counted=0)
-            with self._lock:
-                self._gap = None if self._gap == gap else self._gap
-        if records or gap:
+        if self._append_gap() or records:
             self._after()
+
+    def _append_gap(self) -> bool:
+        """What was lost since the last one; whether there was any. If it cannot be written it waits, wider by what is lost since."""
+        with self._lock:
+            gap, self._gap = self._gap, None
+        if gap is None:
+            return False
+        self._gaps += 1
+        try:
+            self._append(self._file or self._open(), [gap_record(gap, sequence=self._gaps)], counted=0)
+        except Exception:
+            with self._lock:
+                since = self._gap
+                self._gap = gap if since is None else _widened(gap, since.until_ns, gap.reason, since.lost)
+            raise
+        return True
 
     def _append_sound(self, file: LogFile, batch: list[Record]) -> None:
         """The batch, without those of its records that no file takes. Raises OSError; then they may be given again."""

@@ -113,8 +113,9 @@ class Simulator:
                 self._drive = Conductor(session, studio, self._publish, self._conduct)
                 self._node.run_soon(self._step)
             else:
-                self._drive = RealTime(session, studio, self._publish, self._node.clock.now_ns)
-                self._drive.start()
+                drive = RealTime(session, studio, self._publish, self._node.clock.now_ns)
+                drive.start()
+                self._drive = drive  # once it lives: `report` takes one that does not for one that broke off
             self._node.log.info("driving %s, seed %d, %.0f s", scenario.name, seed, session.seconds)
 
     def _session(self, scenario: Scenario, seed: int, seconds: float) -> Session:

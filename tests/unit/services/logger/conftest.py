@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 
+from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
 from services.logger import container, scan, signing
 from services.logger.file import DiskFile, Form, LogFile, Origin, Record
 
@@ -115,3 +116,26 @@ def tampered(source: Path, change: Tamper) -> Path:
     target = source.with_name("tampered.mcap")
     target.write_bytes(chunks.build())
     return target
+
+
+def trace_of(tick: int) -> TraceRecord:
+    """A trace that speaks of a speed."""
+    return TraceRecord(
+        tick=tick,
+        stamp_ns=tick * 100,
+        cause="snapshot",
+        inputs={},
+        events=(Event(kind="overspeed", g=1.0, eta=0.5),),
+        calls=(),
+        fused=Fused(
+            target_mps=10.0, legal_limit=None, headway_factor=1.0, directive="Slow down", justification="",
+            confidence=1.0, urgency="advice", topic="speed",
+        ),
+        request=None,
+        decision=Decision(tick=tick, kind="SPEAK", reason="", metrics=SafetyMetrics()),
+        advisory=Advisory(
+            tick=tick, snapshot_stamp_ns=0, kind="SPEAK", directive="Slow down", justification="", urgency="advice",
+            topic="speed", hazard="", target_mps=10.0, legal_limit=None, unit="km/h", language="en", confidence=1.0,
+        ),
+        versions={"rulepack": "DEU-v1@1.0.0"},
+    )  # fmt: skip

@@ -16,7 +16,6 @@ from drivemcp.errors import ConfigError
 from drivemcp.inbox import Inbox
 from drivemcp.testing import TestBus, bus
 from proto import topics
-from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
 from proto.health import ServiceLog
 from proto.sensors import CameraFrame, CanFrame, CanFrames
 from proto.topics import Topic
@@ -28,28 +27,7 @@ from services.logger.reader import Logged, messages
 from services.logger.recorder import Recorder
 from services.logger.service import SERVICE, LoggerConfig
 from services.logger.verify import verify
-
-
-def _trace(tick: int) -> TraceRecord:
-    return TraceRecord(
-        tick=tick,
-        stamp_ns=tick * 100,
-        cause="snapshot",
-        inputs={},
-        events=(Event(kind="overspeed", g=1.0, eta=0.5),),
-        calls=(),
-        fused=Fused(
-            target_mps=10.0, legal_limit=None, headway_factor=1.0, directive="Slow down", justification="",
-            confidence=1.0, urgency="advice", topic="speed",
-        ),
-        request=None,
-        decision=Decision(tick=tick, kind="SPEAK", reason="", metrics=SafetyMetrics()),
-        advisory=Advisory(
-            tick=tick, snapshot_stamp_ns=0, kind="SPEAK", directive="Slow down", justification="", urgency="advice",
-            topic="speed", hazard="", target_mps=10.0, legal_limit=None, unit="km/h", language="en", confidence=1.0,
-        ),
-        versions={"rulepack": "DEU-v1@1.0.0"},
-    )  # fmt: skip
+from tests.unit.services.logger.conftest import trace_of
 
 
 def _logged(b: TestBus, folder: Path, publish: Sequence[tuple[Topic[Any], msgspec.Struct, str | None]]) -> list[Logged]:
@@ -88,7 +66,7 @@ def test_what_the_topic_table_wants_logged_is_logged_and_raw_bus_frames_and_swee
 def test_a_trace_is_kept_byte_for_byte_and_found_again(tmp_path: Path) -> None:
     with bus() as b:
         node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
-        b.probe.publish(topics.TRACE, _trace(7))
+        b.probe.publish(topics.TRACE, trace_of(7))
         b.wait_for(topics.CHAIN, lambda head: head.records > 0)
         found = b.call("find_traces", {"event": "overspeed"}).result
         versions = b.call("recall", {"kind": "rulepack"}).result
@@ -99,7 +77,7 @@ def test_a_trace_is_kept_byte_for_byte_and_found_again(tmp_path: Path) -> None:
     assert versions is not None
     assert versions["entries"][0]["value"] == {"rulepack": "DEU-v1@1.0.0"}
     (data,) = [one.data for one in messages(path) if one.name == "trace"]
-    assert data == msgspec.json.encode(_trace(7))
+    assert data == msgspec.json.encode(trace_of(7))
 
 
 def test_what_is_remembered_is_recalled_and_nonsense_is_refused(tmp_path: Path) -> None:
@@ -201,7 +179,7 @@ def test_a_publication_is_logged_whatever_its_stamp_and_the_next_one_too(stamps:
         node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10))
         for stamp_ns in (*stamps, 42):
             b.probe.publish(topics.EGO, Ego(speed_mps=1.0), stamp_ns=stamp_ns)
-        trace = msgspec.structs.replace(_trace(7), stamp_ns=stamps[0])
+        trace = msgspec.structs.replace(trace_of(7), stamp_ns=stamps[0])
         b.probe.publish(topics.TRACE, trace, stamp_ns=stamps[0])
         b.probe.publish(topics.EGO, Ego(speed_mps=2.0), stamp_ns=42)
         b.wait_for(topics.CHAIN, lambda head: head.records >= len(stamps) + 3)

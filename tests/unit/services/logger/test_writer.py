@@ -239,6 +239,34 @@ def test_what_a_full_queue_loses_leaves_a_gap_whatever_its_times_say(tmp_path: P
     assert (gap.lost, gap.from_ns) == (1, 0)
 
 
+@pytest.mark.parametrize("full", [False, True], ids=["written", "full at first"])
+def test_what_is_lost_while_a_gap_is_written_is_counted_once(
+    tmp_path: Path, signer: signing.Signer, full: bool
+) -> None:
+    """Nothing but the gap is to be written; each of the first two writes loses three more."""
+    writer: LogWriter
+    losing = [True, True]
+
+    class Disk(FullDisk):
+        def write(self, data: bytes) -> None:
+            if losing:
+                losing.pop()
+                writer.missed(3, "too many")
+                if full and losing:
+                    raise OSError(errno.ENOSPC, "No space left on device")
+            super().write(data)
+
+    heard = Heard()
+    writer = _writer(tmp_path, signer, heard, open_raw=Disk)
+    writer.missed(2, "too many")
+    heard.wait(lambda: not losing and bool(heard.heads))
+    assert writer.close()
+    (path,) = files.logs(tmp_path)
+    gaps = [msgspec.json.decode(one.data, type=Gap) for one in messages(path) if one.name == "logger/gap"]
+    assert [gap.lost for gap in gaps] == ([5, 3] if full else [2, 6])
+    assert writer.tally.lost == 8
+
+
 @pytest.mark.parametrize("error", [ValueError("not this"), RuntimeError()])
 def test_a_listener_that_fails_stops_neither_the_log_nor_what_it_is_told_next(
     tmp_path: Path, signer: signing.Signer, error: Exception

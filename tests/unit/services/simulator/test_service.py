@@ -12,6 +12,7 @@ from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.simulator.moment import Moment
+from services.simulator.realtime import RealTime
 from services.simulator.service import SERVICE, SimulatorConfig
 from services.simulator.session import CAMERAS
 from services.simulator.studio import Order, Studio, StudioError
@@ -43,6 +44,24 @@ def test_a_drive_by_the_wall_clock_publishes_its_sensors_and_ends(file: str, mon
         assert len(frames.messages) == 30
         gaps = [later.stamp_ns - sooner.stamp_ns for sooner, later in zip(fixes.infos, fixes.infos[1:], strict=False)]
         assert min(gaps) >= 100_000_000
+
+
+def test_a_drive_that_is_about_to_start_is_not_taken_for_one_that_broke_off(
+    file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = RealTime.start
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+
+        def held(drive: RealTime) -> None:
+            states.wait_count(len(states.messages) + 2)  # told meanwhile, on the service's own thread
+            start(drive)
+
+        monkeypatch.setattr(RealTime, "start", held)
+        stack.start(SERVICE, config(file))
+        end = states.wait(lambda state: state.finished)
+        assert end.problem == ""
+        assert end.time_s == pytest.approx(1.5, abs=0.1)
 
 
 def test_a_scenario_that_is_wrong_ends_the_start_with_file_and_field(tmp_path: Path) -> None:
