@@ -1,4 +1,4 @@
-"""Ours beside the paper's where absolute numbers cannot be compared: orderings and ratios."""
+"""Rows beside one another: run by run in the same places, and in the paper's orders, where absolute numbers cannot be compared."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations
@@ -7,10 +7,30 @@ from typing import Literal
 import msgspec
 
 from evaluation.evaluate.assumed import assumed
-from evaluation.evaluate.columns import Column
-from evaluation.evaluate.tables import Table, TableRow, Value
+from evaluation.evaluate.columns import COLUMNS, Column
+from evaluation.evaluate.plan import OURS
+from evaluation.evaluate.tables import Table, TableRow, Value, by_number, less
+from evaluation.statistics import CHANCE, chance_of
 
 Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
+
+
+class Difference(msgspec.Struct, frozen=True, kw_only=True):
+    """One number of two rows: the mean difference over the places in which both have it, first less second."""
+
+    group: str
+    first: str
+    second: str
+    column: Column
+    value: Value
+    places: int
+    chance: float | None
+    """How often chance alone parts two rows as far (`evaluation.statistics.chance_of`); None: no place in common."""
+
+    @property
+    def told_apart(self) -> bool:
+        """Whether it is more than chance."""
+        return self.chance is not None and self.chance < CHANCE
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):
@@ -24,6 +44,8 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     paper_ratio: float | None
     """First over second; None: over nothing."""
     our_ratio: float | None
+    """Of all runs, those too that only one of them drove."""
+    places: int
     verdict: Verdict
     assumed: bool = False
     """Of a latency that nobody measured: no verdict."""
@@ -40,13 +62,55 @@ def summary(found: Sequence[Order]) -> str:
     return counts + (why if without else "")
 
 
+def told_of(found: Difference) -> str:
+    """The difference with its sign, its 95 % interval, and of how many places."""
+    value, places = found.value, found.column.places
+    if value.value is None:
+        return "-"
+    low, high = value.low, value.high
+    interval = "" if low is None or high is None else f" [{low:+.{places}f}, {high:+.{places}f}]"
+    return f"{value.value:+.{places}f}{interval} ({found.places})"
+
+
+def lines_of(found: Sequence[Difference]) -> Iterator[tuple[str, str, list[Difference]]]:
+    """(group, which less which, its differences by column) of each row that has a place in common with the other."""
+    for pair in dict.fromkeys((one.group, one.first, one.second) for one in found):
+        line = [one for one in found if (one.group, one.first, one.second) == pair]
+        if any(one.places for one in line):
+            yield pair[0], f"{pair[1]} less {pair[2]}", line
+
+
+def against(table: Table) -> tuple[Difference, ...]:
+    """Each row less DriveMCP's of its group, or less the group's first where that has none: all columns that the paper has."""
+    found = list[Difference]()
+    for group in dict.fromkeys(row.row.group for row in table.rows):
+        rows = [row for row in table.rows if row.row.group == group]
+        ours = next((row for row in rows if row.row.label == OURS), rows[0])
+        found += [
+            difference(table, column, row, ours)
+            for row in rows if row is not ours
+            for column in table.columns if column in COLUMNS[table.name]
+        ]  # fmt: skip
+    return tuple(found)
+
+
+def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> Difference:
+    """The first less the second, place by place."""
+    mine, theirs = by_number(column, one), by_number(column, other)
+    both = sorted(mine.keys() & theirs.keys())
+    return Difference(
+        group=one.row.group, first=table.label(one), second=table.label(other), column=column, value=less(column, one, other),
+        places=len(both), chance=chance_of([mine[number] for number in both], [theirs[number] for number in both]),
+    )  # fmt: skip
+
+
 def orders(table: Table) -> tuple[Order, ...]:
     """Every pair of rows of a group, in every column that the paper has."""
     return tuple(
         order
         for rows in _groups(table)
         for at, column in enumerate(table.columns)
-        for order in _of_column(column, at, rows)
+        for order in _of_column(table, column, at, rows)
     )
 
 
@@ -56,7 +120,7 @@ def _groups(table: Table) -> Iterator[list[TableRow]]:
         yield [row for row in told if row.row.group == group]
 
 
-def _of_column(column: Column, at: int, rows: Iterable[TableRow]) -> Iterator[Order]:
+def _of_column(table: Table, column: Column, at: int, rows: Iterable[TableRow]) -> Iterator[Order]:
     for pair in combinations(rows, 2):
         numbers = [row.values[at].paper for row in pair]
         if None in numbers or numbers[0] == numbers[1]:
@@ -64,10 +128,11 @@ def _of_column(column: Column, at: int, rows: Iterable[TableRow]) -> Iterator[Or
         large, small = sorted(pair, key=lambda row: -(row.values[at].paper or 0.0))
         one, other = large.values[at], small.values[at]
         unmeasured = any(assumed(column, row.row.spec) for row in pair)
+        apart = difference(table, column, large, small)
         yield Order(
-            group=large.row.group, column=column.title, first=large.row.label, second=small.row.label,
+            group=large.row.group, column=column.title, first=large.row.label, second=small.row.label, places=apart.places,
             paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if unmeasured else _ratio(one.value, other.value),
-            verdict="not measured" if unmeasured else _verdict(one, other), assumed=unmeasured,
+            verdict="not measured" if unmeasured else _verdict(apart), assumed=unmeasured,
         )  # fmt: skip
 
 
@@ -75,14 +140,9 @@ def _ratio(one: float | None, other: float | None) -> float | None:
     return one / other if one is not None and other else None
 
 
-def _verdict(one: Value, other: Value) -> Verdict:
-    """Told apart are intervals that do not overlap: stricter than a test at 5 %."""
-    if one.value is None or other.value is None:
+def _verdict(apart: Difference) -> Verdict:
+    if apart.value.value is None:
         return "not measured"
-    if one.low is None or one.high is None or other.low is None or other.high is None:
+    if not apart.told_apart:
         return "not told apart"
-    if one.low > other.high:
-        return "as in the paper"
-    if one.high < other.low:
-        return "the other way round"
-    return "not told apart"
+    return "as in the paper" if apart.value.value > 0.0 else "the other way round"

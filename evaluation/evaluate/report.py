@@ -10,7 +10,7 @@ from typing import NamedTuple
 import msgspec
 
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import Order, orders, summary
+from evaluation.evaluate.compare import Difference, Order, against, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import OURS
@@ -19,6 +19,7 @@ from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
 from evaluation.evaluate.tables import Pair, Ran, Table, TableRow, Value
 from evaluation.methods import noted
+from evaluation.statistics import CHANCE
 
 WORST = 3
 """Moments of each kind that are shown."""
@@ -134,7 +135,7 @@ def _table(table: Table, behind: Behind) -> str:
         f"<h2 id='{table.name}'>{_TITLES[table.name]}</h2><p>Made with {escape(table.sensors)} sensors, DriveLM backend "
         f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{_pairs(table.pairs)}{plots}"
         f"<details><summary>What we measure beside</summary>{_cells(table, ours)}</details>"
-        f"{_orders(orders(table))}{_runs(table, behind)}"
+        f"{_against(against(table))}{_orders(orders(table))}{_runs(table, behind)}"
     )
 
 
@@ -197,15 +198,37 @@ def _pairs(pairs: Sequence[Pair]) -> str:
     return f"<h3>The same scene, with and without the fault</h3><table>{head}{rows}</table>"
 
 
+def _against(found: Sequence[Difference]) -> str:
+    lines = [
+        f"<tr><td>{escape(group)}</td><td>{escape(which)}</td>{''.join(map(_apart, line))}</tr>"
+        for group, which, line in lines_of(found)
+    ]
+    if not lines:
+        return ""
+    columns = dict.fromkeys(f"<th>{escape(one.column.title)}<br>{escape(one.column.unit)}</th>" for one in found)
+    return (
+        "<details><summary>Place by place: each row less DriveMCP, or less its group's first</summary><p>The mean difference over the "
+        "places in which both have the number (how many), with Student's 95&nbsp;% interval; bold where a randomisation of the pairs "
+        f"comes as far by chance in fewer than {CHANCE:.0%} of cases, for which it takes eight places.</p>"
+        f"<table><tr><th></th><th></th>{''.join(columns)}</tr>{''.join(lines)}</table></details>"
+    )
+
+
+def _apart(found: Difference) -> str:
+    return f"<td>{f'<b>{told_of(found)}</b>' if found.told_apart else told_of(found)}</td>"
+
+
 def _orders(found: Sequence[Order]) -> str:
     if not found:
         return ""
     rows = "".join(
         f"<tr><td>{escape(one.group)}</td><td>{escape(one.column)}</td><td>{escape(one.first)} &gt; {escape(one.second)}</td>"
-        f"<td>{_ratio(one.paper_ratio)}</td><td>{_ratio(one.our_ratio)}</td><td>{one.verdict}</td></tr>"
+        f"<td>{_ratio(one.paper_ratio)}</td><td>{_ratio(one.our_ratio)}</td><td>{one.places}</td><td>{one.verdict}</td></tr>"
         for one in found
     )
-    head = "<tr><th></th><th></th><th>the paper's order</th><th>its ratio</th><th>ours</th><th></th></tr>"
+    head = (
+        "<tr><th></th><th></th><th>the paper's order</th><th>its ratio</th><th>ours</th><th>places</th><th></th></tr>"
+    )
     return f"<details><summary>Orderings and ratios: {escape(summary(found))}</summary><table>{head}{rows}</table></details>"
 
 

@@ -2,10 +2,19 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.statistics import binomial_ci, bootstrap, mean_sd_ci, paired, paired_by_seed, poisson_ci
+from evaluation.statistics import (
+    CHANCE,
+    binomial_ci,
+    bootstrap,
+    chance_of,
+    mean_sd_ci,
+    paired,
+    paired_by_seed,
+    poisson_ci,
+)
 
 
 def test_mean_spread_and_t_interval_of_a_small_sample() -> None:
@@ -81,3 +90,38 @@ def test_pairs_leave_out_what_seeds_have_in_common() -> None:
     assert paired_by_seed({1: 5.0, 2: 7.0, 3: 1.0}, {3: 0.0, 2: 5.0}).n == 2
     with pytest.raises(ValueError, match="longer"):
         paired([1.0], [1.0, 2.0])
+
+
+def test_chance_deals_each_pair_either_way() -> None:
+    """By hand: of 2^n ways to deal the signs, two give a mean as far from zero if all differences are alike."""
+    assert chance_of([3.0] * 8, [1.0] * 8) == pytest.approx(2 / 2**8)
+    assert chance_of([1.0, 2.0, 4.0], [0.0, 0.0, 0.0]) == pytest.approx(2 / 2**3)
+    assert chance_of([1.0, 2.0, 0.0], [0.0, 0.0, 4.0]) == pytest.approx(1.0), "|1 + 2 - 4| is the least of all"
+    assert chance_of([1.0], [0.0]) == 1.0
+    assert chance_of([1.0, 2.0], [1.0, 2.0]) == 1.0
+    assert chance_of([], []) is None
+    with pytest.raises(ValueError, match="zip"):
+        chance_of([1.0], [1.0, 2.0])
+
+
+def test_it_takes_eight_pairs_to_tell_apart() -> None:
+    found = [chance_of([1.0] * n, [0.0] * n) or 1.0 for n in (*range(1, 15), 40)]
+    assert next(n for n, chance in enumerate(found, 1) if chance < CHANCE) == 8
+    assert all(chance < CHANCE for chance in found[7:])
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=1, max_size=16))
+def test_chance_is_a_share_the_same_for_both_directions_and_scales(pairs: list[tuple[int, int]]) -> None:
+    ours, theirs = [float(one) for one, _ in pairs], [float(other) for _, other in pairs]
+    found = chance_of(ours, theirs)
+    assert found is not None
+    assert 0.0 < found <= 1.0
+    assert chance_of(theirs, ours) == pytest.approx(found, abs=0.02)
+    assert chance_of([3.0 * one for one in ours], [3.0 * other for other in theirs]) == pytest.approx(found)
+
+
+def test_without_a_difference_two_rows_are_told_apart_as_rarely_as_it_says() -> None:
+    chance = np.random.default_rng(1)
+    found = [chance_of(*chance.poisson(0.5, (2, 10)).astype(float).tolist()) or 1.0 for _ in range(200)]
+    assert sum(each < CHANCE for each in found) <= 2 + 3 * 1.5

@@ -9,7 +9,7 @@ import pytest
 
 from evaluation.evaluate import files
 from evaluation.evaluate.columns import COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
-from evaluation.evaluate.compare import orders
+from evaluation.evaluate.compare import against, lines_of, orders, told_of
 from evaluation.evaluate.goals import GOALS, judged
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.plan import Row
@@ -83,12 +83,50 @@ def far(row: Row, number: int) -> Kept:
     return kept(distance_m=300_000.0, infractions_total=infractions)
 
 
-def test_orders_are_told_apart_only_where_intervals_do_not_overlap() -> None:
-    found = orders(table("results", far))
+@pytest.mark.parametrize(("places", "verdict"), [(7, "not told apart"), (8, "as in the paper")])
+def test_orders_are_told_apart_place_by_place_once_there_are_eight(places: int, verdict: str) -> None:
+    found = orders(table("results", far, places))
     of = {(one.group, one.first, one.second): one for one in found if one.column == "infractions"}
-    assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == "as in the paper"
+    assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].verdict == verdict
+    assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].places == places
     assert of["CROSS-BORDER", "VLM-Direct", "DriveMCP"].paper_ratio == pytest.approx(4.5)
     assert of["CROSS-BORDER", "VLM-Direct", "VLM-Direct+RAG"].verdict == "not told apart"
+
+
+def uneven(row: Row, number: int) -> Kept | None:
+    """Places differ far more than methods do; DriveMCP alone drove the last one, and is always two better."""
+    ours = row.spec.method == "DriveMCP"
+    if number == 9 and not ours:
+        return None
+    return kept(infractions_total=7 * number + (0 if ours else 2))
+
+
+def test_what_places_have_in_common_falls_out_of_a_difference() -> None:
+    made = table("results", uneven, 10)
+    ours, other = (
+        next(row for row in made.rows if row.row.key == f"urb-rain/{name}") for name in ("DriveMCP", "No-assistant")
+    )
+    assert ours.values[0].low is not None
+    assert other.values[0].high is not None
+    assert ours.values[0].low < other.values[0].high, "their own intervals overlap"
+    found = next(one for one in against(made) if one.first == "No-assistant" and one.column.title == "infractions")
+    assert (found.second, found.places, found.told_apart) == ("DriveMCP", 9, True)
+    assert found.value.value == pytest.approx(10.0), "two in 2 km"
+    assert told_of(found) == "+10.00 (9)", "all equal: no interval"
+
+
+def test_rows_of_a_curve_are_held_against_its_first() -> None:
+    found = against(table("corruption", lambda row, number: kept(event_f1=0.9 - (row.at or 0.0)), 8))
+    missed = next(one for one in found if one.first == "signs missed, 50 %" and one.column.title == "event F1")
+    assert missed.second == "signs missed, 0 %"
+    assert missed.value.value == pytest.approx(-50.0)
+    assert missed.told_apart
+
+
+def test_rows_without_a_place_in_common_have_no_difference() -> None:
+    made = table("results", lambda row, number: kept() if number == (row.spec.method == "DriveMCP") else None)
+    assert list(lines_of(against(made))) == []
+    assert {one.verdict for one in orders(made) if "DriveMCP" in (one.first, one.second)} == {"not measured"}
 
 
 def timed(row: Row, number: int) -> Kept:
@@ -98,7 +136,7 @@ def timed(row: Row, number: int) -> Kept:
 
 
 def latencies_told(modelled_ms: dict[str, float], settings: dict[str, Any]) -> dict[tuple[str, str], str]:
-    made = table("results", timed, modelled_ms=modelled_ms, settings=settings)
+    made = table("results", timed, 8, modelled_ms=modelled_ms, settings=settings)
     found = [one for one in orders(made) if one.column == "advisory latency" and one.group == "CROSS-BORDER"]
     assert all((one.our_ratio is None) == (one.verdict == "not measured") for one in found)
     return {(one.first, one.second): one.verdict for one in found}
