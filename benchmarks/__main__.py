@@ -1,8 +1,6 @@
 """`python -m benchmarks [call|parallel|neighbours|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
 
 import argparse
-import os
-import platform
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +9,7 @@ from benchmarks.calls import parallel, tool_call
 from benchmarks.can import can
 from benchmarks.diagnostics import diagnostics
 from benchmarks.drive import stages
+from benchmarks.figures import machine_now
 from benchmarks.footprint import footprint
 from benchmarks.neighbours import neighbours
 from benchmarks.subject import make_peers
@@ -27,19 +26,6 @@ SECTIONS: dict[str, Callable[[], str]] = {
 NEED_PEERS = {"call", "parallel"}
 
 
-def machine() -> str:
-    """Processor, cores, Python."""
-    model = next(
-        (
-            line.split(":", 1)[1].strip()
-            for line in Path("/proc/cpuinfo").read_text().splitlines()
-            if line.startswith("model name")
-        ),
-        platform.processor(),
-    )
-    return f"{os.cpu_count()} cores ({model}), Python {platform.python_version()}, load {os.getloadavg()[0]:.1f} at the start"
-
-
 def main() -> int:
     """Run, print, and write where asked."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
@@ -49,7 +35,7 @@ def main() -> int:
     chosen = flags.sections or list(SECTIONS)
     if NEED_PEERS & set(chosen):
         make_peers()
-    parts = [f"# Benchmarks\n\n`make bench`, {machine()}."]
+    parts = [f"# Benchmarks\n\n`make bench`, {machine_now()}."]
     for name in chosen:
         sys.stderr.write(f"{name}:\n")
         parts.append(SECTIONS[name]())

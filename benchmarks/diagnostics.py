@@ -32,7 +32,6 @@ BATCHES_PER_S = 1_000
 TIMEOUT_S = 2.0
 BUS = "can0"
 UNITS = {"engine": 0x7E0, "transmission": 0x7E1, "brakes": 0x7E2, "body": 0x7E3}
-NS = 1_000_000_000
 CODES = CarState(stored_codes=("P0300", "P0700", "C0035"), pending_codes=("P0217",), lamps=frozenset({"engine", "abs"}))
 FOREIGN = (b"\x41\x2e\x40", b"\x62\xf1\x8a\x41", b"\x46\x01\x00", b"\x7f\x2f\x31")
 """What units answer to another tester meanwhile: parameters that are never asked for here."""

@@ -1,7 +1,10 @@
-"""Medians, percentiles, and tables in Markdown."""
+"""Medians, percentiles, and tables in Markdown; the machine they were measured on."""
 
+import os
 import statistics
 from collections.abc import Sequence
+
+from evaluation.evaluate.machine import machine
 
 
 def median(values: Sequence[float]) -> float:
@@ -24,3 +27,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     ]
     lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
     return "\n".join(lines)
+
+
+def machine_now() -> str:
+    """The machine, and how busy it is."""
+    return f"{machine()}, load {os.getloadavg()[0]:.1f} at the start"

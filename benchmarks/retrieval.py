@@ -10,8 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from benchmarks.__main__ import machine
-from benchmarks.figures import percentile, table
+from benchmarks.figures import machine_now, percentile, table
 from benchmarks.subject import ROOT, run_subject
 from drivemcp.testing import TestBus, bus
 from proto.rules import Retrieved
@@ -144,7 +143,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="also write the report here")
     flags = parser.parse_args()
     chosen = flags.sections or ["pack", "growth"]
-    parts = [f"`python -m benchmarks.retrieval`, {machine()}."]
+    parts = [f"`python -m benchmarks.retrieval`, {machine_now()}."]
     if "pack" in chosen:
         parts.append(pack())
     if "growth" in chosen:

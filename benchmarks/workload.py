@@ -1,6 +1,5 @@
 """The call that every subject makes: about 1.5 kB of JSON there and back. Standard library only: peers import it, too."""
 
-import json
 from typing import Any
 
 ARGUMENTS: dict[str, Any] = {
@@ -23,8 +22,3 @@ RESULT: dict[str, Any] = {
 }  # fmt: skip
 TOOL = "applicable_limit"
 SLOW_MS = 20.0
-
-
-def size() -> tuple[int, int]:
-    """Bytes of arguments and result as JSON."""
-    return len(json.dumps(ARGUMENTS)), len(json.dumps(RESULT))

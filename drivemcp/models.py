@@ -37,11 +37,11 @@ class ModelRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     note: str = ""
 
 
-def model_folder(environment: Mapping[str, str] = os.environ) -> Path:
+def model_folder() -> Path:
     """Where pulled models lie: DRIVEMCP_MODELS, else `drivemcp/models` in the XDG data home."""
-    if environment.get("DRIVEMCP_MODELS"):
-        return Path(environment["DRIVEMCP_MODELS"])
-    home = environment.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    if os.environ.get("DRIVEMCP_MODELS"):
+        return Path(os.environ["DRIVEMCP_MODELS"])
+    home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
     return Path(home) / "drivemcp" / "models"
 
 

@@ -85,7 +85,6 @@ class Node:
         self._started_ns = time.time_ns()
         self.unhandled = 0
         """Publications received and not handled by the end; known when the closers run."""
-        self._announced = False
         self._closed = threading.Event()
         self.tools = ToolServer(
             bus,
@@ -291,7 +290,6 @@ class Node:
             if self.lockstep:
                 self._bus.serve(step_key(self.config.vehicle, self.name), self._on_step)
             self._bus.announce(alive_key(self.config.vehicle, self.name))
-            self._announced = True
 
     def close(self) -> None:
         """Take no more work, finish what was received, run the closers. The bus is the opener's to close."""

@@ -1,4 +1,4 @@
-"""The files of a rulepack, and the hash of what is in them: each service that uses a pack checks it by the same rule."""
+"""The files of a rulepack, where they lie, and the hash of what is in them: each service that uses a pack checks it by the same rule."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -7,8 +7,17 @@ from typing import Any
 
 import msgspec
 
+from drivemcp.paths import data, has_data
+
 FILES = ("manifest.json", "provisions.json", "signs.json", "cases.json")
 SOURCES = "sources/"
+
+
+def folder_of(name: str) -> Path:
+    """The folder of a pack given by its name below `rulepacks/`, or by a path."""
+    if "/" in name or not has_data(f"rulepacks/{name}"):
+        return Path(name)
+    return data(f"rulepacks/{name}")
 
 
 def read_content(folder: Path, also: Iterable[str] = ()) -> dict[str, bytes]:

@@ -21,7 +21,6 @@ class Tool(msgspec.Struct, frozen=True):
     entry: ToolEntry
     arguments: type[msgspec.Struct]
     function: Callable[..., Any]
-    takes_head: bool = False
 
     def run(self, arguments: msgspec.Struct) -> Any:
         """Call the function with validated arguments."""

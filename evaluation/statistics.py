@@ -1,8 +1,8 @@
-"""Uncertainty: mean, standard deviation and 95 % interval; exact Poisson for rates; bootstrap; pairs of the same seed."""
+"""Uncertainty: mean, standard deviation and 95 % interval; exact Poisson for rates; pairs of the same seed."""
 
 import math
-from collections.abc import Callable, Sequence
-from statistics import fmean, median, stdev
+from collections.abc import Sequence
+from statistics import fmean, stdev
 
 import msgspec
 import numpy as np
@@ -50,8 +50,8 @@ class Share(msgspec.Struct, frozen=True, kw_only=True):
 def mean_sd_ci(values: Sequence[float]) -> Spread:
     """Mean and standard deviation (n - 1), with Student's t interval for the mean. One value has a mean only.
 
-    The t interval takes the runs' means for normal: with few runs of a skewed number see `bootstrap`. Equal values have no
-    interval: that of no width would call a few runs certain, which never showed how they vary.
+    The t interval takes the runs' means for normal. Equal values have no interval: that of no width would call a few runs
+    certain, which never showed how they vary.
     """
     n = len(values)
     if n < 2:
@@ -86,22 +86,6 @@ def binomial_ci(count: int, of: int) -> Share:
     low = float(stats.beta.ppf(tail, count, of - count + 1)) if count else 0.0
     high = float(stats.beta.ppf(1.0 - tail, count + 1, of - count)) if count < of else 1.0
     return Share(count=count, of=of, value=count / of, low=low, high=high)
-
-
-def bootstrap(
-    values: Sequence[float],
-    statistic: Callable[[Sequence[float]], float] = median,
-    seed: int = 0,
-    resamples: int = 2000,
-) -> Spread:
-    """A number of the values, with its percentile bootstrap interval; equal for equal seeds. `sd` is the bootstrap's."""
-    n = len(values)
-    if n < 2:
-        return Spread(n=n, mean=statistic(values) if values else None)
-    chance, drawn = np.random.default_rng(seed), np.asarray(values, dtype=float)
-    found = [statistic(drawn[chance.integers(0, n, n)].tolist()) for _ in range(resamples)]
-    low, high = np.quantile(found, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
-    return Spread(n=n, mean=statistic(values), sd=stdev(found), low=float(low), high=float(high))
 
 
 def paired(ours: Sequence[float], theirs: Sequence[float]) -> Spread:

@@ -9,11 +9,6 @@ from proto.rules import Citation, LegalLimit
 from proto.scene import Unit
 from proto.tools import Outcome
 
-EventKind = Literal[
-    "foreign_sign", "jurisdiction_change", "dynamic_limit_update", "speed_limit_change", "uncertain_sign",
-    "stop_required", "low_friction", "vehicle_fault", "closing_lead", "vulnerable_road_user", "overspeed",
-    "stale_fact", "driver_query", "place_ahead",
-]  # fmt: skip
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
 Urgency = Literal["info", "advice", "warning", "alarm"]
 

@@ -20,7 +20,6 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
     step_order: int = 50
     """Its place in a lockstep step."""
     start_order: int = 1
-    restartable: bool = True
     memory_mb: int = 400
     module: str = ""
 

@@ -1,7 +1,5 @@
 """The topic table: every topic with its type, rate, maximum age, publishers, and whether it is logged."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Generic, Literal, TypeVar
 
 import msgspec
@@ -325,4 +323,3 @@ CORRUPTED = Topic(
 TOPICS: tuple[Topic[msgspec.Struct], ...] = tuple(
     value for name, value in list(globals().items()) if name.isupper() and isinstance(value, Topic)
 )
-BY_NAME: Mapping[str, Topic[msgspec.Struct]] = MappingProxyType({topic.name: topic for topic in TOPICS})

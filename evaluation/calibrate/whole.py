@@ -63,7 +63,7 @@ def calibrate(flags: argparse.Namespace) -> int:
         with on_cores(logs, base, flags.jobs) as many:
             trials = Trials(folder, logs, base, many)
             found = _search(trials, base, flags, screen)
-            loop = _closed_loop(store, found, base, folder, flags, screen)
+            loop = _closed_loop(store, found, folder, flags, screen)
             curves = _sweeps(trials, found, flags, screen)
     taken = found.best.candidate if loop.verdict.taken else found.shipped.candidate
     provenance = Provenance(
@@ -126,9 +126,7 @@ def _search(trials: Trials, base: Profile, flags: argparse.Namespace, screen: Sc
     return found
 
 
-def _closed_loop(
-    store: Store, found: Found, base: Profile, folder: Path, flags: argparse.Namespace, screen: Screen
-) -> _Loop:
+def _closed_loop(store: Store, found: Found, folder: Path, flags: argparse.Namespace, screen: Screen) -> _Loop:
     """Shipped and best on the same places, driven."""
     best = found.best.candidate
     if best == found.shipped.candidate:

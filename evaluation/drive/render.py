@@ -19,6 +19,7 @@ from proto.perception import Boxes
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
 BANNER_PX, LINE_PX, MOST_LINES = 84, 18, 3
+RATE_HZ = 10.0
 CHARACTER_PX = 5.6
 """Of the banner's letters, in the mean of a line of reasons (5.1 to 5.5), and a little room."""
 _COLOURS = {
@@ -50,14 +51,14 @@ def read_log(path: Path) -> Iterator[Logged]:
             return
 
 
-def render_video(logs: Iterable[Path], target: Path, rate_hz: float = 10.0) -> int:
+def render_video(logs: Iterable[Path], target: Path) -> int:
     """Write the front camera's pictures, annotated. Returns how many. Raises UserError when the logs hold none."""
     writer: cv2.VideoWriter | None = None
     written = 0
     for picture in annotated(logs):
         if writer is None:
             height, width = picture.shape[:2]
-            writer = cv2.VideoWriter(str(target), cv2.VideoWriter.fourcc(*"mp4v"), rate_hz, (width, height))
+            writer = cv2.VideoWriter(str(target), cv2.VideoWriter.fourcc(*"mp4v"), RATE_HZ, (width, height))
             if not writer.isOpened():
                 raise UserError(f"cannot write a video to {target}")
         writer.write(picture)

@@ -3,9 +3,12 @@
 import argparse
 
 from drivemcp.errors import UserError
-from drivemcp.numbers import number
+from drivemcp.numbers import number, whole
 from evaluation.evaluate.machine import cores
 from evaluation.evaluate.names import QUICK_S, TABLES
+
+MOST = 100_000
+"""Runs, or runs side by side: no campaign has more."""
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -18,7 +21,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "Exit status: 0 all runs are there, 1 some failed or came out otherwise than published, 130 interrupted.",
     )
     parser.add_argument("table", choices=(*TABLES, "all"), metavar="TABLE", help=", ".join((*TABLES, "all")))
-    parser.add_argument("--runs", type=_count, help="runs a row (4, or as many as --km takes)")
+    parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
     parser.add_argument(
         "--km-of",
@@ -31,7 +34,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument(
         "--method", action="append", default=[], metavar="METHOD", help="the rows of this method alone; more than once"
     )
-    parser.add_argument("--jobs", type=_count, default=cores(), help="runs side by side (one a core)")
+    parser.add_argument("--jobs", type=whole(1, MOST), default=cores(), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")
     parser.add_argument(
@@ -61,7 +64,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     )
     parser.add_argument(
         "--alike",
-        type=_count,
+        type=whole(1, MOST),
         default=0,
         metavar="N",
         help="runs of other code in --published count as well, once N of each family, drawn by their keys, are driven by today's code, "
@@ -84,13 +87,6 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="write the results as a page of the docs, too, with its plots in the folder beside it that has its name",
     )
     parser.set_defaults(run=command)
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"at least 1, not {value}")
-    return value
 
 
 def _method_km(text: str) -> tuple[str, float]:

@@ -12,7 +12,7 @@ from evaluation.tracking.recording import DriveName, Look, Step, recording
 from proto.perception import Tracks
 from proto.scene import Fact, Facts
 from proto.truth import Truth
-from services.drivelm.cues import oncoming_cue
+from services.drivelm.cues import oncoming_cue, seen_to_come
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.service import DrivelmConfig, load_reader
 from services.drivelm.surroundings import surroundings
@@ -95,7 +95,7 @@ class Onlooker:
     def _hear(self, tracks: Tracks) -> None:
         where = self.front_end.whereabouts
         for track in tracks.tracks:
-            if track.kind == "vehicle" and track.oncoming and track.age_s > 1.0 and track.confidence > 0.7:
+            if seen_to_come(track, tracks.ego_speed_used_mps):
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
         if where is not self.front_end.whereabouts:
             self.front_end.believe(where)

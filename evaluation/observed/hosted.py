@@ -33,7 +33,6 @@ from services.simulator.session import CAMERA_STEPS
 from services.simulator.world import STEP_S
 
 CARD = "models/observed.json"
-NS = 1_000_000_000
 SLOT_S = 10
 OPEN_M = 50_000.0
 

@@ -50,9 +50,9 @@ class Stray(NamedTuple):
     surroundings: Surroundings
 
 
-def air_of(truth: Truth, rain_mm_h: float = 0.0) -> Air:
-    """Darkness, rain and fog as `card.features` has them; `rain_mm_h` where truth does not tell."""
-    rain = truth.rain_mm_h if truth.rain_mm_h is not None else rain_mm_h
+def air_of(truth: Truth) -> Air:
+    """Darkness, rain and fog as `card.features` has them; none of what truth does not tell."""
+    rain = truth.rain_mm_h if truth.rain_mm_h is not None else 0.0
     fog = 1000.0 / max(truth.visibility_m, 100.0) if truth.visibility_m is not None else 0.0
     return float(bool(truth.dark)), min(rain / 10.0, 5.0), min(fog, 5.0)
 

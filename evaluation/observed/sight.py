@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from proto.perception import ObjectClass
 from proto.truth import TrueActor, Truth
-from services.perception.projection import STANDING
 from services.simulator.cars import EGO_BODY, SIZES_M
 from services.simulator.scene import CameraSpec
 from services.simulator.signart import face_size_m
@@ -215,8 +214,3 @@ def _cut(kind: ObjectClass, key: str, code: str, depth: float, box: Box4, camera
         return None
     share = (inside[2] - inside[0]) * (inside[3] - inside[1]) / max((x1 - x0) * (y1 - y0), 1e-6)
     return Thing(kind, key, code, depth, inside, y1 - y0, cut=1.0 - min(1.0, share))
-
-
-def stands(thing: Thing) -> bool:
-    """Whether it is a road user."""
-    return thing.kind in STANDING

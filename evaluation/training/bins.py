@@ -28,10 +28,10 @@ class Bins(NamedTuple):
         return float(np.average(np.abs(self.told[full] - self.right[full]), weights=self.counts[full]))
 
 
-def binned(told: NDArray[Any], right: NDArray[np.bool_], bins: int = BINS) -> Bins:
+def binned(told: NDArray[Any], right: NDArray[np.bool_]) -> Bins:
     """Confidences N in [0, 1] and whether each was right, in bins of equal width."""
-    place = np.minimum((told * bins).astype(int), bins - 1)
-    counts = np.bincount(place, minlength=bins)
-    sums = [np.bincount(place, weights=values.astype(np.float64), minlength=bins) for values in (told, right)]
+    place = np.minimum((told * BINS).astype(int), BINS - 1)
+    counts = np.bincount(place, minlength=BINS)
+    sums = [np.bincount(place, weights=values.astype(np.float64), minlength=BINS) for values in (told, right)]
     with np.errstate(invalid="ignore"):
         return Bins(sums[0] / counts, sums[1] / counts, counts)

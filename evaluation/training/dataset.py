@@ -28,7 +28,7 @@ from evaluation.training.dataset_people import with_people
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
 from services.simulator.render.stage import Split, random_stage
-from services.simulator.scene import FRONT, TELE, CameraSpec, Pose, Scene, SignPost, StaticWorld
+from services.simulator.scene import FRONT, TELE, CameraSpec, Pose, Scene, SignPost
 from services.simulator.signart import CODES
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
@@ -86,7 +86,7 @@ def render_stage(
         renderer = Renderer(static)
     shots = []
     for number in range(views):
-        scene = first if number == 0 else _further(first, static, rng, split)
+        scene = first if number == 0 else _further(first, rng, split)
         if people > 0 and rng.uniform() < people:
             scene = with_people(scene, split, rng)
         if crossing > 0 and rng.uniform() < crossing:
@@ -113,7 +113,7 @@ class Shot:
     note: dict[str, str | float]
 
 
-def _further(scene: Scene, static: StaticWorld, rng: np.random.Generator, split: Split) -> Scene:
+def _further(scene: Scene, rng: np.random.Generator, split: Split) -> Scene:
     """The ego further along, in another stage's weather; who would stand inside the ego is left out."""
     ego = further_along(scene.ego, float(rng.uniform(4.0, 32.0)), rng)
     c, s = math.cos(scene.ego.yaw_rad), math.sin(scene.ego.yaw_rad)

@@ -1,10 +1,10 @@
-"""Turns a detector's scores into probabilities: a logistic curve for each class (Platt 1999), and how far off it is."""
+"""Turns a detector's scores into probabilities: a logistic curve for each class (Platt 1999)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from evaluation.training.bins import Floats, binned
+from evaluation.training.bins import Floats
 from evaluation.training.detector_scores import Tally
 
 THERE = 0.3
@@ -47,8 +47,3 @@ def score_at(probability: float, curve: tuple[float, float]) -> float:
     """The score that stands for a probability; 0 to 1."""
     odds = (float(logit(np.array([probability]))[0]) - curve[1]) / curve[0]
     return float(1.0 / (1.0 + np.exp(-odds)))
-
-
-def expected_error(tally: Tally, curve: tuple[float, float] = (1.0, 0.0)) -> float:
-    """Expected calibration error over ten bins of equal width; NaN where there is no box."""
-    return binned(calibrated(tally.scores, curve), tally.right).error

@@ -171,7 +171,6 @@ class Frame(NamedTuple):
     camera: CameraSpec
     picture: Picture
     labels: tuple[Label, ...]
-    ego_x_m: float
 
 
 def frame_at(
@@ -188,7 +187,7 @@ def taken(renderer: Renderer, scene: Scene, camera: CameraSpec, chance: Chance) 
     picture, labels = renderer.render(scene, camera), renderer.render_labels(scene, camera)
     coded = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, int(chance.integers(70, 96))])[1]
     decoded = np.asarray(cv2.imdecode(coded, cv2.IMREAD_COLOR_RGB), np.uint8)
-    return Frame(camera, decoded, tuple(labels), scene.ego.x_m)
+    return Frame(camera, decoded, tuple(labels))
 
 
 def drive(split: str, seed: int, frames: int, step_m: float = 4.0) -> Iterator[Frame]:

@@ -1,7 +1,8 @@
 """The curated fields: all that the service may take from a car's buses, with unit, meaning and place in COVESA VSS.
 
 VSS is the COVESA Vehicle Signal Specification, release 6.0 (https://covesa.github.io/vehicle_signal_specification).
-What it does not name has a path in its manner, marked `overlay`: a layer of ours over the catalogue, as VSS foresees.
+What it does not name has a path in its manner, a layer of ours over the catalogue, as VSS foresees: brake pressure and
+temperature, faults of booster and steering assistance, `esc_off`, light outside and warning lamps.
 Signs follow ISO 8855, as VSS does: forward, left and turning left are positive.
 """
 
@@ -11,8 +12,6 @@ import msgspec
 
 from services.can.errors import ProfileError
 
-VSS_VERSION = "6.0"
-
 
 class Curated(msgspec.Struct, frozen=True, kw_only=True):
     """One curated field. `unit` is empty for flags, counts and named values."""
@@ -20,11 +19,10 @@ class Curated(msgspec.Struct, frozen=True, kw_only=True):
     unit: str
     vss: str
     purpose: str
-    overlay: bool = False
 
 
-def _row(unit: str, vss: str, purpose: str, *, overlay: bool = False) -> Curated:
-    return Curated(unit=unit, vss=f"Vehicle.{vss}", purpose=purpose, overlay=overlay)
+def _row(unit: str, vss: str, purpose: str) -> Curated:
+    return Curated(unit=unit, vss=f"Vehicle.{vss}", purpose=purpose)
 
 
 WHEELS = {"fl": "Row1.Wheel.Left", "fr": "Row1.Wheel.Right", "rl": "Row2.Wheel.Left", "rr": "Row2.Wheel.Right"}
@@ -37,7 +35,7 @@ FIELDS: dict[str, Curated] = {
     "lateral_acceleration_mps2": _row("m/s2", "Acceleration.Lateral", "left positive: grip used in a bend"),
     "yaw_rate_radps": _row("rad/s", "AngularVelocity.Yaw", "left positive: path, crosscheck of the wheels"),
     "steering_angle_rad": _row("rad", "Chassis.Axle.Row1.SteeringAngle", "road wheel, left positive: path"),
-    "brake_pressure_bar": _row("bar", "Chassis.Brake.Pressure", "what the brakes are asked for", overlay=True),
+    "brake_pressure_bar": _row("bar", "Chassis.Brake.Pressure", "what the brakes are asked for"),
     "brake_pedal": _row("share", "Chassis.Brake.PedalPosition", "how far the driver brakes"),
     "brake_pressed": _row("", "Chassis.Brake.IsBrakePedalPressed", "whether the driver brakes"),
     "accelerator_pedal": _row("share", "Chassis.Accelerator.PedalPosition", "what the driver wants"),
@@ -48,16 +46,16 @@ FIELDS: dict[str, Curated] = {
     "abs_fault": _row("", "ADAS.ABS.IsError", "wheels may lock"),
     "esc_active": _row("", "ADAS.ESC.IsEngaged", "grip is used up in a bend"),
     "esc_fault": _row("", "ADAS.ESC.IsError", "no stability control"),
-    "esc_off": _row("", "ADAS.ESC.IsSwitchedOff", "no stability control by choice", overlay=True),
+    "esc_off": _row("", "ADAS.ESC.IsSwitchedOff", "no stability control by choice"),
     "traction_active": _row("", "ADAS.TCS.IsEngaged", "grip is used up in driving off"),
     "brake_fluid_low": _row("", "Chassis.Axle.Row1.Wheel.Left.Brake.IsFluidLevelLow", "braking may fail"),
     "brake_lining_worn": _row("", "Chassis.Axle.Row1.Wheel.Left.Brake.IsBrakesWorn", "brakes due for service"),
-    "brake_booster_fault": _row("", "Chassis.Brake.IsBoosterError", "braking needs more force", overlay=True),
-    "steering_assist_fault": _row("", "Chassis.SteeringWheel.IsAssistError", "steering needs force", overlay=True),
+    "brake_booster_fault": _row("", "Chassis.Brake.IsBoosterError", "braking needs more force"),
+    "steering_assist_fault": _row("", "Chassis.SteeringWheel.IsAssistError", "steering needs force"),
     "wiper_stage": _row("", "Body.Windshield.Front.Wiping.Mode", "0 off, 1 intermittent, 2 slow, 3 fast: rain"),
     "rain_sensor": _row("share", "Body.Raindetection.Intensity", "0 dry, 1 most: rain"),
     "outside_temperature_c": _row("degC", "Exterior.AirTemperature", "ice"),
-    "outside_light_lux": _row("lx", "Exterior.LightIntensity", "day or night", overlay=True),
+    "outside_light_lux": _row("lx", "Exterior.LightIntensity", "day or night"),
     "headlamps": _row("", "Body.Lights.LightSwitch", "0 off, 1 position, 2 low beam, 3 high beam"),
     "fog_lamp_rear": _row("", "Body.Lights.Fog.Rear.IsOn", "how the driver judges sight"),
     "indicator_left": _row("", "Body.Lights.DirectionIndicator.Left.IsSignaling", "the driver's plan"),
@@ -80,12 +78,12 @@ FIELDS: dict[str, Curated] = {
         for wheel, place in WHEELS.items()
     },
     **{
-        f"brake_temperature_{wheel}_c": _row("degC", f"Chassis.Axle.{place}.Brake.Temperature", "fading", overlay=True)
+        f"brake_temperature_{wheel}_c": _row("degC", f"Chassis.Axle.{place}.Brake.Temperature", "fading")
         for wheel, place in WHEELS.items()
     },
-    "lamp_engine": _row("", "OBD.Status.IsMILOn", "what the car tells its driver", overlay=True),
+    "lamp_engine": _row("", "OBD.Status.IsMILOn", "what the car tells its driver"),
     **{
-        f"lamp_{name}": _row("", f"Cabin.WarningLamp.{path}.IsOn", "what the car tells its driver", overlay=True)
+        f"lamp_{name}": _row("", f"Cabin.WarningLamp.{path}.IsOn", "what the car tells its driver")
         for name, path in {
             "engine_flashing": "EngineFlashing",
             "abs": "ABS",

@@ -145,6 +145,14 @@ def _selected(message: Any, signal: Any) -> Iterator[tuple[Any, Any]]:
         signal = selector
 
 
+def signal_of(message: Any, name: str) -> Any:
+    """The signal of that name (cantools). Raises ProfileError."""
+    for signal in message.signals:
+        if signal.name == name:
+            return signal
+    raise ProfileError(f"{name} is not in message {message.name}")
+
+
 def _selectors(message: Any, signal: Any) -> tuple[tuple[Raw, frozenset[int]], ...]:
     return tuple(
         (_compiled(_raw(selector)), frozenset(selected.multiplexer_ids))

@@ -6,7 +6,7 @@ from typing import Any
 from services.can import reasons
 from services.can.checksum import KINDS, checker
 from services.can.errors import ProfileError
-from services.can.extract import extractor
+from services.can.extract import extractor, signal_of
 from services.can.profile import ChecksumRule, FieldRule, MessageRule
 
 STUCK_AFTER = 3
@@ -38,7 +38,7 @@ class Guard:
         self._counter = _extractor(message, counter) if counter else None
         self._right: Callable[[bytes], bool] | None = None
         if checksum is not None:
-            self._right = checker(checksum.kind, message, _signal(message, checksum.signal), checksum.data_ids)
+            self._right = checker(checksum.kind, message, signal_of(message, checksum.signal), checksum.data_ids)
         self.whole = message.length if checksum is not None else self._counter.end if self._counter else 0
         """A frame must have so many bytes to be judged."""
         self._modulo = _modulo(message, counter, checksum) if counter else 0
@@ -122,15 +122,8 @@ def _modulo(message: Any, counter: str, checksum: ChecksumRule | None) -> int:
     """AUTOSAR's profile 1 counts from 0 to 14."""
     if checksum is not None and checksum.kind.startswith("e2e-p1"):
         return 15
-    return 1 << int(_signal(message, counter).length)
-
-
-def _signal(message: Any, name: str) -> Any:
-    for signal in message.signals:
-        if signal.name == name:
-            return signal
-    raise ProfileError(f"{name} is not in message {message.name}")
+    return 1 << int(signal_of(message, counter).length)
 
 
 def _extractor(message: Any, name: str) -> Any:
-    return extractor(message, _signal(message, name))
+    return extractor(message, signal_of(message, name))

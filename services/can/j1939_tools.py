@@ -10,6 +10,7 @@ from drivemcp.node import Node
 from services.can import answers, j1939
 from services.can.answers import Scalar
 from services.can.dbc import Dbc, Key, key_of
+from services.can.diagnostic_tools import Byte, Timeout
 from services.can.errors import MalformedFrame, RequestRefused
 from services.can.j1939 import SpnFault
 from services.can.j1939_bus import Heard, J1939Bus
@@ -21,11 +22,9 @@ NS = 1_000_000_000
 DEADLINE_MS = 11_000.0
 """The longest wait for the line and for an answer, and a second."""
 
-Timeout = Annotated[float, msgspec.Meta(gt=0.0, le=5.0, description="longest wait for a first answer, s")]
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=600.0, description="length of the window that ends now, s")]
 BusName = Annotated[str, msgspec.Meta(description="a J1939 bus of the vehicle profile; without: the first")]
 Pgn = Annotated[int, msgspec.Meta(ge=0, le=0x3FFFF, description="parameter group number")]
-Byte = Annotated[int, msgspec.Meta(ge=0, le=0xFF)]
 Payload = Annotated[list[Byte], msgspec.Meta(max_length=1785)]
 
 

@@ -98,7 +98,6 @@ class VehicleRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """What the health table must know of the car."""
 
     tyre_nominal_bar: tuple[float, float, float, float]
-    steering_ratio: float = 15.0
     track_m: float | None = None
     wheelbase_m: float | None = None
     brake_bar_per_mps2: float | None = None

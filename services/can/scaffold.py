@@ -64,7 +64,6 @@ def render(name: str, bus: str, description: Path, folder: Path, found: list[Fou
             "",
             "[vehicle]",
             "tyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]  # guess: take the label in the door frame (FL FR RL RR, cold)",
-            "steering_ratio = 15.0                     # guess: turns of the steering wheel to one of the road wheel",
             "",
             "[fields]",
             *(line for each in listed for line in _lines(each)),

@@ -5,6 +5,7 @@ from statistics import fmean
 from typing import Any
 
 from services.can.errors import ProfileError
+from services.can.extract import signal_of
 from services.can.profile import FieldRule, transform
 
 Sample = Callable[[Mapping[str, float]], float | None]
@@ -15,9 +16,9 @@ _COMBINE: dict[str, Callable[[list[float]], float]] = {"mean": fmean, "min": min
 
 def source(rule: FieldRule, message: Any) -> Sample:
     """How a field is read from `message` (cantools). Raises ProfileError where the message has not what the rule names."""
-    signals = [_signal(message, name) for name in rule.signals]
+    signals = [signal_of(message, name) for name in rule.signals]
     for name in rule.others:
-        _signal(message, name)
+        signal_of(message, name)
     reads = [_mapped(rule, each) if rule.values else _scaled(rule, each) for each in signals]
     reads = [_weighted(*each) for each in zip(reads, rule.weights, strict=True)] if rule.weights else reads
     one = reads[0] if len(reads) == 1 else _combined(reads, _COMBINE[rule.combine])
@@ -28,18 +29,11 @@ def usable(rule: FieldRule, message: Any) -> Callable[[Mapping[str, float]], boo
     """Whether the sender vouches for the field in these values, by the rule's `valid_if`. Raises ProfileError."""
     if not rule.valid_if:
         return lambda values: True
-    name, signal = rule.valid_if, _signal(message, rule.valid_if)
+    name, signal = rule.valid_if, signal_of(message, rule.valid_if)
     if not rule.valid_values:
         return lambda values: bool(values[name])
     good = {_physical(signal, str(each)) for each in rule.valid_values}
     return lambda values: values[name] in good
-
-
-def _signal(message: Any, name: str) -> Any:
-    for signal in message.signals:
-        if signal.name == name:
-            return signal
-    raise ProfileError(f"{name} is not in message {message.name}")
 
 
 def _scaled(rule: FieldRule, signal: Any) -> Sample:

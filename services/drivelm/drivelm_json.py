@@ -7,14 +7,12 @@ What a file holds beside the graph (``C``, ``con_down``, ``cluster``, picture pa
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import msgspec
-
 from proto.scene import QA, SceneGraph, SceneObject
 from services.drivelm.json_fields import UnreadableGraph, as_box, as_list, as_object, as_text, field
 from services.drivelm.nodes import CAMERA_TAGS, side_of_tag
 from services.drivelm.templates import LAYERS
 
-__all__ = ["Scene", "UnreadableGraph", "decode", "from_drivelm", "to_drivelm"]
+__all__ = ["Scene", "UnreadableGraph", "from_drivelm", "to_drivelm"]
 
 CAMERAS: Mapping[str, str] = {tag: camera for camera, tag in CAMERA_TAGS.items()}
 # What DriveLM writes for what we do not know, in DriveLM's order.
@@ -78,15 +76,6 @@ def _question_out(qa: QA, moved: Mapping[int, int]) -> dict[str, Any]:
     parents = [moved[parent] for parent in qa.parents if parent in moved] or None
     said = qa.carried or _QUESTION | {"con_up": parents}
     return {**said, "Q": qa.question, "A": qa.answer}
-
-
-def decode(text: bytes) -> dict[str, Scene]:
-    """A DriveLM file. Raises ``UnreadableGraph`` for what is no JSON, too, for example NaN."""
-    try:
-        document = msgspec.json.decode(text)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise UnreadableGraph(f"not JSON: {error}") from None
-    return from_drivelm(document)
 
 
 def from_drivelm(document: Any) -> dict[str, Scene]:

@@ -17,7 +17,6 @@ class Here(NamedTuple):
     """What else is known at the moment: the country, the ego's lane, and what a map calls the road (empty: no map)."""
 
     jurisdiction: str | None = None
-    jurisdiction_confidence: float = 0.0
     ego_lane_id: str = ""
     lateral_offset_m: float = 0.0
     lane_width_m: float = LANE_WIDTH_M

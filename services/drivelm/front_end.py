@@ -332,9 +332,7 @@ class FrontEnd:
     def believe(self, where: Whereabouts) -> None:
         """Take over a belief about the country."""
         self.whereabouts = where
-        self.here = self.here._replace(
-            jurisdiction=where.believed, jurisdiction_confidence=where.posterior(where.believed)
-        )
+        self.here = self.here._replace(jurisdiction=where.believed)
 
     def _facts(self, key: Key, *, passed: bool = False) -> tuple[Fact, ...]:
         """What is to be said of a track, weighed by its grounds, with what was read of its letters."""

@@ -1,6 +1,6 @@
 """The nodes of the graph: objects with the track or the fact behind them, where they are, and whether they move."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from proto.perception import Box, Track
@@ -66,6 +66,10 @@ class Node(NamedTuple):
     def is_light(self) -> bool:
         """Whether it is a traffic light."""
         return self.fact is not None and self.fact.kind == "light"
+
+
+Answerer = Callable[[Node, Seen], str | None]
+"""The answer to one question of an object; None: it is not known."""
 
 
 def side_of(y_m: float | None) -> str:

@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 from proto.scene import QA
 from services.drivelm import plan_rules
-from services.drivelm.nodes import ELEMENT, Node, Seen
+from services.drivelm.nodes import ELEMENT, Answerer, Node, Seen
 from services.drivelm.plan_rules import ABSENT, NO_CONCERN
 from services.drivelm.templates import Said, row
 
 _ORDINALS = ("Firstly", "Secondly", "Thirdly")
-Answerer = Callable[[Node, Seen], str | None]
 
 
 def rows(nodes: Sequence[Node], seen: Seen) -> list[QA]:

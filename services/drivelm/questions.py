@@ -1,16 +1,15 @@
 """The graph's questions of perception and prediction, answered from its nodes; a node that does not know gives no row."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from proto.perception import Track
 from proto.scene import QA
 from services.drivelm import listing, plan_rules
-from services.drivelm.nodes import ELEMENT, Node, Seen, side_of
+from services.drivelm.nodes import ELEMENT, Answerer, Node, Seen, side_of
 from services.drivelm.templates import Said, row
 
 _MOST_PAIRED = 4
 _FRONT = ("front", "front left", "front right")
-Answerer = Callable[[Node, Seen], str | None]
 
 
 def rows(nodes: Sequence[Node], seen: Seen) -> list[QA]:

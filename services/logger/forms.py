@@ -28,10 +28,6 @@ _LEVELS = {
 _JSON = msgspec.json.Encoder()
 
 
-class Malformed(ValueError):
-    """A payload that does not fit its topic."""
-
-
 class Gap(msgspec.Struct, frozen=True, kw_only=True):
     """What is missing at this place of the log, and why."""
 

@@ -123,20 +123,6 @@ class MemoryStore:
                 (head.file, n, head.records, head.head_sha256, head.signature, head.key_id, int(head.closed)),
             )
 
-    def last_head(self, file: str) -> ChainHead | None:
-        """The newest head kept of a file."""
-        with self._lock:
-            row = self._db.execute(
-                "SELECT records, head, signature, key_id, closed FROM heads WHERE file = ? ORDER BY n DESC LIMIT 1",
-                (file,),
-            ).fetchone()
-        if row is None:
-            return None
-        records, head, signature, key_id, closed = row
-        return ChainHead(
-            file=file, records=records, head_sha256=head, signature=signature, key_id=key_id, closed=bool(closed)
-        )
-
     def add_traces(self, rows: Sequence[TraceRow]) -> None:
         """Indexes ticks."""
         with self._lock, self._db:

@@ -99,7 +99,7 @@ def build(config: LoggerConfig, node: Node) -> None:
     if memory is not None:
         _offer_tools(node, memory)
     node.every(1.0, lambda: _report(node, log_dir, recorder, writer, view))
-    node.on_close(lambda: _close(node, recorder, writer, view, memory))
+    node.on_close(lambda: _close(node, writer, view, memory))
 
 
 def _take(
@@ -183,9 +183,7 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
         node.publish(topics.CHAIN, recorder.head)
 
 
-def _close(
-    node: Node, recorder: Recorder, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None
-) -> None:
+def _close(node: Node, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None) -> None:
     if node.unhandled:
         writer.missed(node.unhandled, "the logger was ended before it had taken them in")
     if not writer.close():

@@ -40,7 +40,6 @@ class Tally(msgspec.Struct, kw_only=True):
     messages: int = 0
     stored_bytes: int = 0
     lost: int = 0
-    failed_flushes: int = 0
     worst_flush_ms: float = 0.0
     trouble: str = ""
     """The error that keeps it from writing now; empty when all is well."""
@@ -144,7 +143,6 @@ class LogWriter:
         self.tally.worst_flush_ms = max(self.tally.worst_flush_ms, (time.monotonic() - started_s) * 1e3)
 
     def _failed(self, error: Exception) -> None:
-        self.tally.failed_flushes += 1
         text = f"the log cannot be written: {getattr(error, 'strerror', '') or error or type(error).__name__}"
         if text != self.tally.trouble:
             self.tally.trouble = text

@@ -26,11 +26,6 @@ SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
 
-def fuse(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> Fused:
-    """Target, message and confidence of this tick."""
-    return advise(state, events, failed)[0]
-
-
 def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Matter | None, Target]:
     """The advice, the matter that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)

@@ -1,6 +1,6 @@
 """One tick as data. The two steps that wait are `ask.experts` and `ask.arbiter`; all others are pure.
 
-observe → detect_events → route → ask.experts → fuse → ask.arbiter → remember
+observe → detect_events → route → ask.experts → advise → ask.arbiter → remember
 """
 
 from collections.abc import Callable

@@ -11,8 +11,7 @@ import msgspec
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
-from drivemcp.packfiles import FILES
-from drivemcp.paths import data, has_data
+from drivemcp.packfiles import FILES, folder_of
 from drivemcp.service import Service
 from drivemcp.watch import Watch
 from proto.rules import Retrieved
@@ -79,7 +78,7 @@ class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
 
 def build(config: RetrievalConfig, node: Node) -> None:
     """Index by BM25, offer the tool, load the encoder: beside the service, or first when in lockstep."""
-    folders, watch = tuple(_folder(name) for name in config.packs), Watch(WATCHED)
+    folders, watch = tuple(folder_of(name) for name in config.packs), Watch(WATCHED)
     watch.remember(folders)
     library = Library(
         folders,
@@ -229,12 +228,6 @@ def _describe(node: Node, library: Library) -> None:
         node.detail["refused"] = "; ".join(library.refused)
     else:
         node.detail.pop("refused", None)
-
-
-def _folder(name: str) -> Path:
-    if "/" in name or not has_data(f"rulepacks/{name}"):
-        return Path(name)
-    return data(f"rulepacks/{name}")
 
 
 SERVICE = Service("retrieval", RetrievalConfig, build)

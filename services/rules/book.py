@@ -45,11 +45,6 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
         replaced = {name for pack in fitting for name in pack.family[1:] if self._replaces(pack, name, jurisdiction)}
         return tuple(pack for pack in fitting if pack.manifest.id not in replaced)
 
-    @property
-    def fallback(self) -> Pack | None:
-        """The pack for where no other is known to apply."""
-        return next((pack for pack in self.packs.values() if is_fallback(pack)), None)
-
     def covers(self, jurisdiction: str | None) -> bool:
         """Whether one of the packs is surely that of the place: its country's, or its part's."""
         return any(_applies(pack, jurisdiction) for pack in self.packs.values())

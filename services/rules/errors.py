@@ -25,12 +25,8 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True):
 class PackError(UserError):
     """A rulepack that cannot be used; the message names file, line and field."""
 
-    def __init__(self, message: str, problems: Sequence[Problem] = ()) -> None:
-        super().__init__(message)
-        self.problems = tuple(problems)
-
 
 def refused(folder: Path, problems: Sequence[Problem]) -> PackError:
     """The error that says the first of several problems, and how to see the others."""
     more = f" (and {len(problems) - 1} more: drivemcp rulepack validate {folder})" if len(problems) > 1 else ""
-    return PackError(f"{problems[0]}{more}", problems)
+    return PackError(f"{problems[0]}{more}")

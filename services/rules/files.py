@@ -1,5 +1,6 @@
 """A pack's folder read once: what is hashed is what is decoded, even while somebody writes into the folder."""
 
+import json
 import re
 from pathlib import Path
 from typing import Any, TypeVar
@@ -40,13 +41,18 @@ class Files(msgspec.Struct, frozen=True):
     def _value(self, name: str) -> Any:
         found, problems = decoded(self, name, Any)
         if problems:
-            raise PackError(str(problems[0]), problems)
+            raise PackError(str(problems[0]))
         return found
 
 
 def read_files(folder: Path) -> Files:
     """Everything that belongs to a pack."""
     return Files(folder, read_content(folder, (SIGNATURE,)))
+
+
+def write_json(path: Path, content: Any) -> None:
+    """A pack's JSON file, as all of them are laid out."""
+    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 
 def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...]]:

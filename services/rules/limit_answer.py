@@ -50,7 +50,7 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
     if verdict.claim is not None:
         claim = verdict.claim
         limit = legal_limit(claim.value, claim.unit, advisory=claim.basis == "advisory")
-        said = " ".join(_sentences(pack, situation, verdict, claim))
+        said = " ".join(_sentences(situation, verdict, claim))
     notes = [
         said,
         *said_of_parts(lower, situation.language),
@@ -144,7 +144,7 @@ def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language:
     return unique(found)
 
 
-def _sentences(pack: Pack, situation: Situation, verdict: Verdict, claim: Claim) -> list[str]:
+def _sentences(situation: Situation, verdict: Verdict, claim: Claim) -> list[str]:
     language, shown = situation.language, spoken(claim.value, claim.unit)
     parts = [say(claim.basis, language, limit=shown, why=say(claim.why or "why_road", language))]
     if verdict.against and not verdict.uncertain:

@@ -147,13 +147,6 @@ def extended_folders(folder: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def folder_of(name: str) -> Path:
-    """The folder of a pack given by its name below `rulepacks/`, or by a path."""
-    if "/" in name or not has_data(f"rulepacks/{name}"):
-        return Path(name)
-    return data(f"rulepacks/{name}")
-
-
 def _own(manifest: Manifest, provisions: list[Provision], signs: list[Sign], cases: list[Case]) -> Pack:
     tag = version_tag(manifest)
     return Pack(

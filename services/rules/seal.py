@@ -3,13 +3,12 @@
 In a source document each text is the paragraph below a heading that ends in its id: `## StVO § 3 Abs. 1 [deu-speed-adapt]`.
 """
 
-import json
 import re
 from pathlib import Path
 from typing import Any
 
 from services.rules.errors import PackError
-from services.rules.files import SIGNATURE, Files, decoded, read_files
+from services.rules.files import SIGNATURE, Files, decoded, read_files, write_json
 from services.rules.packs import content_hash
 
 _HEADING = re.compile(r"^## (?P<section>[^\n]*) \[(?P<id>[^\]\n]+)\]\n\n(?P<text>[^\n]+(?:\n[^\n]+)*)", re.M)
@@ -28,21 +27,21 @@ def seal(folder: Path) -> str:
         for index, entry in enumerate(entries):
             if not isinstance(entry.get(key), str) or not isinstance(entry.get("sources"), list):
                 problem = files.problem(file, (index,), f"needs {key} and sources")
-                raise PackError(str(problem), (problem,))
+                raise PackError(str(problem))
             _relocate(files, entry, prefix + entry[key])
-        _write(folder / file, entries)
+        write_json(folder / file, entries)
     manifest = _content(files, "manifest.json", dict[str, Any])
     before, manifest["content_sha256"] = manifest.get("content_sha256"), content_hash(folder)
     if manifest["content_sha256"] != before:
         (folder / SIGNATURE).unlink(missing_ok=True)  # it signed another content
-    _write(folder / "manifest.json", manifest)
+    write_json(folder / "manifest.json", manifest)
     return str(manifest["content_sha256"])
 
 
 def _content(files: Files, name: str, kind: Any) -> Any:
     found, problems = decoded(files, name, kind)
     if problems:
-        raise PackError(str(problems[0]), problems)
+        raise PackError(str(problems[0]))
     return found
 
 
@@ -58,7 +57,3 @@ def _relocate(files: Files, entry: dict[str, Any], name: str) -> None:
         section, source["start"], source["end"] = found[name]
         source["excerpt"] = text[source["start"] : source["end"]]
     entry["section"] = section
-
-
-def _write(path: Path, content: Any) -> None:
-    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

@@ -9,6 +9,7 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.grants import public_key
 from drivemcp.node import Node
+from drivemcp.packfiles import folder_of
 from drivemcp.service import Service
 from proto.health import ServiceLog
 from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
@@ -16,7 +17,6 @@ from proto.scene import Candidate, Unit
 from proto.topics import LOG
 from services.rules import evidence, limit_answer, lookup, numbers_alone, rightofway, signs
 from services.rules.book import is_fallback, normal_jurisdiction
-from services.rules.packs import folder_of
 from services.rules.shelf import Edition, Shelf
 from services.rules.signature import Trust
 from services.rules.situations import coarse

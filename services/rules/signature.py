@@ -38,7 +38,7 @@ def sign(folder: Path, private: str) -> Signature:
     files = read_files(folder)
     manifest, problems = decoded(files, "manifest.json", Manifest)
     if problems:
-        raise PackError(str(problems[0]), problems)
+        raise PackError(str(problems[0]))
     if files.sha256() != manifest.content_sha256:
         raise PackError(f"{folder}: the content hash does not fit the content: drivemcp rulepack seal {folder}")
     try:

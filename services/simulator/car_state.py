@@ -11,7 +11,6 @@ from services.simulator.car_condition import SOUND, Condition, Four, four
 TRACK_M = 1.56
 WHEELBASE_M = 2.7
 STEERING_RATIO = 15.0
-WHEEL_RADIUS_M = 0.32
 MASS_KG = 1500.0
 TYRE_STIFFNESS = 30.0
 """Braking force for each unit of slip and of load, where the tyre is hardly strained."""

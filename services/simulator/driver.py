@@ -105,8 +105,6 @@ class Driver:
     profile: DriverProfile
     believed_mps: float | None
     """The limit that he believes in; None: none."""
-    heard: int = 0
-    obeyed: int = 0
     _standing: list[_Standing] = field(default_factory=list)
     _beliefs: list[tuple[float, float]] = field(default_factory=list)
     _noticed_s: dict[str, float] = field(default_factory=dict)
@@ -121,14 +119,12 @@ class Driver:
 
     def hear(self, advice: Advice, time_s: float) -> None:
         """A message is spoken; he acts on it, or not, after his reaction time."""
-        self.heard += 1
         acts_s = time_s + self.profile.reaction_s
         if advice.warns:
             self._warned_s = time_s
             self._hasten(time_s + WARNED_FACTOR * self.profile.reaction_s)
         if not self._complies(advice):
             return
-        self.obeyed += 1
         if advice.limit_mps is not None:
             self._beliefs.append((acts_s, advice.limit_mps))
         if advice.ahead_mps is not None:

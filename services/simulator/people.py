@@ -48,7 +48,6 @@ class Surroundings:
 
     time_s: float
     ego_s_m: float
-    ego_speed_mps: float
     cars_have_red: Callable[[float], bool]
 
 
@@ -68,7 +67,7 @@ def step_person(person: Person, around: Surroundings, kerb: Kerb, dt: float) -> 
     """The person a moment later."""
     if person.mode == "walking":
         return _walk(person, kerb, dt)
-    if person.mode == "waiting" and person.plan is not None and _goes(person.plan, person, around):
+    if person.mode == "waiting" and person.plan is not None and _goes(person.plan, around):
         return replace(
             person,
             mode="crossing",
@@ -78,7 +77,7 @@ def step_person(person: Person, around: Surroundings, kerb: Kerb, dt: float) -> 
     return _cross(person, dt) if person.mode == "crossing" else person
 
 
-def _goes(plan: CrosserPlan, person: Person, around: Surroundings) -> bool:
+def _goes(plan: CrosserPlan, around: Surroundings) -> bool:
     distance = plan.at_m - around.ego_s_m
     if plan.when_ego_within_m is not None:
         return 0.0 < distance <= plan.when_ego_within_m

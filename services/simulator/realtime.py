@@ -41,7 +41,6 @@ class RealTime:
         self.session, self._studio, self._publish, self._now_ns = session, studio, publish, now_ns
         self._due: list[_Due] = []
         self._numbers, self._wake, self._stop = 0, threading.Event(), threading.Event()
-        self._requests: list[CanFrame] = []
         self._lock = threading.Lock()
         self._mail: list[Callable[[], None]] = []
         self._thread = threading.Thread(target=self._drive, name="simulator-drive", daemon=True)

@@ -13,7 +13,6 @@ from services.simulator.scene import Lane, Marking, Patch, Polyline, Pose, Road,
 
 SAMPLE_M = 4.0
 PAVEMENT_M = 2.6
-VERGE_M = 14.0
 SIDE_ROAD_M = 60.0
 SOLID_BEFORE_LINE_M = 30.0
 Piece = tuple[float, float]

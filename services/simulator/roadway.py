@@ -2,7 +2,6 @@
 
 import math
 import os
-from collections.abc import Iterable
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # highway-env draws with pygame elsewhere; no screen is needed here
 
@@ -157,9 +156,3 @@ def lane_of(road: Road, index: LaneIndex) -> RouteLane:
     """The lane of that name."""
     lane: RouteLane = road.network.get_lane(index)
     return lane
-
-
-def all_lanes(road: Road) -> Iterable[RouteLane]:
-    """Every lane."""
-    lanes: Iterable[RouteLane] = road.network.lanes_list()
-    return lanes

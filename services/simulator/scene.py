@@ -220,11 +220,6 @@ class CameraSpec:
         """Focal length in pixels, the same in u and v."""
         return self.width_px / 2 / math.tan(math.radians(self.fov_deg) / 2)
 
-    def intrinsics(self) -> NDArray[np.float64]:
-        """The 3 x 3 matrix K in pixels."""
-        f = self.focal_px
-        return np.array([[f, 0.0, self.width_px / 2], [0.0, f, self.height_px / 2], [0.0, 0.0, 1.0]])
-
 
 FRONT = CameraSpec(id="front", fov_deg=70.0, pitch_rad=math.radians(-2.0))
 TELE = CameraSpec(id="tele", fov_deg=18.0, pitch_rad=math.radians(1.0))

@@ -130,7 +130,6 @@ class World:
         around = Surroundings(
             time_s=self.time_s,
             ego_s_m=self.outlook.front_m,
-            ego_speed_mps=self.ego.speed,
             cars_have_red=self._cars_have_red,
         )
         self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)

@@ -39,12 +39,6 @@ NS = 1_000_000_000
 WINDOW_NS, LEAST_SAMPLES, KEPT_NS = NS // 2, 6, 2 * NS
 
 
-def used_share(stiffness: float, slip: float, mu: float) -> float:
-    """Share of mu that braking at this slip uses, in [0, 1]."""
-    x = min(3.0, stiffness * max(0.0, slip) / mu)
-    return 1.0 - (1.0 - x / 3.0) ** 3
-
-
 def mu_of(braking: float, slip: float, stiffness: float) -> float:
     """The mu at which this slip brakes with `braking` (in g): no less than that, `MOST_MU` where the tyre is not yet
     strained at all.

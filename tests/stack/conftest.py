@@ -9,7 +9,6 @@ import pytest
 
 from drivemcp.bus import open_bus
 from drivemcp.config import BusConfig
-from drivemcp.errors import BusError
 from drivemcp.supervisor import free_port
 
 
@@ -48,6 +47,3 @@ def secrets_folder(tmp_path: Path) -> Path:
 
     write_access(tmp_path / "secrets", evaluation=True)
     return tmp_path / "secrets"
-
-
-__all__ = ["BusError"]

@@ -22,7 +22,7 @@ from mcp.client.streamable_http import streamable_http_client
 
 from proto.services import RESERVED, SERVICES
 
-pytestmark = [pytest.mark.stack, pytest.mark.slow]
+pytestmark = pytest.mark.stack
 ROOT = Path(__file__).parents[2]
 PROJECT = "drivemcp-stacktest"
 GATEWAY, VIEWER = "http://127.0.0.1:8970/mcp", "http://127.0.0.1:9090/"

@@ -11,7 +11,7 @@ import pytest
 
 from drivemcp.cli import run
 
-pytestmark = [pytest.mark.stack, pytest.mark.slow]
+pytestmark = pytest.mark.stack
 LONGEST_S = 1500.0
 COMMAND = ("evaluate", "delta", "--quick", "--jobs", "2")
 

@@ -47,7 +47,7 @@ class ViewPipe:
     """Never blocks and never raises in `offer`: a view that dies or lags costs the log nothing."""
 
     def __init__(self, settings: ViewSettings, *, said: Callable[[Said], None]) -> None:
-        self._settings, self._said = settings, said
+        self._said = said
         self._pictures = Thinning(settings.image_hz)
         self._queue: deque[bytes] = deque()
         self._ready = threading.Condition()

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivemcp.errors import UserError
+from drivemcp.packfiles import folder_of
 from services.rules.authoring import diff, drafts, scaffold, show, trial, validate
 from services.rules.errors import PackError
-from services.rules.packs import content_hash, folder_of, load
+from services.rules.packs import content_hash, load
 from services.rules.seal import seal
 from services.rules.signature import Trust, sign
 

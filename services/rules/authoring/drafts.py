@@ -11,6 +11,7 @@ from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE
 from services.rules.authoring.statutes import Section, Statute, read_statute
 from services.rules.errors import PackError
+from services.rules.files import write_json
 from services.rules.seal import seal
 
 _NOTE = "> Draft: the publisher's own text, to be restated in our own words. Only the official version is binding."
@@ -37,7 +38,7 @@ def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str
         provisions.append(_provision(name, section, document, statute.language))
     (folder / "sources").mkdir(exist_ok=True)
     (folder / document).write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-    _write(folder / "provisions.json", provisions)
+    write_json(folder / "provisions.json", provisions)
     seal(folder)
     return len(statute.sections)
 
@@ -70,8 +71,8 @@ def _begin(folder: Path, statute: Statute, place: str) -> None:
     manifest |= {"languages": [statute.language], "disclaimer": _NOTE.removeprefix("> ")}
     (folder / "sources").mkdir(parents=True, exist_ok=True)
     for name in FILES[1:]:
-        _write(folder / name, [])
-    _write(folder / "manifest.json", manifest)
+        write_json(folder / name, [])
+    write_json(folder / "manifest.json", manifest)
 
 
 def _free(name: str, taken: set[Any]) -> str:
@@ -92,7 +93,3 @@ def _json(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise PackError(f"{path}: {error}") from None
-
-
-def _write(path: Path, content: Any) -> None:
-    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

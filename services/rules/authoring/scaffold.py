@@ -8,6 +8,7 @@ from typing import Any
 from drivemcp.packfiles import FILES
 from drivemcp.paths import data
 from services.rules.errors import PackError
+from services.rules.files import write_json
 from services.rules.packs import load, parent_folder
 from services.rules.seal import seal
 
@@ -38,8 +39,8 @@ def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", ext
         manifest |= {key: msgspec.to_builtins(getattr(parent, key)) for key in kept}
         manifest["extends"] = {"id": parent.id, "version": parent.version}
         for name in FILES[1:]:
-            _write(folder / name, [])
-    _write(folder / "manifest.json", manifest)
+            write_json(folder / name, [])
+    write_json(folder / "manifest.json", manifest)
     seal(folder)
 
 
@@ -60,7 +61,3 @@ def _copied(folder: Path, place: str) -> None:
 
 def _json(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
-
-
-def _write(path: Path, content: Any) -> None:
-    path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

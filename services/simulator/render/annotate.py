@@ -9,10 +9,11 @@ from functools import partial
 import moderngl
 import numpy as np
 
+from proto.perception import ObjectClass
 from services.simulator.render import frame
 from services.simulator.render.frame import Cast
 from services.simulator.render.kit import Kit, Uniform
-from services.simulator.render.labels import Box, Label, LabelKind, inside_share, visible_boxes
+from services.simulator.render.labels import Box, Label, inside_share, visible_boxes
 from services.simulator.render.mesh import Floats
 from services.simulator.render.models import world_points
 from services.simulator.render.targets import Targets
@@ -38,7 +39,7 @@ def annotate(kit: Kit, world: World, cast: Cast, targets: Targets, shared: dict[
     target = targets.ids(spec.width_px, spec.height_px)
     ids = _draw_all(kit, world, cast, target, candidates, shared)
     seen = visible_boxes(ids)
-    labels = [_label(kit, cast, target, candidates[k - 1], seen[k]) for k in sorted(seen)]
+    labels = [_label(cast, target, candidates[k - 1], seen[k]) for k in sorted(seen)]
     return sorted(labels, key=lambda label: label.distance_m)
 
 
@@ -73,7 +74,7 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         if model is None:  # never: actors are uploaded with their models
             continue
         points = world_points(model, actor)
-        kind: LabelKind = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
+        kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
         label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
         out.append(
             Candidate(
@@ -108,7 +109,7 @@ def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform
 
 def _blank(
     id_: int,
-    kind: LabelKind,
+    kind: ObjectClass,
     *,
     mesh_family: int = 0,
     detail: str = "",
@@ -149,7 +150,7 @@ def _full_box(cast: Cast, points: Floats) -> Box:
     return float(left), float(top), float(right), float(bottom)
 
 
-def _alone(kit: Kit, target: moderngl.Framebuffer, box: Box, candidate: Candidate) -> int:
+def _alone(target: moderngl.Framebuffer, box: Box, candidate: Candidate) -> int:
     """Pixels of the candidate drawn alone into the picture."""
     left, right = max(int(box[0]) - 2, 0), min(int(box[2]) + 3, target.width)
     top, bottom = max(int(box[1]) - 2, 0), min(int(box[3]) + 3, target.height)
@@ -160,10 +161,10 @@ def _alone(kit: Kit, target: moderngl.Framebuffer, box: Box, candidate: Candidat
     return int(np.count_nonzero(data[::2]))
 
 
-def _label(kit: Kit, cast: Cast, target: moderngl.Framebuffer, candidate: Candidate, seen: tuple[Box, int]) -> Label:
+def _label(cast: Cast, target: moderngl.Framebuffer, candidate: Candidate, seen: tuple[Box, int]) -> Label:
     box, visible = seen
     full = _full_box(cast, candidate.points)
-    alone = max(_alone(kit, target, full, candidate), visible)
+    alone = max(_alone(target, full, candidate), visible)
     inside = inside_share(full, cast.view.spec.width_px, cast.view.spec.height_px)
     blank = candidate.label
     return Label(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-LabelKind = Literal["vehicle", "pedestrian", "sign", "panel", "light"]
+from proto.perception import ObjectClass
+
 Box = tuple[float, float, float, float]
 
 
@@ -24,7 +24,7 @@ class Label:
     """
 
     id: int
-    kind: LabelKind
+    kind: ObjectClass
     box_px: Box
     full_box_px: Box
     visible_fraction: float

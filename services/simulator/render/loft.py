@@ -14,7 +14,7 @@ RUBBER: Colour = (0.06, 0.06, 0.065)
 TAIL: Colour = (0.75, 0.04, 0.04)
 HEAD: Colour = (0.95, 0.95, 0.90)
 AMBER: Colour = (0.95, 0.50, 0.05)
-SIDE, SHOULDER = 3, 4  # ring points: 0 floor, 1 sill, 2 flank, 3 upper flank, 4 shoulder, 5 roof edge, 6 roof, 7 middle
+SHOULDER = 4  # ring points: 0 floor, 1 sill, 2 flank, 3 upper flank, 4 shoulder, 5 roof edge, 6 roof, 7 middle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,11 +75,11 @@ def body(
             top = (GLASS, Layer.WHITE, Material.GLASS) if fill == "w" else (roof, Layer.PAINT, Material.PAINT)
             builder.grid(pair[:, 4:6], side[0], side[1], side[2], spots[:, 4:6], centre)
             builder.grid(pair[:, 5:8], top[0], top[1], top[2], spots[:, 5:8], (0, 0, -height))
-    _cap(builder, rings[0], 1.0, height, paint, Layer.CAR_FRONT)
-    _cap(builder, rings[-1], -1.0, height, paint, Layer.CAR_REAR)
+    _cap(builder, rings[0], 1.0, paint, Layer.CAR_FRONT)
+    _cap(builder, rings[-1], -1.0, paint, Layer.CAR_REAR)
 
 
-def _cap(builder: Builder, ring: Floats, sense: float, height: float, paint: Colour, layer: int) -> None:
+def _cap(builder: Builder, ring: Floats, sense: float, paint: Colour, layer: int) -> None:
     outline = np.concatenate([ring, ring[-2::-1] * (1.0, -1.0, 1.0)])
     low, high, half = ring[:, 2].min(), ring[:, 2].max(), ring[:, 1].max()
     uv = np.stack([0.5 + 0.5 * outline[:, 1] / half, (outline[:, 2] - low) / (high - low)], axis=1)

@@ -159,7 +159,6 @@ class Builder:
         sides: int = 8,
         layer: int = 0,
         material: int = Material.PLAIN,
-        caps: bool = False,
     ) -> None:
         """A cylinder or cone between two points."""
         a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
@@ -171,9 +170,6 @@ class Builder:
         points = np.concatenate([a + ring * radius, b + ring * far])
         uv = _unit_grid(2, sides + 1)[:, :, ::-1].reshape(-1, 2)
         self.add(points, np.concatenate([ring, ring]), uv, grid_triangles(2, sides + 1), colour, layer, material)
-        if caps:
-            for middle, size, facing in ((a, radius, -axis), (b, far, axis)):
-                self.disc(middle, facing, size, colour, sides=sides, material=material)
 
     def disc(
         self,

@@ -15,7 +15,6 @@ from services.simulator.render.frame import Cast
 from services.simulator.render.kit import Kit, Uniform
 from services.simulator.render.labels import Label
 from services.simulator.render.light import light_of
-from services.simulator.render.showcase import PEEPHOLE, showcase
 from services.simulator.render.targets import Picture, Targets
 from services.simulator.render.view import View
 from services.simulator.render.world import World
@@ -61,19 +60,6 @@ class Renderer:
         cast = self._cast(scene, camera)
         shared = frame.common(cast, self._world)
         return annotate(self._kit, self._world, cast, self._targets, shared)
-
-    def warm_up(self) -> None:
-        """Compile all shaders and draw all sign faces of the loaded world before they are needed (seconds).
-
-        Without it, the first frames in a new weather or with new signs take a few hundred milliseconds longer.
-        """
-        static = self._world.static
-        for scene in showcase():
-            self.render(scene, PEEPHOLE)
-        self.load(static)
-        for spot in self._world.faces:
-            if spot.code:
-                self._kit.faces.box(frame.face_key(spot, spot.code))
 
     def close(self) -> None:
         """Free the graphics context; the renderer is of no use afterwards."""

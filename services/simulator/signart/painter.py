@@ -87,10 +87,6 @@ class Painter:
         alpha = self._alpha[max(0, y0) : y0 + size[1], max(0, x0) : x0 + size[0]]
         np.maximum(alpha, scaled, out=alpha)
 
-    def cut_to(self, other: "Painter") -> None:
-        """Keep only what lies inside ``other``'s painted area."""
-        np.minimum(self._alpha, other._alpha, out=self._alpha)
-
     def picture(self) -> Image:
         """The finished face: uint8 RGBA, H x W x 4, colours not premultiplied."""
         weight = self._alpha[..., None].astype(np.float32) / 255.0

@@ -93,7 +93,7 @@ def led(painter: Painter, sheet: Sheet, value: str) -> None:
     _LED_PICTURES.get(value, _led_limit)(painter, sheet, value)
 
 
-_LAMP_WHITE, _LAMP_RED, _LAMP_GREEN, _LAMP_AMBER = (255, 250, 235), (255, 40, 30), (40, 255, 120), (255, 190, 60)
+_LAMP_WHITE, _LAMP_RED, _LAMP_GREEN = (255, 250, 235), (255, 40, 30), (40, 255, 120)
 _CENTRE = LED_M[0] / 2
 
 

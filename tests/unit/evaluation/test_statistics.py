@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from evaluation.statistics import (
     CHANCE,
     binomial_ci,
-    bootstrap,
     chance_of,
     mean_sd_ci,
     paired,
@@ -28,7 +27,6 @@ def test_mean_spread_and_t_interval_of_a_small_sample() -> None:
 def test_too_few_values_have_no_interval() -> None:
     assert mean_sd_ci([]).mean is None
     assert (mean_sd_ci([3.0]).mean, mean_sd_ci([3.0]).low) == (3.0, None)
-    assert bootstrap([]).mean is None
 
 
 @pytest.mark.parametrize("values", [[1.0, 1.0], [0.0, 0.0, 0.0], [0.1 + 0.2, 0.3]])
@@ -73,13 +71,6 @@ def test_shares_have_clopper_and_pearsons_interval() -> None:
     assert binomial_ci(0, 0).value is None
     with pytest.raises(ValueError, match="11 of 10"):
         binomial_ci(11, 10)
-
-
-def test_the_bootstrap_is_repeatable_and_agrees_with_t_on_a_normal_mean() -> None:
-    values = np.random.default_rng(3).normal(10.0, 2.0, 60).tolist()
-    boot, t = bootstrap(values, lambda drawn: sum(drawn) / len(drawn)), mean_sd_ci(values)
-    assert boot == bootstrap(values, lambda drawn: sum(drawn) / len(drawn))
-    assert (boot.low, boot.high) == pytest.approx((t.low, t.high), abs=0.15)
 
 
 def test_pairs_leave_out_what_seeds_have_in_common() -> None:

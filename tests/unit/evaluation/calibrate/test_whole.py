@@ -19,7 +19,6 @@ from services.arbiter.profiles import load as load_profile
 from services.orchestrator.inputs import Method
 from tests.unit.services.arbiter.support import CALIBRATED
 
-pytestmark = pytest.mark.slow
 SECONDS = 6.0
 
 

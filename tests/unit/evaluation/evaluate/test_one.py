@@ -23,7 +23,6 @@ def never(*_: object) -> None:
     raise AssertionError("driven again")
 
 
-@pytest.mark.slow
 def test_a_run_is_kept_measured_again_and_never_driven_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     key = Store(tmp_path).key(SPEC)
     assert Store(tmp_path).kept(key) is None

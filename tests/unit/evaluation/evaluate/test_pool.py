@@ -61,7 +61,6 @@ def test_a_longer_run_may_take_longer() -> None:
     assert allowed_s(RunSpec(scenario="a", seconds=6.0)) < allowed_s(RunSpec(scenario="a"))
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_ray_gives_the_same_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("ray")

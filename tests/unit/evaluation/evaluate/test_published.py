@@ -204,7 +204,7 @@ def test_a_file_that_is_no_such_file_is_named(tmp_path: Path) -> None:
         read(twice)
 
 
-def test_what_is_asked_for_again_is_not_taken(tmp_path: Path) -> None:
+def test_what_is_asked_for_again_is_not_taken() -> None:
     there = {line.key: line for line in lines()}
     first, *others = there
     assert list(taken(there, ())) == [first, *others]

@@ -6,8 +6,9 @@ import msgspec
 import pytest
 
 from evaluation.gvqa.export import main
+from evaluation.gvqa.files import load
 from proto.scene import QA, SceneGraph
-from services.drivelm.drivelm_json import decode, to_drivelm
+from services.drivelm.drivelm_json import from_drivelm, to_drivelm
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin, Record
 from services.logger.forms import json_form
@@ -37,7 +38,7 @@ def test_a_logs_graphs_become_key_frames(tmp_path: Path, capsys: pytest.CaptureF
     out = tmp_path / "out.json"
     assert main([str(tmp_path / "drive.mcap"), str(out)]) == 0
     assert "1 key frames of 1 logs" in capsys.readouterr().out
-    scene = decode(out.read_bytes())["drive"]
+    scene = from_drivelm(load(out))["drive"]
     assert scene.description == GRAPH.description
     assert [qa.answer for qa in scene.frames["4000"].qa] == ["It stands."]
     assert to_drivelm({"drive": scene}) == msgspec.json.decode(out.read_bytes())

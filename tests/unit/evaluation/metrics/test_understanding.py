@@ -9,8 +9,6 @@ from proto.truth import TrueHazard, Truth
 from services.orchestrator.events import TABLE
 from tests.unit.evaluation.metrics.logs import person, said, steady, ticked, truths
 
-NOTHING: tuple[str, ...] = ()
-
 
 def ticks(seconds: float, *on: tuple[str, float, float], calls: dict[float, str] | None = None) -> tuple[Any, ...]:
     """Ten a second; (kind, from, to) are detected."""

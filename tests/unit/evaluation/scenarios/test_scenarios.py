@@ -115,7 +115,6 @@ def test_a_plan_can_be_read_and_drawn(capsys: pytest.CaptureFixture[str], tmp_pa
     assert main(["show", "urb-rain/final/0"]) == 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "place", [Place("urb-rain", "development", 3), Place("cross-border", "development", 1)], ids=str
 )

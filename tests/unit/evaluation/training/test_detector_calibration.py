@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from evaluation.training.detector_calibration import calibrated, expected_error, fit, score_at
+from evaluation.training.bins import binned
+from evaluation.training.detector_calibration import calibrated, fit, score_at
 from evaluation.training.detector_scores import Tally
 
 
@@ -13,6 +14,11 @@ def drawn(slope: float, offset: float, count: int = 6000) -> Tally:
     scores = rng.uniform(0.02, 0.98, count)
     right = rng.uniform(size=count) < calibrated(scores, (slope, offset))
     return Tally(scores, right, count)
+
+
+def expected_error(tally: Tally, curve: tuple[float, float] = (1.0, 0.0)) -> float:
+    """Over ten bins of equal width."""
+    return binned(calibrated(tally.scores, curve), tally.right).error
 
 
 @pytest.mark.parametrize(("slope", "offset"), [(1.0, 0.0), (1.8, -0.7), (0.6, 0.9)])

@@ -9,7 +9,6 @@ pytest.importorskip("torch")
 pytest.importorskip("onnxscript")
 
 
-@pytest.mark.slow
 def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -> None:
     import warnings
 

@@ -18,11 +18,11 @@ from evaluation.training.reader_fonts import TEST_STEMS, TEST_STYLES, TRAIN_STEM
 from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import SURE, SURELY_WRONG, Measured, score_table, sure_from
 from evaluation.training.reader_texts import text_for
+from proto.perception import ObjectClass
 from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
 from services.drivelm.crops import Region
 from services.drivelm.reader import Reader
 from services.simulator.render import Label
-from services.simulator.render.labels import LabelKind
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_texts_are_made_up_but_never_empty(kind: str) -> None:
 
 
 def test_labels_of_rendered_objects_find_their_class() -> None:
-    def label(kind: LabelKind, code: str, country: str = "DEU") -> Label:
+    def label(kind: ObjectClass, code: str, country: str = "DEU") -> Label:
         box = (0.0, 0.0, 9.0, 9.0)
         return Label(id=1, kind=kind, box_px=box, full_box_px=box, visible_fraction=1, distance_m=1, visible_px=9,
                      code=code, country=country)  # fmt: skip

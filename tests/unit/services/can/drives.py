@@ -2,7 +2,7 @@
 
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from services.can.crosscheck import SENSORS
@@ -165,6 +165,3 @@ def make(index: int, base: int = 0) -> tuple[Drive, str]:
     low, high = OFFSET[sensor]
     size = rng.uniform(low, high) * rng.choice((-1, 1)) if kind == "offset" else LOUD[sensor]
     return Drive(base + index, Fault(kind, sensor, size, onset)), f"{kind} {sensor}"
-
-
-Maker = Callable[[int, int], tuple[Drive, str]]

@@ -53,9 +53,7 @@ def scaffolded(tmp_path: Path) -> Path:
     return tmp_path / "car" / "profile.toml"
 
 
-def test_a_profile_is_scaffolded_from_a_description_and_marks_its_guesses(
-    scaffolded: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_profile_is_scaffolded_from_a_description_and_marks_its_guesses(scaffolded: Path) -> None:
     guessed, own = load_profile(scaffolded).fields, load_profile(data("vehicles/sim/profile.toml")).fields
     right = [name for name, rule in guessed.items() if name in own and rule.signals == own[name].signals]
     assert len(right) >= 55

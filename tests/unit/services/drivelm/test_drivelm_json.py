@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.gvqa.files import load
 from proto.scene import QA, SceneGraph, SceneObject
-from services.drivelm.drivelm_json import Scene, UnreadableGraph, decode, from_drivelm, to_drivelm
+from services.drivelm.drivelm_json import Scene, UnreadableGraph, from_drivelm, to_drivelm
 
 SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
@@ -75,14 +76,14 @@ def _document() -> dict[str, Any]:
 @needs_annotation
 def test_an_annotated_sequence_goes_out_byte_for_byte_as_it_came_in() -> None:
     text = ANNOTATED.read_bytes()
-    out = to_drivelm(decode(text))
+    out = to_drivelm(from_drivelm(load(ANNOTATED)))
     assert out == json.loads(text)
     assert json.dumps(out, indent=0).encode() == text.strip()
 
 
 @needs_annotation
 def test_an_annotated_sequence_is_read_whole() -> None:
-    graphs = list(next(iter(decode(ANNOTATED.read_bytes()).values())).frames.values())
+    graphs = list(next(iter(from_drivelm(load(ANNOTATED)).values())).frames.values())
     assert [len(graph.qa) for graph in graphs] == [104, 99, 100, 84, 92]
     assert graphs[0].objects[0].tag.startswith("<c1,CAM_FRONT")
     assert graphs[0].objects[0].box_px == (624.3, 469.4, 814.8, 537.8)
@@ -97,7 +98,7 @@ def test_unknown_fields_layers_and_nothings_are_carried_in_their_order() -> None
 @given(GRAPHS)
 def test_any_graph_exported_imported_and_exported_is_the_same(graph: SceneGraph) -> None:
     first = to_drivelm({"drive": Scene("A road.", {"0001": graph})})
-    assert to_drivelm(decode(json.dumps(first).encode())) == first
+    assert to_drivelm(from_drivelm(json.loads(json.dumps(first)))) == first
 
 
 @given(st.dictionaries(WORDS, ANY_JSON, max_size=3))
@@ -167,10 +168,11 @@ def test_an_absent_field_is_named(name: str) -> None:
         from_drivelm(document)
 
 
-@pytest.mark.parametrize("text", [b"", b"\xff", b"[1]", b'{"a": NaN}', b"[" * 100_000])
-def test_what_is_no_json_object_is_refused(text: bytes) -> None:
+@pytest.mark.parametrize("text", [b"", b"\xff", b'{"\xff": 1}', b"[1]", b'{"a": NaN}', b"[" * 100_000])
+def test_what_is_no_json_object_is_refused(text: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_bytes(text)
     with pytest.raises(UnreadableGraph):
-        decode(text)
+        from_drivelm(load(tmp_path / "a.json"))
 
 
 @given(ANY_JSON)

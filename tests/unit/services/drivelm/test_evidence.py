@@ -118,8 +118,3 @@ def test_the_posterior_is_a_probability_whatever_is_offered(frames: Sequence[Ran
     best = belief(_seen(frames))
     assert 0.0 <= best.probability <= 1.0
     assert sum(share for _, share in best.ranked) <= 1.0 + 1e-9
-
-
-@given(st.lists(_FRAME, min_size=1, max_size=8))
-def test_reading_is_deterministic(frames: Sequence[Ranked]) -> None:
-    assert belief(_seen(frames)) == belief(_seen(frames))

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.gvqa.files import load
 from proto.perception import Box, Track
 from proto.scene import Fact, SceneGraph
 from proto.vehicle import Ego
 from services.drivelm.ask import COUNTED, EXTRACTED, IN_FORM, SILENT, ask
-from services.drivelm.drivelm_json import decode
+from services.drivelm.drivelm_json import from_drivelm
 from services.drivelm.graph import Seen, build
 from services.drivelm.templates import FORMS, SIDES, UNANSWERED, recognise
 
@@ -246,5 +247,5 @@ def test_every_side_of_a_question_is_one_side() -> None:
     not ANNOTATED.is_file(), reason="the annotated sequence lies outside the project and is absent here"
 )
 def test_every_question_of_an_annotated_sequence_is_recognised() -> None:
-    graphs = [graph for scene in decode(ANNOTATED.read_bytes()).values() for graph in scene.frames.values()]
+    graphs = [graph for scene in from_drivelm(load(ANNOTATED)).values() for graph in scene.frames.values()]
     assert json.dumps([qa.question for graph in graphs for qa in graph.qa if recognise(qa.question) is None]) == "[]"

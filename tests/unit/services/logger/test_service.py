@@ -22,7 +22,7 @@ from proto.topics import Topic
 from proto.vehicle import Ego
 from services.logger import files
 from services.logger.forms import LOGGED, json_form
-from services.logger.memory import MemoryStore
+from services.logger.memory import MemoryStore, kept_head
 from services.logger.reader import Logged, messages
 from services.logger.recorder import Recorder
 from services.logger.service import SERVICE, LoggerConfig
@@ -100,13 +100,11 @@ def test_the_signed_head_goes_onto_the_bus_and_into_memory(tmp_path: Path) -> No
     (path,) = files.logs(tmp_path / "logs")
     assert head.signature
     assert verify(path, expected_head=head.head_sha256).intact
-    kept = MemoryStore(tmp_path / "memory.sqlite").last_head(path.name)
-    assert kept is not None
-    assert kept.closed
-    assert kept.head_sha256 == verify(path).head
+    kept = kept_head(tmp_path / "memory.sqlite", path.name)
+    assert kept == verify(path).head
     drive = MemoryStore(tmp_path / "memory.sqlite").recall("drive", path.name)
     assert [one.value["closed"] for one in drive] == [True, False]
-    assert drive[0].value["head"] == kept.head_sha256
+    assert drive[0].value["head"] == kept
 
 
 def test_health_tells_where_the_log_is_and_what_it_costs(tmp_path: Path) -> None:

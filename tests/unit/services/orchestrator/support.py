@@ -14,7 +14,6 @@ from proto.sensors import StopLine
 from proto.tools import Outcome
 from proto.vehicle import Degradation, Ego, VehicleHealth
 from proto.weather import Conditions
-from services.orchestrator import legal
 from services.orchestrator.inputs import Observations, RoadAhead, Stamped
 from services.orchestrator.routing import Call
 from services.orchestrator.state import State
@@ -262,8 +261,3 @@ def actor(gap_m: float, closing_mps: float = 5.0, **fields: Any) -> Track:
 def preferences(**fields: Any) -> Preferences:
     """How the driver wants it."""
     return Preferences(**fields)
-
-
-def key(arguments: dict[str, Any]) -> str:
-    """As the orchestrator keys a question."""
-    return legal.key(arguments)

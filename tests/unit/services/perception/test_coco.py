@@ -13,7 +13,7 @@ from services.perception.yolox import cells
 
 onnx = pytest.importorskip("onnx", reason="onnx builds the models of these tests (extra `train`)")
 SIDE_PX = 96
-CAR, TRAFFIC_LIGHT = 2, 9
+CAR = 2
 RED = np.zeros((48, 96, 3), np.uint8) + np.array([255, 0, 0], np.uint8)
 CENTRE_PX, SIZE_PX = (20.0, 28.0), (16.0, 8.0)
 """What the models say; the picture fills the upper half of their input."""

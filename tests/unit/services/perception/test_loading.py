@@ -68,5 +68,7 @@ def test_an_unknown_class_in_the_card_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_floor_in_the_options_silences_a_class(street: Picture) -> None:
+    keen = load_detector(data("models/detector.onnx"))
+    assert any(each.kind == "vehicle" for each in keen.detect(street))
     deaf = load_detector(data("models/detector.onnx"), DetectorOptions(floors={"vehicle": 1.1}))
     assert not any(each.kind == "vehicle" for each in deaf.detect(street))

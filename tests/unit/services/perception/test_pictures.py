@@ -53,7 +53,10 @@ def test_small_and_oblong_pictures_are_understood(width_px: int, height_px: int)
     noise = np.random.default_rng(0).integers(0, 255, (height_px, width_px, 3), np.uint8)
     jpeg = cv2.imencode(".jpg", noise)[1].tobytes()
     perception = Perception(load_detector(data("models/detector.onnx")))
-    assert perception.see("front", 1, CameraFrame(jpeg=jpeg, width_px=width_px, height_px=height_px)).tracks is not None
+    seen = perception.see("front", 1, CameraFrame(jpeg=jpeg, width_px=width_px, height_px=height_px, frame=7))
+    assert (seen.boxes.camera, seen.boxes.frame) == ("front", 7)
+    assert seen.tracks is not None
+    assert (seen.tracks.camera, seen.tracks.frame) == ("front", 7)
 
 
 @settings(max_examples=40, deadline=None)

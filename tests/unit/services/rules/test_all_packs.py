@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, Situation
+from proto.scene import Candidate
 from services.rules.book import load_book
 from services.rules.conditions import VEHICLE_CLASSES
 from services.rules.format import Advisory, Limit
@@ -19,7 +20,7 @@ from services.rules.signs import careful_rank
 from services.rules.units import to_mps
 
 BOOK, REFUSED = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))
-EXAMPLES = settings(max_examples=120, deadline=None)
+EXAMPLES = settings(max_examples=150, deadline=None)
 FACTS = ("wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h", "vehicle_class")
 COUNTRIES = sorted({pack.manifest.jurisdiction for pack in BOOK.packs.values()})
 PARTS = ["GBR-WLS", "GBR-SCT"]
@@ -27,9 +28,14 @@ SIGNED_ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway")
 """A living street begins at its sign only, so an unknown road is not taken for one."""
 PLAIN = Situation(road_type="rural", wet=False, snow=False, visibility_m=300.0, time_of_day_h=12.0)
 
-VALUES = st.sampled_from([15.0, 20.0, 25.0, 30.0, 50.0, 65.0, 70.0, 90.0, 110.0, 130.0])
+VALUES = st.sampled_from([15.0, 20.0, 25.0, 30.0, 50.0, 60.0, 65.0, 70.0, 80.0, 90.0, 100.0, 110.0, 120.0, 130.0])
 UNITS = st.sampled_from(["km/h", "mph"])
-PLATES = st.sampled_from(["plate:when_wet", "plate:lorries", "plate:time:22-6 h", "plate:time:7-9, 4-6 PM", "plate:?"])
+PLATES = st.sampled_from(
+    [
+        "plate:when_wet", "plate:when_wet:de", "plate:lorries", "plate:time:22-6 h", "plate:time:7-9, 4-6 PM",
+        "plate:distance", "plate:?", "x",
+    ]
+)  # fmt: skip
 POSTED = st.builds(
     PostedLimit,
     value=VALUES,
@@ -38,17 +44,19 @@ POSTED = st.builds(
     confidence=st.floats(0.0, 1.0),
     plates=st.lists(PLATES, max_size=2).map(tuple),
 )
+CANDIDATES = st.builds(Candidate, reading=VALUES.map(lambda v: f"limit:{v:g}"), confidence=st.floats(0.0, 1.0))
 SITUATIONS = st.builds(
     Situation,
-    jurisdiction=st.sampled_from([*COUNTRIES, *PARTS]),
+    jurisdiction=st.sampled_from([*COUNTRIES, *PARTS, None]),
     road_type=st.sampled_from([*SIGNED_ROADS, None]),
-    vehicle_class=st.sampled_from([*sorted(VEHICLE_CLASSES), ""]),
-    posted=st.lists(POSTED, max_size=2).map(tuple),
+    vehicle_class=st.sampled_from([*sorted(VEHICLE_CLASSES), "", "hovercraft"]),
+    posted=st.lists(POSTED, max_size=3).map(tuple),
     wet=st.sampled_from([True, False, None]),
-    visibility_m=st.sampled_from([None, 49.9, 50.0, 500.0]),
+    visibility_m=st.sampled_from([None, 20.0, 49.9, 50.0, 500.0]),
     snow=st.sampled_from([True, False, None]),
-    time_of_day_h=st.sampled_from([None, 4.9, 6.0, 12.0, 19.0, 23.0]),
-    zone=st.sampled_from([None, 30.0]),
+    time_of_day_h=st.sampled_from([None, 3.0, 4.9, 6.0, 12.0, 19.0, 22.0, 23.0]),
+    zone=st.sampled_from([None, 20.0, 30.0]),
+    candidates=st.lists(CANDIDATES, max_size=2).map(tuple),
 )
 QUESTIONS = st.builds(
     RightOfWayQuestion,
@@ -99,7 +107,7 @@ def test_a_sign_that_shows_no_more_than_the_limit_never_raises_it(situation: Sit
 @EXAMPLES
 @given(SITUATIONS, POSTED.filter(lambda p: not p.plates))
 def test_a_further_sign_never_raises_a_limit_that_signs_set(situation: Situation, sign: PostedLimit) -> None:
-    first = PostedLimit(value=sign.value, unit=sign.unit)
+    first = PostedLimit(value=sign.value, unit=sign.unit)  # surely in force: the law's default is replaced already
     before = ask(situation, posted=(*situation.posted, first))
     assert mps(ask(situation, posted=(*situation.posted, first, sign))) <= mps(before)
 
@@ -108,7 +116,8 @@ def test_a_further_sign_never_raises_a_limit_that_signs_set(situation: Situation
 @given(SITUATIONS)
 def test_every_number_was_posted_or_stands_in_the_law(situation: Situation) -> None:
     limit = ask(situation).limit
-    shown = {(p.value, unit) for p in situation.posted for unit in ("km/h", "mph")}
+    read = [float(each.reading.removeprefix("limit:")) for each in situation.candidates]
+    shown = {(value, unit) for value in (*(p.value for p in situation.posted), *read) for unit in ("km/h", "mph")}
     laws = set().union(*(declared(pack) for pack in BOOK.for_jurisdiction(situation.jurisdiction)))
     if limit is not None:
         assert (limit.value, limit.unit) in shown | laws | {(situation.zone, "km/h"), (situation.zone, "mph")}

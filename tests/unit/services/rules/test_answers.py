@@ -5,11 +5,11 @@ from typing import Any
 import msgspec
 import pytest
 
+from drivemcp.packfiles import folder_of
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate
 from services.rules.book import RuleBook, load_book
 from services.rules.limit_answer import applicable_limit
-from services.rules.packs import folder_of
 from services.rules.rightofway import right_of_way
 from services.rules.service import RulesConfig
 from services.rules.signs import SignQuestion, interpret_sign

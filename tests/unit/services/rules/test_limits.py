@@ -57,12 +57,6 @@ def ask(situation: Situation, **changes: Any) -> RulesAnswer:
 
 
 @EXAMPLES
-@given(SITUATIONS, st.sampled_from(["wet", "visibility_m", "snow", "road_type", "jurisdiction", "time_of_day_h"]))
-def test_a_fact_that_becomes_unknown_never_raises_the_limit(situation: Situation, fact: str) -> None:
-    assert mps(ask(situation, **{fact: None})) <= mps(ask(situation))
-
-
-@EXAMPLES
 @given(SITUATIONS, st.one_of(st.floats(min_value=24.0), st.floats(max_value=0.0, exclude_max=True), st.just(math.nan)))
 def test_an_unknown_or_impossible_time_never_raises_the_limit(situation: Situation, time_h: float) -> None:
     lowest = min(mps(ask(situation, time_of_day_h=hour)) for hour in (None, *range(24)))
@@ -79,21 +73,6 @@ def test_a_time_that_no_clock_shows_leaves_a_limit_by_hours_in_force(time_h: flo
     night = PostedLimit(value=50, unit="km/h", confidence=0.95, plates=("plate:time:0-6 h",))
     posted = Situation(jurisdiction="DEU", road_type="rural", wet=False, visibility_m=500.0, posted=(night,))
     assert mps(ask(posted, time_of_day_h=time_h)) == pytest.approx(50 / 3.6)
-
-
-@EXAMPLES
-@given(SITUATIONS)
-def test_an_unknown_class_of_vehicle_never_raises_the_limit(situation: Situation) -> None:
-    assert mps(ask(situation, vehicle_class="")) <= mps(ask(situation))
-
-
-@EXAMPLES
-@given(SITUATIONS, POSTED.filter(lambda p: not p.plates))
-def test_a_further_sign_never_raises_a_limit_that_signs_set(situation: Situation, sign: PostedLimit) -> None:
-    first = PostedLimit(value=sign.value, unit=sign.unit)  # surely in force: the law's default is replaced already
-    before = ask(situation, posted=(*situation.posted, first))
-    after = ask(situation, posted=(*situation.posted, first, sign))
-    assert mps(after) <= mps(before)
 
 
 @EXAMPLES

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from drivemcp.packfiles import folder_of
 from proto.rules import Passage
 from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import corpus_for, lookup_rule, sureness
-from services.rules.packs import folder_of
 from services.rules.service import RulesConfig
 
 

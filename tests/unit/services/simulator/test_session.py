@@ -13,6 +13,7 @@ from proto.rules import LegalLimit
 from proto.sensors import CanFrame, CanFrames
 from proto.truth import Truth
 from services.simulator.car_state import BAR_PER_MPS2
+from services.simulator.driver import Advice, Driver
 from services.simulator.plan import Scenario
 from services.simulator.scenario import parse_scenario
 from services.simulator.session import STEP_NS, Batch, SensorSet, Session
@@ -123,14 +124,18 @@ def advisory(kind: str, directive: str = "Slow down to 50 km/h.") -> Advisory:
 
 
 @pytest.mark.parametrize(
-    ("kind", "directive", "heard"),
+    ("kind", "directive", "times"),
     [("SPEAK", "Slow down.", 1), ("ACT", "Brake!", 1), ("SILENT", "", 0), ("SPEAK", "", 0)],
 )
-def test_the_driver_hears_what_is_spoken_and_nothing_else(kind: str, directive: str, heard: int) -> None:
+def test_the_driver_hears_what_is_spoken_and_nothing_else(
+    kind: str, directive: str, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[Advice] = []
+    monkeypatch.setattr(Driver, "hear", lambda self, advice, time_s: heard.append(advice))
     drive = session()
     drive.hear(advisory(kind, directive))
     drive.advance()
-    assert drive.world.driver.heard == heard
+    assert [advice.topic for advice in heard] == ["limit"] * times
 
 
 def test_a_drive_ends_after_its_seconds_or_at_the_end_of_the_route() -> None:

@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.vehicle import Ego
-from services.weather.slip import MOST_MU, NS, SLIP_ERROR, SOFT, STIFF, Braking, friction, mu_of, slip_error, used_share
+from services.weather.slip import MOST_MU, NS, SLIP_ERROR, SOFT, STIFF, Braking, friction, mu_of, slip_error
 
 STEP_NS = NS // 20
 
@@ -21,6 +21,12 @@ def _brake(braking: float, slip: float, count: int = 10, **fields: object) -> Br
     return seen
 
 
+def _used_share(stiffness: float, slip: float, mu: float) -> float:
+    """Share of mu that braking at this slip uses, in [0, 1]."""
+    x = min(3.0, stiffness * max(0.0, slip) / mu)
+    return 1.0 - (1.0 - x / 3.0) ** 3
+
+
 mus = st.floats(0.1, 1.0)
 stiffnesses = st.floats(SOFT, STIFF)
 
@@ -28,7 +34,7 @@ stiffnesses = st.floats(SOFT, STIFF)
 @given(mus, stiffnesses, st.floats(0.1, 0.98))
 def test_the_true_friction_lies_within_whatever_the_tyre(mu: float, stiffness: float, wanted: float) -> None:
     slip = 3.0 * mu / stiffness * (1.0 - (1.0 - wanted) ** (1.0 / 3.0))
-    braking = mu * used_share(stiffness, slip, mu)
+    braking = mu * _used_share(stiffness, slip, mu)
     found = friction(braking, slip)
     assert found.low - 1e-9 <= mu <= found.high + 1e-9
 

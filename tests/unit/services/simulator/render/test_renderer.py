@@ -233,10 +233,3 @@ def test_labels_of_a_busy_stage_lie_inside_the_picture(renderer: Renderer) -> No
         assert 0.0 < label.visible_fraction <= 1.0 + 1e-9
         assert left >= label.full_box_px[0] - 1.5
         assert bottom <= label.full_box_px[3] + 1.5
-
-
-def test_warming_up_changes_no_later_picture(renderer: Renderer, plain: StaticWorld) -> None:
-    subject = scene(plain, car(1, 15.0), atmosphere=Atmosphere(rain_mm_h=6.0))
-    before = renderer.render(subject, FRONT)
-    renderer.warm_up()
-    assert np.array_equal(before, renderer.render(subject, FRONT))

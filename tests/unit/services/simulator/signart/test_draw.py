@@ -5,8 +5,6 @@ import pytest
 
 from services.simulator.signart import CODES, COUNTRIES, UnknownSign, draw_face, face_size_m
 
-ALL = [(country, code) for country in COUNTRIES for code in CODES[country]]
-
 
 @pytest.mark.parametrize("country", COUNTRIES)
 def test_every_code_draws_with_its_true_aspect_and_visible_ink(country: str) -> None:

@@ -1,0 +1,1 @@
+"""Making what the models learn from, fitting them, and measuring what they know."""
