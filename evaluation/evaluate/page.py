@@ -116,7 +116,7 @@ def _against(table: Table) -> Iterator[str]:
     yield "<details><summary>Place by place: each row less DriveMCP, or less its group's first</summary>\n"
     yield (
         "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; **bold** where a "
-        f"randomisation of the pairs comes as far by chance in fewer than {CHANCE:.0%} of cases, for which it takes eight places.\n"
+        f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places.\n"
     )
     columns = [column for column in table.columns if column in COLUMNS[table.name]]
     yield "| " + " | ".join(["", *(f"{column.title}, {column.unit}" for column in columns)]) + " |"

@@ -209,7 +209,7 @@ def _against(found: Sequence[Difference]) -> str:
     return (
         "<details><summary>Place by place: each row less DriveMCP, or less its group's first</summary><p>The mean difference over the "
         "places in which both have the number (how many), with Student's 95&nbsp;% interval; bold where a randomisation of the pairs "
-        f"comes as far by chance in fewer than {CHANCE:.0%} of cases, for which it takes eight places.</p>"
+        f"comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places.</p>"
         f"<table><tr><th></th><th></th>{''.join(columns)}</tr>{''.join(lines)}</table></details>"
     )
 
