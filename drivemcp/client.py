@@ -10,7 +10,7 @@ import msgspec
 
 from drivemcp.bus import open_bus
 from drivemcp.config import BusConfig, ServiceConfig
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from proto.keys import chunk
 
@@ -67,7 +67,7 @@ def read_stack() -> RunningStack | None:
         _check_own(state_file().parent)
         stack = msgspec.json.decode(state_file().read_bytes(), type=RunningStack)
         os.kill(stack.pid, 0)
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, *MALFORMED):
         return None
     return stack
 

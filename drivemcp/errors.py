@@ -2,8 +2,9 @@
 
 import msgspec
 
-MALFORMED = (msgspec.MsgspecError, RecursionError, OverflowError)
-"""What decoding bytes from the wire raises: they do not fit, nest too deep, or hold numbers beyond all use."""
+MALFORMED = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, OverflowError)
+"""What decoding bytes from outside raises: they do not fit, hold text that is no UTF-8 (of which msgspec says nothing in its own
+words), nest too deep, or hold numbers beyond all use."""
 
 
 class DriveMcpError(Exception):

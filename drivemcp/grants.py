@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from proto.decision import Grant
 from proto.tools import CallHead
 
@@ -97,7 +97,7 @@ def read_grant(data: bytes) -> Grant:
     """A grant file; raises GrantRefused."""
     try:
         return msgspec.json.decode(data, type=Grant)
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise GrantRefused(f"this is no grant: {error}") from None
 
 

@@ -4,6 +4,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from drivemcp.inbox import Parcel
 from proto.topics import Topic
 from proto.wire import PubHead
@@ -42,7 +43,7 @@ def head_of(attachment: bytes) -> PubHead | None:
     """The head of a publication; None where it does not decode."""
     try:
         return _HEAD.decode(attachment)
-    except msgspec.MsgspecError:
+    except MALFORMED:
         return None
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.store import LOG, SPEC
 from evaluation.metrics import Record, from_log
 from evaluation.replay.log import traces
@@ -94,7 +94,7 @@ def spec_of(log: Path) -> RunSpec | None:
     """The spec that lies beside a log; None: there is none that this version reads."""
     try:
         return msgspec.json.decode((log.parent / SPEC).read_bytes(), type=RunSpec)
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, *MALFORMED):
         return None
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import msgspec
 
 from drivemcp.codehash import code_hash
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from evaluation.calibrate import again, bench, constants, recordings, score
 from evaluation.calibrate.constants import ROWS, Candidate, scaled, shipped, unfit, unscaled
 from evaluation.calibrate.recordings import Recording, load
@@ -83,7 +83,7 @@ class Trials:
         for line in lines:
             try:
                 yield msgspec.json.decode(line, type=Kept)
-            except msgspec.MsgspecError:
+            except MALFORMED:
                 continue  # cut off while it was written: tried again
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from evaluation.calibrate.drives import NOBODY_BRAKES
 from evaluation.calibrate.recordings import spec_of
 from evaluation.methods import FULL
@@ -68,7 +68,7 @@ def _scenario(log: Path) -> str:
         if logged.name == topics.SCENARIO.name:
             try:
                 return msgspec.json.decode(logged.data, type=ScenarioState).scenario
-            except msgspec.MsgspecError as error:
+            except MALFORMED as error:
                 raise UserError(f"{log}: {logged.name} does not fit this version: {error}") from None
     return ""
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.columns import Column, columns_of
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.tables import per_run
@@ -53,7 +53,7 @@ def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
             for run in row["runs"]
             if run["kept"] is not None
         }
-    except (OSError, msgspec.DecodeError, KeyError, TypeError) as error:
+    except (OSError, *MALFORMED, KeyError, TypeError) as error:
         raise UserError(f"{file}: no table of `drivemcp evaluate`: {error!r}") from error
 
 

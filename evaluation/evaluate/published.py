@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.store import Kept, Store, drivers, measuring, world_digest
 from evaluation.metrics import Metrics
@@ -69,7 +69,7 @@ def read(file: Path) -> dict[str, Line]:
         try:
             line = msgspec.json.decode(text, type=Line)
             problem = "`$.key`: it is there twice" if line.key in lines else _problem(line)
-        except msgspec.MsgspecError as error:
+        except MALFORMED as error:
             problem = str(error)
         if problem:
             raise UserError(f"{file}, line {number}: {problem}")
@@ -98,7 +98,7 @@ def _problem(line: Line) -> str:
     for name, kind in _FORMS:
         try:
             msgspec.json.decode(getattr(line, name), type=kind)
-        except msgspec.MsgspecError as error:
+        except MALFORMED as error:
             return f"`$.{name}`: {error}"
     odd = set(line.kept().metrics) ^ set(Metrics.__struct_fields__)
     return f"`$.metrics.{min(odd)}`: missing, or no metric" if odd else ""

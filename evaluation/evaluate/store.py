@@ -16,7 +16,7 @@ from typing import Any, get_args
 import msgspec
 
 from drivemcp.codehash import code_hash
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.paths import data
 from evaluation.evaluate import moments
 from evaluation.evaluate.moments import Moment
@@ -105,7 +105,7 @@ class Store:
             return self._known[key]
         try:
             kept = msgspec.json.decode((self.path(key) / METRICS).read_bytes(), type=Kept)
-        except (OSError, msgspec.MsgspecError):
+        except (OSError, *MALFORMED):
             return None
         if kept.measured_by != measuring():
             return None

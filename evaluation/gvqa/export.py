@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from proto import topics
 from proto.scene import SceneGraph
 from services.drivelm.drivelm_json import Scene, to_drivelm
@@ -33,7 +33,7 @@ def _graphs(path: Path) -> dict[str, SceneGraph]:
             for logged in messages(path)
             if logged.name == topics.GRAPH.name
         }
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise UserError(f"{path}: a scene graph does not fit this version: {error}") from None
 
 

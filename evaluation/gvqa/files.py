@@ -48,7 +48,7 @@ def load(path: Path) -> Any:
         return msgspec.json.decode(path.read_bytes())
     except OSError as error:
         raise UnreadableGraph(f"{path}: {error.strerror}") from None
-    except (*MALFORMED, UnicodeDecodeError) as error:
+    except MALFORMED as error:
         raise UnreadableGraph(f"{path}: not JSON: {error}") from None
 
 

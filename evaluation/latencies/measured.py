@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 
 FEWEST = 5
 """A tool that was asked less often is left at the fixed latency."""
@@ -56,7 +56,7 @@ def read(path: Path) -> Latencies:
         raise UserError(
             f"latencies {path}: {error.strerror}; measure them by `python -m evaluation.latencies measure --out {path}`"
         ) from None
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise UserError(f"latencies {path}: {error}") from None
 
 

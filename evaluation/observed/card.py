@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from proto.perception import ObjectClass
 from proto.weather import CameraWeather
 
@@ -185,7 +185,7 @@ def read_card(path: Path) -> Card:
     """Read the file. Raises UserError where it is none of this version."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=Card)
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, *MALFORMED) as error:
         raise UserError(f"{path}: not a model of observations of this version ({error})") from error
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from drivemcp.received import Received
 from evaluation.run.spec import RunSpec
@@ -76,5 +76,5 @@ def load(path: Path) -> Recording:
     """Read one. Raises UserError where it is none of this version."""
     try:
         return msgspec.msgpack.decode(gzip.decompress(path.read_bytes()), type=Recording)
-    except (OSError, msgspec.DecodeError) as error:
+    except (OSError, *MALFORMED) as error:
         raise UserError(f"{path}: not a recording of this version ({error})") from error

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.paths import data
 from evaluation.observed.recording import KEPT, Recording
 from evaluation.run.spec import RunSpec
@@ -84,5 +84,5 @@ _HEAR: dict[type, Callable[[Session, Any, int], object]] = {
 def _decoded(topic: topics.Topic[Any], packed: bytes, log: Path) -> Any:
     try:
         return msgspec.json.decode(packed, type=topic.message)  # whatever the bus carried, a log holds JSON
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None

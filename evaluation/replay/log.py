@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from proto import topics
 from proto.decision import TraceRecord
 from services.logger.reader import messages
@@ -19,7 +19,7 @@ def traces(paths: Iterable[Path]) -> Iterator[TraceRecord]:
             if logged.name == topics.TRACE.name:
                 try:
                     yield decoder.decode(logged.data)
-                except msgspec.MsgspecError as error:
+                except MALFORMED as error:
                     raise UserError(
                         f"{path}: trace {logged.sequence} does not fit this version's TraceRecord: {error}"
                     ) from None

@@ -13,7 +13,7 @@ import cv2
 import msgspec
 import numpy as np
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.paths import data
 from evaluation.tracking.cut_ins import CutIns
 from proto.sensors import CameraFrame, LidarSweep, MapView
@@ -81,7 +81,7 @@ def kept(path: Path | None, drive: Callable[[], list[Step]]) -> list[Step]:
 def _read(path: Path) -> list[Step]:
     try:
         return msgspec.msgpack.decode(path.read_bytes(), type=list[Step])
-    except msgspec.DecodeError as error:
+    except MALFORMED as error:
         raise UserError(f"{path}: not a kept drive of this version ({error}); delete it to drive again") from error
 
 

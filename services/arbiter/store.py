@@ -5,6 +5,7 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from services.arbiter.adapt import within_bounds
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Adapted
@@ -23,7 +24,7 @@ def load(path: Path, profile: Profile) -> Adapted:
     calibrated = Adapted(delta=profile.delta, c_min=profile.c_min)
     try:
         stored = msgspec.json.decode(path.read_bytes(), type=Stored)
-    except (OSError, msgspec.MsgspecError):
+    except (OSError, *MALFORMED):
         return calibrated
     if stored.profile != profile.name:
         return calibrated

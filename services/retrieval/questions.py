@@ -10,6 +10,7 @@ from typing import Literal
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from services.retrieval.corpus import CorpusError, Text
 
 FILE = "queries.json"
@@ -48,7 +49,7 @@ def read_questions(packs: Mapping[Path, tuple[Text, ...]]) -> tuple[Question, ..
 def _read(path: Path, jurisdiction: str, known: Collection[tuple[str, str]]) -> Iterator[Question]:
     try:
         found = msgspec.json.decode(path.read_bytes(), type=list[Question])
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise CorpusError(f"{path}: {error}") from None
     for at, question in enumerate(found):
         missing = [name for name in question.expect if (jurisdiction, name) not in known]

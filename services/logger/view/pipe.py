@@ -11,6 +11,7 @@ from typing import IO
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from proto import topics
 from services.logger.file import Record
 from services.logger.view.settings import Said, Shown, ViewSettings
@@ -133,7 +134,7 @@ class ViewPipe:
             for line in pipe:
                 try:
                     self._said(msgspec.json.decode(line, type=Said))
-                except msgspec.MsgspecError:
+                except MALFORMED:
                     continue  # a library's own words on standard output
         if not self._ending:
             self._said(Said(problem=f"the view ended by itself (status {self._process.wait()})"))

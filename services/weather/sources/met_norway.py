@@ -8,6 +8,7 @@ from datetime import datetime
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from services.weather.interval import Interval
 from services.weather.observation import Observation
 from services.weather.sources import provider
@@ -90,7 +91,7 @@ def read(body: bytes, now_ns: int) -> Observation:
     """The forecast for the present hour, as old as the model run that it comes from."""
     try:
         properties = msgspec.json.decode(body, type=_Answer).properties
-    except msgspec.DecodeError as error:
+    except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
     provider.check_units(properties.meta.units, _UNITS)
     data = _present(properties.timeseries, now_ns).data

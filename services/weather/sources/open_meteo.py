@@ -2,6 +2,7 @@
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from services.weather.observation import Observation
 from services.weather.sources import provider
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer
@@ -89,7 +90,7 @@ def _decoded(body: bytes) -> _Answer:
         if refusal.error:
             raise UnusableAnswer(f"it refuses: {refusal.reason[:200]}")
         return msgspec.json.decode(body, type=_Answer)
-    except msgspec.DecodeError as error:
+    except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
 
 

@@ -5,13 +5,14 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from subprocess import PIPE, Popen
 from types import SimpleNamespace
 
 import msgspec
 import pytest
 
-from drivemcp.bus import Bus, Querier, Query, open_bus, wait_settled
+from drivemcp.bus import Bus, Querier, Query, Reply, open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
@@ -23,7 +24,7 @@ from drivemcp.tooldef import define
 from proto import topics
 from proto.keys import alive_key, catalogue_key, tool_key
 from proto.sensors import GnssFix
-from proto.tools import CallRecord, Catalogue
+from proto.tools import CallHead, CallRecord, Catalogue
 from proto.vehicle import Ego
 from proto.weather import Conditions
 
@@ -225,6 +226,49 @@ def test_a_tool_whose_name_can_be_no_key_is_ignored_and_calling_it_raises_nothin
         b.session.serve(key, lambda query: query.answer(key, offered))
         assert b.probe.client.discover() == {}
         assert b.call(name).status == "unavailable"
+
+
+NO_UTF_8 = (b"\xff", b"\xed\xa0\x80", b"\xc3")
+
+
+@pytest.mark.parametrize("text", NO_UTF_8)
+def test_a_liar_whose_text_is_no_utf_8_gives_an_error_and_raises_nothing(text: bytes) -> None:
+    def lie() -> Wetness:
+        """Never runs."""
+        raise AssertionError
+
+    offered = msgspec.json.encode(Catalogue(server="liar", tools=(define(lie, server="liar", deadline_ms=40).entry,)))
+    replies = [b'{"structuredContent":{"a":"%b"},"isError":false}', b'{"structuredContent":{"%b":1},"isError":false}',
+               b'{"isError":true,"content":[{"type":"text","text":"%b"}]}', b"%b"]  # fmt: skip
+    with bus() as b:
+        catalogue, tool = catalogue_key(b.probe.config.vehicle, "liar"), tool_key(b.probe.config.vehicle, "liar", "lie")
+        b.session.serve(catalogue, lambda query: query.answer(catalogue, offered.replace(b"Never", text)))
+        assert b.probe.client.discover() == {}
+    with bus() as b:
+        b.session.serve(catalogue, lambda query: query.answer(catalogue, offered))
+        b.session.serve(tool, lambda query: query.answer(tool, replies[0].replace(b"%b", text)))
+        assert "lie" in b.probe.client.discover()
+        while replies:
+            outcome = b.call("lie", {})
+            assert (outcome.status, outcome.error != "") == ("protocol_error", True)
+            replies.pop(0)
+
+
+@pytest.mark.parametrize("text", NO_UTF_8)
+def test_a_caller_whose_text_is_no_utf_8_is_answered_in_words(wet_bus: TestBus, text: bytes) -> None:
+    head = CallHead(call_id="c", caller="probe", deadline_ns=time.time_ns() + 60 * 10**9)
+    key = tool_key(wet_bus.probe.config.vehicle, WET.name, "how_wet")
+    replies: SimpleQueue[Reply | None] = SimpleQueue()
+    for payload, attachment in (
+        (b'{"%b":1}' % text, msgspec.msgpack.encode(head)),
+        (b"{}", msgspec.msgpack.encode(head).replace(b"probe", text.ljust(5, b"!"))),
+    ):
+        wet_bus.session.get(key, replies.put, timeout_s=10.0, payload=payload, attachment=attachment)
+        reply = replies.get(timeout=11.0)
+        assert reply is not None
+        assert b"utf-8" in (reply.payload or reply.error or b"")
+        assert replies.get(timeout=11.0) is None
+    assert wet_bus.call("how_wet", {"rain_mm_h": 3}).ok
 
 
 def _limits(kmh: int) -> Callable[[ServiceConfig, Node], None]:

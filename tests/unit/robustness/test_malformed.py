@@ -105,6 +105,12 @@ def test_a_cut_message_and_one_of_another_type_are_dropped_and_the_services_go_o
     for end in (1, len(whole) // 2, len(whole) - 1):
         vandal.put(topic, whole[:end])
     vandal.put(topic, codec.encode({"nonsense": True}))
+    vandal.put(topic, codec.encode({"nonsense": "@"}).replace(b"@", b"\xff"))
+    vandal.put(
+        topic,
+        whole,
+        msgspec.msgpack.encode(PubHead(seq=1, stamp_ns=1, sent_ns=1, publisher="@", epoch=1)).replace(b"@", b"\xff"),
+    )
     vandal.put(
         topic, whole
     )  # well-formed, and senseless: enormous, negative or contradictory values are a service's own matter

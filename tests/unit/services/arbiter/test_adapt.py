@@ -60,7 +60,7 @@ def test_it_is_kept_between_drives_under_its_own_profile_only(tmp_path: Path) ->
 
 def test_a_damaged_or_impossible_file_counts_for_nothing(tmp_path: Path) -> None:
     file = tmp_path / "arbiter.json"
-    for content in (b"", b"{", b'{"profile":"calibrated","delta":-9,"c_min":0.5}'):
+    for content in (b"", b"{", b'{"profile":"\xff"}', b'{"profile":"calibrated","delta":-9,"c_min":0.5}'):
         file.write_bytes(content)
         assert store.load(file, CALIBRATED).delta == CALIBRATED.delta
 

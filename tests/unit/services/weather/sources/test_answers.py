@@ -98,6 +98,7 @@ def _changed(body: bytes, *path: str, value: Any) -> bytes:
     ("body", "says"),
     [
         (b"<html>", "JSON is malformed"),
+        (b'{"properties": {"meta": {"units": {"air_temperature": "\xff"}}}}', "utf-8"),
         (b"{}", "missing required field `properties`"),
         (_changed(met_norway_body(), "properties", "meta", "units", "air_temperature", value="kelvin"), "'kelvin', not in 'celsius'"),
         (_changed(met_norway_body(), "properties", "timeseries", value=[]), "none of its 0 hours is the present one"),
