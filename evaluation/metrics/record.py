@@ -12,7 +12,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from drivemcp.errors import MALFORMED, UserError
+from drivemcp.errors import UserError
 from drivemcp.node import Node
 from drivemcp.received import Received, decode
 from proto import topics
@@ -168,14 +168,14 @@ def keep(recorder: Recorder, folder: Path) -> Path:
 def _kept(path: Path) -> list[tuple[int, Any]]:
     try:
         return list(msgspec.msgpack.decode(gzip.decompress(path.read_bytes()), type=list[tuple[int, Truth]]))
-    except (*MALFORMED, gzip.BadGzipFile) as error:
+    except (msgspec.MsgspecError, gzip.BadGzipFile) as error:
         raise UserError(f"{path}: does not fit this version's Truth: {error}") from None
 
 
 def _decoded(topic: Topic[Any], data: bytes, log: Path) -> Any:
     try:
         return _TICK.decode(data) if topic is topics.TRACE else msgspec.json.decode(data, type=topic.message)
-    except MALFORMED as error:
+    except msgspec.MsgspecError as error:
         raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None
 
 
