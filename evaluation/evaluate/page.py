@@ -68,7 +68,7 @@ def _head(about: About, reading: str) -> Iterator[str]:
     yield "# Results in rendered pictures\n" if about.sensors == "rendered" else "# Results\n"
     yield (
         "Made by the command below with `--docs`; only what stands between its two marks is written by hand, and stays. What each "
-        "number is: [evaluation.md](evaluation.md).\n"
+        "number is: [metrics.md](metrics.md).\n"
     )
     yield f"```\n{about.command}\n```\n"
     yield f"{BEGIN}\n{reading}\n{END}\n"
