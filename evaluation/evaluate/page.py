@@ -9,14 +9,13 @@ from pathlib import Path
 
 from drivemcp.errors import UserError
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import Difference, against, lines_of, orders, summary, told_of
+from evaluation.evaluate.compare import AGAINST, HOW_AGAINST, Difference, against, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.report import About
 from evaluation.evaluate.tables import Table, TableRow, Value
-from evaluation.statistics import CHANCE
 
 BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
@@ -113,11 +112,8 @@ def _against(table: Table) -> Iterator[str]:
     lines = list(lines_of(against(table)))
     if not lines:
         return
-    yield "<details><summary>Place by place: each row less DriveMCP, or less its group's first</summary>\n"
-    yield (
-        "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; **bold** where a "
-        f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places.\n"
-    )
+    yield f"<details><summary>{AGAINST}</summary>\n"
+    yield f"{HOW_AGAINST.replace('bold', '**bold**')}\n"
     columns = [column for column in table.columns if column in COLUMNS[table.name]]
     yield "| " + " | ".join(["", *(f"{column.title}, {column.unit}" for column in columns)]) + " |"
     yield "|" + "---|" * (len(columns) + 1)

@@ -10,7 +10,17 @@ from typing import NamedTuple
 import msgspec
 
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import Difference, Order, against, lines_of, orders, summary, told_of
+from evaluation.evaluate.compare import (
+    AGAINST,
+    HOW_AGAINST,
+    Difference,
+    Order,
+    against,
+    lines_of,
+    orders,
+    summary,
+    told_of,
+)
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import OURS
@@ -19,7 +29,6 @@ from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
 from evaluation.evaluate.tables import Pair, Ran, Table, TableRow, Value
 from evaluation.methods import noted
-from evaluation.statistics import CHANCE
 
 WORST = 3
 """Moments of each kind that are shown."""
@@ -207,9 +216,7 @@ def _against(found: Sequence[Difference]) -> str:
         return ""
     columns = dict.fromkeys(f"<th>{escape(one.column.title)}<br>{escape(one.column.unit)}</th>" for one in found)
     return (
-        "<details><summary>Place by place: each row less DriveMCP, or less its group's first</summary><p>The mean difference over the "
-        "places in which both have the number (how many), with Student's 95&nbsp;% interval; bold where a randomisation of the pairs "
-        f"comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places.</p>"
+        f"<details><summary>{escape(AGAINST)}</summary><p>{escape(HOW_AGAINST)}</p>"
         f"<table><tr><th></th><th></th>{''.join(columns)}</tr>{''.join(lines)}</table></details>"
     )
 

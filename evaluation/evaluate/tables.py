@@ -14,7 +14,7 @@ from evaluation.evaluate.store import Kept
 from evaluation.methods import made_with
 from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors
-from evaluation.statistics import binomial_ci, mean_sd_ci, paired_by_seed, poisson_ci
+from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, paired_by_seed, poisson_ci
 
 
 class Value(msgspec.Struct, frozen=True, kw_only=True):
@@ -185,8 +185,12 @@ def _pair(method: str, column: Column, one: TableRow, other: TableRow) -> Pair:
 
 def less(column: Column, one: TableRow, other: TableRow) -> Value:
     """The mean difference of two rows, run by run, over the runs in which both have a number."""
-    spread = paired_by_seed(by_number(column, one), by_number(column, other))
-    return Value(value=spread.mean, sd=spread.sd, low=spread.low, high=spread.high, of=f"{spread.n} pairs")
+    return mean_of(paired_by_seed(by_number(column, one), by_number(column, other)))
+
+
+def mean_of(pairs: Spread) -> Value:
+    """The mean of differences in pairs."""
+    return Value(value=pairs.mean, sd=pairs.sd, low=pairs.low, high=pairs.high, of=f"{pairs.n} pairs")
 
 
 def by_number(column: Column, row: TableRow) -> dict[int, float]:
