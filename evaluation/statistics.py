@@ -117,9 +117,3 @@ def chance_of(ours: Sequence[float], theirs: Sequence[float]) -> float | None:
         rng=np.random.default_rng(0),
     )
     return float(test.pvalue)
-
-
-def paired_by_seed(ours: dict[int, float], theirs: dict[int, float]) -> Spread:
-    """The same of runs by seed; a seed that one of them lacks is left out."""
-    seeds = sorted(ours.keys() & theirs.keys())
-    return paired([ours[seed] for seed in seeds], [theirs[seed] for seed in seeds])

@@ -7,6 +7,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import msgspec
@@ -15,7 +16,7 @@ from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.columns import Column, columns_of
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.tables import per_run
-from evaluation.statistics import Spread, paired_by_seed
+from evaluation.statistics import Spread, paired
 
 Metrics = Mapping[str, Any]
 Scene = tuple[str, str, int, int]
@@ -79,10 +80,10 @@ def _compared(
     told = [(per_run(column, rendered[scene]), per_run(column, modelled[scene])) for scene in scenes]
     pairs = [(one, other) for one, other in told if one is not None and other is not None]
     if pairs:
-        one, other = (dict(enumerate(side)) for side in zip(*pairs, strict=True))
-        means = [sum(side.values()) / len(side) for side in (one, other)]
-        less = paired_by_seed(other, one)
-        yield Compared(family=family, column=column, rendered=means[0], modelled=means[1], less=less)
+        one, other = zip(*pairs, strict=True)
+        yield Compared(
+            family=family, column=column, rendered=fmean(one), modelled=fmean(other), less=paired(other, one)
+        )
 
 
 def page(found: Sequence[Compared]) -> str:

@@ -8,11 +8,12 @@ import msgspec
 
 from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.plan import OURS
+from evaluation.evaluate.plan import FAULTY, OURS, SOUND
 from evaluation.evaluate.tables import Table, TableRow, Value, by_number, mean_of
 from evaluation.statistics import CHANCE, chance_of, paired
 
 AGAINST = "Place by place: each row less DriveMCP, or less its group's first"
+WITH_FAULTS = "The same scene, with and without the fault: each method in the faulty car less itself in the sound one"
 HOW_AGAINST = (
     "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; bold where a "
     f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places."
@@ -97,6 +98,16 @@ def against(table: Table) -> tuple[Difference, ...]:
             for column in table.columns if column in COLUMNS[table.name]
         ]  # fmt: skip
     return tuple(found)
+
+
+def with_and_without_faults(table: Table) -> tuple[Difference, ...]:
+    """Each method in the faulty car less the same method in the sound one; none in a table without faults."""
+    rows = {row.row.key: row for row in table.rows} if table.name == "can-fault" else {}
+    return tuple(
+        difference(table, column, rows[f"{method}/{FAULTY}"], rows[f"{method}/{SOUND}"])
+        for method in dict.fromkeys(key.partition("/")[0] for key in rows)
+        for column in table.columns if column in COLUMNS[table.name]
+    )  # fmt: skip
 
 
 def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> Difference:

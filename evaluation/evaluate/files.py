@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from evaluation.evaluate.compare import against, orders
+from evaluation.evaluate.compare import against, orders, with_and_without_faults
 from evaluation.evaluate.tables import Ran, Table, TableRow
 
 RUN_COLUMNS = ("table", "row", "family", "number", "seed", "run", "problem", "wall_s", "cpu_s")
@@ -21,7 +21,10 @@ def write(folder: Path, tables: Sequence[Table]) -> list[Path]:
     for table in tables:
         paths += [folder / f"{table.name}.csv", folder / f"{table.name}.json"]
         _write_csv(paths[-2], [_row(table, row) for row in table.rows])
-        told = {"table": table, "against": against(table), "orders": orders(table)}
+        told = {
+            "table": table, "against": against(table), "with_and_without_faults": with_and_without_faults(table),
+            "orders": orders(table),
+        }  # fmt: skip
         paths[-1].write_bytes(msgspec.json.format(msgspec.json.encode(told)))
     return paths
 

@@ -19,9 +19,10 @@ from evaluation.evaluate.columns import (
     TTC,
     Column,
 )
+from evaluation.evaluate.compare import difference
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plan import FAMILIES, OURS
-from evaluation.evaluate.tables import Table, TableRow, Value, by_number, less
+from evaluation.evaluate.tables import Table, TableRow, Value, by_number
 from evaluation.metrics import RATES
 from evaluation.statistics import poisson_ci
 
@@ -136,23 +137,23 @@ def _against(results: Table) -> Iterator[Judged]:
     for family, name in FAMILIES.items():
         ours, rival, floor = (rows.get(f"{family}/{key}") for key in (OURS, "VLM-Tools-NoArbiter", "No-assistant"))
         if ours is not None and rival is not None:
-            yield _no_slower(name, ours, rival)
+            yield _no_slower(name, results, ours, rival)
         if ours is not None and floor is not None:
             yield _collisions(name, ours, floor)
 
 
-def _no_slower(name: str, ours: TableRow, rival: TableRow) -> Judged:
+def _no_slower(name: str, results: Table, ours: TableRow, rival: TableRow) -> Judged:
     """Run by run: DriveMCP may have driven many places that the other has not."""
     mine, other = (by_number(RESPONSE, row) for row in (ours, rival))
     both = mine.keys() & other.keys()
     means = [f"{fmean(each[number] for number in both):.{RESPONSE.places}f}" for each in (mine, other) if both]
-    difference = less(RESPONSE, ours, rival)
+    apart = difference(results, RESPONSE, ours, rival)
     goal = Goal(table="results", row=ours.row.key, column=RESPONSE, bound=0.0)
     return Judged(
         what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
-        found=f"{' against '.join(means) or '-'}, difference {told(difference, RESPONSE)}, of {len(both)} runs in which both "
+        found=f"{' against '.join(means) or '-'}, difference {told(apart.value, RESPONSE)}, of {apart.places} runs in which both "
         "answered a hazard",
-        verdict=_verdict(difference, goal),
+        verdict=_verdict(apart.value, goal),
     )  # fmt: skip
 
 

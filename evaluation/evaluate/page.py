@@ -9,7 +9,18 @@ from pathlib import Path
 
 from drivemcp.errors import UserError
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import AGAINST, HOW_AGAINST, Difference, against, lines_of, orders, summary, told_of
+from evaluation.evaluate.compare import (
+    AGAINST,
+    HOW_AGAINST,
+    WITH_FAULTS,
+    Difference,
+    against,
+    lines_of,
+    orders,
+    summary,
+    told_of,
+    with_and_without_faults,
+)
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
@@ -58,7 +69,7 @@ def page(
     lines = [
         line
         for table in tables
-        for line in (*_table(table), *_against(table), *_pictures(pictures.get(table.name, ())), *_beside(table))
+        for line in (*_table(table), *_compared(table), *_pictures(pictures.get(table.name, ())), *_beside(table))
     ]
     return "\n".join([*_head(about, reading), *lines, *_goals(tables), *_paper()]) + "\n"
 
@@ -100,19 +111,20 @@ def _table(table: Table) -> Iterator[str]:
     for row in table.rows:
         yield _row(table.label(row), row, [(row.values[each], table.columns[each]) for each in at])
     yield ""
-    if table.pairs:
-        yield "Faulty less sound, pairs with the same scene: " + "; ".join(
-            f"{pair.label.partition(':')[0]}, {pair.column}: {told(pair.value, Column(title=''))} {pair.unit}" for pair in table.pairs
-        ) + ".\n"  # fmt: skip
     if found := orders(table):
         yield f"Of {len(found)} pairs that the paper puts in an order, compared place by place: {summary(found)}.\n"
 
 
-def _against(table: Table) -> Iterator[str]:
-    lines = list(lines_of(against(table)))
+def _compared(table: Table) -> Iterator[str]:
+    yield from _place_by_place(table, AGAINST, against(table))
+    yield from _place_by_place(table, WITH_FAULTS, with_and_without_faults(table))
+
+
+def _place_by_place(table: Table, title: str, found: Sequence[Difference]) -> Iterator[str]:
+    lines = list(lines_of(found))
     if not lines:
         return
-    yield f"<details><summary>{AGAINST}</summary>\n"
+    yield f"<details><summary>{title}</summary>\n"
     yield f"{HOW_AGAINST.replace('bold', '**bold**')}\n"
     columns = [column for column in table.columns if column in COLUMNS[table.name]]
     yield "| " + " | ".join(["", *(f"{column.title}, {column.unit}" for column in columns)]) + " |"

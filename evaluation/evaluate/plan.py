@@ -32,6 +32,7 @@ FIXED = "fixed"
 """In place of a table of latencies: 4 ms each."""
 FAULTS = ("abs_fault@2", "low_tyre@2")
 """The paper's two, early on: the tyre is down to 1.3 bar about ten seconds later."""
+FAULTY, SOUND = "faulty", "sound"
 TEST_SEED = 1001
 
 
@@ -160,14 +161,14 @@ def _can_fault(base: RunSpec) -> Iterable[Row]:
     for key, method in METHODS.items():
         sound = applied(method, base)
         faulty = with_settings(sound, "simulator", {"faults": list(FAULTS)})
-        for state, spec in (("faulty", faulty), ("sound", sound)):
+        for state, spec in ((FAULTY, faulty), (SOUND, sound)):
             yield Row(
                 table="can-fault", key=f"{key}/{state}", label=f"{method.label}, {_STATES[state]}", family="dynamic-vsl",
-                spec=spec, paper=key if state == "faulty" else "", group=_STATES[state], note=method.note,
+                spec=spec, paper=key if state == FAULTY else "", group=_STATES[state], note=method.note,
             )  # fmt: skip
 
 
-_STATES = {"faulty": "ABS fault and low tyre", "sound": "the same drives, car sound"}
+_STATES = {FAULTY: "ABS fault and low tyre", SOUND: "the same drives, car sound"}
 _ROWS: Mapping[TableName, Callable[[RunSpec], Iterable[Row]]] = MappingProxyType(
     {
         "results": _results,

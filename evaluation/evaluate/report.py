@@ -13,6 +13,7 @@ from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import (
     AGAINST,
     HOW_AGAINST,
+    WITH_FAULTS,
     Difference,
     Order,
     against,
@@ -20,6 +21,7 @@ from evaluation.evaluate.compare import (
     orders,
     summary,
     told_of,
+    with_and_without_faults,
 )
 from evaluation.evaluate.goals import judged, told
 from evaluation.evaluate.moments import Moment
@@ -27,7 +29,7 @@ from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
-from evaluation.evaluate.tables import Pair, Ran, Table, TableRow, Value
+from evaluation.evaluate.tables import Ran, Table, TableRow, Value
 from evaluation.methods import noted
 
 WORST = 3
@@ -142,9 +144,10 @@ def _table(table: Table, behind: Behind) -> str:
     plots = "".join(f"<figure>{svg}<figcaption>{escape(name)}</figcaption></figure>" for name, svg in plots_of(table))
     return (
         f"<h2 id='{table.name}'>{_TITLES[table.name]}</h2><p>Made with {escape(table.sensors)} sensors, DriveLM backend "
-        f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{_pairs(table.pairs)}{plots}"
+        f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{plots}"
         f"<details><summary>What we measure beside</summary>{_cells(table, ours)}</details>"
-        f"{_against(against(table))}{_orders(orders(table))}{_runs(table, behind)}"
+        f"{_place_by_place(AGAINST, against(table))}{_place_by_place(WITH_FAULTS, with_and_without_faults(table))}"
+        f"{_orders(orders(table))}{_runs(table, behind)}"
     )
 
 
@@ -195,19 +198,7 @@ def _notes(table: Table) -> str:
     return f"<details><summary>What the rows are</summary><ul>{items}</ul></details>"
 
 
-def _pairs(pairs: Sequence[Pair]) -> str:
-    if not pairs:
-        return ""
-    rows = "".join(
-        f"<tr><td>{escape(pair.label)}</td><td>{escape(pair.column)}, {escape(pair.unit)}</td>"
-        f"<td>{escape(told(pair.value, Column(title='')))}</td><td>{escape(pair.value.of)}</td></tr>"
-        for pair in pairs
-    )
-    head = "<tr><th></th><th></th><th>difference</th><th></th></tr>"
-    return f"<h3>The same scene, with and without the fault</h3><table>{head}{rows}</table>"
-
-
-def _against(found: Sequence[Difference]) -> str:
+def _place_by_place(title: str, found: Sequence[Difference]) -> str:
     lines = [
         f"<tr><td>{escape(group)}</td><td>{escape(which)}</td>{''.join(map(_apart, line))}</tr>"
         for group, which, line in lines_of(found)
@@ -216,7 +207,7 @@ def _against(found: Sequence[Difference]) -> str:
         return ""
     columns = dict.fromkeys(f"<th>{escape(one.column.title)}<br>{escape(one.column.unit)}</th>" for one in found)
     return (
-        f"<details><summary>{escape(AGAINST)}</summary><p>{escape(HOW_AGAINST)}</p>"
+        f"<details><summary>{escape(title)}</summary><p>{escape(HOW_AGAINST)}</p>"
         f"<table><tr><th></th><th></th>{''.join(columns)}</tr>{''.join(lines)}</table></details>"
     )
 

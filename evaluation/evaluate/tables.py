@@ -1,12 +1,12 @@
 """Rows of runs become numbers with 95 % intervals, beside the paper's. Pure."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from statistics import fmean, median
 from typing import Any
 
 import msgspec
 
-from evaluation.evaluate.columns import COLUMNS, Column, columns_of
+from evaluation.evaluate.columns import Column, columns_of
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.paper import paper_rows
 from evaluation.evaluate.plan import Row
@@ -14,7 +14,7 @@ from evaluation.evaluate.store import Kept
 from evaluation.methods import made_with
 from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors
-from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, paired_by_seed, poisson_ci
+from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci
 
 
 class Value(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,20 +66,10 @@ class Table(msgspec.Struct, frozen=True, kw_only=True):
     """Those of the rows, comma between them."""
     columns: tuple[Column, ...]
     rows: tuple[TableRow, ...]
-    pairs: tuple["Pair", ...] = ()
 
     def label(self, row: TableRow) -> str:
         """A row's, with its backend where not all rows have the same."""
         return row.row.label if row.backend == self.backend else f"{row.row.label} ({row.backend})"
-
-
-class Pair(msgspec.Struct, frozen=True, kw_only=True):
-    """Two rows with the same scenes: the mean difference of a column, first less second, run by run."""
-
-    label: str
-    column: str
-    unit: str
-    value: Value
 
 
 def table_of(name: TableName, rows: Sequence[Row], ran: Mapping[str, Sequence[Ran]]) -> Table:
@@ -88,10 +78,7 @@ def table_of(name: TableName, rows: Sequence[Row], ran: Mapping[str, Sequence[Ra
     found = tuple(_row(row, tuple(ran.get(row.key, ())), columns) for row in rows)
     sensors: Sensors = rows[0].spec.sensors
     backend = ", ".join(dict.fromkeys(row.backend for row in found))
-    return Table(
-        name=name, sensors=sensors, backend=backend, columns=columns, rows=found,
-        pairs=tuple(_pairs(found, columns)) if name == "can-fault" else (),
-    )  # fmt: skip
+    return Table(name=name, sensors=sensors, backend=backend, columns=columns, rows=found)
 
 
 def _row(row: Row, runs: tuple[Ran, ...], columns: Sequence[Column]) -> TableRow:
@@ -164,28 +151,6 @@ def per_run(column: Column, run: Mapping[str, Any]) -> float | None:
     if isinstance(value, list | tuple):
         value = (fmean if column.of == "mean" else median)(value) if value else None
     return value * column.scale if value is not None else None
-
-
-def _pairs(rows: Sequence[TableRow], columns: Sequence[Column]) -> Iterable[Pair]:
-    by_key = {row.row.key: row for row in rows}
-    for key, faulty in by_key.items():
-        method, _, state = key.partition("/")
-        if state != "faulty":
-            continue
-        for column in columns:
-            if column in COLUMNS[faulty.row.table]:
-                yield _pair(method, column, faulty, by_key[f"{method}/sound"])
-
-
-def _pair(method: str, column: Column, one: TableRow, other: TableRow) -> Pair:
-    return Pair(
-        label=f"{method}: faulty less sound", column=column.title, unit=column.unit, value=less(column, one, other)
-    )
-
-
-def less(column: Column, one: TableRow, other: TableRow) -> Value:
-    """The mean difference of two rows, run by run, over the runs in which both have a number."""
-    return mean_of(paired_by_seed(by_number(column, one), by_number(column, other)))
 
 
 def mean_of(pairs: Spread) -> Value:

@@ -11,7 +11,6 @@ from evaluation.statistics import (
     chance_of,
     mean_sd_ci,
     paired,
-    paired_by_seed,
     poisson_ci,
 )
 
@@ -78,7 +77,6 @@ def test_pairs_leave_out_what_seeds_have_in_common() -> None:
     found = paired([11.0, 21.0, 32.0], [10.0, 20.0, 30.0])
     assert found.mean == pytest.approx(4 / 3)
     assert found.high == pytest.approx(4 / 3 + 1.43422, abs=1e-4)
-    assert paired_by_seed({1: 5.0, 2: 7.0, 3: 1.0}, {3: 0.0, 2: 5.0}).n == 2
     with pytest.raises(ValueError, match="longer"):
         paired([1.0], [1.0, 2.0])
 

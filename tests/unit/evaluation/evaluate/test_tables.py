@@ -9,7 +9,7 @@ import pytest
 
 from evaluation.evaluate import files
 from evaluation.evaluate.columns import COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
-from evaluation.evaluate.compare import against, lines_of, orders, told_of
+from evaluation.evaluate.compare import against, lines_of, orders, told_of, with_and_without_faults
 from evaluation.evaluate.goals import GOALS, judged
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.plan import Row
@@ -231,15 +231,21 @@ def test_every_goal_names_a_row_and_a_column() -> None:
         assert (goal.column.title, goal.column.unit) in {(column.title, column.unit) for column in made.columns}
 
 
-def test_pairs_are_differences_run_by_run() -> None:
-    def made(row: Row, number: int) -> Kept:
+def test_a_faulty_car_is_compared_with_a_sound_one_run_by_run() -> None:
+    def made(row: Row, number: int) -> Kept | None:
+        if row.key == "DriveMCP/sound" and number == 1:
+            return None
         return kept(target_mean_mps=20.0 + number - (5.0 if row.key.endswith("/faulty") else 0.0))
 
-    pairs = {(pair.label, pair.column): pair.value for pair in table("can-fault", made).pairs}
-    target = pairs["DriveMCP: faulty less sound", "target speed"]
-    assert target.value == pytest.approx(-18.0)
-    assert target.sd == pytest.approx(0.0)
-    assert target.of == "2 pairs"
+    found = {
+        (one.first.split(",")[0], one.column.title): one for one in with_and_without_faults(table("can-fault", made, 3))
+    }
+    target = found["DriveMCP", "target speed"]
+    assert target.value.value == pytest.approx(-18.0)
+    assert target.value.sd == pytest.approx(0.0)
+    assert target.places == 2, "not where only one of the two drove"
+    assert found["Oracle", "target speed"].places == 3
+    assert with_and_without_faults(table("delta", lambda row, number: kept())) == ()
 
 
 def test_files_hold_every_run_and_row(tmp_path: Path) -> None:
