@@ -23,6 +23,7 @@ help:
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit("DriveMCP needs Python 3.11 or newer; this is %d.%d: make PYTHON=python3.11" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
+	@$(PYTHON) -c 'import sys, sysconfig; built = str(sysconfig.get_config_var("CONFIG_ARGS")); sys.base_prefix == "/usr" or "--enable-optimizations" in built or print("note: this Python was built without --enable-optimizations, so all takes a fifth more time (docs/operations.md)")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q --upgrade pip
 	@touch $@
@@ -36,7 +37,7 @@ $(VENV)/.demo: $(VENV)/.made pyproject.toml
 
 $(VENV)/.full: $(VENV)/.made pyproject.toml
 	@echo "installing the full environment (several minutes)"
-	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch,retrieval-qdrant]' | grep -v '^Requirement already satisfied' || true
+	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch,retrieval-qdrant,ray]' | grep -v '^Requirement already satisfied' || true
 	$(BIN)/pip install -q --no-deps $(TRACKEVAL)
 	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch, trackeval' \
 		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }

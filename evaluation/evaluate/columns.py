@@ -72,8 +72,9 @@ OURS: tuple[Column, ...] = (
     Column(title="overspeed, true limit", unit="%", field="overspeed_true_pct"),
     Column(title="hazards answered", unit="%", better="more", share=("hazards_answered", "hazards"), places=0),
     LATENCY_P50,
-    Column(title="sensor to advice p50", unit="s", field="sensor_latency_p50_s", places=3),
-    Column(title="sensor to advice p99", unit="s", field="sensor_latency_p99_s", places=3),
+    # In lockstep a picture is understood in the step in which it is taken: what is left is from the snapshot on.
+    Column(title="snapshot to advice p50", unit="s", field="sensor_latency_p50_s", places=3),
+    Column(title="snapshot to advice p99", unit="s", field="sensor_latency_p99_s", places=3),
     F1,
     TOOLS,
     ACTS,

@@ -111,8 +111,9 @@ def with_and_without_faults(table: Table) -> tuple[Difference, ...]:
 
 
 def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> Difference:
-    """The first less the second, place by place."""
-    mine, theirs = by_number(column, one), by_number(column, other)
+    """The first less the second, place by place; of a latency that nobody measured there is none."""
+    unmeasured = any(assumed(column, row.row.spec) for row in (one, other))
+    mine, theirs = ({}, {}) if unmeasured else (by_number(column, one), by_number(column, other))
     both = sorted(mine.keys() & theirs.keys())
     values = [mine[number] for number in both], [theirs[number] for number in both]
     return Difference(

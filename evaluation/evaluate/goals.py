@@ -63,6 +63,8 @@ def _goals() -> Iterator[Goal]:
         yield Goal(table="results", row=row, column=RESPONSE, bound=0.5)
         yield Goal(table="results", row=row, column=TTC, bound=2.5)
         yield Goal(table="results", row=row, column=LATENCY_P50, bound=0.1)
+        yield Goal(table="results", row=row, column=F1, bound=97.0)
+        yield Goal(table="results", row=row, column=TOOLS, bound=97.0)
         yield Goal(table="results", row=row, column=NAGS, bound=1.0, strict=True)
         yield Goal(table="results", row=row, column=FALSE, bound=2.0)
     for row, least in (("clean", 97.0), ("sign_miss_30", 85.0)):
@@ -104,6 +106,12 @@ def told(value: Value, column: Column) -> str:
         return "-"
     text = f"{value.value:.{column.places}f}"
     return text if value.low is None else f"{text} [{value.low:.{column.places}f}, {value.high:.{column.places}f}]"
+
+
+def papers(value: Value) -> str:
+    """The paper's number with its spread."""
+    spread = f"±{value.paper_spread:g}" if value.paper_spread is not None else ""
+    return f"{value.paper:g}{spread}" if value.paper is not None else ""
 
 
 def _verdict(value: Value, goal: Goal) -> Verdict:

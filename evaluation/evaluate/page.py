@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from drivemcp.errors import UserError
+from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import (
     AGAINST,
@@ -21,7 +22,7 @@ from evaluation.evaluate.compare import (
     told_of,
     with_and_without_faults,
 )
-from evaluation.evaluate.goals import judged, told
+from evaluation.evaluate.goals import judged, papers, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
@@ -78,7 +79,9 @@ def _head(about: About, reading: str) -> Iterator[str]:
     yield "# Results in rendered pictures\n" if about.sensors == "rendered" else "# Results\n"
     yield (
         "Made by the command below with `--docs`; only what stands between its two marks is written by hand, and stays. What each "
-        "number is: [metrics.md](metrics.md).\n"
+        "number is: [metrics.md](metrics.md); what the rows are, the same questions open loop, and what one would have without all this: "
+        "[methods.md](methods.md); how the constants were fitted: [calibration.md](calibration.md); latencies as they are measured live, "
+        "and beside LangGraph with MCP: [benchmarks.md](benchmarks.md).\n"
     )
     yield f"```\n{about.command}\n```\n"
     yield f"{BEGIN}\n{reading}\n{END}\n"
@@ -93,8 +96,11 @@ def _head(about: About, reading: str) -> Iterator[str]:
         yield f"{about.published}\n"
     yield (
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
-        "binomial one, other numbers Student's for the mean over runs. The paper drove in CARLA: orderings and ratios can be "
-        "compared, absolute numbers only stand side by side. In the plots diamonds are the paper's.\n"
+        "binomial one, other numbers Student's for the mean over runs; after ± stands the standard deviation over runs. "
+        "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
+        "In the plots diamonds are the paper's. Latencies go from the snapshot on: that a picture takes time to be understood is in "
+        "no run ([measured](evaluation.md#latencies)). Those marked *assumed* are 4 ms a call of tools that were asked too seldom to be "
+        "measured.\n"
     )
 
 
@@ -140,13 +146,24 @@ def _apart(found: Difference) -> str:
 
 def _row(label: str, row: TableRow, cells: Sequence[tuple[Value, Column]]) -> str:
     numbers = [
-        f"{told(value, column)}{'' if value.paper is None else f' / {value.paper:g}'}" for value, column in cells
+        f"{_number(value, column, row)}{f' / {papers(value)}' if value.paper is not None else ''}"
+        for value, column in cells
     ]
     return (
         "| "
         + " | ".join([f"{row.row.group}: {label}", f"{len(row.runs) - row.missing}, {row.km:.2f}", *numbers])
         + " |"
     )
+
+
+def _number(value: Value, column: Column, row: TableRow) -> str:
+    number, _, interval = told(value, column).partition(" ")
+    spread = f" ± {value.sd:.{column.places}f}" if value.sd is not None else ""
+    return f"{number}{spread}{f' {interval}' if interval else ''}{_mark(column, row)}"
+
+
+def _mark(column: Column, row: TableRow) -> str:
+    return " *assumed*" if assumed(column, row.row.spec) else ""
 
 
 def _beside(table: Table) -> Iterator[str]:
@@ -160,7 +177,7 @@ def _beside(table: Table) -> Iterator[str]:
         yield "|" + "---|" * (len(rows) + 1)
         for at, column in enumerate(table.columns):
             if column not in COLUMNS[table.name]:
-                cells = " | ".join(told(row.values[at], column) for row in rows)
+                cells = " | ".join(f"{told(row.values[at], column)}{_mark(column, row)}" for row in rows)
                 yield f"| {column.title}, {column.unit} | {cells} |"
         yield ""
     yield "</details>\n"

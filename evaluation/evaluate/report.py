@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import (
     AGAINST,
@@ -23,7 +24,7 @@ from evaluation.evaluate.compare import (
     told_of,
     with_and_without_faults,
 )
-from evaluation.evaluate.goals import judged, told
+from evaluation.evaluate.goals import judged, papers, told
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
@@ -167,7 +168,7 @@ def _groups(table: Table, columns: Sequence[int]) -> Iterator[str]:
         if row.row.group != group:
             group = row.row.group
             yield f"<tr class=group><td colspan={len(columns) + 2}>{escape(group)}</td></tr>"
-        cells = "".join(_cell(row.values[at], table.columns[at], _anchor(row)) for at in columns)
+        cells = "".join(_cell(row.values[at], table.columns[at], row) for at in columns)
         missing = f" <span class=warn>({row.missing} missing)</span>" if row.missing else ""
         yield (
             f"<tr{' class=ours' if row.row.label == OURS else ''}><td>{escape(table.label(row))}</td>"
@@ -175,15 +176,15 @@ def _groups(table: Table, columns: Sequence[int]) -> Iterator[str]:
         )
 
 
-def _cell(value: Value, column: Column, anchor: str) -> str:
+def _cell(value: Value, column: Column, row: TableRow) -> str:
     printed = ""
     if value.paper is not None:
-        spread = f"±{value.paper_spread:g}" if value.paper_spread is not None else ""
-        printed = f"<br><b class=paper>{value.paper:g}{spread}</b>"
+        printed = f"<br><b class=paper>{papers(value)}</b>"
     number, _, interval = told(value, column).partition(" ")
     deviation = f", sd {value.sd:.{column.places}f}" if value.sd is not None else ""
     title = escape(f"{value.of}{deviation}")
-    return f"<td><a href='#{anchor}' title='{title}'>{number}</a><br><span class=small>{escape(interval)}</span>{printed}</td>"
+    mark = " <i>assumed</i>" if assumed(column, row.row.spec) else ""
+    return f"<td><a href='#{_anchor(row)}' title='{title}'>{number}</a>{mark}<br><span class=small>{escape(interval)}</span>{printed}</td>"
 
 
 def _anchor(row: TableRow) -> str:

@@ -1,5 +1,7 @@
 """`drivemcp evaluate` whole: driven, interrupted, gone on with, reported, replayed."""
 
+import json
+import os
 import re
 import signal
 import subprocess
@@ -13,7 +15,9 @@ from drivemcp.cli import run
 
 pytestmark = pytest.mark.stack
 LONGEST_S = 1500.0
+ROOT = Path(__file__).parents[2]
 COMMAND = ("evaluate", "delta", "--quick", "--jobs", "2")
+RAY = ("evaluate", "can-fault", "--quick", "--method", "DriveMCP", "--sensors", "model")
 
 
 def finished(folder: Path) -> dict[str, float]:
@@ -47,3 +51,19 @@ def test_an_interrupted_table_goes_on_where_it_was_and_its_logs_replay(tmp_path:
     logs = set(re.findall(r"href='(runs/[^']+/log\.mcap)'", text))
     assert len(logs) == 7
     assert run(["replay", str(out / sorted(logs)[0])]) == 0
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_ray_cluster_drives_the_same_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    assert run([*RAY, "--ray", "local", "--out", str(tmp_path / "ray")]) == 0
+    assert run([*RAY, "--out", str(tmp_path / "pool")]) == 0
+    ours, theirs = (came_to(tmp_path / name) for name in ("pool", "ray"))
+    assert len(ours) == 2
+    assert ours == theirs
+
+
+def came_to(out: Path) -> dict[str, str]:
+    """Run -> what it came to."""
+    return {path.parent.name: json.loads(path.read_text())["outcome"] for path in out.glob("runs/*/metrics.json")}

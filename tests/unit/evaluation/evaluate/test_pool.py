@@ -63,7 +63,6 @@ def test_a_longer_run_may_take_longer() -> None:
 
 @pytest.mark.filterwarnings("ignore")
 def test_ray_gives_the_same_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("ray")
     monkeypatch.setenv(
         "PYTHONPATH", os.pathsep.join([str(Path(__file__).parents[4]), os.environ.get("PYTHONPATH", "")])
     )

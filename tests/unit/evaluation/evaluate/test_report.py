@@ -87,7 +87,7 @@ def test_a_report_of_nothing_says_so() -> None:
 def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
     tables = [table("results", made_run), table("can-fault", lambda row, number: kept())]
     text = page(tables, told(tables))
-    assert "| CROSS-BORDER: DriveMCP | 2, 4.00 | 5.00 [0.61, 18.06] / 0.2 |" in text
+    assert "| CROSS-BORDER: DriveMCP | 2, 4.00 | 5.00 ± 0.00 [0.61, 18.06] / 0.2±0.1 | 0.50 ± 0.00 / 0.7 |" in text
     assert "drivemcp evaluate results --quick" in text
     assert "proves" not in text
     assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
@@ -109,6 +109,7 @@ def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
         tables = [table("results", lambda row, number: kept(), modelled_ms=latencies)]
         for text in (page(tables, told(tables)), report.html(tables, told(tables), Path("runs"), Path())):
             assert ("18 not measured (18 of them latencies that are assumed" in text) == there
+            assert (len(re.findall(r"0\.060[^|]*<i>assumed</i>|0\.060[^|]*\*assumed\*", text)) > 0) == there
 
 
 def test_rows_that_another_backend_made_say_so() -> None:

@@ -187,6 +187,19 @@ def test_a_school_is_named_by_its_own_limit_and_by_one_that_asks_for_less_speed(
     assert measure(schooled(-5.0, topic="limit", target_mps=8.3)).hazards_answered == 1
 
 
+def test_deep_water_is_answered_by_a_word_that_asks_for_less_speed_than_is_driven() -> None:
+    def told(at_s: float, **what: Any) -> tuple[float, ...]:
+        wet = truths(3.0, lambda t: {"speed_mps": 14.0, "hazards": (hazard("deep_water", 1.0, 60.0),)})
+        return measure(
+            Record(truths=wet, advisories=(said(at_s, topic="caution", hazard="deep_water", **what),))
+        ).hazard_response_s
+
+    assert told(1.75, target_mps=9.7) == pytest.approx((0.75,))
+    assert told(0.75, target_mps=9.7) == (0.0,), "before its onset, and still kept to"
+    assert told(1.75, target_mps=14.5) == (), "faster than is driven"
+    assert told(1.75, target_mps=None) == ()
+
+
 def test_a_truth_that_tells_only_the_oldest_hazard_is_understood() -> None:
     record = Record(truths=truths(3.0, lambda t: {"speed_mps": 10.0, "hazard": "cut_in", "hazard_onset_s": 0.5}))
     assert [each.kind for each in hazards.episodes(record)] == ["cut_in"]

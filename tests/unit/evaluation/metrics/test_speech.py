@@ -144,6 +144,12 @@ def test_a_slow_down_with_a_cause_is_none(cause: dict[str, Any]) -> None:
     assert measure(slowing(**cause)).unnecessary_slow_downs == 0
 
 
+def test_the_mean_target_is_over_all_advisories_that_have_one() -> None:
+    told = (said(1.0, target_mps=10.0), said(1.1, kind="SILENT", target_mps=16.0), said(1.2, target_mps=None))
+    assert measure(Record(truths=steady(3.0), advisories=told)).target_mean_mps == pytest.approx(13.0)
+    assert measure(Record(truths=steady(3.0), advisories=told[2:])).target_mean_mps is None
+
+
 def test_advice_that_nobody_follows_slows_nobody_down() -> None:
     record = Record(truths=steady(15.0), advisories=(said(1.0, target_mps=15.0),))
     assert measure(record).unnecessary_slow_downs == 0
