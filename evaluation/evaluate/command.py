@@ -24,6 +24,14 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
     parser.add_argument(
+        "--runs-of",
+        type=_table_runs,
+        action="append",
+        default=[],
+        metavar="TABLE=N",
+        help="more runs for each row of one table: corruption=8",
+    )
+    parser.add_argument(
         "--km-of",
         type=_method_km,
         action="append",
@@ -87,6 +95,13 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="write the results as a page of the docs, too, with its plots in the folder beside it that has its name",
     )
     parser.set_defaults(run=command)
+
+
+def _table_runs(text: str) -> tuple[str, int]:
+    table, equals, runs = text.rpartition("=")
+    if not equals or table not in TABLES:
+        raise argparse.ArgumentTypeError(f"TABLE=N with TABLE one of {', '.join(TABLES)}, not {text!r}")
+    return table, whole(1, MOST)(runs)
 
 
 def _method_km(text: str) -> tuple[str, float]:

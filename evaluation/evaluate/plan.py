@@ -71,8 +71,10 @@ class Amount(msgspec.Struct, frozen=True, kw_only=True):
     """So many; unset: 4, or as many as `km` takes."""
     km: float | None = None
     """At least so far, by the length of the routes."""
+    runs_of: Mapping[TableName, int] = {}
+    """More runs for the rows of single tables."""
     km_of: Mapping[str, float] = {}
-    """The same for single methods of the results table, where it is more."""
+    """More kilometres for single methods of the results table."""
     seconds: float = 0.0
     """Of each run; 0: to the end of its route."""
 
@@ -221,7 +223,11 @@ def placed(row: Row, number: int, seconds: float) -> RunSpec:
 
 def _needed(row: Row, amount: Amount) -> int:
     more_km = amount.km_of.get(row.spec.method) if row.table == "results" else None
-    return max(_all_need(row.family, amount), _for_km(row.family, more_km) if more_km is not None else 0)
+    return max(
+        _all_need(row.family, amount),
+        amount.runs_of.get(row.table, 0),
+        _for_km(row.family, more_km) if more_km is not None else 0,
+    )
 
 
 def _all_need(family: Family, amount: Amount) -> int:

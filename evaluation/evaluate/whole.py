@@ -148,7 +148,7 @@ def _amount(flags: argparse.Namespace) -> Amount:
     if flags.quick:
         return Amount(runs=flags.runs or 1, seconds=QUICK_S)
     _known("--km-of", [method for method, _ in flags.km_of])
-    return Amount(runs=flags.runs, km=flags.km, km_of=dict(flags.km_of))
+    return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
 
 
 def _known(flag: str, methods: Sequence[str]) -> None:
@@ -247,6 +247,7 @@ def _command(flags: argparse.Namespace) -> str:
     words = ["drivemcp", "evaluate", flags.table]
     for name in ("runs", "km"):
         words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
+    words += [word for table, runs in flags.runs_of for word in ("--runs-of", f"{table}={runs}")]
     words += [word for method, km in flags.km_of for word in ("--km-of", f"{method}={km:g}")]
     words += [word for method in flags.method for word in ("--method", method)]
     words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])

@@ -65,6 +65,15 @@ def test_one_method_may_drive_farther_than_the_others_of_the_results_alone() -> 
         assert sum(lengths) >= 6000 > sum(lengths[:-1])
 
 
+def test_one_table_may_have_more_runs_a_row_than_the_others() -> None:
+    rows = [*rows_of("corruption", "model"), *rows_of("ablation", "model")]
+    runs = runs_of(rows, Amount(runs=2, runs_of={"corruption": 3}))
+    assert {(run.row.table, run.number) for run in runs} == {
+        ("corruption", 0), ("corruption", 1), ("corruption", 2), ("ablation", 0), ("ablation", 1),
+    }  # fmt: skip
+    assert len(runs_of(rows, Amount(runs=4, runs_of={"corruption": 3}))) == 4 * len(rows)
+
+
 def test_modelled_sensors_have_no_row_without_tracking() -> None:
     assert "No tracking" not in {row.key for row in rows_of("ablation", "model")}
 
