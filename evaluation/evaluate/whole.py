@@ -5,7 +5,7 @@ import shlex
 import signal
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from evaluation.evaluate.published import Line
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
-from evaluation.methods import METHODS
+from evaluation.methods import ABLATIONS, METHODS
 from evaluation.run.spec import RunSpec
 
 REPORT = "report.html"
@@ -137,7 +137,7 @@ def _tables(name: str) -> tuple[TableName, ...]:
 
 def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's."""
-    _known("--method", flags.method)
+    _known("--method", flags.method, {*METHODS, *ABLATIONS})
     latencies = latencies_of(flags.latencies)
     for row in rows_of(name, flags.sensors):
         if not flags.method or row.spec.method in flags.method:
@@ -147,14 +147,14 @@ def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
 def _amount(flags: argparse.Namespace) -> Amount:
     if flags.quick:
         return Amount(runs=flags.runs or 1, seconds=QUICK_S)
-    _known("--km-of", [method for method, _ in flags.km_of])
+    _known("--km-of", [method for method, _ in flags.km_of], set(METHODS))
     return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
 
 
-def _known(flag: str, methods: Sequence[str]) -> None:
-    unknown = [method for method in methods if method not in METHODS]
+def _known(flag: str, methods: Sequence[str], known: Set[str]) -> None:
+    unknown = [method for method in methods if method not in known]
     if unknown:
-        raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(METHODS)}")
+        raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(sorted(known))}")
 
 
 def _by_key(runs: Sequence[Run], store: Store) -> dict[str, Run]:
