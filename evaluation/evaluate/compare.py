@@ -104,7 +104,10 @@ def with_and_without_faults(table: Table) -> tuple[Difference, ...]:
     """Each method in the faulty car less the same method in the sound one; none in a table without faults."""
     rows = {row.row.key: row for row in table.rows} if table.name == "can-fault" else {}
     return tuple(
-        difference(table, column, rows[f"{method}/{FAULTY}"], rows[f"{method}/{SOUND}"])
+        msgspec.structs.replace(
+            difference(table, column, rows[f"{method}/{FAULTY}"], rows[f"{method}/{SOUND}"]),
+            group=method, first="in the faulty car", second="in the sound one",
+        )
         for method in dict.fromkeys(key.partition("/")[0] for key in rows)
         for column in table.columns if column in COLUMNS[table.name]
     )  # fmt: skip

@@ -160,13 +160,13 @@ _ABLATED = {
 
 
 def _can_fault(base: RunSpec) -> Iterable[Row]:
-    for key, method in METHODS.items():
-        sound = applied(method, base)
-        faulty = with_settings(sound, "simulator", {"faults": list(FAULTS)})
-        for state, spec in ((FAULTY, faulty), (SOUND, sound)):
+    for state, group in _STATES.items():
+        for key, method in METHODS.items():
+            sound = applied(method, base)
             yield Row(
-                table="can-fault", key=f"{key}/{state}", label=f"{method.label}, {_STATES[state]}", family="dynamic-vsl",
-                spec=spec, paper=key if state == FAULTY else "", group=_STATES[state], note=method.note,
+                table="can-fault", key=f"{key}/{state}", label=method.label, family="dynamic-vsl", group=group, note=method.note,
+                spec=with_settings(sound, "simulator", {"faults": list(FAULTS)}) if state == FAULTY else sound,
+                paper=key if state == FAULTY else "",
             )  # fmt: skip
 
 

@@ -237,15 +237,22 @@ def test_a_faulty_car_is_compared_with_a_sound_one_run_by_run() -> None:
             return None
         return kept(target_mean_mps=20.0 + number - (5.0 if row.key.endswith("/faulty") else 0.0))
 
-    found = {
-        (one.first.split(",")[0], one.column.title): one for one in with_and_without_faults(table("can-fault", made, 3))
-    }
+    found = {(one.group, one.column.title): one for one in with_and_without_faults(table("can-fault", made, 3))}
     target = found["DriveMCP", "target speed"]
     assert target.value.value == pytest.approx(-18.0)
     assert target.value.sd == pytest.approx(0.0)
     assert target.places == 2, "not where only one of the two drove"
     assert found["Oracle", "target speed"].places == 3
     assert with_and_without_faults(table("delta", lambda row, number: kept())) == ()
+
+
+def test_in_either_state_of_the_car_all_are_compared_with_drivemcp() -> None:
+    made = table("can-fault", lambda row, number: kept())
+    groups = list(dict.fromkeys(row.row.group for row in made.rows))
+    assert [row.row.group for row in made.rows] == [group for group in groups for _ in made.rows[::2]], (
+        "one after another"
+    )
+    assert {(one.group, one.second) for one in against(made)} == {(group, "DriveMCP") for group in groups}
 
 
 def test_files_hold_every_run_and_row(tmp_path: Path) -> None:
