@@ -113,6 +113,11 @@ def with_and_without_faults(table: Table) -> tuple[Difference, ...]:
     )  # fmt: skip
 
 
+def comparisons(table: Table) -> tuple[tuple[str, tuple[Difference, ...]], ...]:
+    """(what is compared, row by row) of all that page and report tell place by place."""
+    return (AGAINST, against(table)), (WITH_FAULTS, with_and_without_faults(table))
+
+
 def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> Difference:
     """The first less the second, place by place; of a latency that nobody measured there is none."""
     unmeasured = any(assumed(column, row.row.spec) for row in (one, other))
@@ -153,7 +158,7 @@ def _of_column(table: Table, column: Column, at: int, rows: Iterable[TableRow]) 
         yield Order(
             group=large.row.group, column=column.title, first=large.row.label, second=small.row.label, places=apart.places,
             paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if unmeasured else _ratio(one.value, other.value),
-            verdict="not measured" if unmeasured else _verdict(apart), assumed=unmeasured,
+            verdict=_verdict(apart), assumed=unmeasured,
         )  # fmt: skip
 
 

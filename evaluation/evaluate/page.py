@@ -10,18 +10,7 @@ from pathlib import Path
 from drivemcp.errors import UserError
 from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import (
-    AGAINST,
-    HOW_AGAINST,
-    WITH_FAULTS,
-    Difference,
-    against,
-    lines_of,
-    orders,
-    summary,
-    told_of,
-    with_and_without_faults,
-)
+from evaluation.evaluate.compare import HOW_AGAINST, Difference, comparisons, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, papers, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
@@ -122,8 +111,8 @@ def _table(table: Table) -> Iterator[str]:
 
 
 def _compared(table: Table) -> Iterator[str]:
-    yield from _place_by_place(table, AGAINST, against(table))
-    yield from _place_by_place(table, WITH_FAULTS, with_and_without_faults(table))
+    for title, found in comparisons(table):
+        yield from _place_by_place(table, title, found)
 
 
 def _place_by_place(table: Table, title: str, found: Sequence[Difference]) -> Iterator[str]:

@@ -11,19 +11,7 @@ import msgspec
 
 from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
-from evaluation.evaluate.compare import (
-    AGAINST,
-    HOW_AGAINST,
-    WITH_FAULTS,
-    Difference,
-    Order,
-    against,
-    lines_of,
-    orders,
-    summary,
-    told_of,
-    with_and_without_faults,
-)
+from evaluation.evaluate.compare import HOW_AGAINST, Difference, Order, comparisons, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, papers, told
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import OURS
@@ -147,7 +135,7 @@ def _table(table: Table, behind: Behind) -> str:
         f"<h2 id='{table.name}'>{_TITLES[table.name]}</h2><p>Made with {escape(table.sensors)} sensors, DriveLM backend "
         f"{escape(table.backend)}.</p>{_cells(table, paper)}{_notes(table)}{plots}"
         f"<details><summary>What we measure beside</summary>{_cells(table, ours)}</details>"
-        f"{_place_by_place(AGAINST, against(table))}{_place_by_place(WITH_FAULTS, with_and_without_faults(table))}"
+        f"{''.join(_place_by_place(title, found) for title, found in comparisons(table))}"
         f"{_orders(orders(table))}{_runs(table, behind)}"
     )
 
