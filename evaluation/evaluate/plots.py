@@ -91,16 +91,25 @@ def _title(column: Column) -> str:
 
 
 def _axes(count: int, height: float, *, share: bool = False) -> tuple["Figure", Sequence[Any]]:
+    figure, axes = figure_of((1, count), (2.3 * count + 1.2, max(height, 1.6)), share=share)
+    for axis in axes:
+        axis.grid(alpha=0.25)
+    return figure, axes
+
+
+def figure_of(
+    shape: tuple[int, int], size: tuple[float, float], *, share: bool = False, ratios: Sequence[float] | None = None
+) -> tuple["Figure", Sequence[Any]]:
+    """A figure of (rows, columns) and its axes, row by row; `size` is (width, height) in inches, `ratios` the rows' heights."""
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
         raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[evaluation]'") from error
-    figure = Figure(figsize=(2.3 * count + 1.2, max(height, 1.6)), layout="constrained")
-    axes = figure.subplots(1, count, squeeze=False, sharey=share)[0]
+    figure = Figure(figsize=size, layout="constrained")
+    axes = list(figure.subplots(*shape, squeeze=False, sharey=share, height_ratios=ratios).flat)
     for axis in axes:
         axis.tick_params(labelsize=7)
         axis.spines[["top", "right"]].set_visible(False)
-        axis.grid(alpha=0.25)
     return figure, axes
 
 

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import msgspec
 
+from drivemcp.errors import UserError
+from evaluation.evaluate.above import seen_from_above
 from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import HOW_AGAINST, Difference, Order, comparisons, lines_of, orders, summary, told_of
@@ -20,6 +22,7 @@ from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
 from evaluation.evaluate.tables import Ran, Table, TableRow, Value
 from evaluation.methods import noted
+from evaluation.metrics import from_log
 
 WORST = 3
 """Moments of each kind that are shown."""
@@ -286,17 +289,26 @@ def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
 
 
 def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:
-    file = behind.runs / run.key / moment.picture
-    picture = ""
-    if moment.picture and file.is_file():
-        data = base64.b64encode(file.read_bytes()).decode("ascii")
-        picture = f"<img alt='{escape(moment.kind)}' src='data:image/jpeg;base64,{data}'>"
+    picture = _picture(behind.runs / run.key, moment)
     log = f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>" if behind.here(run.key) else "Published:"
     return (
         f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
         f"{escape(row.row.spec.method)}, {escape(row.row.family)}, run {run.number}. {log} "
         f"<code>{_to_see(run, behind)}</code></figcaption></figure>"
     )
+
+
+def _picture(run: Path, moment: Moment) -> str:
+    """The camera's; without one what truth has, seen from above; nothing of a run that is not here."""
+    if moment.picture and (run / moment.picture).is_file():
+        data = base64.b64encode((run / moment.picture).read_bytes()).decode("ascii")
+        return f"<img alt='{escape(moment.kind)}' src='data:image/jpeg;base64,{data}'>"
+    if not (run / LOG).is_file():
+        return ""
+    try:
+        return seen_from_above(from_log(run / LOG), moment)
+    except (UserError, OSError) as error:
+        return f"<p>No picture: {escape(str(error))}</p>"
 
 
 def _reading() -> str:
