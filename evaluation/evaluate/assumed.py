@@ -21,3 +21,11 @@ def waits_for(spec: RunSpec) -> frozenset[str]:
     if answers_prompts(spec):
         return frozenset({PROMPT_TOOL, *(("retrieve",) if spec.settings["orchestrator"].get("passages") else ())})
     return frozenset(tool for tools in TOOLS.values() for tool in tools)
+
+
+def about_latencies(mark: str, measured: str = "") -> str:
+    """What page and report say of latencies: where they begin (and where that is `measured`), and what the mark means."""
+    return (
+        f"Latencies go from the snapshot on: that a picture takes time to be understood is in no run{measured}. "
+        f"Those marked {mark} are 4 ms a call of tools that were asked too seldom to be measured."
+    )

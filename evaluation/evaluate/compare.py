@@ -32,6 +32,8 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True):
     places: int
     chance: float | None
     """How often chance alone parts two rows as far (`evaluation.statistics.chance_of`); None: no place in common."""
+    assumed: bool = False
+    """Of a latency that nobody measured: there is no difference."""
 
     @property
     def told_apart(self) -> bool:
@@ -126,7 +128,7 @@ def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> 
     values = [mine[number] for number in both], [theirs[number] for number in both]
     return Difference(
         group=one.row.group, first=table.label(one), second=table.label(other), column=column, value=mean_of(paired(*values)),
-        places=len(both), chance=chance_of(*values),
+        places=len(both), chance=chance_of(*values), assumed=unmeasured,
     )  # fmt: skip
 
 
@@ -153,12 +155,11 @@ def _of_column(table: Table, column: Column, at: int, rows: Iterable[TableRow]) 
             continue
         large, small = sorted(pair, key=lambda row: -(row.values[at].paper or 0.0))
         one, other = large.values[at], small.values[at]
-        unmeasured = any(assumed(column, row.row.spec) for row in pair)
         apart = difference(table, column, large, small)
         yield Order(
             group=large.row.group, column=column.title, first=large.row.label, second=small.row.label, places=apart.places,
-            paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if unmeasured else _ratio(one.value, other.value),
-            verdict=_verdict(apart), assumed=unmeasured,
+            paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if apart.assumed else _ratio(one.value, other.value),
+            verdict=_verdict(apart), assumed=apart.assumed,
         )  # fmt: skip
 
 

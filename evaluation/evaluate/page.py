@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from drivemcp.errors import UserError
-from evaluation.evaluate.assumed import assumed
+from evaluation.evaluate.assumed import about_latencies, assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import HOW_AGAINST, Difference, comparisons, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, papers, told
@@ -87,9 +87,7 @@ def _head(about: About, reading: str) -> Iterator[str]:
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
         "binomial one, other numbers Student's for the mean over runs; after ± stands the standard deviation over runs. "
         "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
-        "In the plots diamonds are the paper's. Latencies go from the snapshot on: that a picture takes time to be understood is in "
-        "no run ([measured](evaluation.md#latencies)). Those marked *assumed* are 4 ms a call of tools that were asked too seldom to be "
-        "measured.\n"
+        f"In the plots diamonds are the paper's. {about_latencies('*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
     )
 
 

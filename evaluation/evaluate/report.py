@@ -11,7 +11,7 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.evaluate.above import seen_from_above
-from evaluation.evaluate.assumed import assumed
+from evaluation.evaluate.assumed import about_latencies, assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import HOW_AGAINST, Difference, Order, comparisons, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, papers, told
@@ -116,6 +116,7 @@ def _head(about: About) -> str:
         "<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. Rates have the exact Poisson "
         "interval of all runs together, shares the exact binomial one, other numbers Student's for the mean over runs. The paper drove "
         "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. "
+        f"{about_latencies('<i>assumed</i>')} "
         "A number links to its runs; paths and commands go from this file's folder.</p>"
     )
 
