@@ -191,12 +191,12 @@ def _safety_reason(state: State, goal: Target) -> Reason | None:
     law_mps, bound = goal.law.mps, goal.bounds[0]
     if law_mps is None or goal.mps >= law_mps - 0.5:
         return None
-    why = _why(state, bound, goal)
+    why = _why(state, bound)
     text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
     return Reason(source=bound.source, text=text, confidence=bound.confidence)
 
 
-def _why(state: State, bound: Bound, goal: Target) -> str:
+def _why(state: State, bound: Bound) -> str:
     preferences = state.preferences
     if bound.why != "law":
         return say(preferences, "why", bound.why, tool=bound.source)

@@ -5,6 +5,8 @@ it only ends the red of its own lamp. Where a round red stands beside arrows, no
 
 A red that was doubted, and is more probably none in later pictures of the same track, is taken back.
 
+A lamp seen from behind, across the junction, is read as one that is off: it ends no lit one but itself, and hides no red.
+
 Who stands at the line has the lamp above the pictures: what it shows then is unknown, neither red nor green.
 """
 
@@ -126,8 +128,10 @@ def _supersedes(light: Light, fact: Fact, state: str, now_ns: int) -> bool:
     beyond_m = _beyond_m(light, fact)
     if _is_hidden_by(light, fact, beyond_m):
         return False
+    if state == "off" and light.state != "off":
+        return False
     if state not in _PERMISSION and light.state in _PERMISSION:
-        return beyond_m <= NEXT_JUNCTION_M
+        return beyond_m <= NEXT_JUNCTION_M or light.state == "off"
     if state in _PERMISSION and light.state not in _PERMISSION and beyond_m < -NEXT_JUNCTION_M:
         return True
     # A lamp may be known under another number once it was out of sight.

@@ -60,6 +60,50 @@ def test_the_green_of_a_lamp_found_again_under_another_number_ends_a_red() -> No
     assert state(drive) == "green"
 
 
+@pytest.mark.parametrize("held", ["red", "amber", "red_amber", "green"])
+def test_a_lamp_seen_from_behind_across_the_junction_ends_no_lit_one(held: str) -> None:
+    drive = Drive(speed_mps=0.0)
+    drive.tick(lamp(held))
+    drive.ticks(15 if held == "green" else 40)
+    for distance_m in (42.0, 36.0, 30.0):
+        drive.tick(lamp("off", track_id=7, distance_m=distance_m))
+        assert state(drive) == held, "its back looks as a lamp that is off"
+
+
+def test_a_lamp_seen_from_behind_hides_no_red_of_the_next_junction() -> None:
+    behind, red = lamp("off", track_id=7, distance_m=20.0), lamp("red", distance_m=130.0)
+    for lamps in ((behind, red), (red, behind)):
+        drive = Drive(speed_mps=5.0)
+        for each in lamps:
+            drive.tick(each)
+        assert state(drive) == "red"
+
+
+def test_a_lamp_that_is_switched_off_is_off() -> None:
+    drive = at_red(speed_mps=0.0)
+    drive.tick(lamp("off"))
+    assert state(drive) == "off"
+
+
+others_off = st.builds(
+    lamp,
+    st.just("off"),
+    track_id=st.integers(2, 5),
+    distance_m=st.none() | st.floats(-5.0, 300.0),
+    confidence=st.floats(0.9, 1.0),
+)
+
+
+@FEW
+@given(st.lists(st.tuples(st.integers(1, 40), others_off), max_size=8))
+def test_no_lamp_that_is_off_ends_the_red_of_another(shown: list[tuple[int, Fact]]) -> None:
+    drive = at_red(30.0, speed_mps=0.0)
+    for after, off in shown:
+        drive.ticks(after)
+        drive.tick(off)
+        assert state(drive) == "red"
+
+
 def test_the_nearer_of_two_junctions_counts() -> None:
     drive = Drive(speed_mps=5.0)
     for order in (1, -1):
