@@ -99,16 +99,18 @@ def _alike(
     flags: argparse.Namespace,
     screen: Screen,
 ) -> Iterator[Verdict]:
-    """Drive what is drawn of other code's runs, and say whether the rest of them counts."""
+    """Drive what is drawn of other code's runs, and say whether the rest of them counts. What one group has counted is none that
+    another's draw may do without.
+    """
     wanted = _by_key(runs, store)
-    for group in others:
-        draw = alike.drawn(group, wanted, flags.alike)
-        if draw:
-            _drive({key: wanted[key] for key in draw}, store, flags, screen)
-            verdict = alike.judged(group, draw, store, lines)
-            screen.say(verdict.told())
-            store.count(alike.counted(verdict, flags.again))
-            yield verdict
+    draws = [(group, draw) for group in others if (draw := alike.drawn(group, wanted, flags.alike))]
+    if draws:
+        _drive({key: wanted[key] for _, draw in draws for key in draw}, store, flags, screen)
+    for group, draw in draws:
+        verdict = alike.judged(group, draw, store, lines)
+        screen.say(verdict.told())
+        store.count(alike.counted(verdict, flags.again))
+        yield verdict
 
 
 def _counted(verdicts: Iterable[Verdict]) -> dict[str, Line]:

@@ -13,9 +13,10 @@ from evaluation.evaluate.plan import Amount, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job
 from evaluation.evaluate.published import ALL, Line, line_of, publish, read
 from evaluation.evaluate.store import Kept, Store
+from evaluation.run.spec import key_of
 from tests.unit.evaluation.evaluate.test_published import ASKED, finished, leave, of_other_code
 
-OTHER = "000000000000-000000000000"
+OTHER, LATER = "000000000000-000000000000", "111111111111-111111111111"
 SPECS = {
     Store(Path("nowhere")).key(each.spec): each.spec
     for each in runs_of(rows_of("results", "model"), Amount(runs=3, seconds=5.0))
@@ -101,6 +102,19 @@ def test_one_that_came_out_otherwise_speaks_against_its_family_alone(
     told = capsys.readouterr().err
     assert f"in urb-rain do not count: {wet[0]} came out otherwise by today's" in told
     assert told.count("count as today's") == 2
+
+
+def test_what_one_other_code_has_counted_is_driven_for_another(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lasts = [keys[-1] for keys in FAMILIES.values()]
+    of_both = [of_other_code(line_of(key, SPECS[key], COMES_TO[key])) for key in lasts]
+    publish(
+        file, [msgspec.structs.replace(each, driven_by=LATER, key=key_of(bytes(each.spec), LATER)) for each in of_both]
+    )
+    assert evaluate(file, "--alike", "1") == 0
+    assert sorted(Drives.asked) == sorted([*DRAWN, *lasts])
+    told = capsys.readouterr().err
+    assert told.count("count as today's") == 6
+    assert "do not count" not in told
 
 
 def test_so_does_one_that_was_not_drawn(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
