@@ -119,14 +119,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m evaluation.speedings", description=__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="MCAP files of runs, their truth beside them")
     causes: Counter[Cause] = Counter()
-    try:
-        for log in parser.parse_args(arguments).logs:
-            for each in speedings(from_log(log)):
-                causes[each.cause] += 1
-                print(f"{log}: {_line(each)}")  # noqa: T201
-    except (UserError, OSError) as error:
-        print(error, file=sys.stderr)  # noqa: T201
-        return 2
+    for log in parser.parse_args(arguments).logs:
+        try:
+            found = list(speedings(from_log(log)))
+        except (UserError, OSError, EOFError) as error:  # EOFError: a truth file that is cut
+            print(f"{log}: {error}", file=sys.stderr)  # noqa: T201
+            return 2
+        causes.update(each.cause for each in found)
+        print(*(f"{log}: {_line(each)}\n" for each in found), sep="", end="")  # noqa: T201
     print(", ".join(f"{causes[cause]} {cause}" for cause in get_args(Cause)))  # noqa: T201
     return 0
 

@@ -308,8 +308,8 @@ def _picture(run: Path, moment: Moment) -> str:
         return ""
     try:
         return seen_from_above(from_log(run / LOG), moment)
-    except (UserError, OSError) as error:
-        return f"<p>No picture: {escape(str(error))}</p>"
+    except (UserError, OSError, EOFError) as error:  # EOFError: a truth file that is cut
+        return f"<p>No picture: {escape(str(run / LOG))}: {escape(str(error))}</p>"
 
 
 def _reading() -> str:

@@ -1,5 +1,6 @@
 """What speedings came from, by hand: 20 m/s are driven, a limit of 10 m/s begins at 12 s and is kept from 15 s on."""
 
+import gzip
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,13 @@ def test_as_many_are_found_as_count_as_infractions(pieces: list[tuple[float, flo
 
     record = Record(truths=truths(len(steps) * 0.05, at))
     assert len(list(speedings(record))) == speeding_episodes(record)
+
+
+def test_a_run_whose_truth_is_cut_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.mcap").write_bytes(b"")
+    (tmp_path / "truth.msgpack.gz").write_bytes(gzip.compress(b"truth" * 100)[:-20])
+    assert main([str(tmp_path / "log.mcap")]) == 2
+    assert "log.mcap: " in capsys.readouterr().err
 
 
 def test_a_log_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

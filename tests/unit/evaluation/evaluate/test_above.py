@@ -1,5 +1,6 @@
 """A worst moment without a camera: drawn from truth, its messages told; in the report where a run has no picture."""
 
+import gzip
 from pathlib import Path
 
 import msgspec
@@ -38,7 +39,11 @@ def test_moments_at_either_end_of_a_run_are_drawn_too() -> None:
     assert seen_from_above(Record(), moment()) == "", "no truth: nothing is drawn"
 
 
-def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Path) -> None:
+CUT = gzip.compress(b"truth" * 100)[:-20]
+
+
+@pytest.mark.parametrize("truth", [b"no truth", CUT])
+def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Path, truth: bytes) -> None:
     def made(_row: object, number: int) -> Kept | None:
         return msgspec.structs.replace(kept(), moments=(moment(),)) if number else kept()
 
@@ -46,8 +51,8 @@ def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Pa
     for run in (run for row in bad.rows for run in row.runs if run.kept):
         (tmp_path / run.key).mkdir(exist_ok=True)
         (tmp_path / run.key / "log.mcap").write_bytes(b"no log")
-        (tmp_path / run.key / "truth.msgpack.gz").write_bytes(b"no truth")
+        (tmp_path / run.key / "truth.msgpack.gz").write_bytes(truth)
     about = report.about([bad], "drivemcp evaluate results", "a machine", quick=True, latencies="fixed")
     text = report.html([bad], about, tmp_path, tmp_path)
     assert "No picture: " in text
-    assert "truth.msgpack.gz" in text[text.index("No picture: ") :]
+    assert "log.mcap: " in text[text.index("No picture: ") :]
