@@ -2,14 +2,15 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plots import FAINT, OURS, PAPER, figure_of, svg_of
-from evaluation.metrics import Record
+from evaluation.metrics import At, Record
 from evaluation.metrics.conflicts import EGO_LENGTH_M, EGO_WIDTH_M
-from proto.truth import TrueActor, Truth
+from proto.decision import Advisory
+from proto.truth import Truth
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,24 +29,28 @@ def seen_from_above(record: Record, moment: Moment) -> str:
     truth = record.truth_at(moment.time_s)
     if truth is None:
         return ""
+    near = record.truths_between(truth.time_s - BEFORE_S, truth.time_s + AFTER_S)
     figure, (place, course, words) = figure_of((3, 1), (4.6, 4.4), ratios=(2.0, 1.8, 1.0))
-    _place(place, record, truth)
-    _course(course, record, truth)
-    _words(words, course, record, truth)
+    _place(place, near, truth)
+    _course(course, near, truth)
+    told = [each for each in record.spoken if near[0].time_s <= each.time_s <= near[-1].time_s]
+    _words(words, course, told[-WORDS:])
     return svg_of(figure)
 
 
-def _place(axes: "Axes", record: Record, truth: Truth) -> None:
-    axes.plot(*zip(*_way(record, truth), strict=True), color=FAINT, linewidth=0.8, linestyle="--")
+def _place(axes: "Axes", near: tuple[Truth, ...], truth: Truth) -> None:
+    axes.plot(*zip(*_way(near, truth), strict=True), color=FAINT, linewidth=0.8, linestyle="--")
     axes.add_patch(_body(0.0, 0.0, EGO_LENGTH_M, EGO_WIDTH_M, 0.0, OURS))
     for actor in truth.actors:
-        yaw_rad, moves = _heading(actor, truth)
+        along_mps, across_mps = actor.vx_mps + truth.speed_mps, actor.vy_mps
+        moves = math.hypot(along_mps, across_mps) > MOVES_MPS
         person = actor.kind == "pedestrian"
         length_m, width_m = (1.0, 1.0) if person else (actor.length_m, actor.width_m)
+        yaw_rad = math.atan2(across_mps, along_mps) if moves else 0.0
         axes.add_patch(_body(actor.x_m, actor.y_m, length_m, width_m, yaw_rad, PAPER if person else "#5a6570"))
         if moves:
             axes.annotate(
-                "", (actor.x_m + actor.vx_mps + truth.speed_mps, actor.y_m + actor.vy_mps), (actor.x_m, actor.y_m),
+                "", (actor.x_m + along_mps, actor.y_m + across_mps), (actor.x_m, actor.y_m),
                 arrowprops={"arrowstyle": "->", "linewidth": 0.6}, annotation_clip=True,
             )  # fmt: skip
     for sign in truth.signs:
@@ -54,13 +59,6 @@ def _place(axes: "Axes", record: Record, truth: Truth) -> None:
     axes.set_ylim(-ASIDE_M, ASIDE_M)
     axes.set_aspect("equal")
     axes.set_xlabel("m ahead; arrows: a second's way", fontsize=7)
-
-
-def _heading(actor: TrueActor, truth: Truth) -> tuple[float, bool]:
-    """(rad from our way, whether he moves)."""
-    along_mps, across_mps = actor.vx_mps + truth.speed_mps, actor.vy_mps
-    moves = math.hypot(along_mps, across_mps) > MOVES_MPS
-    return (math.atan2(across_mps, along_mps) if moves else 0.0), moves
 
 
 def _body(x_m: float, y_m: float, length_m: float, width_m: float, yaw_rad: float, color: str) -> "Rectangle":
@@ -72,9 +70,8 @@ def _body(x_m: float, y_m: float, length_m: float, width_m: float, yaw_rad: floa
     )
 
 
-def _way(record: Record, truth: Truth) -> Iterator[tuple[float, float]]:
+def _way(near: tuple[Truth, ...], truth: Truth) -> Iterator[tuple[float, float]]:
     """Where the ego was and will be, as seen from where it is."""
-    near = _about(record, truth)
     at = next(k for k, each in enumerate(near) if each.time_s >= truth.time_s - 1e-6)
     yield from reversed([*_gone(near[at::-1], truth)])
     yield from _gone(near[at:], truth)
@@ -90,8 +87,7 @@ def _gone(truths: tuple[Truth, ...], here: Truth) -> Iterator[tuple[float, float
         yield x_m, y_m
 
 
-def _course(axes: "Axes", record: Record, truth: Truth) -> None:
-    near = _about(record, truth)
+def _course(axes: "Axes", near: tuple[Truth, ...], truth: Truth) -> None:
     times_s = [each.time_s for each in near]
     axes.plot(times_s, [each.speed_mps * 3.6 for each in near], color=OURS, label="speed")
     limits = [math.nan if each.law_limit_mps is None else each.law_limit_mps * 3.6 for each in near]
@@ -103,10 +99,8 @@ def _course(axes: "Axes", record: Record, truth: Truth) -> None:
     axes.set_ylabel("km/h", fontsize=7)
 
 
-def _words(axes: "Axes", course: "Axes", record: Record, truth: Truth) -> None:
-    """The last messages before the moment's end, numbered as they are on the course of the speed."""
-    near = _about(record, truth)
-    told = [each for each in record.spoken if near[0].time_s <= each.time_s <= near[-1].time_s][-WORDS:]
+def _words(axes: "Axes", course: "Axes", told: Sequence[At[Advisory]]) -> None:
+    """The messages, numbered as they are on the course of the speed."""
     axes.set_axis_off()
     for number, (time_s, said) in enumerate(told, 1):
         course.axvline(time_s, color=FAINT, linewidth=0.5, linestyle=":")
@@ -117,7 +111,3 @@ def _words(axes: "Axes", course: "Axes", record: Record, truth: Truth) -> None:
         axes.text(0.0, 1.0 - (number - 1) / WORDS, line, fontsize=7, va="top", transform=axes.transAxes)
     if not told:
         axes.text(0.0, 1.0, "Nothing was said.", fontsize=7, va="top", transform=axes.transAxes)
-
-
-def _about(record: Record, truth: Truth) -> tuple[Truth, ...]:
-    return record.truths_between(truth.time_s - BEFORE_S, truth.time_s + AFTER_S)

@@ -89,7 +89,7 @@ others_off = st.builds(
     lamp,
     st.just("off"),
     track_id=st.integers(2, 5),
-    distance_m=st.none() | st.floats(-5.0, 300.0),
+    distance_m=st.none() | st.floats(-60.0, 300.0),
     confidence=st.floats(0.9, 1.0),
 )
 
