@@ -91,7 +91,7 @@ def _is_of(record: Record, said: At[Advisory], limit_mps: float) -> bool:
     """Whether a message announces the limit, tells that a sign means it, or asks for it, or less, where it is in force."""
     message, there = said.message, record.truth_at(said.time_s)
     if message.topic == "foreign":
-        return f"{round(limit_mps / MPS_PER[message.unit])} {message.unit}" in message.directive
+        return f" {round(limit_mps / MPS_PER[message.unit])} {message.unit}" in f" {message.directive}"
     if message.topic not in OF_LIMITS:
         return False
     if message.ahead_mps is not None:

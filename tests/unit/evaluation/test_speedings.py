@@ -63,6 +63,8 @@ def test_a_limit_asked_for_where_it_is_in_force_and_a_sign_that_is_explained_are
     explained = said(4.0, topic="foreign", target_mps=19.0, directive="Sign: Speed limit 36 km/h: do not drive faster.")
     (found,) = speedings(drive(explained))
     assert found.told_s == 4.0
+    (found,) = speedings(drive(said(4.0, topic="foreign", target_mps=19.0, directive="Sign: Speed limit 136 km/h.")))
+    assert found.told_s is None, "36 is no part of 136"
 
 
 def test_what_was_said_half_a_minute_before_does_not_count() -> None:
