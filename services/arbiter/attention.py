@@ -13,6 +13,7 @@ to be slow where one gives way."""
 FORGOTTEN_NS = 10_000_000_000
 """What was said longer ago belongs to another moment."""
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")
+WARNS = frozenset(GRAVITY[2:])
 GRAVER = {"slow_traffic": ("closing_lead",)}
 """To whom was told to brake for a vehicle, that it is slow is no news."""
 UNBROKEN_NS = 2_000_000_000
@@ -41,10 +42,11 @@ def refill(attention: Attention, now_ns: int, profile: Profile) -> Attention:
 
 
 def needed(topic: str, urgency: Urgency, profile: Profile) -> float:
-    """What the budget must hold for a message: mere information leaves a reserve for advice, and what presses waits for none."""
+    """What the budget must hold for a message: mere information leaves a reserve for advice; what presses and what warns waits for
+    none."""
     if urgency == "info":
         return 1.0 + profile.budget_reserve
-    return 0.0 if topic in PRESSING else 1.0
+    return 0.0 if topic in PRESSING or urgency in WARNS else 1.0
 
 
 def presses(topic: str, urgency: Urgency) -> bool:

@@ -12,11 +12,11 @@ from typing import Literal, NamedTuple
 from drivemcp.errors import ConfigError
 from proto.decision import ArbitrationRequest, DecisionKind
 from services.arbiter.assess import Numbers, View, each, speak_bounds
+from services.arbiter.attention import WARNS
 from services.arbiter.profiles import Profile
 
 Filter = Literal["full", "talkative", "none"]
 """`full`: the arbiter. `talkative`: it judges braking, but lets every message of every tick through. `none`: see above."""
-WARNS = frozenset({"warning", "alarm"})
 KINDS = {"closing_lead": ("vehicle",), "pedestrian": ("pedestrian", "cyclist")}
 """A hazard, as the orchestrator names it, to the kinds of actor that it may mean."""
 

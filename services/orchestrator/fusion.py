@@ -9,7 +9,7 @@ from typing import Any
 from proto.decision import Event, Fused, Reason
 from proto.rules import Citation, SignMeaning
 from services.orchestrator.answers import degraded
-from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Matter, over_lower
 from services.orchestrator.matters import matters
 from services.orchestrator.messages import drive, say, toned, word
 from services.orchestrator.routing import right_of_way
@@ -109,7 +109,8 @@ EPISODE_PAUSE_S = 10.0
 
 
 def owes_first_notice(matter: Matter, state: State) -> bool:
-    """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew."""
+    """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew,
+    and of a lower one though the driver was too fast for the one before, too."""
     if matter.first_since_ns is None:
         return False
     told = state.memory.last(matter.slot)
@@ -118,7 +119,8 @@ def owes_first_notice(matter: Matter, state: State) -> bool:
     if matter.slot == "overspeed":
         same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
         long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
-        return told.stamp_ns < matter.first_since_ns and (long_ago or not same)
+        another = told.stamp_ns < matter.first_since_ns and (long_ago or not same)
+        return another or over_lower(matter.key, told.key)
     pause_s = LEAST_PAUSE_S if set(matter.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
     return told.key != matter.key and state.now_ns - told.stamp_ns >= pause_s * 1e9
 

@@ -58,6 +58,18 @@ def limit_key(value: float, unit: str) -> str:
     return f"{value:g} {unit}"
 
 
+def over_key(limit: str, *, far: bool) -> str:
+    """By which an overspeed is remembered, from its limit's key."""
+    return f"over {limit} far" if far else f"over {limit}"
+
+
+def over_lower(key: str, told: str) -> bool:
+    """Whether an overspeed is of a lower limit than the one told, or of one in other units: a border lies between them."""
+    value, unit = key.split()[1:3]
+    told_value, told_unit = told.split()[1:3]
+    return unit != told_unit or float(value) < float(told_value)
+
+
 Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
 
 

@@ -13,7 +13,7 @@ from services.orchestrator.faults import covered, said_of
 from services.orchestrator.hazards import give_way, go, lead, person, stop
 from services.orchestrator.legal import LAW_KNOWN
 from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
-from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, limit_key, told_within
+from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, limit_key, over_key, told_within
 from services.orchestrator.messages import drive, say, speed, word
 from services.orchestrator.state import Believed, State
 from services.orchestrator.targets import Target
@@ -99,10 +99,10 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
 
 def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
     """Whoever was told that he drives far too fast hears no calmer word on it."""
-    mild = f"over {limit.value:g} {limit.unit}"
-    grave = f"{mild} far"
+    over = limit_key(limit.value, limit.unit)
+    grave = over_key(over, far=True)
     told = any(each.topic == "overspeed" and each.key == grave for each in state.memory.spoken)
-    return grave if far or told else mild
+    return over_key(over, far=far or told)
 
 
 def _limit_key(limit: LegalLimit) -> str:

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from proto.decision import ArbitrationRequest, Decision, Urgency
 from proto.perception import Track
-from services.arbiter.attention import GRAVITY, PRESSING
+from services.arbiter.attention import GRAVITY, PRESSING, WARNS
 from services.arbiter.decide import decide
 from services.arbiter.state import ArbiterState, Attention
 from tests.unit.services.arbiter.support import (
@@ -96,6 +96,16 @@ def test_advice_that_is_of_no_use_later_waits_for_no_budget_and_is_muted_like_an
     held = Attention(messages=messages, refilled_ns=inputs.now_ns)
     verdict = decide(asked, replace(inputs, state=replace(inputs.state, attention=held)), CALIBRATED)
     assert verdict.decision.kind == ("SPEAK" if new and not muted else "SILENT")
+    assert 0.0 <= verdict.state.attention.messages <= messages
+
+
+@given(topic=st.text(max_size=8), urgency=st.sampled_from(sorted(WARNS)), messages=st.floats(0.0, 4.0))
+def test_what_warns_waits_for_no_budget(topic: str, urgency: Urgency, messages: float) -> None:
+    asked = request(fused=fused(topic=topic, urgency=urgency))
+    inputs = mirror(asked)
+    held = Attention(messages=messages, refilled_ns=inputs.now_ns)
+    verdict = decide(asked, replace(inputs, state=replace(inputs.state, attention=held)), CALIBRATED)
+    assert verdict.decision.kind == "SPEAK"
     assert 0.0 <= verdict.state.attention.messages <= messages
 
 

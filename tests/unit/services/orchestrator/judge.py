@@ -8,23 +8,26 @@ from services.arbiter.assess import View, gap_m
 from services.arbiter.decide import Inputs, decide, request_view
 from services.arbiter.profiles import load
 from services.arbiter.reading import Pedals, Reading
-from services.arbiter.state import ArbiterState, Sighting, fresh
+from services.arbiter.state import ArbiterState, Attention, Sighting, fresh
 from tests.unit.services.orchestrator.support import replace
 
 PROFILE = load("calibrated")
 GRANT = Permission(grant_id="g", max_deceleration_mps2=5.0, max_duration_s=3.0, refused="")
 
 
-def arbiter(eyes: ArbitrationRequest | None = None) -> Callable[[ArbitrationRequest], Decision]:
-    """The real decision under a grant; its own eyes see what `eyes` says, or what it is asked."""
+def arbiter(
+    eyes: ArbitrationRequest | None = None, budget: float = PROFILE.budget_messages
+) -> Callable[[ArbitrationRequest], Decision]:
+    """The real decision under a grant; its own eyes see what `eyes` says, or what it is asked. Of the attention budget so much is
+    left whenever it is asked."""
 
     def judge(request: ArbitrationRequest) -> Decision:
         view = request_view(eyes if eyes is not None else request)
         pedals = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
         reading = Reading(view=view, pedals=pedals, tracks_age_s=0.05, ego_age_s=0.02)
-        inputs = Inputs(
-            reading=reading, state=watched(view, request.stamp_ns), permission=GRANT, now_ns=request.stamp_ns
-        )
+        left = Attention(messages=budget, refilled_ns=request.stamp_ns)
+        state = replace(watched(view, request.stamp_ns), attention=left)
+        inputs = Inputs(reading=reading, state=state, permission=GRANT, now_ns=request.stamp_ns)
         return decide(request, inputs, PROFILE).decision
 
     return judge

@@ -3,12 +3,15 @@
 from typing import Any
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from proto.rules import RulesAnswer
 from services.orchestrator.local import decide_locally
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
+    FEW,
     KMH,
     TICK,
     Drive,
@@ -73,6 +76,26 @@ def test_the_overspeed_of_another_limit_is_a_first_notice_of_its_own_however_uns
     drive.ticks(25)
     told = [each for each in drive.spoken() if each.startswith("Slow down: limit")]
     assert told == ["Slow down: limit 100 km/h", "Slow down: limit 80 km/h"]
+
+
+@FEW
+@given(before=st.integers(5, 10), lower=st.integers(2, 9), over=st.floats(1.06, 1.6), left=st.floats(0.0, 0.9))
+def test_who_is_too_fast_for_the_next_limit_as_well_is_told_at_once_though_nothing_is_left_of_the_budget(
+    before: int, lower: int, over: float, left: float
+) -> None:
+    assume(lower < before)
+    drive = Drive(Played(arbiter=arbiter(budget=left)), speed_mps=10 * before * KMH * over, road="rural")
+    drive.tick(limit_sign(f"limit:{10 * before}"))
+    drive.ticks(25)
+    assert drive.spoken()[-1] == f"Slow down: limit {10 * before} km/h"
+    assert after_a_sign(f"limit:{10 * lower}", drive, ticks=5) == [f"Slow down: limit {10 * lower} km/h"]
+
+
+def test_the_overspeed_of_a_higher_limit_in_the_same_episode_is_no_first_notice() -> None:
+    drive = Drive(Played(arbiter=arbiter(budget=0.0)), speed_mps=53.0 * KMH)
+    assert after_a_sign("limit:30", drive, ticks=25) == ["Slow down: limit 30 km/h"]
+    assert after_a_sign("limit:50", drive, ticks=25) == []
+    assert "overspeed" in {each.kind for each in drive.history[-1][2].events}
 
 
 def test_an_overspeed_in_the_wet_tells_what_is_safe_with_the_limit() -> None:
