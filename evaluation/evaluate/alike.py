@@ -2,17 +2,15 @@
 
 Almost any change of code gives runs other keys, and most changes change no run, or those of one family of places alone. If
 every drawn run of a family came out alike, to the bit, so do its others, as far as a draw can say: `may_differ` is the share
-that it leaves open.
+that it leaves open. Those whose logs today's code decides otherwise (`redecided.py`) are in no group.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-import msgspec
-
 from evaluation.evaluate.published import ALL, Line, came_to
-from evaluation.evaluate.store import Kept, Store, measuring, world_digest
-from evaluation.run.spec import Sensors, driven_by, key_of
+from evaluation.evaluate.store import Kept, Store, driving, measuring
+from evaluation.run.spec import key_of
 from evaluation.statistics import LEVEL
 
 
@@ -51,7 +49,23 @@ class Verdict(NamedTuple):
         return (
             f"{name} count as today's: {count} of them, drawn by their keys and driven by today's code as well, came out alike, "
             f"to the bit; fewer than {may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
+            f"{self._redecided()}"
         )
+
+    def _redecided(self) -> str:
+        lines = self.group.lines.values()
+        count = sum(line.redecided_today and line.redecided == "alike" for line in lines)
+        return f"; the logs of {count} were decided again by today's code, every tick alike" if count else ""
+
+
+def refuted(lines: Mapping[str, Line]) -> str:
+    """One clause on the runs whose logs today's code decides otherwise; empty: there are none."""
+    odd = sorted(key for key, line in lines.items() if line.refuted)
+    return (
+        f"{len(odd)} runs of other code do not count, as today's decides otherwise in their logs: {', '.join(odd)}"
+        if odd
+        else ""
+    )
 
 
 def may_differ(alike: int) -> float:
@@ -61,20 +75,13 @@ def may_differ(alike: int) -> float:
     return float(1.0 - (1.0 - LEVEL) ** (1.0 / alike))
 
 
-class _Place(msgspec.Struct, frozen=True):
-    """Of a spec, what its key and its family take."""
-
-    sensors: Sensors
-    scenario: str
-
-
 def groups(lines: Mapping[str, Line]) -> tuple[Group, ...]:
-    """The runs of other code that today's measures measured, by their code and family."""
+    """The runs of other code that today's measures measured, by their code and family, less those that today's decides otherwise."""
     found: dict[tuple[str, str], dict[str, Line]] = {}
     for line in lines.values():
-        if not line.of_today and line.measured_by == measuring():
-            place = msgspec.json.decode(line.spec, type=_Place)
-            key = key_of(bytes(line.spec), driven_by(place.sensors, world_digest(place.sensors)))
+        if not line.of_today and not line.refuted and line.measured_by == measuring():
+            place = line.place
+            key = key_of(bytes(line.spec), driving(place.sensors))
             found.setdefault((line.driven_by, place.scenario.partition("/")[0]), {})[key] = line
     return tuple(Group(driver, family, found[driver, family]) for driver, family in sorted(found))
 

@@ -7,19 +7,28 @@ import gzip
 import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.moments import Moment
-from evaluation.evaluate.store import Kept, Store, drivers, measuring, world_digest
+from evaluation.evaluate.store import Kept, Store, drivers, driving, measuring
 from evaluation.metrics import Metrics
 from evaluation.metrics.labels import Drive
-from evaluation.run.spec import RunSpec, driven_by, encoded, key_of
+from evaluation.run.spec import RunSpec, Sensors, encoded, key_of
 
 ALL = "all"
 """In place of a key: every run of the file."""
+Redecided = Literal["alike", "otherwise", ""]
+"""What a run's log says when every tick of it is decided again (`redecided.py`); "": nothing."""
+
+
+class Place(msgspec.Struct, frozen=True):
+    """Of a spec of any code: what says which models drive it, and where."""
+
+    sensors: Sensors
+    scenario: str
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,11 +45,33 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     metrics: msgspec.Raw
     moments: msgspec.Raw
     labelled: msgspec.Raw
+    redecided: Redecided = ""
+    redecided_by: str = ""
+    """The code that decided its log again, the last that did."""
+
+    @property
+    def place(self) -> Place:
+        """Where it was driven, and with which sensors."""
+        return msgspec.json.decode(self.spec, type=Place)
 
     @property
     def of_today(self) -> bool:
         """Whether today's code, configuration and models would drive and measure the same."""
         return self.driven_by in drivers() and self.measured_by == measuring()
+
+    @property
+    def redecided_today(self) -> bool:
+        """Whether it is today's code that decided its log again."""
+        return self.redecided_by in drivers()
+
+    @property
+    def refuted(self) -> bool:
+        """Whether today's code decided otherwise: it would drive another run."""
+        return self.redecided_today and self.redecided == "otherwise"
+
+    def marked(self, found: Redecided) -> "Line":
+        """With what today's code made of its log."""
+        return msgspec.structs.replace(self, redecided=found, redecided_by=driving(self.place.sensors))
 
     def kept(self) -> Kept:
         """What the run came to. Raises msgspec.MsgspecError; only of today's."""
@@ -55,7 +86,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 def line_of(key: str, spec: RunSpec, kept: Kept) -> Line:
     """The line of a run that is here."""
     return Line(
-        key=key, spec=msgspec.Raw(encoded(spec)), driven_by=driven_by(spec.sensors, world_digest(spec.sensors)),
+        key=key, spec=msgspec.Raw(encoded(spec)), driven_by=driving(spec.sensors),
         measured_by=kept.measured_by, outcome=kept.outcome, wall_s=kept.wall_s, cpu_s=kept.cpu_s,
         metrics=msgspec.Raw(msgspec.json.encode(kept.metrics)), moments=msgspec.Raw(msgspec.json.encode(kept.moments)),
         labelled=msgspec.Raw(msgspec.json.encode(kept.labelled)),
@@ -145,13 +176,17 @@ def publish(file: Path, ours: Iterable[Line]) -> int:
     """Add runs to a file, sorted by key; how many are new. What is there stays, of other code too, unless it is now measured otherwise."""
     there = read(file) if file.exists() else {}
     new = {line.key: line for line in ours if line.key not in there or (line.of_today and not there[line.key].of_today)}
-    lines = {**there, **new}
+    write(file, {**there, **new})
+    return len(new)
+
+
+def write(file: Path, lines: Mapping[str, Line]) -> None:
+    """A file of these lines, sorted by key; it is there whole, or stays as it was."""
     whole = b"".join(msgspec.json.encode(lines[key]) + b"\n" for key in sorted(lines))
     file.parent.mkdir(parents=True, exist_ok=True)
     part = file.with_name(f"{file.name}.part")
     part.write_bytes(gzip.compress(whole, mtime=0) if file.suffix == ".gz" else whole)
     part.replace(file)
-    return len(new)
 
 
 def otherwise(published: Mapping[str, Line], here: Iterable[Line]) -> list[str]:

@@ -63,9 +63,14 @@ def world_files(sensors: Sensors) -> Iterator[tuple[str, Path]]:
                 yield f"{root.name}/{path.relative_to(root).as_posix()}", path
 
 
+def driving(sensors: Sensors) -> str:
+    """What drives runs with such sensors today: the digest of its code and of what it reads."""
+    return driven_by(sensors, world_digest(sensors))
+
+
 def drivers() -> frozenset[str]:
     """What drives the runs of today, by either kind of sensors."""
-    return frozenset(driven_by(sensors, world_digest(sensors)) for sensors in get_args(Sensors))
+    return frozenset(map(driving, get_args(Sensors)))
 
 
 @cache
