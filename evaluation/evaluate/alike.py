@@ -5,7 +5,7 @@ every drawn run of a family came out alike, to the bit, so do its others, as far
 that it leaves open. Those whose logs today's code decides otherwise (`redecided.py`) are in no group.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from evaluation.evaluate.published import ALL, Line, came_to
@@ -39,33 +39,37 @@ class Verdict(NamedTuple):
         return bool(self.alike) and not self.otherwise and not self.lacking
 
     def told(self) -> str:
-        """One clause for the screen and the report."""
+        """One clause."""
         name = f"{len(self.group.lines)} runs of other code ({self.group.driver}) in {self.group.family}"
-        count = len(self.alike)
         if self.otherwise:
             return f"{name} do not count: {', '.join(self.otherwise)} came out otherwise by today's"
         if not self.counts:
             return f"{name} do not count: {self.lacking} of those that were drawn are not driven by today's"
-        return (
-            f"{name} count as today's: {count} of them, drawn by their keys and driven by today's code as well, came out alike, "
-            f"to the bit; fewer than {may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
-            f"{self._redecided()}"
-        )
-
-    def _redecided(self) -> str:
-        lines = self.group.lines.values()
-        count = sum(line.redecided_today and line.redecided == "alike" for line in lines)
-        return f"; the logs of {count} were decided again by today's code, every tick alike" if count else ""
+        return f"{name} count as today's: {_drawn_alike(len(self.alike))}"
 
 
-def refuted(lines: Mapping[str, Line]) -> str:
-    """One clause on the runs whose logs today's code decides otherwise; empty: there are none."""
-    odd = sorted(key for key, line in lines.items() if line.refuted)
+def _drawn_alike(count: int) -> str:
+    """What so many drawn runs of a group say of its others."""
     return (
-        f"{len(odd)} runs of other code do not count, as today's decides otherwise in their logs: {', '.join(odd)}"
-        if odd
-        else ""
+        f"{count} of them, drawn by their keys and driven by today's code as well, came out alike, to the bit; fewer than "
+        f"{may_differ(count) * 100:.0f} % of the others would not, with a confidence of {LEVEL * 100:.0f} %"
     )
+
+
+def sentences(lines: Mapping[str, Line], verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """For the report: what of other code counts, what does not, and why."""
+    counting = [each for each in verdicts if each.counts]
+    yield from (f"{each.told()}." for each in verdicts if not each.counts)
+    if counting:
+        groups = ", ".join(f"{len(each.group.lines)} in {each.group.family} ({each.group.driver})" for each in counting)
+        count = min(len(each.alike) for each in counting)
+        yield f"Runs of other code count as today's: {groups}. Of each group {_drawn_alike(count)}."
+    again = sum(line.redecided_today and line.redecided == "alike" for line in lines.values())
+    if again:
+        yield f"The logs of {again} runs of other code were decided again by today's, every tick alike."
+    odd = sorted(key for key, line in lines.items() if line.refuted)
+    if odd:
+        yield f"{len(odd)} others do not count, as today's decides otherwise in their logs: {', '.join(odd)}."
 
 
 def may_differ(alike: int) -> float:

@@ -58,7 +58,7 @@ def evaluate(flags: argparse.Namespace) -> int:
             specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
             taken = published.told(flags.published, lines, specs, store, asked_alike=bool(flags.alike))
-            _write(tables, folder, store, flags, screen, " ".join([taken, *_said(lines, verdicts)]))
+            _write(tables, folder, store, flags, screen, " ".join([taken, *alike.sentences(lines, verdicts)]))
             otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 
@@ -111,13 +111,6 @@ def _alike(
         screen.say(verdict.told())
         store.count(alike.counted(verdict, flags.again))
         yield verdict
-
-
-def _said(lines: Mapping[str, Line], verdicts: Iterable[Verdict]) -> Iterator[str]:
-    """A sentence on each group of other code, and one on what was taken out of them."""
-    for clause in (*(each.told() for each in verdicts), alike.refuted(lines)):
-        if clause:
-            yield f"{clause}."
 
 
 def _counted(verdicts: Iterable[Verdict]) -> dict[str, Line]:

@@ -85,7 +85,11 @@ def test_one_that_was_drawn_and_came_out_alike_speaks_for_its_family(
             "today's code as well, came out alike"
         )
         assert said in told
-        assert said in text
+    of_each = ", ".join(f"3 in {family} ({OTHER})" for family in FAMILIES)
+    assert (
+        f"Runs of other code count as today's: {of_each}. Of each group 1 of them, drawn by their keys and driven by today's code "
+        "as well, came out alike, to the bit; fewer than 95 % of the others would not, with a confidence of 95 %."
+    ) in text
     assert "6 runs are taken from" in text
     assert "0 of its 9 runs fit this code and its models; the other 9 are of other code" in text
     assert "--alike 1" in text, "the command that makes these tables"

@@ -88,9 +88,9 @@ def test_what_is_decided_otherwise_is_driven_anew_and_speaks_not_against_the_oth
     drawn = [key for key in DRAWN if key != first]
     assert sorted(runs.Drives.asked) == sorted([*drawn, first, second]), "and of the other two one was drawn"
     told = (file.parent / "out" / "report.html").read_text(encoding="utf-8").replace("&#x27;", "'")
-    assert "2 runs of other code (000000000000-000000000000) in urb-rain count as today's: 1 of them, drawn" in told
-    assert "; the logs of 1 were decided again by today's code, every tick alike." in told
-    assert f"1 runs of other code do not count, as today's decides otherwise in their logs: {KEYS[first]}." in told
+    assert f"2 in urb-rain ({runs.OTHER})" in told, "count"
+    assert "The logs of 1 runs of other code were decided again by today's, every tick alike." in told
+    assert f"1 others do not count, as today's decides otherwise in their logs: {KEYS[first]}." in told
     assert read(file)[first].outcome == "another"
     assert line(file, first).refuted, "the file keeps both"
     assert line(file, third).redecided_by == ""
