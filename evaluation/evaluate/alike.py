@@ -61,9 +61,9 @@ def sentences(lines: Mapping[str, Line], verdicts: Sequence[Verdict]) -> Iterato
     counting = [each for each in verdicts if each.counts]
     yield from (f"{each.told()}." for each in verdicts if not each.counts)
     if counting:
-        groups = ", ".join(f"{len(each.group.lines)} in {each.group.family} ({each.group.driver})" for each in counting)
+        sizes = ", ".join(f"{len(each.group.lines)} in {each.group.family} ({each.group.driver})" for each in counting)
         count = min(len(each.alike) for each in counting)
-        yield f"Runs of other code count as today's: {groups}. Of each group {_drawn_alike(count)}."
+        yield f"Runs of other code count as today's: {sizes}. Of each group {_drawn_alike(count)}."
     again = sum(line.redecided_today and line.redecided == "alike" for line in lines.values())
     if again:
         yield f"The logs of {again} runs of other code were decided again by today's, every tick alike."

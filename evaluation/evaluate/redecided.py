@@ -11,7 +11,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
@@ -38,11 +38,11 @@ def redecided(log: Path) -> Redecided:
     return "alike" if found["identical"] and not found["undecidable"] else ""
 
 
-def each(lines: Sequence[Line], runs: Path, jobs: int) -> Iterator[tuple[Line, Redecided]]:
-    """Those whose log is there, as they end; `jobs` side by side."""
+def each(logs: Mapping[Path, Line], jobs: int) -> Iterator[tuple[Line, Redecided]]:
+    """Whose log says what, as they end; `jobs` side by side."""
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=spawn) as pool:
-        running = {pool.submit(redecided, log): line for line in lines if (log := runs / line.key / LOG).exists()}
+        running = {pool.submit(redecided, log): line for log, line in logs.items()}
         try:
             for ended in as_completed(running):
                 yield running[ended], ended.result()
@@ -74,13 +74,13 @@ def mark(file: Path, runs: Path, jobs: int) -> int:
     """
     screen, lines = Screen(), published.read(file)
     others = [line for line in lines.values() if not line.of_today]
-    left = [line for line in others if not line.redecided_today and (runs / line.key / LOG).exists()]
+    left = {log: line for line in others if not line.redecided_today and (log := runs / line.key / LOG).exists()}
     if not left and not any(line.redecided_today for line in others):
         raise UserError(f"{runs}: no log of a run of other code in {file}")
     marked: dict[str, Line] = {}
     began_s = time.monotonic()
     try:
-        for count, (line, found) in enumerate(each(left, runs, jobs), 1):
+        for count, (line, found) in enumerate(each(left, jobs), 1):
             marked[line.key] = line.marked(found)
             screen.live(f"{count} of {len(left)} logs; {time_left(count, len(left), began_s)}")
     finally:

@@ -58,7 +58,8 @@ def evaluate(flags: argparse.Namespace) -> int:
             specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
             taken = published.told(flags.published, lines, specs, store, asked_alike=bool(flags.alike))
-            _write(tables, folder, store, flags, screen, " ".join([taken, *alike.sentences(lines, verdicts)]))
+            of_others = alike.sentences(lines, verdicts) if flags.alike else ()
+            _write(tables, folder, store, flags, screen, " ".join([taken, *of_others]))
             otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 

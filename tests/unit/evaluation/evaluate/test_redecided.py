@@ -96,6 +96,18 @@ def test_what_is_decided_otherwise_is_driven_anew_and_speaks_not_against_the_oth
     assert line(file, third).redecided_by == ""
 
 
+def test_where_other_code_is_ignored_nothing_is_said_of_its_logs(
+    file: Path, logged: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for key, changed in zip(FAMILIES["urb-rain"], (True, False, False), strict=True):
+        logged(KEYS[key], changed=changed)
+    assert run(file, monkeypatch) == 0
+    assert evaluate(file) == 0
+    text = (file.parent / "out" / "report.html").read_text(encoding="utf-8")
+    assert "the other 9 are ignored" in text
+    assert "logs of" not in text
+
+
 def test_what_was_decided_again_by_yet_other_code_is_decided_again(
     file: Path, logged: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
