@@ -42,7 +42,7 @@ def test_moments_at_either_end_of_a_run_are_drawn_too() -> None:
 CUT = gzip.compress(b"truth" * 100)[:-20]
 
 
-@pytest.mark.parametrize("truth", [b"no truth", CUT])
+@pytest.mark.parametrize("truth", [b"no truth", CUT], ids=["no gzip file", "cut"])
 def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Path, truth: bytes) -> None:
     def made(_row: object, number: int) -> Kept | None:
         return msgspec.structs.replace(kept(), moments=(moment(),)) if number else kept()
