@@ -56,9 +56,9 @@ class Answered(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def answers(log: Path | Sequence[Path], method: Method) -> Iterator[Answered]:
-    """Every tick of a log by a method, in order; from the first, and up to a gap.
+    """Every tick of a log by a method, in order, from the first.
 
-    Raises UserError where the method needs a drive of its own, and what a service raises that refuses its settings.
+    Raises UserError where the method needs a drive of its own or a tick is missing, and what a service raises that refuses its settings.
     """
     if method.stand_ins:
         raise UserError(f"{method.label} needs a drive of its own: a log holds what was perceived, not what was true")
@@ -85,7 +85,7 @@ def _ticks(log: Iterator[TraceRecord], method: Method, asker: Node) -> Iterator[
     arbiter, state = OpenArbiter(method), State()
     for number, trace in enumerate(log, start=1):
         if trace.tick != number:
-            return
+            raise UserError(f"tick {number} is missing from the log: what came after it cannot be told open loop")
         seen = msgspec.structs.replace(msgspec.convert(trace.inputs, Observations), method=how)
         ask = OpenAsk(trace, asker, arbiter, parallel=config.parallel)
         began_s = time.perf_counter()

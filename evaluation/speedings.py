@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -122,7 +123,7 @@ def main(arguments: list[str] | None = None) -> int:
     for log in parser.parse_args(arguments).logs:
         try:
             found = list(speedings(from_log(log)))
-        except (UserError, OSError, EOFError) as error:  # EOFError: a truth file that is cut
+        except (UserError, OSError, EOFError, zlib.error) as error:  # the last two: a truth file that is cut or spoiled
             print(f"{log}: {error}", file=sys.stderr)  # noqa: T201
             return 2
         causes.update(each.cause for each in found)

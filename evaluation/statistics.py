@@ -63,6 +63,24 @@ def mean_sd_ci(values: Sequence[float]) -> Spread:
     return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)
 
 
+def ratio_ci(parts: Sequence[float], wholes: Sequence[float]) -> Spread:
+    """The ratio of the sums, and Student's t interval about it from how far each part is from its share of the whole (Cochran 1977,
+    Sampling Techniques, chapter 6): long runs count for more, in the number and in its interval.
+
+    None: fewer than two, or all with the same ratio. Raises ValueError on unequal lengths.
+    """
+    n, whole = len(wholes), sum(wholes)
+    if whole <= 0.0:
+        return Spread(n=n, mean=None)
+    ratio = sum(parts) / whole
+    off = [part - ratio * each for part, each in zip(parts, wholes, strict=True)]
+    if n < 2 or max(map(abs, off)) <= ROUNDING * max(map(abs, parts), default=0.0):
+        return Spread(n=n, mean=ratio)
+    error = math.sqrt(n / (n - 1) * sum(each * each for each in off)) / whole
+    half = float(stats.t.ppf(0.5 + LEVEL / 2.0, n - 1)) * error
+    return Spread(n=n, mean=ratio, low=ratio - half, high=ratio + half)
+
+
 def poisson_ci(count: int, exposure: float, per: float = 1.0) -> Rate:
     """Rate with Garwood's exact interval (1936, Biometrika 28), told for `per` of the exposure.
 

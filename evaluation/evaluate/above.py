@@ -108,6 +108,7 @@ def _words(axes: "Axes", course: "Axes", told: Sequence[At[Advisory]]) -> None:
             str(number), (time_s, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=6
         )
         line = f"{number}  {time_s:.1f} s  {said.directive}"
-        axes.text(0.0, 1.0 - (number - 1) / WORDS, line, fontsize=7, va="top", transform=axes.transAxes)
+        at = 1.0 - (number - 1) / WORDS
+        axes.text(0.0, at, line, fontsize=7, va="top", transform=axes.transAxes, parse_math=False)
     if not told:
         axes.text(0.0, 1.0, "Nothing was said.", fontsize=7, va="top", transform=axes.transAxes)

@@ -1,6 +1,6 @@
 """`python -m evaluation.evaluate.agree RENDERED MODELLED`: whether both kinds of sensors come to the same numbers on the same runs.
 
-Both are folders of `drivemcp evaluate`; runs of the same row, place and seed are compared pair by pair.
+Both are folders of `drivemcp evaluate`; runs of the same row, place, seed, latencies and settings are compared pair by pair.
 """
 
 import argparse
@@ -19,8 +19,8 @@ from evaluation.evaluate.tables import per_run
 from evaluation.statistics import Spread, paired
 
 Metrics = Mapping[str, Any]
-Scene = tuple[str, str, int, int]
-"""Row, family, place and seed."""
+Scene = tuple[str, str, int, int, str]
+"""Row, family, place, seed, and what else the run was made of (`_asked`)."""
 
 
 class Compared(msgspec.Struct, frozen=True, kw_only=True):
@@ -34,13 +34,13 @@ class Compared(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def agree(self) -> bool | None:
-        """Whether the difference's 95 % interval holds 0, to the places that are shown; None: one pair has no interval.
+        """Whether the difference's 95 % interval holds 0; None: one pair has no interval.
 
-        Pairs that all differ by the same have none either: they agree if that is 0.
+        Pairs that all differ by the same have none either: they agree if that is 0, to the places that are shown.
         """
         if self.less.low is None or self.less.high is None:
             return None if self.less.sd is None else round(self.less.mean or 0.0, self.column.places) == 0.0
-        return round(self.less.low, self.column.places) <= 0.0 <= round(self.less.high, self.column.places)
+        return self.less.low <= 0.0 <= self.less.high
 
 
 def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
@@ -49,8 +49,8 @@ def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
     try:
         rows = msgspec.json.decode(file.read_bytes())["table"]["rows"]
         return {
-            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"]): run["kept"]["metrics"]
-            for row in rows
+            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"], asked): run["kept"]["metrics"]
+            for row, asked in zip(rows, map(_asked, rows), strict=True)
             for run in row["runs"]
             if run["kept"] is not None
         }
@@ -58,10 +58,17 @@ def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
         raise UserError(f"{file}: no table of `drivemcp evaluate`: {error!r}") from error
 
 
+def _asked(row: Mapping[str, Any]) -> str:
+    """A row's latencies and settings, but for the sensors and what is logged: runs with others are no pair."""
+    spec = dict(row["row"]["spec"])
+    spec["settings"] = {service: each for service, each in spec["settings"].items() if service != "logger"}
+    return msgspec.json.encode({**spec, "sensors": ""}, order="deterministic").decode()
+
+
 def compared(table: TableName, rendered: Mapping[Scene, Metrics], modelled: Mapping[Scene, Metrics]) -> list[Compared]:
     """Each column by family, then over all families."""
     scenes = [scene for scene in rendered if scene in modelled]
-    families = list(dict.fromkeys(family for _, family, _, _ in scenes))
+    families = list(dict.fromkeys(family for _, family, *_ in scenes))
     return [
         found
         for family in (*families, "all")
@@ -119,7 +126,7 @@ def main() -> int:
     try:
         found = compared(flags.table, *(runs_in(folder, flags.table) for folder in (flags.rendered, flags.modelled)))
         if not found:
-            raise UserError("no run of the same row, place and seed in both folders")
+            raise UserError("no run of the same row, place, seed, latencies and settings in both folders")
     except UserError as error:
         sys.stderr.write(f"{error}\n")
         return 2

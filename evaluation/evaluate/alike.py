@@ -107,6 +107,16 @@ def judged(group: Group, draw: Sequence[str], store: Store, today: Mapping[str, 
     return Verdict(group, alike, otherwise, sum(key not in same for key in draw))
 
 
+def contradicted(verdicts: Sequence[Verdict]) -> frozenset[str]:
+    """Runs of which two groups that count say different things: neither's counts, and today's code drives them."""
+    first: dict[str, Line] = {}
+    pairs = (
+        (key, first.setdefault(key, line), line)
+        for each in verdicts if each.counts for key, line in each.group.lines.items()
+    )  # fmt: skip
+    return frozenset(key for key, one, other in pairs if came_to(one.kept()) != came_to(other.kept()))
+
+
 def counted(verdict: Verdict, again: Collection[str]) -> dict[str, Kept]:
     """The runs of other code that count, by today's keys, less those that are to be driven again."""
     return {

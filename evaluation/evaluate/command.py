@@ -119,4 +119,9 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(
             f"`drivemcp evaluate` needs the module {error.name!r}: pip install 'drivemcp[demo,evaluation]'"
         ) from error
-    return evaluate(flags)
+    try:
+        return evaluate(flags)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise UserError(f"{error.filename or flags.out}: {error.strerror or error}") from error

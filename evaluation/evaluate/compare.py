@@ -1,7 +1,8 @@
 """Rows beside one another: run by run in the same places, and in the paper's orders, where absolute numbers cannot be compared."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
+from statistics import fmean
 from typing import Literal
 
 import msgspec
@@ -52,7 +53,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     paper_ratio: float | None
     """First over second; None: over nothing."""
     our_ratio: float | None
-    """Of all runs, those too that only one of them drove."""
+    """Of the means over the places in which both have the number, as the verdict."""
     places: int
     verdict: Verdict
     assumed: bool = False
@@ -156,11 +157,17 @@ def _of_column(table: Table, column: Column, at: int, rows: Iterable[TableRow]) 
         large, small = sorted(pair, key=lambda row: -(row.values[at].paper or 0.0))
         one, other = large.values[at], small.values[at]
         apart = difference(table, column, large, small)
+        ours = None if apart.assumed else _ratio_of_means(by_number(column, large), by_number(column, small))
         yield Order(
             group=large.row.group, column=column.title, first=large.row.label, second=small.row.label, places=apart.places,
-            paper_ratio=_ratio(one.paper, other.paper), our_ratio=None if apart.assumed else _ratio(one.value, other.value),
+            paper_ratio=_ratio(one.paper, other.paper), our_ratio=ours,
             verdict=_verdict(apart), assumed=apart.assumed,
         )  # fmt: skip
+
+
+def _ratio_of_means(one: Mapping[int, float], other: Mapping[int, float]) -> float | None:
+    both = one.keys() & other.keys()
+    return _ratio(*(fmean(each[number] for number in sorted(both)) for each in (one, other))) if both else None
 
 
 def _ratio(one: float | None, other: float | None) -> float | None:

@@ -1,11 +1,12 @@
 """What we want to read for DriveMCP with the calibrated profile, and whether what was driven shows it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from statistics import fmean
 from typing import Literal
 
 import msgspec
 
+from evaluation.evaluate.assumed import assumed
 from evaluation.evaluate.columns import (
     COLLISIONS,
     F1,
@@ -86,13 +87,35 @@ def judged(tables: Sequence[Table]) -> tuple[Judged, ...]:
 def _judge(goal: Goal, table: Table) -> Judged:
     rows = {row.row.key: row for row in table.rows}
     column, row = goal.column, rows[goal.row]
-    value = _value(table, row, column)
+    value = Value(value=None) if assumed(column, row.row.spec) else _value(table, row, column)
+    verdict, found = _verdict(value, goal), told(value, column)
+    if column is RESPONSE:
+        verdict, found = _of_those_answered(verdict, row), f"{found}{_answered(row)}"
     sign = ">=" if column.better == "more" else "<" if goal.strict else "<="
     return Judged(
         what=f"{row.row.group + ', ' if table.name == 'results' else row.row.label + ', '}{column.title}",
-        bound=f"{sign} {goal.bound:g} {column.unit}", found=told(value, column), verdict=_verdict(value, goal),
+        bound=f"{sign} {goal.bound:g} {column.unit}", found=found, verdict=verdict,
         distance=_distance(goal, row) if column.rate else "",
     )  # fmt: skip
+
+
+def _answered(row: TableRow, numbers: Collection[int] | None = None) -> str:
+    """Of how many hazards a response is told: one that was never answered has none."""
+    answered, hazards = _hazards(row, numbers)
+    return f", {answered} of {hazards} answered" if hazards else ""
+
+
+def _of_those_answered(verdict: Verdict, row: TableRow, numbers: Collection[int] | None = None) -> Verdict:
+    """A verdict on the responses that there were; with hazards that were never answered they prove nothing of all."""
+    answered, hazards = _hazards(row, numbers)
+    return "holds in the mean, not proven" if verdict == "holds" and answered < hazards else verdict
+
+
+def _hazards(row: TableRow, numbers: Collection[int] | None) -> tuple[int, int]:
+    """How many hazards were answered, and met, in the numbered runs of a row, or in all."""
+    runs = [run.kept.metrics for run in row.runs if run.kept is not None and (numbers is None or run.number in numbers)]
+    answered, hazards = (sum(run.get(name) or 0 for run in runs) for name in ("hazards_answered", "hazards"))
+    return answered, hazards
 
 
 def _value(table: Table, row: TableRow, column: Column) -> Value:
@@ -160,8 +183,8 @@ def _no_slower(name: str, results: Table, ours: TableRow, rival: TableRow) -> Ju
     return Judged(
         what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
         found=f"{' against '.join(means) or '-'}, difference {told(apart.value, RESPONSE)}, of {apart.places} runs in which both "
-        "answered a hazard",
-        verdict=_verdict(apart.value, goal),
+        f"answered a hazard{_answered(ours, both)}",
+        verdict=_of_those_answered(_verdict(apart.value, goal), ours, both),
     )  # fmt: skip
 
 

@@ -4,15 +4,18 @@ import logging
 import os
 import shutil
 import time
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
 
+from drivemcp.errors import MALFORMED
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
 from evaluation.evaluate.moments import with_pictures, worst_moments
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
 from evaluation.metrics import Record, Recorder, from_log, keep, measure
 from evaluation.metrics.labels import labelled
@@ -90,11 +93,30 @@ def _measure(record: Record, folder: Path, wall_s: float, cpu_s: float) -> Kept:
         wall_s=round(wall_s, 2), cpu_s=round(cpu_s, 2), measured_by=measuring(), outcome=record.outcome(),
         labelled=labelled(record),
     )  # fmt: skip
-    (folder / METRICS).write_bytes(msgspec.json.format(msgspec.json.encode(kept)))
+    write_whole(folder / METRICS, msgspec.json.format(msgspec.json.encode(kept)))
     return kept
 
 
 def _measured_again(store: Store, key: str) -> Kept:
     folder = store.path(key)
-    before = msgspec.json.decode((folder / METRICS).read_bytes(), type=dict)
-    return _measure(from_log(folder / LOG), folder, before.get("wall_s", 0.0), before.get("cpu_s", 0.0))
+    before = _before(folder / METRICS)
+    try:
+        record = from_log(folder / LOG)
+    except (OSError, EOFError, zlib.error) as error:
+        raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
+    return _measure(record, folder, before.wall_s, before.cpu_s)
+
+
+class _Took(msgspec.Struct):
+    """Of whichever metrics: how long the run took to drive."""
+
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+
+
+def _before(file: Path) -> _Took:
+    """What an earlier measuring kept; nothing of a file that was cut."""
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=_Took)
+    except (OSError, *MALFORMED):
+        return _Took()

@@ -15,6 +15,7 @@ from evaluation.evaluate.goals import judged, papers, told
 from evaluation.evaluate.names import TableName
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.report import About
 from evaluation.evaluate.tables import Table, TableRow, Value
 
@@ -30,16 +31,20 @@ def write(file: Path, tables: Sequence[Table], about: About) -> None:
     for table in tables:
         for title, svg in plots_of(table):
             picture = folder / f"{re.sub('[^a-z0-9]+', '-', title.lower()).strip('-')}.svg"
-            picture.write_text(svg, encoding="utf-8")
+            write_whole(picture, svg.encode())
             pictures.setdefault(table.name, []).append((title, f"{folder.name}/{picture.name}"))
-    file.write_text(page(tables, about, reading, pictures), encoding="utf-8")
+    write_whole(file, page(tables, about, reading, pictures).encode())
 
 
 def reading_of(file: Path) -> str:
     """What stands between the marks of a page that is there. Raises UserError where a page has not both of them."""
-    if not file.exists():
+    try:
+        text = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
         return ""
-    _, begun, rest = file.read_text(encoding="utf-8").partition(BEGIN)
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"--docs {file}: {error}") from None
+    _, begun, rest = text.partition(BEGIN)
     reading, ended, _ = rest.partition(END)
     if not (begun and ended):
         raise UserError(
@@ -85,7 +90,8 @@ def _head(about: About, reading: str) -> Iterator[str]:
         yield f"{about.published}\n"
     yield (
         "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
-        "binomial one, other numbers Student's for the mean over runs; after ± stands the standard deviation over runs. "
+        "binomial one, seconds an hour Student's for the ratio of sums, other numbers Student's for the mean over runs; after ± stands the "
+        "standard deviation over runs. "
         "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
         f"In the plots diamonds are the paper's. {about_latencies('*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
     )

@@ -7,6 +7,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -87,12 +88,21 @@ class Pool:
     def _give(self, slot: _Slot, job: Job) -> None:
         if slot.runs >= RUNS_A_PROCESS:
             _end(slot)
-        if slot.pipe is None:
+        if slot.pipe is None or not self._sent(slot, job):
+            _end(slot)  # it may have died since its last run
             self._start(slot)
+            self._sent(slot, job)
         slot.job, slot.started_s = job, time.monotonic()
         slot.runs += 1
-        if slot.pipe is not None:
+
+    def _sent(self, slot: _Slot, job: Job) -> bool:
+        """Whether there is a process that takes it; where there is none `_answer` finds out, too."""
+        assert slot.pipe is not None
+        try:
             slot.pipe.send((self.folder, job.key, job.spec))
+        except OSError:
+            return False
+        return True
 
     def _start(self, slot: _Slot) -> None:
         context = multiprocessing.get_context("spawn")
@@ -141,6 +151,8 @@ def _end(slot: _Slot) -> None:
             if slot.process.is_alive():
                 _signal(slot.process.pid, number)
                 slot.process.join(GRACE_S)
+        with suppress(ProcessLookupError):  # as a rule nobody of the group is left
+            os.killpg(slot.process.pid, signal.SIGKILL)
     slot.process, slot.pipe, slot.job = None, None, None
 
 

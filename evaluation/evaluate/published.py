@@ -13,6 +13,7 @@ import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.moments import Moment
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import Kept, Store, drivers, driving, measuring
 from evaluation.metrics import Metrics
 from evaluation.metrics.labels import Drive
@@ -116,7 +117,7 @@ def _bytes(file: Path) -> bytes:
         raise UserError(f"{file}: no published runs: {error}") from None
 
 
-_FORMS = (("spec", RunSpec), ("metrics", Metrics), ("moments", tuple[Moment, ...]), ("labelled", Drive))
+_FORMS = (("metrics", Metrics), ("moments", tuple[Moment, ...]), ("labelled", Drive))
 
 
 def _problem(line: Line) -> str:
@@ -124,9 +125,10 @@ def _problem(line: Line) -> str:
     key = key_of(bytes(line.spec), line.driven_by)
     if line.key != key:
         return f"`$.key`: {line.key} does not fit `$.spec` and `$.driven_by`, which make {key}"
-    if not line.of_today:
+    if line.measured_by != measuring():
         return ""
-    for name, kind in _FORMS:
+    spec = (("spec", RunSpec),) if line.driven_by in drivers() else ()
+    for name, kind in (*spec, *_FORMS):
         try:
             msgspec.json.decode(getattr(line, name), type=kind)
         except MALFORMED as error:
@@ -184,9 +186,7 @@ def write(file: Path, lines: Mapping[str, Line]) -> None:
     """A file of these lines, sorted by key; it is there whole, or stays as it was."""
     whole = b"".join(msgspec.json.encode(lines[key]) + b"\n" for key in sorted(lines))
     file.parent.mkdir(parents=True, exist_ok=True)
-    part = file.with_name(f"{file.name}.part")
-    part.write_bytes(gzip.compress(whole, mtime=0) if file.suffix == ".gz" else whole)
-    part.replace(file)
+    write_whole(file, gzip.compress(whole, mtime=0) if file.suffix == ".gz" else whole)
 
 
 def otherwise(published: Mapping[str, Line], here: Iterable[Line]) -> list[str]:

@@ -16,6 +16,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from drivemcp.errors import UserError
+from drivemcp.numbers import whole
 from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
 from evaluation.evaluate.published import Line, Redecided
@@ -55,7 +56,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m evaluation.evaluate.redecided", description=__doc__)
     parser.add_argument("file", type=Path, metavar="FILE", help="published runs")
     parser.add_argument("--runs", type=Path, default=Path("out/evaluate/runs"), help="the folder that keeps their logs")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="logs side by side")
+    parser.add_argument("--jobs", type=whole(1, 1000), default=os.cpu_count() or 1, help="logs side by side")
     flags = parser.parse_args()
     try:
         return mark(flags.file, flags.runs, flags.jobs)
@@ -85,7 +86,7 @@ def mark(file: Path, runs: Path, jobs: int) -> int:
             screen.live(f"{count} of {len(left)} logs; {time_left(count, len(left), began_s)}")
     finally:
         screen.end_live()
-        published.write(file, {**lines, **marked})
+        published.write(file, {**published.read(file), **marked})  # others may have published into it meanwhile
     sys.stdout.write(told([marked.get(line.key, line) for line in others]) + "\n")
     return 0
 

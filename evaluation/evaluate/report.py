@@ -2,6 +2,8 @@
 
 import base64
 import os
+import shlex
+import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -61,7 +63,8 @@ class Behind(NamedTuple):
 
     runs: Path
     base: str
-    command: str
+    again: str
+    """The command, but for the key."""
 
     def here(self, key: str) -> bool:
         """Whether the run's log is there to be linked to."""
@@ -72,7 +75,10 @@ def about(
     tables: Sequence[Table], command: str, machine: str, *, quick: bool, latencies: str, published: str = ""
 ) -> About:
     """Sums over all runs, each counted once."""
-    runs = {run.key: run for table in tables for row in table.rows for run in row.runs}
+    runs = {
+        run.key or (table.name, row.row.key, run.number): run  # a row that adapts has no keys yet where it has not come to
+        for table in tables for row in table.rows for run in row.runs
+    }  # fmt: skip
     kept = [run.kept for run in runs.values() if run.kept is not None]
     return About(
         command=command, machine=machine, quick=quick, runs=len(kept), missing=len(runs) - len(kept),
@@ -85,7 +91,8 @@ def about(
 
 def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
     """The whole report, to be written in `folder`; links to `runs` are relative to it."""
-    behind = Behind(runs, os.path.relpath(runs, folder), told_of.command)
+    again = f"{told_of.command} {shlex.join(['--out', str(folder)])} --again"
+    behind = Behind(runs, os.path.relpath(runs, folder), again)
     parts = (
         _head(told_of), _goals(tables), *(_table(table, behind) for table in tables), _moments(tables, behind),
         _reading(), _missing(tables), "</main></body></html>\n",
@@ -114,10 +121,12 @@ def _head(about: About) -> str:
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>DriveMCP: the tables, measured</title><style>{_STYLE}</style>'
         f"</head><body><main><h1>The paper's tables, measured</h1>{small}<table class=facts>{rows}</table>"
         "<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. Rates have the exact Poisson "
-        "interval of all runs together, shares the exact binomial one, other numbers Student's for the mean over runs. The paper drove "
+        "interval of all runs together, shares the exact binomial one, seconds an hour Student's for the ratio of sums, other numbers "
+        "Student's for the mean over runs. The paper drove "
         "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. "
         f"{about_latencies('<i>assumed</i>')} "
-        "A number links to its runs; paths and commands go from this file's folder.</p>"
+        "A number links to its runs; paths and <code>drivemcp replay</code> go from this file's folder, <code>drivemcp evaluate</code> "
+        "from where the command above was run.</p>"
     )
 
 
@@ -253,8 +262,8 @@ def _run(run: Ran, behind: Behind) -> str:
         else "published, its log is not here"
     )
     return (
-        f"run {run.number}, seed {run.seed}: {files}; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, {metrics.get('ticks', 0)} ticks"
-        f"{'; ' + ticks if ticks else ''}<br><code>{_to_see(run, behind)}</code>"
+        f"run {run.number}, seed {run.seed}: {files}; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, "
+        f"{metrics.get('ticks') or 0:d} ticks{'; ' + ticks if ticks else ''}<br><code>{_to_see(run, behind)}</code>"
     )
 
 
@@ -262,17 +271,14 @@ def _to_see(run: Ran, behind: Behind) -> str:
     """The command that shows a run; of a published one, the command that drives it here."""
     if behind.here(run.key):
         return f"drivemcp replay {behind.base}/{run.key}/{LOG}"
-    return escape(f"{behind.command} --again {run.key}")
+    return escape(f"{behind.again} {run.key}")
 
 
 def _moments(tables: Sequence[Table], behind: Behind) -> str:
     shown = "".join(_moment(row, run, moment, behind) for row, run, moment in worst(tables))
-    text = (
-        f"<div class=moments>{shown}</div>"
-        if shown
-        else "<p>None: no collision, no low time to collision, no overspeed.</p>"
-    )
-    return f"<h2>The worst moments</h2>{text}"
+    driven = any(run.kept for table in tables for row in table.rows for run in row.runs)
+    none = "None: no collision, no low time to collision, no overspeed." if driven else "Nothing was driven."
+    return f"<h2>The worst moments</h2>{f'<div class=moments>{shown}</div>' if shown else f'<p>{none}</p>'}"
 
 
 def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
@@ -294,21 +300,22 @@ def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:
     log = f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>" if behind.here(run.key) else "Published:"
     return (
         f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
-        f"{escape(row.row.spec.method)}, {escape(row.row.family)}, run {run.number}. {log} "
+        f"{escape(row.row.table)}, {escape(row.row.group)}: {escape(row.row.label)}, run {run.number}. {log} "
         f"<code>{_to_see(run, behind)}</code></figcaption></figure>"
     )
 
 
 def _picture(run: Path, moment: Moment) -> str:
     """The camera's; without one what truth has, seen from above; nothing of a run that is not here."""
-    if moment.picture and (run / moment.picture).is_file():
+    # A published moment's picture is a name from outside: only a file of the run itself is shown
+    if moment.picture == Path(moment.picture).name and (run / moment.picture).is_file():
         data = base64.b64encode((run / moment.picture).read_bytes()).decode("ascii")
         return f"<img alt='{escape(moment.kind)}' src='data:image/jpeg;base64,{data}'>"
     if not (run / LOG).is_file():
         return ""
     try:
         return seen_from_above(from_log(run / LOG), moment)
-    except (UserError, OSError, EOFError) as error:  # EOFError: a truth file that is cut
+    except (UserError, OSError, EOFError, zlib.error) as error:  # the last two: a truth file that is cut or spoiled
         return f"<p>No picture: {escape(str(run / LOG))}: {escape(str(error))}</p>"
 
 
@@ -320,6 +327,6 @@ def _reading() -> str:
 def _missing(tables: Sequence[Table]) -> str:
     rows = {
         run.key: f"<li>{escape(table.name)}, {escape(row.row.label)}, run {run.number}<pre>{escape(run.problem[-2000:])}</pre></li>"
-        for table in tables for row in table.rows for run in row.runs if run.problem
+        for table in tables for row in table.rows for run in row.runs if run.problem and run.kept is None
     }  # fmt: skip
     return f"<h2>Runs that failed</h2><ul>{''.join(rows.values())}</ul>" if rows else ""

@@ -20,6 +20,8 @@ class Spread:
 
     def done(self, jobs: Sequence[Job]) -> Iterator[Done]:
         """Each job's end, in the order in which they end. Raises UserError without Ray, or where nobody answers."""
+        if not jobs:
+            return
         ray = _ray()
         _connect(ray, self.address)
         try:

@@ -21,6 +21,7 @@ from drivemcp.paths import data
 from evaluation.evaluate import moments
 from evaluation.evaluate.moments import Moment
 from evaluation.metrics.labels import Drive
+from evaluation.metrics.record import TRUTH_FILE
 from evaluation.run.spec import RunSpec, Sensors, driven_by, run_key
 
 DATA = ("models", "rulepacks", "vehicles", "scenarios")
@@ -117,8 +118,8 @@ class Store:
         return self._known.setdefault(key, kept)
 
     def driven(self, key: str) -> bool:
-        """Whether the run came to its end, whoever measured it."""
-        return (self.path(key) / METRICS).exists()
+        """Whether the run came to its end, whoever measured it, and what measuring it again takes is here."""
+        return all((self.path(key) / name).exists() for name in (LOG, TRUTH_FILE))
 
     @contextmanager
     def alone(self) -> Iterator[None]:

@@ -14,7 +14,7 @@ from evaluation.evaluate.store import Kept
 from evaluation.methods import made_with
 from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors
-from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci
+from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci, ratio_ci
 
 
 class Value(msgspec.Struct, frozen=True, kw_only=True):
@@ -107,16 +107,16 @@ def _rate(name: str, measured: Sequence[Mapping[str, Any]]) -> Value:
     counted = [
         (run[rate.count], run[rate.exposure])
         for run in measured
-        if run.get(rate.count) is not None and run.get(rate.exposure)
+        if None not in map(run.get, (rate.count, rate.exposure))
     ]
     count, over = sum(each for each, _ in counted), sum(each for _, each in counted)
-    spread = mean_sd_ci([each / over_run * rate.per for each, over_run in counted])
+    sd = mean_sd_ci([each / over_run * rate.per for each, over_run in counted if over_run]).sd
     if rate.exposure == "seconds":
         of = f"{count:.0f} s in {over / 3600:.2f} h"
-        value = count / over * rate.per if over else None
-        return Value(value=value, sd=spread.sd, low=_from_zero(spread.low), high=spread.high, of=of)
+        spread = ratio_ci([each * rate.per for each, _ in counted], [each for _, each in counted])
+        return Value(value=spread.mean, sd=sd, low=_from_zero(spread.low), high=spread.high, of=of)
     exact = poisson_ci(count, over, rate.per)
-    return Value(value=exact.value, sd=spread.sd, low=exact.low, high=exact.high, of=f"{count} in {over / 1000:.1f} km")
+    return Value(value=exact.value, sd=sd, low=exact.low, high=exact.high, of=f"{count} in {over / 1000:.1f} km")
 
 
 def _from_zero(end: float | None) -> float | None:
@@ -125,7 +125,8 @@ def _from_zero(end: float | None) -> float | None:
 
 
 def _share(counts: tuple[str, str], measured: Sequence[Mapping[str, Any]]) -> Value:
-    part, whole = (sum(run.get(name) or 0 for run in measured) for name in counts)
+    known = [run for run in measured if None not in map(run.get, counts)]
+    part, whole = (sum(run[name] for run in known) for name in counts)
     exact = binomial_ci(part, whole)
     scaled = [None if each is None else each * 100 for each in (exact.value, exact.low, exact.high)]
     return Value(value=scaled[0], low=scaled[1], high=scaled[2], of=f"{part} of {whole}")

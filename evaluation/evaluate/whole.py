@@ -1,11 +1,10 @@
 """What `drivemcp evaluate` does: drive what is missing, measure, write."""
 
 import argparse
-import shlex
 import signal
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,19 +12,18 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.drive.command import Screen, time_left
-from evaluation.evaluate import alike, files, page, published, report
+from evaluation.evaluate import alike, asked, files, page, published, report
 from evaluation.evaluate.alike import Group, Verdict
 from evaluation.evaluate.labelled import specs_of
 from evaluation.evaluate.machine import machine
-from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.one import run_one
-from evaluation.evaluate.plan import FIXED, Amount, Row, Run, as_asked, latencies_of, rows_of, runs_of
+from evaluation.evaluate.plan import Row, Run, latencies_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.published import Line
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
-from evaluation.methods import ABLATIONS, METHODS
 from evaluation.run.spec import RunSpec
 
 REPORT = "report.html"
@@ -42,13 +40,15 @@ def evaluate(flags: argparse.Namespace) -> int:
     others = alike.groups(lines) if flags.alike else ()
     also = {key for group in others for key in group.lines}
     store = Store(folder / "runs", published.taken(lines, flags.again, also))
-    rows = [row for name in _tables(flags.table) for row in _rows(name, flags)]
+    asked.check(flags)
+    rows = [row for name in asked.tables_of(flags.table) for row in asked.rows(name, flags)]
     if not rows:
         raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
-    runs = runs_of(rows, _amount(flags))
+    runs = runs_of(rows, asked.amount(flags))
     if flags.published:
         screen.say(f"{flags.published}: {published.fit(lines, asked_alike=bool(flags.alike))}")
     verdicts: list[Verdict] = []
+    asked.check_again(flags, lines, _by_key(runs, store))
     with store.alone():
         try:
             with interruptible():
@@ -59,8 +59,10 @@ def evaluate(flags: argparse.Namespace) -> int:
             tables = _measured(rows, runs, _keys(runs, store), store)
             taken = published.told(flags.published, lines, specs, store, asked_alike=bool(flags.alike))
             of_others = alike.sentences(lines, verdicts) if flags.alike else ()
-            _write(tables, folder, store, flags, screen, " ".join([taken, *of_others]))
-            otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
+            try:  # first what took hours to drive
+                otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
+            finally:
+                _write(tables, folder, store, flags, screen, " ".join([taken, *of_others]))
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 
 
@@ -99,7 +101,7 @@ def _alike(
     store: Store,
     flags: argparse.Namespace,
     screen: Screen,
-) -> Iterator[Verdict]:
+) -> list[Verdict]:
     """Drive what is drawn of other code's runs, and say whether the rest of them counts. What one group has counted is none that
     another's draw may do without.
     """
@@ -107,11 +109,12 @@ def _alike(
     draws = [(group, draw) for group in others if (draw := alike.drawn(group, wanted, flags.alike))]
     if draws:
         _drive({key: wanted[key] for _, draw in draws for key in draw}, store, flags, screen)
-    for group, draw in draws:
-        verdict = alike.judged(group, draw, store, lines)
+    verdicts = [alike.judged(group, draw, store, lines) for group, draw in draws]
+    odd = alike.contradicted(verdicts)
+    for verdict in verdicts:
         screen.say(verdict.told())
-        store.count(alike.counted(verdict, flags.again))
-        yield verdict
+        store.count(alike.counted(verdict, {*flags.again, *odd}))
+    return verdicts
 
 
 def _counted(verdicts: Iterable[Verdict]) -> dict[str, Line]:
@@ -132,32 +135,6 @@ def interruptible() -> Iterator[None]:
     finally:
         for number, handler in previous:
             signal.signal(number, handler)
-
-
-def _tables(name: str) -> tuple[TableName, ...]:
-    return TABLES if name == "all" else (name,)  # type: ignore[return-value]
-
-
-def _rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
-    """The table's rows, with the settings and latencies that are the user's."""
-    _known("--method", flags.method, {*METHODS, *ABLATIONS})
-    latencies = latencies_of(flags.latencies)
-    for row in rows_of(name, flags.sensors):
-        if not flags.method or row.spec.method in flags.method:
-            yield msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, flags.set))
-
-
-def _amount(flags: argparse.Namespace) -> Amount:
-    if flags.quick:
-        return Amount(runs=flags.runs or 1, seconds=QUICK_S)
-    _known("--km-of", [method for method, _ in flags.km_of], set(METHODS))
-    return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
-
-
-def _known(flag: str, methods: Sequence[str], known: Set[str]) -> None:
-    unknown = [method for method in methods if method not in known]
-    if unknown:
-        raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(sorted(known))}")
 
 
 def _by_key(runs: Sequence[Run], store: Store) -> dict[str, Run]:
@@ -236,26 +213,13 @@ def _write(
 ) -> None:
     measured = latencies_of(flags.latencies)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
-    told = report.about(tables, _command(flags), machine(), quick=flags.quick, latencies=latencies, published=taken)
+    told = report.about(
+        tables, asked.command_line(flags), machine(), quick=flags.quick, latencies=latencies, published=taken
+    )
     files.write(folder, tables)
-    (folder / REPORT).write_text(report.html(tables, told, store.folder, folder), encoding="utf-8")
+    write_whole(folder / REPORT, report.html(tables, told, store.folder, folder).encode())
     if flags.docs:
         page.write(Path(flags.docs), tables, told)
     missing = f"; {told.missing} are missing: the same command goes on" if told.missing else ""
     screen.say(f"{told.runs} runs, {told.km:.2f} km{missing}")
     sys.stdout.write(f"{folder / REPORT}\n")
-
-
-def _command(flags: argparse.Namespace) -> str:
-    words = ["drivemcp", "evaluate", flags.table]
-    for name in ("runs", "km"):
-        words += [f"--{name}", f"{getattr(flags, name):g}"] if getattr(flags, name) is not None else []
-    words += [word for table, runs in flags.runs_of for word in ("--runs-of", f"{table}={runs}")]
-    words += [word for method, km in flags.km_of for word in ("--km-of", f"{method}={km:g}")]
-    words += [word for method in flags.method for word in ("--method", method)]
-    words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
-    words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
-    words += [word for setting in flags.set for word in ("--set", setting)]
-    words += ["--published", flags.published] if flags.published else []
-    words += ["--alike", f"{flags.alike}"] if flags.alike else []
-    return shlex.join(words)

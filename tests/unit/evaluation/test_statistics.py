@@ -12,6 +12,7 @@ from evaluation.statistics import (
     mean_sd_ci,
     paired,
     poisson_ci,
+    ratio_ci,
 )
 
 
@@ -114,3 +115,28 @@ def test_without_a_difference_two_rows_are_told_apart_as_rarely_as_it_says() -> 
     chance = np.random.default_rng(1)
     found = [chance_of(*chance.poisson(0.5, (2, 10)).astype(float).tolist()) or 1.0 for _ in range(200)]
     assert sum(each < CHANCE for each in found) <= 2 + 3 * 1.5
+
+
+def test_a_ratio_weighs_long_runs_as_the_sums_do() -> None:
+    # 1 of 10 and 5 of 20: 6/30 = 0.2; off by -1 and +1, error sqrt(2/1 * 2)/30, t(0.975, 1) = 12.7062
+    found = ratio_ci([1.0, 5.0], [10.0, 20.0])
+    assert found.mean == pytest.approx(0.2)
+    assert (found.low, found.high) == pytest.approx((0.2 - 12.7062 / 15, 0.2 + 12.7062 / 15), abs=1e-4)
+    even = ratio_ci([1.0, 2.0, 6.0], [10.0, 20.0, 60.0])
+    assert even.mean == pytest.approx(0.1)
+    assert even.low is even.high is None, "they never varied"
+    assert ratio_ci([], []).mean is ratio_ci([0.0], [0.0]).mean is None
+    assert ratio_ci([3.0], [2.0]).mean == 1.5
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 1e4), st.floats(1.0, 1e4)), min_size=2, max_size=20))
+def test_a_ratio_lies_within_its_interval_and_is_a_mean_where_all_are_as_long(runs: list[tuple[float, float]]) -> None:
+    parts, wholes = zip(*runs, strict=True)
+    found = ratio_ci(parts, wholes)
+    assert found.mean == pytest.approx(sum(parts) / sum(wholes))
+    if found.low is not None and found.high is not None and found.mean is not None:
+        assert found.low <= found.mean <= found.high
+    equal, mean = ratio_ci(parts, [2.0] * len(parts)), mean_sd_ci([part / 2.0 for part in parts])
+    assert equal.mean == pytest.approx(mean.mean)
+    if equal.low is not None and mean.low is not None:
+        assert equal.low == pytest.approx(mean.low, rel=1e-6, abs=1e-6)

@@ -1,6 +1,7 @@
 """A worst moment without a camera: drawn from truth, its messages told; in the report where a run has no picture."""
 
 import gzip
+import random
 from pathlib import Path
 
 import msgspec
@@ -42,7 +43,11 @@ def test_moments_at_either_end_of_a_run_are_drawn_too() -> None:
 CUT = gzip.compress(b"truth" * 100)[:-20]
 
 
-@pytest.mark.parametrize("truth", [b"no truth", CUT], ids=["no gzip file", "cut"])
+SPOILED = gzip.compress(random.Random(0).randbytes(1000))
+SPOILED = SPOILED[:12] + bytes(each ^ 255 for each in SPOILED[12:40]) + SPOILED[40:]
+
+
+@pytest.mark.parametrize("truth", [b"no truth", CUT, SPOILED], ids=["no gzip file", "cut", "spoiled"])
 def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Path, truth: bytes) -> None:
     def made(_row: object, number: int) -> Kept | None:
         return msgspec.structs.replace(kept(), moments=(moment(),)) if number else kept()

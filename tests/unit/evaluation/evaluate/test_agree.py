@@ -78,3 +78,24 @@ def test_a_folder_without_a_table_is_refused(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text("{}")
     with pytest.raises(UserError, match=r"results\.json"):
         runs_in(tmp_path, "results")
+
+
+def test_a_difference_that_is_too_small_to_show_is_one(tmp_path: Path) -> None:
+    rows = found(tmp_path, {"event_f1": [0.9, 0.8, 0.7]}, {"event_f1": [0.9001, 0.80011, 0.70012]})
+    assert of(rows, "all", "event F1").agree is False
+
+
+def test_runs_with_other_latencies_or_settings_are_no_pair(tmp_path: Path) -> None:
+    asked: list[dict[str, Any]] = [
+        {},
+        {"settings": {"logger": {"pictures": "none"}}},
+        {"modelled_ms": {"retrieve": 22.4}},
+        {"settings": {"drivelm": {"prompt_backend": "openai"}}},
+    ]
+    sides = []
+    for at, more in enumerate(asked):
+        write(tmp_path / f"{at}", [table("results", partial(_made, {}), **more)])
+        sides.append(runs_in(tmp_path / f"{at}", "results"))
+    assert compared("results", sides[0], sides[1]), "what is logged changes no run"
+    assert not compared("results", sides[0], sides[2])
+    assert not compared("results", sides[0], sides[3])

@@ -196,3 +196,28 @@ def test_how_much_a_draw_leaves_open() -> None:
     # with 14 alike of 14, a share of 19.3 % of odd runs would have had a chance of 5 %
     assert may_differ(14) == pytest.approx(0.193, abs=0.001)
     assert may_differ(1) == pytest.approx(0.95)
+
+
+def test_where_two_other_codes_say_different_things_neither_counts(file: Path) -> None:
+    """Unless today's code has driven that very run, which then speaks against one of them."""
+    family = FAMILIES["urb-rain"]
+    later = [
+        of_other_code(line_of(key, SPECS[key], COMES_TO[key] if key == family[0] else finished(nags=77)))
+        for key in family[:2]
+    ]
+    publish(
+        file, [msgspec.structs.replace(each, driven_by=LATER, key=key_of(bytes(each.spec), LATER)) for each in later]
+    )
+    assert evaluate(file, "--alike", "1") == 0
+    assert sorted(Drives.asked) == sorted([*DRAWN, family[1]])
+
+
+def test_a_run_that_these_tables_have_not_is_not_asked_for_again(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = next(key for key in read(file))
+    assert evaluate(file, "--alike", "1", "--again", before) == 2
+    assert f"--again {before}: none of these tables' runs; it is of other code, and has another key today" in (
+        capsys.readouterr().err
+    )
+    assert not Drives.asked

@@ -19,12 +19,32 @@ from drivemcp.cli import run
         (("results", "--method", "No tracking"), "--method: the table results has no row of No tracking"),
         (("results", "--runs-of", "nothing=3"), "--runs-of: TABLE=N with TABLE one of results, corruption, "),
         (("results", "--runs-of", "corruption=0"), "--runs-of: "),
+        (("delta", "--runs-of", "corruption=8"), "--runs-of corruption: only delta was asked for"),
+        (("delta", "--km-of", "DriveMCP=8"), "--km-of: only the table results has it, and delta was asked for"),
+        (("results", "--quick", "--km", "8"), "--quick drives 5 s a run: --km, --runs-of and --km-of have no place"),
+        (("results", "--set", "arbitr.delta=0.3"), "no service 'arbitr'; there are arbiter, "),
+        (
+            ("delta", "--set", "arbiter.delta=0.3"),
+            "--set arbiter.delta: it makes the row '0' of the table delta what it is",
+        ),
+        (
+            ("results", "--method", "DriveMCP", "--set", "arbiter.filter=none"),
+            "--set arbiter.filter: it makes the row 'VLM-Tools-NoArbiter' of the table results what it is",
+        ),
+        (("can-fault", "--set", "simulator.faults=[]"), "--set simulator.faults: it makes the row "),
+        (("results", "--quick", "--again", "0123"), "--again 0123: no such run in the file of --published"),
     ],
 )
 def test_what_is_asked_wrongly_is_named(
     asked: tuple[str, ...], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SystemExit) if "--runs-of" in asked else nullcontext():
+    with pytest.raises(SystemExit) if {"nothing=3", "corruption=0"} & {*asked} else nullcontext():
         assert run(["evaluate", *asked, "--out", str(tmp_path)]) == 2
     assert told in capsys.readouterr().err
     assert not list(tmp_path.glob("runs/*/metrics.json"))
+
+
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (file := tmp_path / "file").touch()
+    assert run(["evaluate", "delta", "--quick", "--out", str(file)]) == 2
+    assert f"drivemcp: {file}" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from evaluation.evaluate import one
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import placed, rows_of
 from evaluation.evaluate.store import LOG, METRICS, Kept, Store
+from evaluation.metrics import TRUTH_FILE
 from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec
 from services.logger.verify import verify
@@ -41,10 +42,24 @@ def test_a_run_is_kept_measured_again_and_never_driven_twice(tmp_path: Path, mon
     again = run_one(str(tmp_path), key, SPEC)
     assert again == driven
 
+    (folder / METRICS).write_bytes((folder / METRICS).read_bytes()[:100])
+    cut = run_one(str(tmp_path), key, SPEC)
+    assert cut == msgspec.structs.replace(driven, wall_s=0.0, cpu_s=0.0), "how long it took is lost, the run is not"
+    (folder / METRICS).unlink()
+    (truth := folder / TRUTH_FILE).write_bytes(truth.read_bytes()[:-20])
+    with pytest.raises(RunError, match=f"{key}: what was logged is damaged .*delete the folder to drive it again"):
+        run_one(str(tmp_path), key, SPEC)
+    truth.unlink()
+    with pytest.raises(AssertionError, match="driven again"):
+        run_one(str(tmp_path), key, SPEC)
+
 
 def test_an_unfinished_run_is_none_and_a_failure_is_noted_until_it_is_mended(tmp_path: Path) -> None:
     store = Store(tmp_path)
-    (store.start("a") / METRICS).write_text("{}", encoding="utf-8")
+    part = store.start("a")
+    (part / METRICS).write_text("{}", encoding="utf-8")
+    for name in (LOG, TRUTH_FILE):
+        (part / name).touch()
     assert not store.driven("a"), "its folder has no name yet"
     store.note("a", "its process ended with 9")
     assert store.failed("a") == "its process ended with 9"

@@ -1,6 +1,8 @@
 """Runs side by side: no end is lost, whatever happens to a run."""
 
 import os
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -21,6 +23,22 @@ def alive(pid: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def running(pid: int) -> bool:
+    """Whether it is there, and no zombie that nobody has asked about yet."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def ends(pid: int) -> bool:
+    """Whether it does so within 10 s."""
+    end_s = time.monotonic() + 10.0
+    while running(pid) and time.monotonic() < end_s:
+        threading.Event().wait(0.01)
+    return not running(pid)
 
 
 def test_a_crash_a_refusal_and_a_bug_are_told_and_the_others_go_on(tmp_path: Path) -> None:
@@ -74,3 +92,21 @@ def test_ray_gives_the_same_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert ends["1"].startswith("its process ended")
     assert ends["2"] == "UserError: no such scenario"
     assert {path.name for path in tmp_path.glob("?")} == {"0", "3"}
+
+
+def test_a_process_that_dies_between_two_runs_costs_no_run(tmp_path: Path) -> None:
+    problems: dict[str, str] = {}
+    for done in Pool(str(tmp_path), 1, touch).done(jobs("a", "die later", "b", "c")):
+        problems[done.key] = done.problem
+        if done.key == "1":
+            pid = int((tmp_path / "1").read_text())
+            assert ends(pid), "it dies before it is given the next"
+    assert problems == {"0": "", "1": "", "2": "", "3": ""}
+    assert (tmp_path / "2").read_text() == (tmp_path / "3").read_text() != (tmp_path / "1").read_text()
+
+
+def test_who_dies_leaves_no_child(tmp_path: Path) -> None:
+    (done,) = Pool(str(tmp_path), 1, touch).done(jobs("leave a child"))
+    assert done.problem == "its process ended with 9"
+    child = int((tmp_path / "0.child").read_text())
+    assert ends(child)

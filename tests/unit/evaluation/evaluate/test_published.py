@@ -99,7 +99,7 @@ def test_published_runs_are_not_driven_again_and_make_the_same_tables(
     leads = re.findall(r"href=['\"]([^#'\"]+)", text)
     assert all((driven / "b" / lead).exists() for lead in leads), "no link leads nowhere"
     for key in read(file):
-        assert f"--published {file} --again {key}</code>" in text, "what drives it here"
+        assert f"--published {file} --out {driven / 'b'} --again {key}</code>" in text, "what drives it here"
         assert f"drivemcp replay runs/{key}" not in text
 
 

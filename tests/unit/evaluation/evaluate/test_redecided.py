@@ -1,13 +1,14 @@
 """Logs of other code's runs decided again: what comes out otherwise counts for nothing, and the file keeps it."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
 import pytest
 
 from evaluation.evaluate import published
+from evaluation.evaluate import redecided as redecided_module
 from evaluation.evaluate.alike import groups
 from evaluation.evaluate.published import Line, line_of, publish, read
 from evaluation.evaluate.redecided import main, redecided
@@ -135,3 +136,20 @@ def test_a_file_without_marks_is_read_and_its_groups_are_whole(tmp_path: Path) -
     assert bare != old.read_text()
     old.write_text(bare)
     assert sum(len(group.lines) for group in groups(read(old))) == len(SPECS)
+
+
+def test_what_others_publish_meanwhile_stays(
+    file: Path, logged: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logged(KEYS[FAMILIES["urb-rain"][0]])
+    new = line_of(key := DRAWN[0], SPECS[key], COMES_TO[key])
+
+    def each(logs: dict[Path, Line], _: int) -> Iterator[tuple[Line, published.Redecided]]:
+        publish(file, [new])
+        for line in logs.values():
+            yield line, "alike"
+
+    monkeypatch.setattr(redecided_module, "each", each)
+    assert run(file, monkeypatch) == 0
+    assert read(file)[new.key] == new
+    assert line(file, FAMILIES["urb-rain"][0]).redecided == "alike"

@@ -10,7 +10,7 @@ import pytest
 from drivemcp.errors import UserError
 from evaluation.evaluate import report
 from evaluation.evaluate.goals import judged
-from evaluation.evaluate.page import BEGIN, END, page, write
+from evaluation.evaluate.page import BEGIN, END, page, reading_of, write
 from evaluation.evaluate.plan import Row
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.report import About
@@ -82,6 +82,7 @@ def test_a_report_of_nothing_says_so() -> None:
     text = report.html(tables, told(tables), Path("runs"), Path())
     assert "not measured" in text
     assert "nothing driven" in text
+    assert "Nothing was driven." in text
 
 
 def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
@@ -171,3 +172,71 @@ def test_goals_are_judged_of_the_rows_that_were_asked_for() -> None:
     assert told_of
     assert told_of < {each.what for each in judged([whole])}, "what compares methods is not among them"
     assert not judged([msgspec.structs.replace(whole, rows=())])
+
+
+def test_runs_without_a_key_yet_are_counted_each() -> None:
+    """Those of a row that adapts, while its first is not driven."""
+    whole = table("ablation", lambda row, number: None, 4)
+    keyless = [
+        msgspec.structs.replace(row, runs=tuple(msgspec.structs.replace(run, key="") for run in row.runs))
+        for row in whole.rows
+    ]
+    assert told([msgspec.structs.replace(whole, rows=tuple(keyless))]).missing == 4 * len(keyless)
+
+
+def test_a_run_that_counts_is_not_told_as_failed() -> None:
+    whole = table("delta", lambda row, number: kept())
+    before = [
+        msgspec.structs.replace(
+            row, runs=tuple(msgspec.structs.replace(run, problem="it failed once") for run in row.runs)
+        )
+        for row in whole.rows
+    ]
+    tables = [msgspec.structs.replace(whole, rows=tuple(before))]
+    assert "it failed once" not in report.html(tables, told(tables), Path("runs"), Path())
+
+
+def test_a_worst_moment_is_told_with_the_row_that_it_is_of() -> None:
+    def made(row: Row, number: int) -> Kept:
+        return msgspec.structs.replace(kept(), moments=(moment(),) if row.key == "sign_miss=0.5" else ())
+
+    tables = [table("corruption", made)]
+    text = report.html(tables, told(tables), Path("runs"), Path())
+    assert "corruption, signs missed: signs missed, 50 %, run 0" in text
+
+
+def test_a_picture_is_a_file_of_its_run_and_of_nothing_else(tmp_path: Path) -> None:
+    (secret := tmp_path / "secret.jpg").write_bytes(b"SECRET")
+    for name in (str(secret), "../../secret.jpg"):
+
+        def made(row: Row, number: int, name: str = name) -> Kept:
+            return msgspec.structs.replace(kept(), moments=(moment(name),))
+
+        tables = [table("delta", made)]
+        for row in tables[0].rows:
+            for run in row.runs:
+                (tmp_path / "runs" / run.key).mkdir(parents=True, exist_ok=True)
+        assert "data:image" not in report.html(tables, told(tables), tmp_path / "runs", tmp_path)
+
+
+def test_a_page_that_cannot_be_written_stays_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
+    file.write_text(before := f"{BEGIN}\nWhat somebody wrote.\n{END}\n", encoding="utf-8")
+
+    def full(path: Path, data: bytes) -> None:
+        with path.open("wb") as out:
+            out.write(data[:10])
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space left"):
+        write(file, tables, told(tables))
+    assert file.read_text(encoding="utf-8") == before
+    assert not list(tmp_path.glob("**/*.part"))
+
+
+def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (file := tmp_path / "results.md").write_bytes(b"\xff\xfe")
+    for path in (file, tmp_path):
+        with pytest.raises(UserError, match=re.escape(f"--docs {path}: ")):
+            reading_of(path)

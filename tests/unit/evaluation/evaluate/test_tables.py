@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from evaluation.evaluate import files
-from evaluation.evaluate.columns import COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
+from evaluation.evaluate.columns import COLLISIONS, COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
 from evaluation.evaluate.compare import against, lines_of, orders, told_of, with_and_without_faults
 from evaluation.evaluate.goals import GOALS, judged
 from evaluation.evaluate.names import TABLES, TableName
@@ -269,3 +269,69 @@ def test_files_hold_every_run_and_row(tmp_path: Path) -> None:
     told = msgspec.json.decode((tmp_path / "delta.json").read_bytes())
     assert len(told["table"]["rows"]) == len(made.rows)
     assert len(COLUMNS["delta"]) == 3
+
+
+def test_seconds_an_hour_have_the_interval_of_what_they_are() -> None:
+    """One long run and five short ones, in which much went wrong: the short ones count for little, in the interval too."""
+    (column,) = (each for each in columns_of("results") if each.title == "wrong limit")
+    count, exposure = RATES[column.rate].count, RATES[column.rate].exposure
+    runs = [{count: 0.0, exposure: 3600.0}, *({count: 30.0, exposure: 60.0} for _ in range(5))]
+    value = value_of(column, runs)
+    assert value.value == pytest.approx(150.0 / 3900.0 * 3600.0)
+    assert value.low is not None
+    assert value.high is not None
+    assert value.value is not None
+    assert value.low <= value.value <= value.high
+
+
+def test_a_run_that_could_not_be_judged_is_in_no_share() -> None:
+    unjudged = {**NUMBERS, "interventions": 4, "false_interventions": None}
+    value = value_of(FALSE, [unjudged, {**NUMBERS, "interventions": 2, "false_interventions": 2}])
+    assert (value.value, value.of) == (100.0, "2 of 2")
+
+
+def test_what_happens_before_the_first_metre_is_counted() -> None:
+    value = value_of(COLLISIONS, [{**NUMBERS, "collisions": 1, "distance_m": 0.0}, NUMBERS])
+    assert (value.value, value.of) == (500.0, "1 in 2.0 km")
+
+
+def test_a_ratio_beside_a_verdict_is_of_the_same_places() -> None:
+    """DriveMCP alone drove the hard places: there it is worse, and that says nothing of the others."""
+
+    def made(row: Row, number: int) -> Kept | None:
+        ours = row.spec.method == "DriveMCP"
+        if number > 1:
+            return kept(infractions_total=50) if ours else None
+        return kept(infractions_total=2 if ours else 4)
+
+    found = next(
+        one
+        for one in orders(table("results", made, 4))
+        if (one.column, one.first, one.second) == ("infractions", "VLM-Direct", "DriveMCP")
+    )
+    assert (found.our_ratio, found.places) == (2.0, 2)
+
+
+def test_a_latency_that_nobody_measured_meets_no_goal() -> None:
+    what = "CROSS-BORDER, advisory latency p50"
+    for latencies, verdict in (({}, "not measured"), ({"applicable_limit": 0.6}, "holds in the mean, not proven")):
+        made = table("results", lambda row, number: kept(), modelled_ms=latencies)
+        (found,) = (one for one in judged([made]) if one.what == what)
+        assert found.verdict == verdict
+
+
+def test_responses_prove_nothing_where_hazards_were_never_answered() -> None:
+    def answering(count: int) -> dict[str, tuple[str, str]]:
+        def made(row: Row, number: int) -> Kept:
+            ours = row.spec.method == "DriveMCP"
+            times = tuple(0.1 + 0.01 * number for _ in range(count)) if ours else (0.4 + 0.02 * number,) * 10
+            return kept(hazard_response_s=times, hazards=10, hazards_answered=len(times))
+
+        found = judged([table("results", made, 8)])
+        return {one.bound: (one.verdict, one.found) for one in found if one.what == "CROSS-BORDER, hazard response"}
+
+    all_of_them, one_in_ten = answering(10), answering(1)
+    for bound in ("<= 0.5 s", "<= VLM-Tools-NoArbiter's"):
+        assert all_of_them[bound][0] == "holds"
+        assert one_in_ten[bound][0] == "holds in the mean, not proven"
+        assert one_in_ten[bound][1].endswith(", 8 of 80 answered")

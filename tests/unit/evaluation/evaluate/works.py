@@ -1,6 +1,7 @@
 """Stand-ins for `run_one` that other processes can import."""
 
 import os
+import subprocess
 import threading
 from pathlib import Path
 
@@ -18,4 +19,10 @@ def touch(folder: str, key: str, spec: RunSpec) -> None:
         raise ZeroDivisionError("a bug")
     if spec.scenario == "stick":
         threading.Event().wait(600)
+    if spec.scenario == "leave a child":
+        child = subprocess.Popen(["sleep", "600"])
+        (Path(folder) / f"{key}.child").write_text(str(child.pid), encoding="utf-8")
+        os._exit(9)
+    if spec.scenario == "die later":  # as something native that crashes once the run has ended
+        threading.Timer(0.02, os._exit, (9,)).start()
     (Path(folder) / key).write_text(str(os.getpid()), encoding="utf-8")

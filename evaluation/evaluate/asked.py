@@ -1,0 +1,88 @@
+"""What the command line asks for: which rows, how much of each, and what is refused before anything is driven."""
+
+import argparse
+import shlex
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+
+import msgspec
+
+from drivemcp.config import settings_of
+from drivemcp.errors import UserError
+from evaluation.drive.precheck import check_services
+from evaluation.evaluate import published
+from evaluation.evaluate.names import QUICK_S, TABLES, TableName
+from evaluation.evaluate.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of
+from evaluation.evaluate.plots import figure_of
+from evaluation.evaluate.published import Line
+from evaluation.methods import ABLATIONS, METHODS
+
+
+def tables_of(name: str) -> tuple[TableName, ...]:
+    """The tables that TABLE names."""
+    return TABLES if name == "all" else (name,)  # type: ignore[return-value]
+
+
+def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
+    """The table's rows, with the settings and latencies that are the user's. Raises UserError for an unknown method."""
+    _known("--method", flags.method, {*METHODS, *ABLATIONS})
+    latencies = latencies_of(flags.latencies)
+    for row in rows_of(name, flags.sensors):
+        if not flags.method or row.spec.method in flags.method:
+            yield msgspec.structs.replace(row, spec=as_asked(row.spec, latencies, flags.set))
+
+
+def check(flags: argparse.Namespace) -> None:
+    """Raises UserError for what would be found out after hours, or would be ignored."""
+    figure_of((1, 1), (1.0, 1.0))
+    asked = settings_of(flags.set)
+    check_services((), (), asked)
+    for row in (row for name in tables_of(flags.table) for row in rows_of(name, flags.sensors)):
+        for service, key in ((service, key) for service, keys in asked.items() for key in keys):
+            if key in row.spec.settings.get(service, {}):
+                makes = f"it makes the row {row.label!r} of the table {row.table} what it is"
+                raise UserError(f"--set {service}.{key}: {makes}, and in all rows their labels would be wrong")
+    if flags.quick and (flags.km is not None or flags.runs_of or flags.km_of):
+        raise UserError(f"--quick drives {QUICK_S:g} s a run: --km, --runs-of and --km-of have no place beside it")
+    for table, _ in flags.runs_of:
+        if table not in tables_of(flags.table):
+            raise UserError(f"--runs-of {table}: only {flags.table} was asked for")
+    if flags.km_of and "results" not in tables_of(flags.table):
+        raise UserError(f"--km-of: only the table results has it, and {flags.table} was asked for")
+
+
+def check_again(flags: argparse.Namespace, lines: Mapping[str, Line], wanted: Collection[str]) -> None:
+    """Raises UserError for a run that would not be driven again."""
+    for key in flags.again:
+        if key != published.ALL and key not in wanted:
+            code = "" if key not in lines or lines[key].of_today else "; it is of other code, and has another key today"
+            raise UserError(f"--again {key}: none of these tables' runs{code}")
+
+
+def amount(flags: argparse.Namespace) -> Amount:
+    """How much of each row. Raises UserError for an unknown method."""
+    if flags.quick:
+        return Amount(runs=flags.runs or 1, seconds=QUICK_S)
+    _known("--km-of", [method for method, _ in flags.km_of], set(METHODS))
+    return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
+
+
+def _known(flag: str, methods: Sequence[str], known: Set[str]) -> None:
+    unknown = [method for method in methods if method not in known]
+    if unknown:
+        raise UserError(f"{flag}: there is no method {unknown[0]!r}; there are {', '.join(sorted(known))}")
+
+
+def command_line(flags: argparse.Namespace) -> str:
+    """The command, for report and page; without where it writes."""
+    words = ["drivemcp", "evaluate", flags.table]
+    for name in ("runs", "km"):
+        words += [f"--{name}", f"{getattr(flags, name):.12g}"] if getattr(flags, name) is not None else []
+    words += [word for table, runs in flags.runs_of for word in ("--runs-of", f"{table}={runs}")]
+    words += [word for method, km in flags.km_of for word in ("--km-of", f"{method}={km:.12g}")]
+    words += [word for method in flags.method for word in ("--method", method)]
+    words += ["--sensors", flags.sensors] + (["--quick"] if flags.quick else [])
+    words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
+    words += [word for setting in flags.set for word in ("--set", setting)]
+    words += ["--published", flags.published] if flags.published else []
+    words += ["--alike", f"{flags.alike}"] if flags.alike else []
+    return shlex.join(words)
