@@ -6,13 +6,13 @@ measured here, from the observations to the advisory. Nothing that is advised ch
 
 import argparse
 import sys
-import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 
 from drivemcp.errors import UserError
+from evaluation.damaged import DAMAGED
 from evaluation.evaluate.machine import machine
 from evaluation.methods import METHODS, Method
 from evaluation.metrics import At, Record, Scores, from_log, measure
@@ -56,8 +56,8 @@ def rows(logs: Sequence[Path], methods: Iterable[Method] = OPEN) -> Iterator[Ope
 def _truth(log: Path) -> Record:
     try:
         record = from_log(log)
-    except (OSError, EOFError, zlib.error) as error:  # the last two: a truth file that is cut or spoiled
-        raise UserError(f"{log}: {error}") from None
+    except DAMAGED as error:
+        raise UserError(f"{log}: {getattr(error, 'strerror', None) or error}") from None
     if not record.truths:
         raise UserError(f"{log}: no truth lies beside it; `drivemcp evaluate` keeps it with each run (RUN/log.mcap)")
     return record

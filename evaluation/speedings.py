@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-import zlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Literal, get_args
 import msgspec
 
 from drivemcp.errors import UserError
+from evaluation.damaged import DAMAGED
 from evaluation.metrics import At, Record, from_log
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from proto.decision import Advisory
@@ -123,7 +123,7 @@ def main(arguments: list[str] | None = None) -> int:
     for log in parser.parse_args(arguments).logs:
         try:
             found = list(speedings(from_log(log)))
-        except (UserError, OSError, EOFError, zlib.error) as error:  # the last two: a truth file that is cut or spoiled
+        except (UserError, *DAMAGED) as error:
             print(f"{log}: {error}", file=sys.stderr)  # noqa: T201
             return 2
         causes.update(each.cause for each in found)

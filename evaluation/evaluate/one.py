@@ -4,7 +4,6 @@ import logging
 import os
 import shutil
 import time
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ import msgspec
 from drivemcp.errors import MALFORMED
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
+from evaluation.damaged import DAMAGED
 from evaluation.evaluate.moments import with_pictures, worst_moments
 from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
@@ -102,7 +102,7 @@ def _measured_again(store: Store, key: str) -> Kept:
     before = _before(folder / METRICS)
     try:
         record = from_log(folder / LOG)
-    except (OSError, EOFError, zlib.error) as error:
+    except DAMAGED as error:
         raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
     return _measure(record, folder, before.wall_s, before.cpu_s)
 

@@ -17,7 +17,7 @@ from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.report import About
-from evaluation.evaluate.tables import Table, TableRow, Value
+from evaluation.evaluate.tables import INTERVALS, Table, TableRow, Value
 
 BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
@@ -89,9 +89,7 @@ def _head(about: About, reading: str) -> Iterator[str]:
     if about.published:
         yield f"{about.published}\n"
     yield (
-        "Each cell: value [95 % interval] / the paper's. Rates have the exact Poisson interval of all runs together, shares the exact "
-        "binomial one, seconds an hour Student's for the ratio of sums, other numbers Student's for the mean over runs; after ± stands the "
-        "standard deviation over runs. "
+        f"Each cell: value [95 % interval] / the paper's. {INTERVALS}; after ± stands the standard deviation over runs. "
         "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
         f"In the plots diamonds are the paper's. {about_latencies('*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
     )

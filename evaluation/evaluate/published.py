@@ -4,7 +4,6 @@ A line says what a run was and what it came to. Its log is not there: driving th
 """
 
 import gzip
-import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +11,7 @@ from typing import Any, Literal
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
+from evaluation.damaged import DAMAGED
 from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import Kept, Store, drivers, driving, measuring
@@ -113,7 +113,7 @@ def _bytes(file: Path) -> bytes:
     try:
         whole = file.read_bytes()
         return gzip.decompress(whole) if file.suffix == ".gz" else whole
-    except (OSError, EOFError, zlib.error) as error:
+    except DAMAGED as error:
         raise UserError(f"{file}: no published runs: {error}") from None
 
 

@@ -3,7 +3,6 @@
 import base64
 import os
 import shlex
-import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import NamedTuple
 import msgspec
 
 from drivemcp.errors import UserError
+from evaluation.damaged import DAMAGED
 from evaluation.evaluate.above import seen_from_above
 from evaluation.evaluate.assumed import about_latencies, assumed
 from evaluation.evaluate.columns import COLUMNS, Column
@@ -22,7 +22,7 @@ from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
 from evaluation.evaluate.store import LOG
-from evaluation.evaluate.tables import Ran, Table, TableRow, Value
+from evaluation.evaluate.tables import INTERVALS, Ran, Table, TableRow, Value
 from evaluation.methods import noted
 from evaluation.metrics import from_log
 
@@ -120,9 +120,7 @@ def _head(about: About) -> str:
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>DriveMCP: the tables, measured</title><style>{_STYLE}</style>'
         f"</head><body><main><h1>The paper's tables, measured</h1>{small}<table class=facts>{rows}</table>"
-        "<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. Rates have the exact Poisson "
-        "interval of all runs together, shares the exact binomial one, seconds an hour Student's for the ratio of sums, other numbers "
-        "Student's for the mean over runs. The paper drove "
+        f"<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. {INTERVALS}. The paper drove "
         "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. "
         f"{about_latencies('<i>assumed</i>')} "
         "A number links to its runs; paths and <code>drivemcp replay</code> go from this file's folder, <code>drivemcp evaluate</code> "
@@ -315,7 +313,7 @@ def _picture(run: Path, moment: Moment) -> str:
         return ""
     try:
         return seen_from_above(from_log(run / LOG), moment)
-    except (UserError, OSError, EOFError, zlib.error) as error:  # the last two: a truth file that is cut or spoiled
+    except (UserError, *DAMAGED) as error:
         return f"<p>No picture: {escape(str(run / LOG))}: {escape(str(error))}</p>"
 
 

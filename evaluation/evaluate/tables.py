@@ -16,9 +16,15 @@ from evaluation.metrics import RATES
 from evaluation.run.spec import Sensors
 from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci, ratio_ci
 
+INTERVALS = (
+    "Rates have the exact Poisson interval of all runs together, shares the exact binomial one, seconds an hour Student's for the "
+    "ratio of sums, other numbers Student's for the mean over runs"
+)
+"""What page and report say of `Value.low` and `high`."""
+
 
 class Value(msgspec.Struct, frozen=True, kw_only=True):
-    """A number of a table. Of counts the interval is exact and of all runs together; else it is Student's for the runs' mean."""
+    """A number of a table, and its 95 % interval."""
 
     value: float | None = None
     sd: float | None = None

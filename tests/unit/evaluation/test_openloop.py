@@ -6,9 +6,11 @@ import pytest
 
 from drivemcp.errors import UserError
 from evaluation.methods import METHODS
-from evaluation.metrics import from_log, measure
+from evaluation.metrics import TRUTH_FILE, from_log, measure
 from evaluation.openloop import Answered, answers
 from evaluation.openloop_table import OPEN, main, markdown, rows
+from evaluation.replay.log import traces
+from tests.unit.evaluation.replay.drive import write_log
 
 
 def run(log: Path, label: str) -> list[Answered]:
@@ -54,3 +56,19 @@ def test_a_log_without_truth_is_refused(log: Path, tmp_path: Path, capsys: pytes
     (alone := tmp_path / "log.mcap").write_bytes(log.read_bytes())
     assert main([str(alone)]) == 2
     assert "no truth lies beside it" in capsys.readouterr().err
+
+
+def test_a_log_with_a_gap_is_refused(log: Path, tmp_path: Path) -> None:
+    kept = [each for each in traces([log]) if each.tick != 10]
+    write_log(tmp_path / "gap.mcap", kept, tmp_path / "secrets")
+    with pytest.raises(UserError, match="tick 10 is missing from the log"):
+        run(tmp_path / "gap.mcap", "DriveMCP")
+
+
+def test_a_log_whose_truth_is_spoiled_is_named(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (alone := tmp_path / "log.mcap").write_bytes(log.read_bytes())
+    truth = (log.parent / TRUTH_FILE).read_bytes()
+    for spoiled in (truth[:-20], truth[:40] + bytes(each ^ 255 for each in truth[40:400]) + truth[400:]):
+        (tmp_path / TRUTH_FILE).write_bytes(spoiled)
+        assert main([str(alone)]) == 2
+        assert f"{alone}: " in capsys.readouterr().err

@@ -73,6 +73,7 @@ def test_whoever_stops_listening_leaves_no_process_and_keeps_what_was_finished(t
 
 def test_no_jobs_need_no_process(tmp_path: Path) -> None:
     assert list(Pool(str(tmp_path), 2, touch).done([])) == []
+    assert list(Spread(str(tmp_path), "nobody:1", touch).done([])) == [], "nor a cluster that answers"
 
 
 def test_a_longer_run_may_take_longer() -> None:
