@@ -58,6 +58,8 @@ class Fused(msgspec.Struct, frozen=True, kw_only=True):
     muted: bool = False
     ahead_mps: float | None = None
     """A lower limit that begins ahead, where it is what the message announces."""
+    told_limit_mps: float | None = None
+    """The legal limit in force, where the words tell it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
 
@@ -151,6 +153,8 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True):
     late_tools: tuple[str, ...] = ()
     ahead_mps: float | None = None
     """A lower limit that begins ahead, where it is what the message announces: the speed to have come down to by then."""
+    told_limit_mps: float | None = None
+    """The legal limit in force, where the words tell it: all that a driver who hears them learns of it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
 

@@ -15,12 +15,12 @@ LAY: Mapping[Family, Lay] = {"urb-rain": town.lay, "cross-border": border.lay, "
 
 
 def generate(family: Family, number: int, split: Split) -> Scenario:
-    """The scenario `family/split/number`; numbers go on without end, layouts repeat after `LAYOUTS`."""
+    """The scenario `family/split/number`; numbers and layouts go on without end, kinds of layouts come again after `LAYOUTS`."""
     place = Place(family, split, number)
     layout = lay(family, place.layout)
     return vary(msgspec.structs.replace(layout, name=f"{family}-{split}-{number}"), family, Random(str(place)))
 
 
 def lay(family: Family, layout: int) -> Scenario:
-    """A layout of a family, 0 to 35, without weather, traffic and driver."""
+    """A layout of a family, from 0 on, without weather, traffic and driver."""
     return LAY[family](Random(f"{family} layout {layout}"), f"{family}-layout-{layout}", layout % LAYOUTS)

@@ -10,7 +10,7 @@ Split = Literal["calibration", "development", "test"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
 SPLITS: tuple[Split, ...] = get_args(Split)
 LAYOUTS = 12
-"""Layouts of a family within a split; no layout is in two splits."""
+"""Kinds of layouts of a family. Every number has a layout of its own, which no other number and no other split has."""
 SEEDS = 10_000_000
 """Seeds of the world per split: those of one split are in a block of their own."""
 
@@ -24,8 +24,9 @@ class Place(NamedTuple):
 
     @property
     def layout(self) -> int:
-        """The layout's number within the family: 0 to 11 calibration, 12 to 23 development, 24 to 35 test."""
-        return SPLITS.index(self.split) * LAYOUTS + self.number % LAYOUTS
+        """The layout's number within the family: 0 to 11 calibration, 12 to 23 development, 24 to 35 test, then so on again."""
+        round_, kind = divmod(self.number, LAYOUTS)
+        return (round_ * len(SPLITS) + SPLITS.index(self.split)) * LAYOUTS + kind
 
     def world_seed(self, seed: int) -> int:
         """The simulator's seed for a run's: another in every split, for every number."""

@@ -56,6 +56,7 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
         first_notice=chosen is not None and owes_first_notice(chosen, state),
         muted=preferences.muted,
         ahead_mps=chosen.ahead_mps if chosen is not None else None,
+        told_limit_mps=chosen.limit_mps if chosen is not None else None,
         target_why=goal.bounds[0].why,
     )
     return fused, chosen, goal

@@ -36,6 +36,8 @@ class Matter(NamedTuple):
     """Slot and key of another matter that is told with this one: it is no news any more."""
     ahead_mps: float | None = None
     """The limit that it announces."""
+    limit_mps: float | None = None
+    """The legal limit in force, where its words tell it."""
     names: tuple[str, ...] = ()
     """What it is about, where each is owed a first notice of its own."""
     law: SignMeaning | None = None

@@ -94,6 +94,7 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
         confidence=target.law.confidence,
         kind="overspeed",
         tells=("limit", _limit_key(limit)),
+        limit_mps=_binding_mps(limit),
     )
 
 
@@ -107,6 +108,10 @@ def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
 
 def _limit_key(limit: LegalLimit) -> str:
     return limit_key(limit.value, limit.unit) + (" advisory" if limit.advisory else "")
+
+
+def _binding_mps(limit: LegalLimit | None) -> float | None:
+    return limit.mps if limit is not None and not limit.advisory else None
 
 
 def _safe_below(target: Target, limit: LegalLimit) -> bool:
@@ -148,6 +153,7 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
         confidence=here.confidence,
         tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
         ahead_mps=lower.mps if lower is not None else None,
+        limit_mps=_binding_mps(limit) if lower is None else None,
     )
 
 
@@ -187,6 +193,7 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
         why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
         repeat_s=3600.0,
         confidence=target.law.confidence,
+        limit_mps=_binding_mps(limit),
     )
 
 

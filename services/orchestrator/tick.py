@@ -159,6 +159,7 @@ def advisory_of(
         act_withheld=decision.act_withheld,
         late_tools=tuple(sorted({o.tool for o in (*outcomes, *seen.late) if o.late or o.status == "timeout"})),
         ahead_mps=fused.ahead_mps if topic == fused.topic else None,
+        told_limit_mps=fused.told_limit_mps if topic == fused.topic else None,
         target_why=fused.target_why,
     )
 

@@ -38,6 +38,7 @@ class Advice:
     topic: str
     target_mps: float | None
     limit_mps: float | None = None
+    """The limit in force, where the words tell it."""
     warns: bool = False
     """Whether it points out a hazard."""
     ahead_mps: float | None = None
@@ -112,7 +113,6 @@ class Driver:
     _acceleration: float = 0.0
     _attention: Attention = field(init=False)
     _dice: Dice = field(init=False)
-    _answers: dict[tuple[str, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._attention, self._dice = Attention(self.profile), Dice(self.profile.seed)
@@ -241,11 +241,10 @@ class Driver:
     # Advice ---------------------------------------------------------------------------------------------------------
 
     def _complies(self, advice: Advice) -> bool:
-        # The same message said again meets the same mind.
-        key = (advice.topic, -1 if advice.target_mps is None else round(advice.target_mps))
-        if key not in self._answers:
-            self._answers[key] = self._dice.says(self.profile.compliance, 3, zlib.crc32(repr(key).encode()))
-        return self._answers[key]
+        """He has one mind about each limit, and one about each other topic, all drive long: who says more convinces no more."""
+        limit_mps = advice.limit_mps if advice.ahead_mps is None else advice.ahead_mps
+        about = advice.topic if limit_mps is None else f"limit {round(limit_mps * 3.6)}"
+        return self._dice.says(self.profile.compliance, 3, zlib.crc32(about.encode()))
 
     def _heard_by(self, time_s: float) -> list[_Standing]:
         """What he was told and has in mind now."""

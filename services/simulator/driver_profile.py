@@ -19,7 +19,7 @@ What is drawn, and from where (a, b of a beta; mean, spread of a normal):
 - Looking away: every 15 to 40 s, for 1 to 3 s in the mean, ours; off-road glances beyond 1.7 s are what parts crashes
   and near-crashes from normal driving (Liang, Lee and Horrey 2014, Proc. Hum. Factors Ergon. Soc. 58(1)).
 - Compliance with a message: mean 0.88, ours. Published trials of speed assistance tell how often it is overridden and by
-  whom, not how often a spoken word is followed.
+  whom, not how often a spoken word is followed. It is drawn once for each limit and each other topic, for all of a drive.
 
 Independent of each other, which is ours too: who drives fast overrides more (Lai and Carsten 2012).
 """

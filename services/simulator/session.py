@@ -117,12 +117,11 @@ class Session:
         """A message to the driver; silence is none."""
         if advisory.kind == "SILENT" or not advisory.directive:
             return
-        legal = advisory.legal_limit
         self._mail.advice.append(
             Advice(
                 topic=advisory.topic,
                 target_mps=advisory.target_mps,
-                limit_mps=legal.mps if legal is not None and not legal.advisory else None,
+                limit_mps=advisory.told_limit_mps,
                 warns=bool(advisory.hazard) or advisory.urgency in ("warning", "alarm"),
                 ahead_mps=advisory.ahead_mps,
                 slow=advisory.urgency != "info",

@@ -39,8 +39,13 @@ def test_so_is_any_number(place: Place) -> None:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_all_layouts_of_a_family_differ(family: Family) -> None:
-    layouts = [lay(family, number) for number in range(3 * LAYOUTS)]
-    assert len({repr((each.road, each.signs, each.gantries)) for each in layouts}) == 3 * LAYOUTS
+    layouts = [lay(family, number) for number in range(12 * LAYOUTS)]
+    assert len({repr((each.road, each.signs, each.gantries)) for each in layouts}) == 12 * LAYOUTS
+
+
+@given(places, places)
+def test_no_two_places_of_a_family_have_the_same_layout(one: Place, other: Place) -> None:
+    assert (one.layout == other.layout) == (one.split == other.split and one.number == other.number)
 
 
 @given(places, places, st.integers(0, 10_000), st.integers(0, 10_000))

@@ -24,6 +24,7 @@ CALM = DriverProfile(
 )
 ROAD = View(time_s=0.0, speed_mps=25.0, mu=0.8, wet=False)
 SLOWER = Advice(topic="limit", target_mps=13.9)
+SLOWER_LIMIT = replace(SLOWER, limit_mps=13.9)
 
 
 def first_braking_s(driver: Driver, view: View, until_s: float = 6.0, below_mps2: float = -0.3) -> float | None:
@@ -65,6 +66,39 @@ def test_the_same_message_said_again_meets_the_same_mind() -> None:
     met = [minds(seed) for seed in range(20)]
     assert all(len(found) == 1 for found in met)
     assert set.union(*met) == {False, True}
+
+
+@pytest.mark.parametrize(
+    ("one", "another"),
+    [
+        (Advice(topic="limit", target_mps=13.9, limit_mps=13.9), Advice(topic="ahead", target_mps=20.0, ahead_mps=13.9)),
+        (Advice(topic="limit", target_mps=13.9, limit_mps=13.9), Advice(topic="border", target_mps=9.0, limit_mps=13.9)),
+        (Advice(topic="friction", target_mps=13.9), Advice(topic="friction", target_mps=11.0)),
+    ],
+)
+def test_more_words_on_one_matter_convince_no_more(one: Advice, another: Advice) -> None:
+    def obeys(seed: int, *said: Advice) -> bool:
+        driver = Driver(replace(CALM, compliance=0.5, seed=seed), believed_mps=25.0)
+        for each in said:
+            driver.hear(each, 0.0)
+        driver.drive(replace(ROAD, time_s=5.0), DT)
+        return driver.wanted_mps(replace(ROAD, time_s=5.0)) < 20.0
+
+    alone = [obeys(seed, one) for seed in range(40)]
+    assert [obeys(seed, another) for seed in range(40)] == alone
+    assert [obeys(seed, another, one) for seed in range(40)] == alone
+    assert 8 < sum(alone) < 32
+
+
+def test_another_limit_meets_a_mind_of_its_own() -> None:
+    minds = set()
+    for seed in range(20):
+        driver = Driver(replace(CALM, compliance=0.5, seed=seed), believed_mps=25.0)
+        driver.hear(SLOWER_LIMIT, 0.0)
+        obeyed = driver.wanted_mps(replace(ROAD, time_s=10.0)) < 20.0
+        driver.hear(replace(SLOWER_LIMIT, target_mps=8.3, limit_mps=8.3), 60.0)
+        minds.add((obeyed, driver.wanted_mps(replace(ROAD, time_s=70.0)) < 10.0))
+    assert len(minds) == 4
 
 
 def test_advice_wears_off_when_nobody_repeats_it() -> None:

@@ -138,6 +138,16 @@ def test_the_driver_hears_what_is_spoken_and_nothing_else(
     assert [advice.topic for advice in heard] == ["limit"] * times
 
 
+def test_the_driver_learns_of_the_limit_only_by_words_that_tell_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    heard: list[Advice] = []
+    monkeypatch.setattr(Driver, "hear", lambda self, advice, time_s: heard.append(advice))
+    drive = session()
+    drive.hear(advisory("SPEAK", "Slippery: drive 50 km/h"))
+    drive.hear(msgspec.structs.replace(advisory("SPEAK", "Limit 50 km/h"), told_limit_mps=13.9))
+    drive.advance()
+    assert [advice.limit_mps for advice in heard] == [None, 13.9]
+
+
 def test_a_drive_ends_after_its_seconds_or_at_the_end_of_the_route() -> None:
     short = session(seconds=1.0)
     run(short, 20)
