@@ -114,8 +114,8 @@ class PromptAnswer(msgspec.Struct, frozen=True, kw_only=True):
     method: str
     backend: str
     prompt_sha256: str
-    action: Literal["stop", "hazard", "give_way", "limit", "slow", "none"] = "none"
-    """`none`: nothing was understood, so nothing is advised."""
+    action: Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"] = "none"
+    """`none`: nothing was understood, so nothing is advised. `limit_ahead`: the limit begins at a sign ahead."""
     value: float | None = None
     unit: Unit | None = None
     hazard: str = ""

@@ -1,7 +1,7 @@
 """From what was answered to a whole prompt to advice: the front end's parser, and a few closed forms more.
 
 Each sentence is of a known form from its first to its last letter, or it says nothing; of several the most careful counts,
-and of several limits the lowest, so that no text can raise what another sentence of it says.
+and of several limits the lowest, so that no text can raise what another sentence of it says. A limit ahead is none in force.
 """
 
 import re
@@ -13,7 +13,7 @@ from services.drivelm.jurisdictions import allowed_limits
 from services.drivelm.parser import Statement, parse
 from services.drivelm.text import cleaned
 
-Action = Literal["stop", "hazard", "give_way", "limit", "slow", "none"]
+Action = Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"]
 MOST_CHARS, MOST_SENTENCES = 1200, 8
 
 
@@ -37,19 +37,20 @@ _LIMITS = tuple(
         rf"start of a built-up area: {_N} unless another limit is signed",
     )
 )
+_AHEAD = re.compile(r"^(the (?:traffic sign|sign|panel|speed limit)) ahead (is|shows) ", re.IGNORECASE)
 _ACTOR = re.compile(
     r"a (?P<kind>vehicle|pedestrian|cyclist) is (?:[0-9]{1,3} m )?ahead in the path(?P<nearer> and comes nearer)?"
 )
 _HAZARDS = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
 _WORDS: dict[str, Action] = {"stop": "stop", "give way": "give_way", "slow down": "slow", "brake": "slow"}
 _SIGNS: dict[str, Action] = {"stop": "stop", "yield": "give_way", "crossing": "give_way"}
-_RANK: tuple[Action, ...] = ("stop", "hazard", "give_way", "limit", "slow", "none")
+_RANK: tuple[Action, ...] = ("stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none")
 
 
 def advice_of(text: str) -> Advice:
     """The advice in a text, or `NO_ADVICE`."""
     found = [_of_sentence(each) for each in sentences(text)[:MOST_SENTENCES]]
-    return min(found, key=_careful, default=NO_ADVICE)
+    return min(found, key=careful, default=NO_ADVICE)
 
 
 def sentences(text: str) -> list[str]:
@@ -58,15 +59,18 @@ def sentences(text: str) -> list[str]:
     return [part.strip(" -") for part in parts if part.strip(" -")]
 
 
-def _careful(advice: Advice) -> tuple[int, float]:
+def careful(advice: Advice) -> tuple[int, float]:
+    """How careful an advice is: the least is the most careful."""
     return _RANK.index(advice.action), (advice.value or 0.0) * KMH[advice.unit]
 
 
 def _of_sentence(sentence: str) -> Advice:
     if not sentence.isascii() or len(sentence) != len(cleaned(sentence, len(sentence))):
         return NO_ADVICE
-    if (statement := parse(sentence)) is not None:
-        return _of_statement(statement)
+    here = _AHEAD.sub(r"\1 \2 ", sentence)
+    if (statement := parse(here)) is not None:
+        advice = _of_statement(statement)
+        return advice._replace(action="limit_ahead") if here != sentence and advice.action == "limit" else advice
     said = sentence.lower().rstrip(".!")
     if (word := _WORDS.get(said)) is not None:
         return Advice(word)

@@ -1,7 +1,7 @@
 """Whole prompts: the fixed structure that all methods share (system line, context, query, passages), and who answers them.
 
 With the embedded backend an extractive reader does: the sentence of context or passages that shares most with the query,
-word for word. It is no language model and composes nothing.
+word for word. It is no language model and composes nothing. A passage that advises nothing hides no context that does.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import msgspec
 
 from proto.scene import PromptAnswer
-from services.drivelm.advice import advice_of, sentences
+from services.drivelm.advice import Advice, advice_of, careful, sentences
 from services.drivelm.ask import words
 from services.drivelm.backends.prompts import FOLDER
 from services.drivelm.crops import Picture
@@ -64,16 +64,34 @@ def filled(template: Template, asked: Asked) -> str:
     return f"{head}{asked.context}{middle}{asked.query}{end}{tail}"
 
 
+class _Sentence(NamedTuple):
+    text: str
+    shares: float
+    advice: Advice
+
+    @property
+    def advises(self) -> bool:
+        return self.advice.action != "none"
+
+
 def extracted(asked: Asked) -> tuple[str, float]:
-    """The sentence that shares most with the query, and how much (F1 of words); of equals the first."""
+    """The sentence that shares most with the query, and how much (F1 of words); of equals the most careful, then the first."""
     wanted = words(asked.query)
-    best, best_score = "", LEAST_SHARED
-    for sentence in (each for part in (asked.context, *asked.passages) for each in sentences(part)):
-        held = words(sentence)
-        score = 2.0 * len(wanted & held) / (len(wanted) + len(held)) if wanted and held else 0.0
-        if score > best_score:
-            best, best_score = sentence, score
-    return (best, round(best_score, 4)) if best else ("", 0.0)
+    context, passages = _sharing(wanted, (asked.context,)), _sharing(wanted, asked.passages)
+    if any(each.advises for each in context):
+        passages = [each for each in passages if each.advises]
+    found = min((*context, *passages), key=lambda each: (-each.shares, careful(each.advice)), default=None)
+    return (found.text, round(found.shares, 4)) if found is not None else ("", 0.0)
+
+
+def _sharing(wanted: frozenset[str], parts: Sequence[str]) -> list[_Sentence]:
+    """The sentences that have something to do with the query."""
+    told = (_Sentence(each, _f1(wanted, words(each)), advice_of(each)) for part in parts for each in sentences(part))
+    return [each for each in told if each.shares > LEAST_SHARED]
+
+
+def _f1(wanted: frozenset[str], held: frozenset[str]) -> float:
+    return 2.0 * len(wanted & held) / (len(wanted) + len(held)) if wanted and held else 0.0
 
 
 def answered(

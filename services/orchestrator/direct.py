@@ -1,9 +1,12 @@
-"""The Direct methods: no experts, no fusion. For each new event the front end answers one prompt, and its parsed answer is
-what the driver is told. It advises only: the arbiter is not asked, and nothing brakes.
+"""The Direct methods: no experts, no fusion. For each new event, and each new sign ahead that sets a limit or says to stop or
+give way, the front end answers one prompt, and its parsed answer is what the driver is told. It advises only: the arbiter is
+not asked, and nothing brakes.
 
-An answer that cannot be parsed advises nothing. A limit that was told stands until another one is.
+An answer that cannot be parsed advises nothing. A limit that was told stands until another one is; one that begins ahead is
+announced if it is lower, and holds only once its sign is passed and asked about.
 """
 
+from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple
 
 import msgspec
@@ -12,34 +15,43 @@ from proto.decision import Event, Fused, Reason, Urgency
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
+from services.orchestrator.announcements import OVER_MPS
 from services.orchestrator.answers import results, typed
 from services.orchestrator.ask import Ask
-from services.orchestrator.direct_context import context
+from services.orchestrator.direct_context import context, shows_limit, signs_ahead
 from services.orchestrator.events import new
 from services.orchestrator.fusion import is_new
 from services.orchestrator.inputs import Method, Observations
-from services.orchestrator.matter import Advised, Matter
+from services.orchestrator.local import PAUSE_S
+from services.orchestrator.matter import Advised, Matter, limit_key
 from services.orchestrator.messages import say, toned
 from services.orchestrator.routing import Call
-from services.orchestrator.state import Direct, State, Told
+from services.orchestrator.state import Direct, SignAhead, State, Told
 from services.orchestrator.targets import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text, to_mps
 
 PROMPT, RETRIEVE = "answer_prompt", "retrieve"
 DEADLINE_MS = 60.0
-LIMIT, HAZARD = "Which speed limit is in force here?", "Who is ahead in the path and comes nearer?"
+LIMIT, LIMIT_AHEAD = "Which speed limit is in force here?", "Which speed limit begins ahead?"
+STOP = "Is there a stop sign, a give way sign or a red traffic light?"
 QUERIES: dict[str, str] = {
-    "closing_lead": HAZARD,
-    "vulnerable_road_user": HAZARD,
-    "stop_required": "Is there a stop sign, a give way sign or a red traffic light?",
+    "vulnerable_road_user": "Is a pedestrian or cyclist ahead in the path?",
+    "closing_lead": "Which vehicle is ahead in the path and comes nearer?",
+    "stop_required": STOP,
     "jurisdiction_change": LIMIT,
     "dynamic_limit_update": LIMIT,
     "speed_limit_change": LIMIT,
     "uncertain_sign": LIMIT,
     "foreign_sign": "What does the sign with the foreign plate mean for the speed limit?",
+    "stop_ahead": STOP,
+    "limit_ahead": LIMIT_AHEAD,
 }
-"""Event to the query of its prompt, the gravest first. Events that only experts tell of (grip, the car) ask nothing."""
+"""Event, or kind of a sign ahead, to the query of its prompt, the gravest first; signs last, as they can wait for the next tick.
+Events that only experts tell of (grip, the car) ask nothing."""
+MOST_ASKED = 24
+WAITS_NS = int(PAUSE_S * 1e9)
+"""For so long a word waits for its turn: no longer than the pause after any other."""
 _CONTEXT = {"urban": "built-up area", "motorway": "motorway", "rural": "outside built-up areas"}
 
 
@@ -53,27 +65,56 @@ class Saying(NamedTuple):
 
 SAYINGS: dict[str, Saying] = {
     "stop": Saying("stop_sign", "warning", "stop"),
-    "give_way": Saying("caution", "advice", "stop"),
+    "give_way": Saying("caution", "advice", "give_way"),
     "slow": Saying("caution", "advice", "slow"),
     "limit": Saying("limit", "advice", "limit"),
+    "limit_ahead": Saying("limit_ahead", "info", "ahead"),
 }
 _HAZARDS = {"closing_lead": Saying("lead", "warning", "lead"), "pedestrian": Saying("person", "warning", "person")}
 
 
 def advise(state: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Advised:
-    """Ask for the gravest new event, hear what has come, and put it into words."""
-    kind = asked_for(new(events, state.now_ns))
-    calls, outcomes = consult(QUERIES[kind], state, seen.method, ask) if kind else ((), ())
-    state = msgspec.structs.replace(state, direct=_heard(state, (*seen.late, *outcomes), outcomes))
+    """Ask for the gravest that is new, hear what has come, and put it into words."""
+    news = _news(state, events)
+    query = asked_for(news | _unasked(state))
+    calls, outcomes = consult(query, state, seen.method, ask) if query else ((), ())
+    heard = _heard(state, (*seen.late, *outcomes), outcomes)
+    waits = tuple(kind for kind, each in QUERIES.items() if kind in news and each != query)
+    noted = msgspec.structs.replace(heard, asked=_asked(state, query), passed_over=waits)
+    state = msgspec.structs.replace(state, direct=noted)
     goal = _goal(state)
     matter = _matter(state)
     return Advised(state, events, calls, outcomes, _fused(state, goal, matter), matter, goal)
 
 
-def asked_for(events: tuple[Event, ...]) -> str:
-    """The kind of event that is asked about; empty: none that a prompt could help with."""
-    kinds = {event.kind for event in events}
-    return next((kind for kind in QUERIES if kind in kinds), "")
+def asked_for(kinds: AbstractSet[str]) -> str:
+    """The query about the gravest of them; empty: none that a prompt could help with."""
+    return next((query for kind, query in QUERIES.items() if kind in kinds), "")
+
+
+def _news(state: State, events: tuple[Event, ...]) -> set[str]:
+    """Kinds of the new events, and of those that hold still and had to wait. To stop for a person is asked as `vulnerable_road_user`."""
+    others = tuple(event for event in events if (event.kind, event.detail) != ("stop_required", "person"))
+    waited = {event.kind for event in others if event.kind in state.direct.passed_over}
+    return waited | {event.kind for event in new(others, state.now_ns)}
+
+
+def _unasked(state: State) -> set[str]:
+    return {_kind(sign) for sign in signs_ahead(state) if (sign.track_id, sign.reading) not in state.direct.asked}
+
+
+def _asked(state: State, query: str) -> tuple[tuple[int, str], ...]:
+    """The signs ahead that were asked about, those of this query with them, as long as their track is there."""
+    tracks = {sign.track_id for sign in state.signs.ahead}
+    now = [(sign.track_id, sign.reading) for sign in signs_ahead(state) if query and QUERIES.get(_kind(sign)) == query]
+    return tuple(each for each in dict.fromkeys((*state.direct.asked, *now)) if each[0] in tracks)[-MOST_ASKED:]
+
+
+def _kind(sign: SignAhead) -> str:
+    """As what a sign ahead is asked about; empty: as nothing."""
+    if not sign.believed:
+        return ""
+    return "limit_ahead" if shows_limit(sign) else "stop_ahead" if sign.reading in ("stop", "yield") else ""
 
 
 # -- asking --------------------------------------------------------------------------------------------------------------
@@ -124,17 +165,33 @@ def _heard(state: State, outcomes: tuple[Outcome, ...], now: tuple[Outcome, ...]
         if answer is not None:
             told.append(_told(state, outcome, answer, before_ms))
     due = [each for each in told if each.due_ns <= state.now_ns and each.action != "none"]
-    heard = due[-1] if due else None
-    limit = next((each for each in reversed(due) if each.limit is not None), state.direct.limit)
+    heard = due[-1] if due else _unsaid(state)
+    limit = next((each for each in reversed(due) if each.action == "limit" and each.limit), state.direct.limit)
     return Direct(waiting=tuple(each for each in told if each.due_ns > state.now_ns), heard=heard, limit=limit)
+
+
+def _unsaid(state: State) -> Told | None:
+    """A limit whose words had to wait for another message's end; a hazard's do not, and soon it is too late for any other."""
+    heard = state.direct.heard
+    if heard is None or heard.hazard or heard.limit is None or state.now_ns - heard.due_ns > WAITS_NS:
+        return None
+    if heard.action == "limit_ahead" and not any(_begins(sign, heard.limit) for sign in signs_ahead(state)):
+        return None
+    said = state.memory.last(SAYINGS[heard.action].topic)
+    return None if said is not None and said.stamp_ns >= heard.due_ns else msgspec.structs.replace(heard, waited=True)
+
+
+def _begins(sign: SignAhead, limit: LegalLimit) -> bool:
+    return shows_limit(sign) and sign.value == limit.value
 
 
 def _told(state: State, outcome: Outcome, answer: PromptAnswer, before_ms: float) -> Told:
     waited_ms = max(outcome.elapsed_ms, outcome.age_ms)
     query = str(outcome.arguments.get("query", ""))
+    begins_ahead = query == LIMIT_AHEAD and answer.action == "limit"
     return Told(
         kind=next((kind for kind, each in QUERIES.items() if each == query), ""),
-        action=answer.action,
+        action="limit_ahead" if begins_ahead else answer.action,
         text=plain(answer.text),
         confidence=max(0.0, min(1.0, answer.score)),
         due_ns=state.now_ns + int(max(0.0, answer.took_ms - waited_ms) * 1e6),
@@ -145,7 +202,7 @@ def _told(state: State, outcome: Outcome, answer: PromptAnswer, before_ms: float
 
 
 def _limit(state: State, answer: PromptAnswer) -> LegalLimit | None:
-    if answer.action != "limit" or answer.value is None or not 1.0 <= answer.value <= 150.0:
+    if answer.action not in ("limit", "limit_ahead") or answer.value is None or not 1.0 <= answer.value <= 150.0:
         return None
     units = state.world.environment.units
     unit = answer.unit or (units.value if units is not None else state.preferences.unit)
@@ -169,16 +226,29 @@ def _matter(state: State) -> Matter | None:
     if heard is None or saying is None:
         return None
     limit = limit_text(heard.limit, state.preferences.unit) if heard.limit is not None else ""
+    begins = heard.limit if heard.action == "limit_ahead" else None
+    if heard.action == "limit_ahead" and (begins is None or not _lower(begins, state)):
+        return None
     return Matter(
         topic=saying.topic,
-        key=f"{heard.action} {limit}{heard.hazard}",
+        key=limit_key(begins.value, begins.unit) if begins is not None else f"{heard.action} {limit}{heard.hazard}",
         phrase=saying.phrase,
         urgency=saying.urgency,
         values={"limit": limit},
         hazard=heard.hazard,
         confidence=heard.confidence,
         repeat_s=20.0,
+        ahead_mps=begins.mps if begins is not None else None,
+        limit_mps=heard.limit.mps if saying.topic == "limit" and heard.limit is not None else None,
     )
+
+
+def _lower(ahead: LegalLimit, state: State) -> bool:
+    """Whether a limit ahead is below the one that stands or below the speed; where neither is known, too."""
+    standing, ego = state.direct.limit, state.world.ego.speed_mps
+    now_mps = [standing.limit.mps] if standing is not None and standing.limit is not None else []
+    now_mps += [ego.value] if ego is not None else []
+    return not now_mps or ahead.mps < max(now_mps) - OVER_MPS
 
 
 def _fused(state: State, goal: Target, matter: Matter | None) -> Fused:
@@ -202,4 +272,6 @@ def _fused(state: State, goal: Target, matter: Matter | None) -> Fused:
         degraded=state.world.degraded,
         new_information=matter is not None and is_new(matter, state),
         muted=preferences.muted,
+        ahead_mps=matter.ahead_mps if matter is not None else None,
+        told_limit_mps=matter.limit_mps if matter is not None else None,
     )

@@ -174,7 +174,7 @@ class Orchestrator:
         began = bool(new(ticked.events, seen.now_ns)) and ticked.decision.kind != "SILENT"
         modelled, heard = ask.modelled_ms, ticked.state.direct.heard
         took_ms = modelled if self._node.lockstep else ask.spent_ms()
-        if heard is not None and ticked.decision.kind != "SILENT":
+        if heard is not None and not heard.waited and ticked.decision.kind != "SILENT":
             began, took_ms = True, heard.latency_ms
         now_ns = self._node.clock.now_ns()
         from_snapshot = (now_ns - ticked.world.stamp_ns) / 1e6 + (modelled if self._node.lockstep else 0.0)

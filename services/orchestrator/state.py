@@ -237,6 +237,8 @@ class Told(msgspec.Struct, frozen=True, kw_only=True):
     latency_ms: float
     limit: LegalLimit | None = None
     hazard: str = ""
+    waited: bool = False
+    """Whether its words had to wait for the pause after another message, which is no latency."""
 
 
 class Direct(msgspec.Struct, frozen=True, kw_only=True):
@@ -245,6 +247,10 @@ class Direct(msgspec.Struct, frozen=True, kw_only=True):
     waiting: tuple[Told, ...] = ()
     heard: Told | None = None
     limit: Told | None = None
+    asked: tuple[tuple[int, str], ...] = ()
+    """The signs ahead that were asked about, by track and reading."""
+    passed_over: tuple[str, ...] = ()
+    """Kinds of events that waited in this tick, as a graver one was asked about."""
 
 
 class State(msgspec.Struct, frozen=True, kw_only=True):

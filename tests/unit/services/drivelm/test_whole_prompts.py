@@ -36,6 +36,12 @@ CONTEXT = "The ego vehicle drives at 83 km/h.\nThe traffic sign is a speed limit
         ("A pedestrian is 14 m ahead in the path and comes nearer.", ("hazard", None, None, "pedestrian")),
         ("Drive at most 70 km/h. Drive at most 50 km/h.", ("limit", 50.0, "km/h", "")),
         ("Drive at most 50 km/h. Stop.", ("stop", None, None, "")),
+        ("The traffic sign ahead is a speed limit sign of 50 km/h.", ("limit_ahead", 50.0, "km/h", "")),
+        ("The traffic sign ahead is a speed limit sign of 80 km/h when wet.", ("limit_ahead", 80.0, "km/h", "")),
+        ("The panel ahead shows a speed limit of 60.", ("limit_ahead", 60.0, None, "")),
+        ("The speed limit ahead is 30 mph.", ("limit_ahead", 30.0, "mph", "")),
+        ("The traffic sign ahead is a stop sign.", ("stop", None, None, "")),
+        ("Drive at most 70 km/h. The speed limit ahead is 50 km/h.", ("limit", 70.0, "km/h", "")),
     ],
 )
 def test_the_most_careful_of_known_sentences_is_the_advice(text: str, expected: tuple[object, ...]) -> None:
@@ -55,6 +61,10 @@ def test_the_most_careful_of_known_sentences_is_the_advice(text: str, expected: 
         "Drive at most ５0 km/h.",
         "The traffic sign is an end of speed limit sign.",
         "The traffic light is green.",
+        "The traffic sign ahead is a speed limit sign of 57 km/h.",
+        "The traffic sign ahead is an end of speed limit sign.",
+        "The speed limit ahead is 250 km/h.",
+        "Ahead the traffic sign ahead is a speed limit sign of 50 km/h.",
     ],
 )
 def test_what_is_of_no_known_form_advises_nothing(text: str) -> None:
@@ -81,6 +91,47 @@ def test_the_reader_picks_the_sentence_that_shares_most_and_nothing_where_none_d
     assert (text, score > 0) == ("The traffic sign is a speed limit sign of 70 km/h.", True)
     assert extracted(Asked("The road is urban.", "Which speed limit is in force here?", (URBAN,)))[0] == URBAN
     assert extracted(Asked(CONTEXT, "Who wrote Faust?")) == ("", 0.0)
+
+
+STOPS = "Is there a stop sign, a give way sign or a red traffic light?"
+LAW = "Whoever comes to a red traffic light, a stop sign or a give way sign shall stop there."
+
+
+@pytest.mark.parametrize("told", ["The traffic light is red.", "The traffic sign ahead is a stop sign."])
+def test_law_of_which_nothing_can_be_advised_hides_no_sentence_that_can(told: str) -> None:
+    assert extracted(Asked(told, STOPS, (LAW,)))[0] == told
+    assert extracted(Asked("The road is urban.", STOPS, (LAW,)))[0] == LAW
+    assert extracted(Asked("The traffic light is green.", STOPS, (LAW,)))[0] == LAW, "nothing there to be hidden"
+
+
+def test_of_sentences_that_share_as_much_the_most_careful_is_read_and_of_those_the_first() -> None:
+    limits = [f"The traffic sign ahead is a speed limit sign of {each} km/h." for each in (80, 60, 70)]
+    assert extracted(Asked("\n".join(limits), "Which speed limit begins ahead?"))[0] == limits[1]
+    actors = [f"A {each} is 20 m ahead in the path." for each in ("cyclist", "pedestrian")]
+    assert extracted(Asked("\n".join(actors), "Who is ahead in the path?"))[0] == actors[0]
+
+
+@pytest.mark.parametrize("nearer", ["", " and comes nearer"])
+@pytest.mark.parametrize("person", ["pedestrian", "cyclist"])
+def test_a_person_is_read_for_the_query_for_people_and_a_vehicle_for_that_for_vehicles(
+    person: str, nearer: str
+) -> None:
+    people, car = f"A {person} is 60 m ahead in the path{nearer}.", "A vehicle is 20 m ahead in the path"
+    query, sign = (
+        "Is a pedestrian or cyclist ahead in the path?",
+        "The traffic sign ahead is a pedestrian crossing sign.",
+    )
+    assert extracted(Asked(f"{car}.\n{people}\n{sign}", query))[0] == people
+    query = "Which vehicle is ahead in the path and comes nearer?"
+    assert extracted(Asked(f"{people}\n{car} and comes nearer.", query))[0] == f"{car} and comes nearer."
+
+
+def test_a_limit_ahead_and_the_one_in_force_are_told_apart_by_the_query() -> None:
+    both = (
+        "The traffic sign ahead is a speed limit sign of 50 km/h.\nThe traffic sign is a speed limit sign of 70 km/h."
+    )
+    assert advice_of(extracted(Asked(both, "Which speed limit is in force here?"))[0]).action == "limit"
+    assert advice_of(extracted(Asked(both, "Which speed limit begins ahead?"))[0]).action == "limit_ahead"
 
 
 def test_the_service_answers_whole_prompts_and_says_how() -> None:
