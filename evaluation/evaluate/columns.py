@@ -8,10 +8,14 @@ from typing import Literal
 import msgspec
 
 from evaluation.evaluate.names import TableName
+from evaluation.metrics.hazards import WORDS
 
 
 class Column(msgspec.Struct, frozen=True, kw_only=True):
-    """One column: a `rate` of evaluation.metrics.RATES, a `field` of its Metrics, or a `share` of two counts in %."""
+    """One column: a `rate` of evaluation.metrics.RATES, a `field` of its Metrics, or a `share` of two counts in %.
+
+    A name with a dot in it is a field by kind, and the kind: `hazards_by_kind.pedestrian`.
+    """
 
     title: str
     unit: str = ""
@@ -76,10 +80,20 @@ OURS: tuple[Column, ...] = (
     Column(title="snapshot to advice p50", unit="s", field="sensor_latency_p50_s", places=3),
     Column(title="snapshot to advice p99", unit="s", field="sensor_latency_p99_s", places=3),
     F1,
+    msgspec.structs.replace(F1, title="event F1 without overspeed", field="event_f1_without_law", paper=""),
     TOOLS,
     ACTS,
     FALSE,
     Column(title="false interventions", unit="/1,000 km", rate="false_interventions", places=1),
+    Column(
+        title="of false interventions, while a hazard is on",
+        unit="%",
+        better="",
+        share=("false_while_hazard", "false_interventions"),
+        places=0,
+    ),
+    Column(title="RSS violations", unit="/10 km", rate="rss_violations"),
+    Column(title="RSS violations unanswered", unit="/10 km", rate="rss_unanswered"),
     Column(title="TTC at intervention", unit="s", better="more", field="ttc_intervention_s"),
     Column(title="headway, median", unit="s", better="more", field="headway_median_s"),
     Column(title="headway below 1 s", unit="%", field="headway_short_share", scale=100, places=1),
@@ -87,6 +101,7 @@ OURS: tuple[Column, ...] = (
     COLLISIONS,
     Column(title="messages", unit="/10 km", better="", rate="messages", places=1),
     NAGS,
+    Column(title="repeats within 20 s", unit="/10 km", rate="repeats_20s"),
     Column(title="wrong limit", unit="s/h", rate="wrong_limit", places=0),
     Column(title="unknown limit", unit="s/h", rate="unknown_limit", places=0),
     Column(title="unnecessary slow-downs", unit="/10 km", rate="unnecessary_slow_downs"),
@@ -97,14 +112,26 @@ OURS: tuple[Column, ...] = (
 """What we measure beside."""
 
 
+def _of_hazards(kind: str) -> tuple[Column, Column]:
+    """Of one kind of hazards: the response, and how many were answered."""
+    shares, name = (f"hazards_answered_by_kind.{kind}", f"hazards_by_kind.{kind}"), kind.replace("_", " ")
+    return (
+        Column(title=f"hazard response, {name}", unit="s", field=f"hazard_response_by_kind_s.{kind}"),
+        Column(title=f"hazards answered, {name}", unit="%", better="more", share=shares, places=0),
+    )
+
+
 OURS_OF: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
-    {"corruption": (Column(title="signs corrupted", unit="%", better="", share=("signs_corrupted", "signs_drawn"), places=0),)}
+    {
+        "results": tuple(column for kind in WORDS for column in _of_hazards(kind)),
+        "corruption": (Column(title="signs corrupted", unit="%", better="", share=("signs_corrupted", "signs_drawn"), places=0),),
+    }
 )  # fmt: skip
-"""Of one table alone: what became of a rate by chance, over as many signs as were met."""
+"""Of one table alone: hazards kind by kind; what became of a rate by chance, over as many signs as were met."""
 
 
 def columns_of(table: TableName) -> tuple[Column, ...]:
-    """The paper's columns, then ours that are not among them."""
+    """The paper's columns, then ours that are not among them, then ours of that table alone."""
     paper = COLUMNS[table]
     told = {(column.title, column.unit) for column in paper}
-    return (*paper, *OURS_OF.get(table, ()), *(column for column in OURS if (column.title, column.unit) not in told))
+    return (*paper, *(column for column in OURS if (column.title, column.unit) not in told), *OURS_OF.get(table, ()))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.errors import MALFORMED
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
 from evaluation.damaged import DAMAGED
@@ -102,7 +102,7 @@ def _measured_again(store: Store, key: str) -> Kept:
     before = _before(folder / METRICS)
     try:
         record = from_log(folder / LOG)
-    except DAMAGED as error:
+    except (UserError, *DAMAGED) as error:
         raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
     return _measure(record, folder, before.wall_s, before.cpu_s)
 

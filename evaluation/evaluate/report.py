@@ -17,7 +17,7 @@ from evaluation.evaluate.assumed import about_latencies, assumed
 from evaluation.evaluate.columns import COLUMNS, Column
 from evaluation.evaluate.compare import HOW_AGAINST, Difference, Order, comparisons, lines_of, orders, summary, told_of
 from evaluation.evaluate.goals import judged, papers, told
-from evaluation.evaluate.moments import Moment
+from evaluation.evaluate.moments import KINDS, Moment, shown
 from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
@@ -26,8 +26,6 @@ from evaluation.evaluate.tables import INTERVALS, Ran, Table, TableRow, Value
 from evaluation.methods import noted
 from evaluation.metrics import from_log
 
-WORST = 3
-"""Moments of each kind that are shown."""
 _STYLE = (Path(__file__).parent / "report.css").read_text(encoding="utf-8")
 _TITLES = {
     "results": "Results by family and method",
@@ -275,22 +273,23 @@ def _to_see(run: Ran, behind: Behind) -> str:
 def _moments(tables: Sequence[Table], behind: Behind) -> str:
     shown = "".join(_moment(row, run, moment, behind) for row, run, moment in worst(tables))
     driven = any(run.kept for table in tables for row in table.rows for run in row.runs)
-    none = "None: no collision, no low time to collision, no overspeed." if driven else "Nothing was driven."
+    none = (
+        "None: nothing struck, run, missed narrowly or left unanswered, no overspeed."
+        if driven
+        else "Nothing was driven."
+    )
     return f"<h2>The worst moments</h2>{f'<div class=moments>{shown}</div>' if shown else f'<p>{none}</p>'}"
 
 
 def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
-    """The worst of each kind, each run once; DriveMCP's own, and in place of those that it has not, others'."""
+    """The worst, kind by kind, each run once of a kind; DriveMCP's own, and in place of those that it has not, others'."""
     found: Mapping[tuple[str, str], tuple[TableRow, Ran, Moment]] = {
         (run.key, moment.kind): (row, run, moment)
         for table in tables for row in table.rows for run in row.runs if run.kept is not None for moment in run.kept.moments
     }  # fmt: skip
-    chosen: list[tuple[TableRow, Ran, Moment]] = []
-    for kind in dict.fromkeys(kind for _, kind in found):
-        of_kind = [each for each in found.values() if each[2].kind == kind]
-        of_kind.sort(key=lambda each: (each[0].row.spec.method != OURS, -each[2].badness))
-        chosen += of_kind[:WORST]
-    return chosen
+    ranked = sorted(found.values(), key=lambda each: (each[0].row.spec.method != OURS, -each[2].badness))
+    by_kind = ([each for each in ranked if each[2].kind == kind] for kind in KINDS)
+    return [each for of_kind in shown(by_kind) for each in of_kind]
 
 
 def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:

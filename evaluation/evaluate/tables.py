@@ -131,8 +131,9 @@ def _from_zero(end: float | None) -> float | None:
 
 
 def _share(counts: tuple[str, str], measured: Sequence[Mapping[str, Any]]) -> Value:
-    known = [run for run in measured if None not in map(run.get, counts)]
-    part, whole = (sum(run[name] for run in known) for name in counts)
+    pairs = [tuple(measure_of(run, name) for name in counts) for run in measured]
+    known = [pair for pair in pairs if None not in pair]
+    part, whole = (sum(pair[at] for pair in known) for at in (0, 1))
     exact = binomial_ci(part, whole)
     scaled = [None if each is None else each * 100 for each in (exact.value, exact.low, exact.high)]
     return Value(value=scaled[0], low=scaled[1], high=scaled[2], of=f"{part} of {whole}")
@@ -145,6 +146,13 @@ def _mean(column: Column, measured: Sequence[Mapping[str, Any]]) -> Value:
     return Value(value=spread.mean, sd=spread.sd, low=_from_zero(spread.low), high=high, of=f"{spread.n} runs")
 
 
+def measure_of(run: Mapping[str, Any], name: str) -> Any:
+    """A run's measure by its name in a column; None: it has none, or none of that kind."""
+    field, _, kind = name.partition(".")
+    value = run.get(field)
+    return (value or {}).get(kind) if kind else value
+
+
 def per_run(column: Column, run: Mapping[str, Any]) -> float | None:
     """The column's number of one run; None: nothing of the kind happened, or it could not be measured."""
     if column.rate:
@@ -152,9 +160,9 @@ def per_run(column: Column, run: Mapping[str, Any]) -> float | None:
         count, over = run.get(rate.count), run.get(rate.exposure)
         return count / over * rate.per if count is not None and over else None
     if all(column.share):
-        part, whole = (run.get(name) for name in column.share)
+        part, whole = (measure_of(run, name) for name in column.share)
         return part / whole * 100 if part is not None and whole else None
-    value = run.get(column.field)
+    value = measure_of(run, column.field)
     if isinstance(value, list | tuple):
         value = (fmean if column.of == "mean" else median)(value) if value else None
     return value * column.scale if value is not None else None

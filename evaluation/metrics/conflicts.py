@@ -36,6 +36,8 @@ ONCOMING_MPS = 0.01
 """A lead's speed is told as a difference: what by rounding comes backwards stands, and does not drive at the ego."""
 SEES_LATE_S = 0.3
 """An intervention counts as true where RSS is violated within this time of its start: about three pictures."""
+ANSWERED_BEFORE_S = 1.0
+"""Ours: an intervention that ended so shortly before a violation was on it."""
 
 
 def ttc_s(gap_m: float | None, closing_mps: float | None) -> float | None:
@@ -87,6 +89,19 @@ def is_false(record: Record, intervention: Span) -> bool:
     """Whether truth shows no RSS violation about the start of an intervention."""
     start = intervention.from_s
     return not any(violates_rss(truth) for truth in record.truths_between(start - SEES_LATE_S, start + SEES_LATE_S))
+
+
+def rss_violations(record: Record) -> tuple[Span, ...]:
+    """Stretches in which truth violates RSS."""
+    return spans(((truth.time_s, violates_rss(truth)) for truth in record.truths), APART_S)
+
+
+def rss_unanswered(record: Record) -> tuple[Span, ...]:
+    """Those in which, and shortly before which, no intervention was under way."""
+    braked = interventions(record)
+    return tuple(
+        span for span in rss_violations(record) if not any(span.overlaps(each, ANSWERED_BEFORE_S) for each in braked)
+    )
 
 
 def violates_rss(truth: Truth, speed_mps: float | None = None) -> bool:

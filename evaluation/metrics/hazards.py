@@ -1,7 +1,7 @@
 """True hazards and the words for them: response time, time to collision at first escalation, hazards never told."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, person_ahead, ttc_s
@@ -29,6 +29,10 @@ OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == 
 _OF_A_BODY = OF_SOMEBODY_AHEAD | {"pedestrian"}
 """What is met is the road user himself; of others a line, a sign or water."""
 
+LINES = frozenset({"red_light", "stop_sign"})
+"""What has one stop at a line, as truth and messages name it."""
+OTHER_LINE_M = 10.0
+"""Ours: lines farther apart are two; the way driven and the way along the road differ by less."""
 SLOWER = frozenset({"deep_water", "school_zone"})
 """Hazards that call for less speed and no stop: a word that asks for it is in time as long as they are on."""
 
@@ -43,6 +47,8 @@ class Episode(NamedTuple):
     """As it was told at the onset."""
     way_m: float
     """What the ego had driven by then."""
+    stop_kind: str
+    """What truth had one stop for at the onset."""
 
 
 class Answer(NamedTuple):
@@ -61,7 +67,7 @@ def episodes(record: Record) -> tuple[Episode, ...]:
     for truth in record.truths:
         for hazard in on_now(truth):
             key = hazard.kind, hazard.onset_s
-            began = found.setdefault(key, Episode(*key, truth.time_s, hazard, truth.distance_m))
+            began = found.setdefault(key, Episode(*key, truth.time_s, hazard, truth.distance_m, truth.stop_kind))
             found[key] = began._replace(over_s=truth.time_s)
     return tuple(found[key] for key in sorted(found))
 
@@ -73,9 +79,21 @@ def on_now(truth: Truth) -> tuple[TrueHazard, ...]:
     return (TrueHazard(kind=truth.hazard, onset_s=truth.hazard_onset_s),)
 
 
+def any_on(record: Record, time_s: float) -> bool:
+    """Whether a hazard is on at an instant of the run."""
+    truth = record.truth_at(time_s)
+    return truth is not None and bool(on_now(truth))
+
+
 def answers(record: Record) -> tuple[Answer, ...]:
     """What was said about each hazard."""
     return tuple(_answer(record, episode) for episode in episodes(record))
+
+
+def by_kind(told: Sequence[Answer]) -> dict[str, tuple[Answer, ...]]:
+    """The answers by their hazards' kinds, in alphabetical order."""
+    kinds = sorted({each.episode.kind for each in told})
+    return {kind: tuple(each for each in told if each.episode.kind == kind) for kind in kinds}
 
 
 def names(advisory: Advisory, kind: str) -> bool:
@@ -84,7 +102,7 @@ def names(advisory: Advisory, kind: str) -> bool:
 
 
 def _answer(record: Record, episode: Episode) -> Answer:
-    about = [each for each in record.spoken if _in_time(each, episode) and names(each.message, episode.kind)]
+    about = [each for each in record.spoken if _in_time(each, episode) and _is_on(record, each, episode)]
     effective = (each for each in about if _effective(record, each, episode))
     first = next(effective, None)
     return Answer(
@@ -92,6 +110,29 @@ def _answer(record: Record, episode: Episode) -> Answer:
         max(0.0, first.time_s - episode.onset_s) if first is not None else None,
         next(_escalation_ttcs(record, about, episode), None),
     )
+
+
+def _is_on(record: Record, said: At[Advisory], episode: Episode) -> bool:
+    """Whether a message names the hazard and, of a stop line, no other one that is nearer or of the other kind."""
+    if not names(said.message, episode.kind):
+        return False
+    if episode.kind != "stop_line":
+        return True
+    others = LINES - {episode.stop_kind} if episode.stop_kind in LINES else frozenset[str]()
+    return said.message.hazard not in others and not _stops_before(record.truth_at(said.time_s), episode)
+
+
+def _stops_before(truth: Truth | None, episode: Episode) -> bool:
+    """Whether truth has one stop at a line that lies before the episode's."""
+    if (
+        truth is None
+        or truth.stop_kind not in LINES
+        or truth.stop_distance_m is None
+        or episode.first.distance_m is None
+    ):
+        return False
+    at_m = episode.way_m + episode.first.distance_m
+    return truth.distance_m + truth.stop_distance_m < at_m - OTHER_LINE_M
 
 
 def _in_time(said: At[Advisory], episode: Episode) -> bool:

@@ -40,6 +40,12 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Of them, those with an effective warning or intervention; truth, advisories."""
     hazard_response_s: tuple[float, ...] = ()
     """Onset to the first effective warning or intervention of each that had one, s; 0 where it was warned of before."""
+    hazards_by_kind: dict[str, int] = {}
+    """The hazards by kind."""
+    hazards_answered_by_kind: dict[str, int] = {}
+    """Those answered, by the same kinds."""
+    hazard_response_by_kind_s: dict[str, tuple[float, ...]] = {}
+    """The responses, s, by the same kinds."""
     ttc_escalation_s: tuple[float, ...] = ()
     """True time to collision at the first escalation of each hazard at which somebody closed in, s."""
     ttc_intervention_s: tuple[float, ...] = ()
@@ -61,6 +67,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """By kind: detected events (traces) against those derived from truth."""
     event_f1: float | None = None
     """Of all kinds together (micro-averaged), 0 to 1."""
+    event_f1_without_law: float | None = None
+    """The same without `overspeed`, which takes a rules service, 0 to 1."""
     tool_ticks: int = 0
     """Ticks judged for their tools; traces."""
     tool_ticks_right: int = 0
@@ -72,6 +80,12 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Stretches of ACT that was carried out; decisions."""
     false_interventions: int | None = None
     """Of them, those about whose start truth shows no RSS violation."""
+    false_while_hazard: int | None = None
+    """Of these, those that begin while a true hazard is on."""
+    rss_violations: int | None = None
+    """Stretches in which truth violates RSS; those less than 2 s apart are one; truth."""
+    rss_unanswered: int | None = None
+    """Of them, those with no intervention under way in them or within 1 s before; truth, decisions."""
     near_collisions: int | None = None
     """Encounters with a time to collision below 1.5 s or a post-encroachment time below 1 s, and no collision; truth."""
     near_collisions_pet: int | None = None
@@ -83,6 +97,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Messages that the driver hears; advisories."""
     nags: int = 0
     """Repeats without new information."""
+    repeats_20s: int | None = None
+    """Messages in the words of another one within 20 s before."""
     wrong_limit_s: float | None = None
     """Time with another limit than the true one, s; advisories, truth."""
     unknown_limit_s: float | None = None
@@ -100,8 +116,16 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Root mean square of the change of acceleration over half a second, m/s^3; truth."""
 
 
+OF_LAW = frozenset({"overspeed"})
+"""Events that only a method with a rules service can detect: the Direct ones have none."""
+
+
 def _known(values: Iterable[float | None]) -> tuple[float, ...]:
     return tuple(value for value in values if value is not None)
+
+
+def _answered(answers: Iterable[hazards.Answer]) -> int:
+    return sum(each.response_s is not None for each in answers)
 
 
 def _total(scores: Mapping[str, Scores]) -> Scores:
@@ -136,10 +160,13 @@ RATES: Mapping[str, RateRow] = {
         ("infractions", "infractions_total", "distance_m", 1e4, "/10 km"),
         ("interventions", "interventions", "distance_m", 1e4, "/10 km"),
         ("false_interventions", "false_interventions", "distance_m", 1e6, "/1,000 km"),
+        ("rss_violations", "rss_violations", "distance_m", 1e4, "/10 km"),
+        ("rss_unanswered", "rss_unanswered", "distance_m", 1e4, "/10 km"),
         ("near_collisions", "near_collisions", "distance_m", 1e4, "/10 km"),
         ("collisions", "collisions", "distance_m", 1e6, "/1,000 km"),
         ("messages", "messages", "distance_m", 1e4, "/10 km"),
         ("nags", "nags", "distance_m", 1e4, "/10 km"),
+        ("repeats_20s", "repeats_20s", "distance_m", 1e4, "/10 km"),
         ("unnecessary_slow_downs", "unnecessary_slow_downs", "distance_m", 1e4, "/10 km"),
         ("hard_brakings", "hard_brakings", "distance_m", 1e4, "/10 km"),
         ("wrong_limit", "wrong_limit_s", "seconds", 3600.0, "s/h"),
@@ -153,7 +180,7 @@ def measure(record: Record) -> Metrics:
     """The numbers of a run."""
     detected = understanding.detected(record)
     right, judged = understanding.tool_ticks(record)
-    total, signs = _total(detected), _signs(record)
+    signs = _signs(record)
     braked = conflicts.interventions(record)
     without_truth = Metrics(
         seconds=_seconds(record),
@@ -166,12 +193,15 @@ def measure(record: Record) -> Metrics:
         interventions=len(braked),
         messages=len(record.spoken),
         nags=speech.nags(record),
+        repeats_20s=speech.repeats(record),
         target_mean_mps=speech.mean_target_mps(record),
     )
     if not record.truths:
         return without_truth
     kinds = law.infractions(record)
     answers = hazards.answers(record)
+    by_kind = hazards.by_kind(answers)
+    false = [each for each in braked if conflicts.is_false(record, each)]
     by_ttc, by_pet = conflicts.near_collisions(record)
     return msgspec.structs.replace(
         without_truth,
@@ -181,18 +211,27 @@ def measure(record: Record) -> Metrics:
         overspeed_inferred_pct=law.overspeed_inferred_pct(record),
         overspeed_true_pct=law.overspeed_true_pct(record),
         hazards=len(answers),
-        hazards_answered=sum(each.response_s is not None for each in answers),
+        hazards_answered=_answered(answers),
         hazard_response_s=_known(each.response_s for each in answers),
+        hazards_by_kind={kind: len(each) for kind, each in by_kind.items()},
+        hazards_answered_by_kind={kind: _answered(each) for kind, each in by_kind.items()},
+        hazard_response_by_kind_s={
+            kind: _known(answer.response_s for answer in each) for kind, each in by_kind.items()
+        },
         ttc_escalation_s=_known(each.ttc_s for each in answers),
         ttc_intervention_s=_known(conflicts.nearest_ttc_at(record, each.from_s) for each in braked),
         headway_median_s=conflicts.headway_median_s(record),
         headway_short_share=conflicts.short_headway_share(record),
         events=detected,
-        event_f1=total.f1,
+        event_f1=_total(detected).f1,
+        event_f1_without_law=_total({kind: row for kind, row in detected.items() if kind not in OF_LAW}).f1,
         tool_ticks=judged,
         tool_ticks_right=right,
         correct_tool_rate=right / judged if judged else None,
-        false_interventions=sum(conflicts.is_false(record, each) for each in braked),
+        false_interventions=len(false),
+        false_while_hazard=sum(hazards.any_on(record, each.from_s) for each in false),
+        rss_violations=len(conflicts.rss_violations(record)),
+        rss_unanswered=len(conflicts.rss_unanswered(record)),
         near_collisions=by_ttc + by_pet,
         near_collisions_pet=by_pet,
         collisions=conflicts.collisions(record),

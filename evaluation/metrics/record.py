@@ -12,9 +12,10 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from drivemcp.received import Received, decode
+from evaluation.damaged import DAMAGED
 from proto import topics
 from proto.decision import Advisory, Decision, Event
 from proto.tools import CallStatus
@@ -144,7 +145,7 @@ class Recorder:
 def from_log(log: Path) -> Record:
     """A run from its MCAP file and, where it lies in the same folder, the truth that `keep` wrote.
 
-    Raises UserError where a message does not fit this version, OSError where a file cannot be read.
+    Raises UserError where a message does not fit this version or the truth is damaged, OSError where a file cannot be read.
     """
     found: dict[str, list[tuple[int, Any]]] = {topic.name: [] for topic in _FOLLOWED}
     for logged in messages(log):
@@ -166,9 +167,12 @@ def keep(recorder: Recorder, folder: Path) -> Path:
 
 
 def _kept(path: Path) -> list[tuple[int, Any]]:
+    packed = path.read_bytes()
     try:
-        return list(msgspec.msgpack.decode(gzip.decompress(path.read_bytes()), type=list[tuple[int, Truth]]))
-    except (msgspec.MsgspecError, gzip.BadGzipFile) as error:
+        return list(msgspec.msgpack.decode(gzip.decompress(packed), type=list[tuple[int, Truth]]))
+    except DAMAGED as error:
+        raise UserError(f"{path}: the truth is damaged: {error}") from None
+    except MALFORMED as error:
         raise UserError(f"{path}: does not fit this version's Truth: {error}") from None
 
 

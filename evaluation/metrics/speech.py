@@ -1,6 +1,9 @@
 """What the driver has to listen to: messages, nags, and slow-downs that nothing called for."""
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
 from statistics import quantiles
 
 from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s, ttc_s
@@ -13,12 +16,15 @@ from services.simulator.hazards import CORRIDOR_HALF_M, LOOKS_M, SOON_S
 
 FORGOTTEN_S = 60.0
 """Ours: what was said longer ago may be said again."""
+REPEATED_S = 20.0
+"""Ours: the same words within this time are a repeat, whatever they are on."""
 STANDS_S = 4.0
 """Ours: a warning may be repeated after so long while its hazard is on."""
 OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
 IN_WORDS = ("stop", "foreign")
 """Topics whose news are words: the state of a light, the meaning of a sign."""
+OF_STOPS = ("stop",)
 OF_PLACES, OTHER_PLACE_M = ("give_way",), 60.0
 """Ours: a word on a place to give way at is about another one after so much way; no two lines or crossings are nearer to each other."""
 OF_LIMITS = ("limit", "ahead", "border")
@@ -33,19 +39,35 @@ CAUSE_TTC_S, CAUSE_HEADWAY_S, CAUSE_MU = 8.0, 1.5, 0.56
 def nags(record: Record) -> int:
     """Repeats without new information.
 
-    A message is one where the same topic was spoken of within 60 s with the same hazard, limit and announced limit, no
-    less urgency, a target that is not clearly lower, and nothing newly degraded. A warning repeated while its hazard is
-    really on is none, if 4 s have passed; nor is another word on a light or a sign, nor one on another place to give way at, nor a
-    limit told again after the law's was another one.
+    A message is one where any of the same topic within 60 s had the same hazard, limit and announced limit, no less urgency, a
+    target that is not clearly lower, and nothing newly degraded, and nothing since makes it news. A warning repeated while its
+    hazard is really on is none, if 4 s have passed since the last; nor is another word on a light or a sign, nor a stop told again
+    after that stop was over, nor a word on another place to give way at, nor a limit told again after the law's was another one.
     """
-    last: dict[str, At[Advisory]] = {}
+    told: dict[str, list[At[Advisory]]] = defaultdict(list)
     count = 0
     for each in record.spoken:
-        before = last.get(each.message.topic)
-        if before is not None and _repeats(before, each) and not _news(record, before, each):
-            count += 1
-        last[each.message.topic] = each
+        before = told[each.message.topic]
+        count += _is_nag(record, before, each)
+        before.append(each)
     return count
+
+
+def repeats(record: Record) -> int:
+    """Messages in the words of another one within 20 s before, whatever either is on."""
+    spoken_s: dict[str, float] = {}
+    count = 0
+    for time_s, message in record.spoken:
+        count += time_s - spoken_s.get(message.directive, -math.inf) < REPEATED_S
+        spoken_s[message.directive] = time_s
+    return count
+
+
+def _is_nag(record: Record, before: Sequence[At[Advisory]], now: At[Advisory]) -> bool:
+    repeated = [each for each in before if _repeats(each, now)]
+    if not repeated or _stands(record, repeated[-1], now):
+        return False
+    return any(not _news(record, each, now) for each in reversed(repeated))
 
 
 def _repeats(before: At[Advisory], now: At[Advisory]) -> bool:
@@ -66,17 +88,26 @@ def _lower(old_mps: float | None, new_mps: float | None) -> bool:
 
 
 def _news(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
-    """Whether the world or the words make it news all the same."""
+    """Whether the world or the words make it news since that one all the same."""
     if now.message.topic in IN_WORDS and now.message.directive != before.message.directive:
         return True
     if now.message.topic in OF_PLACES and _driven_m(record, before, now) > OTHER_PLACE_M:
         return True
-    return _stands(record, before, now) or (now.message.topic in OF_LIMITS and _law_changed(record, before, now))
+    if now.message.topic in OF_STOPS and _stop_over(record, before, now):
+        return True
+    return now.message.topic in OF_LIMITS and _law_changed(record, before, now)
 
 
 def _driven_m(record: Record, before: At[Advisory], now: At[Advisory]) -> float:
     old, new = record.truth_at(before.time_s), record.truth_at(now.time_s)
     return new.distance_m - old.distance_m if old is not None and new is not None else 0.0
+
+
+def _stop_over(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:
+    """Whether a light or sign that had one stop let one go meanwhile: what is told now is another red, or another line."""
+    between = record.truths_between(before.time_s, now.time_s)
+    stops = (each.stop_kind for each in between if each.stop_kind != "yield")
+    return any(old and new != old for old, new in pairwise(stops))
 
 
 def _law_changed(record: Record, before: At[Advisory], now: At[Advisory]) -> bool:

@@ -71,4 +71,4 @@ def test_a_log_whose_truth_is_spoiled_is_named(log: Path, tmp_path: Path, capsys
     for spoiled in (truth[:-20], truth[:40] + bytes(each ^ 255 for each in truth[40:400]) + truth[400:]):
         (tmp_path / TRUTH_FILE).write_bytes(spoiled)
         assert main([str(alone)]) == 2
-        assert f"{alone}: " in capsys.readouterr().err
+        assert f"{tmp_path / TRUTH_FILE}: " in capsys.readouterr().err

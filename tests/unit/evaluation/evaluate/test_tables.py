@@ -8,9 +8,18 @@ import msgspec
 import pytest
 
 from evaluation.evaluate import files
-from evaluation.evaluate.columns import COLLISIONS, COLUMNS, FALSE, INFRACTIONS, LATENCY_P50, RESPONSE, columns_of
+from evaluation.evaluate.columns import (
+    COLLISIONS,
+    COLUMNS,
+    FALSE,
+    INFRACTIONS,
+    LATENCY_P50,
+    RESPONSE,
+    Column,
+    columns_of,
+)
 from evaluation.evaluate.compare import against, lines_of, orders, told_of, with_and_without_faults
-from evaluation.evaluate.goals import GOALS, judged
+from evaluation.evaluate.goals import GOALS, judged, told
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.plan import Row
 from evaluation.evaluate.store import Kept
@@ -27,7 +36,7 @@ def test_columns_name_what_is_measured(name: TableName) -> None:
             assert {RATES[column.rate].count, RATES[column.rate].exposure} <= fields
             assert RATES[column.rate].unit == column.unit
         else:
-            assert {each for each in (column.field, *column.share) if each} <= fields
+            assert {each.partition(".")[0] for each in (column.field, *column.share) if each} <= fields
 
 
 def test_a_rate_pools_all_runs_and_has_the_exact_interval() -> None:
@@ -63,6 +72,52 @@ def test_the_table_of_corruption_tells_what_a_rate_came_to() -> None:
     assert value.of == "12 of 31"
     assert value_of(column, [NUMBERS]).value is None, "clean"
     assert column not in columns_of("results")
+
+
+def column(title: str) -> Column:
+    (found,) = (each for each in columns_of("results") if each.title == title)
+    return found
+
+
+def test_hazards_are_told_kind_by_kind_and_only_of_runs_that_had_the_kind() -> None:
+    response, answered = column("hazard response, lead brakes"), column("hazards answered, lead brakes")
+    runs = [
+        {
+            "hazard_response_by_kind_s": {"lead_brakes": times_s},
+            "hazards_by_kind": {"lead_brakes": 2},
+            "hazards_answered_by_kind": {"lead_brakes": len(times_s)},
+        }
+        for times_s in ((0.2, 0.6), (1.0,), ())
+    ]
+    other = {
+        "hazard_response_by_kind_s": {"cut_in": (9.0,)},
+        "hazards_by_kind": {"cut_in": 1},
+        "hazards_answered_by_kind": {"cut_in": 1},
+    }
+    value = value_of(response, [*runs, other, NUMBERS])
+    assert value.value == pytest.approx((0.4 + 1.0) / 2)
+    assert value.of == "2 runs"
+    value = value_of(answered, [*runs, other, NUMBERS])
+    assert (value.value, value.of) == (50.0, "3 of 6")
+    assert {each for each in columns_of("delta") if each in (response, answered)} == set()
+
+
+def test_false_interventions_in_a_hazard_are_a_share_of_the_false_ones() -> None:
+    runs = [{"false_interventions": 3, "false_while_hazard": 1}, {"false_interventions": 1, "false_while_hazard": 1}]
+    value = value_of(column("of false interventions, while a hazard is on"), runs)
+    assert (value.value, value.of) == (50.0, "2 of 4")
+
+
+@pytest.mark.parametrize(
+    "title",
+    [
+        "repeats within 20 s", "RSS violations", "RSS violations unanswered", "event F1 without overspeed",
+        "of false interventions, while a hazard is on", "hazard response, stop line", "hazards answered, stop line",
+    ],
+)  # fmt: skip
+def test_what_runs_of_older_code_did_not_measure_is_no_number(title: str) -> None:
+    value = value_of(column(title), [NUMBERS, {**NUMBERS, "hazards": 3, "hazards_answered": 3}])
+    assert (value.value, told(value, column(title))) == (None, "-")
 
 
 def test_a_share_pools_counts() -> None:

@@ -47,13 +47,19 @@ def test_any_run_is_measured_and_parts_never_exceed_wholes(
     decisions = tuple(decided(each.time_s, each.message.kind) for each in told)
     traces = tuple(ticked(each.time_s, ("overspeed",), ("applicable_limit",)) for each in told)
     found = measure(Record(truths=truth if with_truth else (), advisories=told, decisions=decisions, traces=traces))
+    assert (found.repeats_20s or 0) <= found.messages
     assert found.nags <= found.messages <= found.ticks == len(messages)
     assert found.correct_tool_rate is None or 0.0 <= found.correct_tool_rate <= 1.0
     assert found.event_f1 is None or 0.0 <= found.event_f1 <= 1.0
     if not with_truth:
         assert found.infractions is None
         return
-    assert (found.false_interventions or 0) <= found.interventions
+    assert (found.false_while_hazard or 0) <= (found.false_interventions or 0) <= found.interventions
+    assert (found.rss_unanswered or 0) <= (found.rss_violations or 0)
+    assert sum(found.hazards_by_kind.values()) == found.hazards
+    assert sum(found.hazards_answered_by_kind.values()) == found.hazards_answered
+    assert sorted(sum(found.hazard_response_by_kind_s.values(), ())) == sorted(found.hazard_response_s)
+    assert found.event_f1_without_law is None or 0.0 <= found.event_f1_without_law <= 1.0
     assert (found.hazards_answered or 0) == len(found.hazard_response_s) <= (found.hazards or 0)
     assert (found.near_collisions_pet or 0) <= (found.near_collisions or 0)
     assert found.collisions in (0, 1)

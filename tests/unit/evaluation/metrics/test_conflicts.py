@@ -3,12 +3,13 @@
 import math
 from typing import Any
 
+import msgspec
 import pytest
 from msgspec import structs
 
-from evaluation.metrics import Record, conflicts, measure
+from evaluation.metrics import RATES, Record, conflicts, measure
 from services.simulator.cars import EGO_BODY
-from tests.unit.evaluation.metrics.logs import decided, person, steady, truths
+from tests.unit.evaluation.metrics.logs import decided, hazard, person, steady, truths
 
 
 def test_the_ego_is_the_simulators() -> None:
@@ -160,6 +161,61 @@ def test_an_intervention_is_false_where_the_true_gap_is_safe() -> None:
     # on mu 0.4 braking takes 52.77 m: 52.83 m
     assert measure(braked(1.0, gap_m=52.0, mu=0.4)).false_interventions == 0
     assert measure(braked(1.0, gap_m=53.5, mu=0.4)).false_interventions == 1
+
+
+def test_of_false_interventions_those_in_a_hazard_are_told_apart() -> None:
+    # the gap is safe; a hazard is on from 2 to 4 s
+    def at(time_s: float) -> dict[str, Any]:
+        now = (hazard("cut_in", 2.0),) if 2.0 <= time_s <= 4.0 else ()
+        return {"speed_mps": 20.0, "gap_m": 40.0, "closing_mps": 5.0, "hazards": now}
+
+    acts = tuple(decided(time_s, "ACT") for time_s in (1.0, 3.0, 6.0))
+    found = measure(Record(truths=truths(10.0, at), decisions=acts))
+    assert (found.false_interventions, found.false_while_hazard) == (3, 1)
+    # it began before the hazard
+    early = tuple(decided(1.8 + 0.1 * tick, "ACT") for tick in range(5))
+    assert measure(Record(truths=truths(10.0, at), decisions=early)).false_while_hazard == 0
+    # a true one is none of them
+    near = Record(truths=steady(5.0, gap_m=20.0, closing_mps=5.0, hazards=(hazard("cut_in", 0.5),)), decisions=acts[:1])
+    assert (measure(near).false_interventions, measure(near).false_while_hazard) == (0, 0)
+
+
+def too_near(*stretches: tuple[float, float], acts: tuple[float, ...] = (), withheld: str = "") -> Record:
+    """26 m behind 15 m/s at 20 m/s, 0.44 m less than RSS asks for; outside of the stretches 27 m."""
+
+    def at(time_s: float) -> dict[str, Any]:
+        near = any(from_s <= time_s <= to_s for from_s, to_s in stretches)
+        return {"speed_mps": 20.0, "gap_m": 26.0 if near else 27.0, "closing_mps": 5.0}
+
+    return Record(truths=truths(20.0, at), decisions=tuple(decided(time_s, "ACT", withheld) for time_s in acts))
+
+
+def violations(record: Record) -> tuple[int | None, int | None]:
+    found = measure(record)
+    return found.rss_violations, found.rss_unanswered
+
+
+def test_true_rss_violations_are_counted_whether_anything_braked_or_not() -> None:
+    assert violations(too_near()) == (0, 0)
+    assert violations(too_near((2.0, 3.0), (10.0, 11.0))) == (2, 2)
+    # two seconds apart are one, more are two
+    assert violations(too_near((2.0, 3.0), (5.0, 6.0))) == (1, 1)
+    assert violations(too_near((2.0, 3.0), (5.1, 6.0))) == (2, 2)
+    # 2 in 20 s at 20 m/s: 0.4 km
+    found = msgspec.to_builtins(measure(too_near((2.0, 3.0), (10.0, 11.0))))
+    row = RATES["rss_violations"]
+    assert found[row.count] / found[row.exposure] * row.per == pytest.approx(50.0)
+    assert violations(Record()) == (None, None)
+
+
+@pytest.mark.parametrize(("act_s", "unanswered"), [(3.9, 1), (4.1, 0), (5.0, 0), (5.5, 0), (6.0, 0), (6.1, 1)])
+def test_a_violation_is_answered_by_an_intervention_in_it_or_a_second_before(act_s: float, unanswered: int) -> None:
+    assert violations(too_near((5.0, 6.0), acts=(act_s,))) == (1, unanswered)
+    assert violations(too_near((5.0, 6.0), acts=(act_s,), withheld="no grant")) == (1, 1)
+
+
+def test_an_intervention_that_goes_on_from_long_before_answers_a_violation() -> None:
+    assert violations(too_near((5.0, 6.0), acts=tuple(1.0 + 0.1 * tick for tick in range(45)))) == (1, 0)
 
 
 def test_a_person_in_the_path_within_the_stopping_distance_violates_rss() -> None:

@@ -5,8 +5,9 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from evaluation.metrics import Record, hazards, measure
+from evaluation.metrics import At, Record, hazards, measure
 from evaluation.metrics.conflicts import EGO_LENGTH_M
+from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
 from services.simulator.driver_profile import MEDIAN_REACTION_S
 from tests.unit.evaluation.metrics.logs import hazard, person, said, truths
@@ -185,6 +186,67 @@ def test_a_school_is_named_by_its_own_limit_and_by_one_that_asks_for_less_speed(
     assert measure(schooled(60.0, topic="ahead", target_mps=14.5, ahead_mps=15.0)).hazards_answered == 0
     assert measure(schooled(60.0, topic="limit", target_mps=8.3)).hazards_answered == 0
     assert measure(schooled(-5.0, topic="limit", target_mps=8.3)).hazards_answered == 1
+
+
+def test_hazards_and_their_answers_are_told_kind_by_kind() -> None:
+    def at(time_s: float) -> dict[str, Any]:
+        lead = (hazard("lead_brakes", 2.0),) if 2.0 <= time_s <= 4.0 else ()
+        again = (hazard("lead_brakes", 6.0),) if 6.0 <= time_s <= 8.0 else ()
+        walker = (hazard("pedestrian", 3.0),) if 3.0 <= time_s <= 4.0 else ()
+        return {"speed_mps": 10.0, "hazards": (*lead, *again, *walker)}
+
+    spoken = (said(2.5, **LEAD), said(7.5, **LEAD))
+    found = measure(Record(truths=truths(10.0, at), advisories=spoken))
+    assert found.hazards_by_kind == {"lead_brakes": 2, "pedestrian": 1}
+    assert found.hazards_answered_by_kind == {"lead_brakes": 2, "pedestrian": 0}
+    assert found.hazard_response_by_kind_s["lead_brakes"] == pytest.approx((0.5, 0.0)), (
+        "the word at 2.5 s stands to 6.5"
+    )
+    assert found.hazard_response_by_kind_s["pedestrian"] == ()
+    assert measure(Record()).hazards_by_kind == {}
+
+
+def to_line(stop_kind: str, *spoken: At[Advisory], nearer_m: float | None = None) -> tuple[float, ...]:
+    """At 10 m/s to a line that is a hazard from 5.0 s on, 90 m ahead; till then truth has one stop at another, so much nearer."""
+
+    def at(time_s: float) -> dict[str, Any]:
+        room = 90.0 - 10.0 * (time_s - 5.0)
+        if time_s >= 5.0:
+            return {
+                "speed_mps": 10.0, "stop_kind": stop_kind, "stop_distance_m": room,
+                "hazards": (hazard("stop_line", 5.0, room),),
+            }  # fmt: skip
+        other = {"stop_kind": "red_light", "stop_distance_m": room - nearer_m} if nearer_m is not None else {}
+        return {"speed_mps": 10.0, **other}
+
+    return measure(Record(truths=truths(10.0, at), advisories=spoken)).hazard_response_s
+
+
+@pytest.mark.parametrize(
+    ("stop_kind", "named", "answered"),
+    [
+        ("red_light", "red_light", True),
+        ("red_light", "stop_sign", False),
+        ("stop_sign", "red_light", False),
+        ("stop_sign", "stop_sign", True),
+        ("stop_sign", "", True),  # advice names neither
+        ("", "red_light", True),  # truth does not tell
+    ],
+)
+def test_a_word_on_a_light_is_no_answer_to_a_stop_sign(stop_kind: str, named: str, answered: bool) -> None:
+    found = to_line(stop_kind, said(6.0, topic="stop", hazard=named, urgency="warning"))
+    assert found == (pytest.approx((1.0,)) if answered else ())
+
+
+@pytest.mark.parametrize(
+    ("nearer_m", "answered"), [(None, True), (0.0, True), (9.0, True), (11.0, False), (60.0, False)]
+)
+def test_a_word_while_a_nearer_line_has_one_stop_is_on_that_one(nearer_m: float | None, answered: bool) -> None:
+    advice = {"topic": "stop", "urgency": "advice"}
+    assert to_line("red_light", said(2.0, **advice), nearer_m=nearer_m) == ((0.0,) if answered else ())
+    # said again at the line itself
+    late = to_line("red_light", said(2.0, **advice), said(6.0, **advice), nearer_m=nearer_m)
+    assert late == pytest.approx((0.0,) if answered else (1.0,))
 
 
 def test_deep_water_is_answered_by_a_word_that_asks_for_less_speed_than_is_driven() -> None:

@@ -1,6 +1,7 @@
 """A run measured as it goes and measured from its log."""
 
 import gzip
+import random
 from pathlib import Path
 
 import msgspec
@@ -8,6 +9,7 @@ import pytest
 
 from drivemcp.errors import UserError
 from evaluation.metrics import TRUTH_FILE, At, Record, Recorder, from_log, keep, measure
+from evaluation.metrics.__main__ import main
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from proto.truth import Corrupted, CorruptionKind
@@ -62,6 +64,21 @@ def test_a_truth_of_another_version_is_named(tmp_path: Path) -> None:
     (tmp_path / TRUTH_FILE).write_bytes(gzip.compress(msgspec.msgpack.encode([(1, {"time_s": "soon"})])))
     with pytest.raises(UserError, match="does not fit this version's Truth"):
         from_log(log)
+
+
+CUT = gzip.compress(b"truth" * 100)[:-20]
+SPOILED = gzip.compress(random.Random(0).randbytes(1000))
+SPOILED = SPOILED[:12] + bytes(each ^ 255 for each in SPOILED[12:40]) + SPOILED[40:]
+
+
+@pytest.mark.parametrize("truth", [b"no truth", CUT, SPOILED], ids=["no gzip file", "cut", "spoiled"])
+def test_a_damaged_truth_is_named(tmp_path: Path, truth: bytes, capsys: pytest.CaptureFixture[str]) -> None:
+    (log := tmp_path / "log.mcap").write_bytes(b"")
+    (tmp_path / TRUTH_FILE).write_bytes(truth)
+    with pytest.raises(UserError, match=rf"{TRUTH_FILE}: the truth is damaged: "):
+        from_log(log)
+    assert main([str(log)]) == 2
+    assert "the truth is damaged" in capsys.readouterr().err
 
 
 def test_truth_is_found_by_time() -> None:

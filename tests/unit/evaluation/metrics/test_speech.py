@@ -16,6 +16,10 @@ def nags(*spoken: At[Advisory], **truth: Any) -> int:
     return measure(Record(truths=steady(100.0, **truth), advisories=spoken)).nags
 
 
+def of_limit(mps: float) -> dict[str, Any]:
+    return {"legal_limit": limit(mps), "directive": f"Limit {mps * 3.6:.0f} km/h"}
+
+
 def test_every_speak_is_a_message_and_an_uninterrupted_act_is_one() -> None:
     heard = (said(1.0), said(1.1, "SILENT"), said(2.0, "ACT"), said(2.1, "ACT"), said(2.2, "ACT"), said(4.0, "ACT"))
     assert measure(Record(truths=steady(5.0), advisories=heard)).messages == 3
@@ -38,6 +42,75 @@ def test_the_same_said_again_is_a_nag_within_a_minute() -> None:
     assert nags(said(1.0), said(31.0)) == 1
     assert nags(said(1.0), said(62.0)) == 0
     assert nags(said(1.0), said(2.0, topic="friction")) == 0
+
+
+def test_what_was_said_before_the_last_word_on_a_topic_is_a_nag_as_well() -> None:
+    a, b = of_limit(20.0), of_limit(13.9)
+    assert nags(said(1.0, **a), said(10.0, **b), said(20.0, **a), said(30.0, **b)) == 2
+    # the first of them is 61 s ago, and what it was repeated by is not
+    assert nags(said(1.0, **a), said(10.0, **b), said(62.0, **a)) == 0
+    assert nags(said(1.0, **a), said(10.0, **b), said(59.0, **a), said(62.0, **a)) == 2
+
+
+def test_a_limit_told_again_is_news_only_since_words_from_before_another_limit() -> None:
+    # the law has 13.9 m/s from 10 to 20 s
+    law = lambda t: {"speed_mps": 8.0, "law_limit_mps": 13.9 if 10.0 <= t <= 20.0 else 20.0}  # noqa: E731
+
+    def told(*spoken: At[Advisory]) -> int:
+        return measure(Record(truths=truths(60.0, law), advisories=spoken)).nags
+
+    a, b = of_limit(20.0), of_limit(13.9)
+    assert told(said(1.0, **a), said(11.0, **b), said(21.0, **a)) == 0
+    # 13.9 was the law meanwhile, and is news again; the last repeats the third
+    assert told(said(1.0, **a), said(11.0, **b), said(21.0, **a), said(30.0, **b), said(40.0, **a)) == 1
+
+
+def test_a_standing_warning_waits_four_seconds_from_the_last_such_one() -> None:
+    warning = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+    on, mild = {"hazards": (hazard("lead_brakes", 0.5),)}, {**warning, "urgency": "info"}
+    assert nags(said(1.0, **warning), said(5.0, **warning), said(9.0, **warning), **on) == 0
+    # 8 s after the first and 3 s after the second
+    assert nags(said(1.0, **warning), said(6.0, **warning), said(9.0, **warning), **on) == 1
+    # a milder word meanwhile is none such: 5 s
+    assert nags(said(1.0, **warning), said(5.0, **mild), said(6.0, **warning), **on) == 0
+    # where nothing is on, three of three repeat the first
+    assert nags(said(1.0, **warning), said(5.0, **mild), said(6.0, **warning)) == 2
+
+
+def test_a_red_light_is_told_again_once_the_last_was_over() -> None:
+    red, green = {"topic": "stop", "directive": "Stop: red light"}, {"topic": "stop", "directive": "Green: go on"}
+    spoken = (said(1.0, **red), said(10.0, **green), said(21.0, **red))
+
+    def lights(*kinds: str) -> int:
+        at = lambda t: {"speed_mps": 8.0, "stop_kind": kinds[min(2, int(t / 10.0))]}  # noqa: E731
+        return measure(Record(truths=truths(30.0, at), advisories=spoken)).nags
+
+    assert lights("red_light", "", "red_light") == 0
+    assert lights("red_light", "stop_sign", "red_light") == 0
+    # it stayed red, or came in sight between the words, or somebody had right of way at another line
+    assert lights("red_light", "red_light", "red_light") == 1
+    assert lights("", "red_light", "red_light") == 1
+    assert lights("red_light", "yield", "red_light") == 1
+
+
+def test_the_same_words_within_twenty_seconds_are_a_repeat_whatever_they_are_on() -> None:
+    def told(*spoken: At[Advisory], **truth: Any) -> int | None:
+        return measure(Record(truths=steady(60.0, **truth), advisories=spoken)).repeats_20s
+
+    a, b = {"directive": "Brake"}, {"directive": "Limit 50 km/h"}
+    assert told(said(1.0, **a), said(5.0, **b), said(20.9, **a)) == 1
+    assert told(said(1.0, **a), said(21.1, **a)) == 0
+    assert told(said(1.0, topic="lead", **a), said(5.0, topic="person", hazard="pedestrian", **a)) == 1
+    warning = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning", **a}
+    on = {"hazards": (hazard("lead_brakes", 0.5),)}
+    assert (nags(said(1.0, **warning), said(5.0, **warning), **on), told(said(1.0, **a), said(5.0, **a), **on)) == (
+        0,
+        1,
+    )
+    # 2 in 60 s at 20 m/s: 1.2 km
+    found = msgspec.to_builtins(measure(Record(truths=steady(60.0), advisories=(said(1.0), said(2.0), said(3.0)))))
+    row = RATES["repeats_20s"]
+    assert found[row.count] / found[row.exposure] * row.per == pytest.approx(2 / 0.12)
 
 
 @pytest.mark.parametrize(

@@ -69,6 +69,21 @@ def test_f1_is_over_all_kinds() -> None:
     assert measure(Record(truths=steady(5.0), traces=ticks(5.0))).event_f1 is None
 
 
+def test_f1_is_told_without_the_law_as_well() -> None:
+    # overspeed: 1 missed. closing_lead: 1 false, then 1 hit of 24 m at 8 m/s from 10 s on: 2 / (2 + 1 + 1) and 2 / (2 + 1)
+    def at(time_s: float) -> dict[str, Any]:
+        near = {"gap_m": 24.0, "closing_mps": 8.0} if time_s >= 10.0 else {}
+        return {"speed_mps": 21.6 if 5.0 <= time_s <= 8.0 else 20.0, **near}
+
+    found = measure(
+        Record(truths=truths(15.0, at), traces=ticks(15.0, ("closing_lead", 1.0, 2.0), ("closing_lead", 11.0, 12.0)))
+    )
+    assert found.event_f1 == pytest.approx(1 / 2)
+    assert found.event_f1_without_law == pytest.approx(2 / 3)
+    alone = measure(Record(truths=fast(5.0, 10.0, 0.08), traces=ticks(20.0, ("overspeed", 6.0, 9.0))))
+    assert (alone.event_f1, alone.event_f1_without_law) == (1.0, None)
+
+
 def test_a_closing_lead_must_be_detected_from_its_time_to_collision() -> None:
     # 1 / TTC above 0.25 * 5/4: below 3.2 s; 24 m at 8 m/s are 3 s, 40 m 5 s, 28 m 3.5 s
     for gap, expected in ((24.0, Scores(missed=1)), (28.0, Scores()), (40.0, Scores())):

@@ -69,7 +69,7 @@ def test_a_limit_so_soon_after_another_message_waits_for_its_turn() -> None:
     told = [on.tick(ahead(distance_m=95.0)).advisory, *(on.tick().advisory for _ in range(60))]
     assert [each.directive for each in told if each.kind == "SPEAK"] == ["50 km/h ahead"]
     told = [on.tick(limit_sign("limit:50")).advisory, *(on.tick().advisory for _ in range(120))]
-    spoken = [(each.directive, each.told_limit_mps) for each in told if each.kind == "SPEAK"]
+    spoken: list[Any] = [(each.directive, each.told_limit_mps) for each in told if each.kind == "SPEAK"]
     assert spoken == [("Limit 50 km/h", pytest.approx(50 * KMH))]
 
 

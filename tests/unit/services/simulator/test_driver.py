@@ -71,8 +71,14 @@ def test_the_same_message_said_again_meets_the_same_mind() -> None:
 @pytest.mark.parametrize(
     ("one", "another"),
     [
-        (Advice(topic="limit", target_mps=13.9, limit_mps=13.9), Advice(topic="ahead", target_mps=20.0, ahead_mps=13.9)),
-        (Advice(topic="limit", target_mps=13.9, limit_mps=13.9), Advice(topic="border", target_mps=9.0, limit_mps=13.9)),
+        (
+            Advice(topic="limit", target_mps=13.9, limit_mps=13.9),
+            Advice(topic="ahead", target_mps=20.0, ahead_mps=13.9),
+        ),
+        (
+            Advice(topic="limit", target_mps=13.9, limit_mps=13.9),
+            Advice(topic="border", target_mps=9.0, limit_mps=13.9),
+        ),
         (Advice(topic="friction", target_mps=13.9), Advice(topic="friction", target_mps=11.0)),
     ],
 )
