@@ -14,6 +14,7 @@ from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
 from evaluation.damaged import DAMAGED
+from evaluation.evaluate.machine import machine
 from evaluation.evaluate.moments import with_pictures, worst_moments
 from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
@@ -48,7 +49,7 @@ def _driven(store: Store, key: str, spec: RunSpec) -> Kept:
     _tidy(part)
     (part / SPEC).write_bytes(msgspec.json.format(msgspec.json.encode(spec)))
     keep(recorder, part)
-    kept = _measure(recorder.record(), part, wall_s, cpu_s)
+    kept = _measure(recorder.record(), part, _Took(round(wall_s, 2), round(cpu_s, 2), machine()))
     store.finish(key)
     return kept
 
@@ -87,10 +88,10 @@ def _tidy(folder: Path) -> None:
     shutil.rmtree(folder / "secrets")
 
 
-def _measure(record: Record, folder: Path, wall_s: float, cpu_s: float) -> Kept:
+def _measure(record: Record, folder: Path, took: "_Took") -> Kept:
     kept = Kept(
         metrics=msgspec.to_builtins(measure(record)), moments=with_pictures(worst_moments(record), folder / LOG),
-        wall_s=round(wall_s, 2), cpu_s=round(cpu_s, 2), measured_by=measuring(), outcome=record.outcome(),
+        wall_s=took.wall_s, cpu_s=took.cpu_s, machine=took.machine, measured_by=measuring(), outcome=record.outcome(),
         labelled=labelled(record),
     )  # fmt: skip
     write_whole(folder / METRICS, msgspec.json.format(msgspec.json.encode(kept)))
@@ -104,14 +105,15 @@ def _measured_again(store: Store, key: str) -> Kept:
         record = from_log(folder / LOG)
     except (UserError, *DAMAGED) as error:
         raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
-    return _measure(record, folder, before.wall_s, before.cpu_s)
+    return _measure(record, folder, before)
 
 
 class _Took(msgspec.Struct):
-    """Of whichever metrics: how long the run took to drive."""
+    """Of whichever metrics: how long the run took to drive, and on what."""
 
     wall_s: float = 0.0
     cpu_s: float = 0.0
+    machine: str = ""
 
 
 def _before(file: Path) -> _Took:

@@ -84,7 +84,7 @@ def _head(about: About, reading: str) -> Iterator[str]:
     yield (
         f"{about.runs} runs, {about.km:.2f} km, {about.driven_s / 60:.1f} minutes driven in {about.wall_s / 60:.1f} minutes "
         f"of wall time (all slots together); {about.missing} runs are missing. "
-        f"{about.machine}. Sensors: {about.sensors}. DriveLM backend: {about.backend}. Latencies: {about.latencies}.\n"
+        f"Driven on {about.machine}. Sensors: {about.sensors}. DriveLM backend: {about.backend}. Latencies: {about.latencies}.\n"
     )
     if about.published:
         yield f"{about.published}\n"

@@ -46,6 +46,8 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     metrics: msgspec.Raw
     moments: msgspec.Raw
     labelled: msgspec.Raw
+    machine: str = ""
+    """On what it was driven; empty: nobody noted it."""
     redecided: Redecided = ""
     redecided_by: str = ""
     """The code that decided its log again, the last that did."""
@@ -80,7 +82,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
             metrics=msgspec.json.decode(self.metrics, type=dict[str, Any]),
             moments=msgspec.json.decode(self.moments, type=tuple[Moment, ...]),
             labelled=msgspec.json.decode(self.labelled, type=Drive),
-            wall_s=self.wall_s, cpu_s=self.cpu_s, measured_by=self.measured_by, outcome=self.outcome,
+            wall_s=self.wall_s, cpu_s=self.cpu_s, machine=self.machine, measured_by=self.measured_by, outcome=self.outcome,
         )  # fmt: skip
 
 
@@ -88,7 +90,7 @@ def line_of(key: str, spec: RunSpec, kept: Kept) -> Line:
     """The line of a run that is here."""
     return Line(
         key=key, spec=msgspec.Raw(encoded(spec)), driven_by=driving(spec.sensors),
-        measured_by=kept.measured_by, outcome=kept.outcome, wall_s=kept.wall_s, cpu_s=kept.cpu_s,
+        measured_by=kept.measured_by, outcome=kept.outcome, wall_s=kept.wall_s, cpu_s=kept.cpu_s, machine=kept.machine,
         metrics=msgspec.Raw(msgspec.json.encode(kept.metrics)), moments=msgspec.Raw(msgspec.json.encode(kept.moments)),
         labelled=msgspec.Raw(msgspec.json.encode(kept.labelled)),
     )  # fmt: skip

@@ -3,6 +3,7 @@
 import base64
 import os
 import shlex
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -21,7 +22,7 @@ from evaluation.evaluate.moments import KINDS, Moment, shown
 from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
-from evaluation.evaluate.store import LOG
+from evaluation.evaluate.store import LOG, Kept
 from evaluation.evaluate.tables import INTERVALS, Ran, Table, TableRow, Value
 from evaluation.methods import noted
 from evaluation.metrics import from_log
@@ -41,6 +42,7 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
 
     command: str
     machine: str
+    """On what the runs were driven, and how many on each."""
     wall_s: float
     """Of all runs together, each on its core."""
     driven_s: float
@@ -69,9 +71,7 @@ class Behind(NamedTuple):
         return (self.runs / key / LOG).exists()
 
 
-def about(
-    tables: Sequence[Table], command: str, machine: str, *, quick: bool, latencies: str, published: str = ""
-) -> About:
+def about(tables: Sequence[Table], command: str, *, quick: bool, latencies: str, published: str = "") -> About:
     """Sums over all runs, each counted once."""
     runs = {
         run.key or (table.name, row.row.key, run.number): run  # a row that adapts has no keys yet where it has not come to
@@ -79,12 +79,19 @@ def about(
     }  # fmt: skip
     kept = [run.kept for run in runs.values() if run.kept is not None]
     return About(
-        command=command, machine=machine, quick=quick, runs=len(kept), missing=len(runs) - len(kept),
+        command=command, machine=_machines(kept), quick=quick, runs=len(kept), missing=len(runs) - len(kept),
         wall_s=sum(each.wall_s for each in kept), driven_s=sum(each.metrics.get("seconds") or 0.0 for each in kept),
         km=sum(each.metrics.get("distance_m") or 0.0 for each in kept) / 1000,
         backend=", ".join(dict.fromkeys(row.backend for table in tables for row in table.rows)),
         sensors=", ".join(dict.fromkeys(table.sensors for table in tables)), latencies=latencies, published=published,
     )  # fmt: skip
+
+
+def _machines(kept: Sequence[Kept]) -> str:
+    on = Counter(each.machine or "a machine that nobody noted" for each in kept)
+    if len(on) == 1:
+        return next(iter(on))
+    return "; ".join(f"{count} runs on {machine}" for machine, count in on.most_common()) or "nothing was driven"
 
 
 def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
@@ -107,7 +114,7 @@ def _head(about: About) -> str:
         else ""
     )
     facts = (
-        ("command", f"<code>{escape(about.command)}</code>"), ("machine", escape(about.machine)),
+        ("command", f"<code>{escape(about.command)}</code>"), ("driven on", escape(about.machine)),
         ("sensors", escape(about.sensors)), ("DriveLM backend", escape(about.backend)),
         ("latencies", escape(about.latencies)),
         ("driven", f"{driven}, {speed}"),

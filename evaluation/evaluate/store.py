@@ -43,6 +43,8 @@ class Kept(msgspec.Struct, frozen=True, kw_only=True):
     """The digest of the code that measured: another one measures again, from the log."""
     outcome: str = ""
     """A digest of the run's truth and of what was decided and said in it (`evaluation.metrics.Record`): equal if a run came out alike."""
+    machine: str = ""
+    """On what it was driven; empty: nobody noted it."""
     labelled: Drive = Drive((), 0.0)
     """What a driver who knows the truth would say of it: rows that adapt begin their next run with it."""
 

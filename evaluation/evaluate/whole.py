@@ -15,7 +15,6 @@ from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import alike, asked, files, page, published, report
 from evaluation.evaluate.alike import Group, Verdict
 from evaluation.evaluate.labelled import specs_of
-from evaluation.evaluate.machine import machine
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import Row, Run, latencies_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
@@ -213,9 +212,7 @@ def _write(
 ) -> None:
     measured = latencies_of(flags.latencies)
     latencies = measured.told() if measured is not None else "fixed, 4 ms a call"
-    told = report.about(
-        tables, asked.command_line(flags), machine(), quick=flags.quick, latencies=latencies, published=taken
-    )
+    told = report.about(tables, asked.command_line(flags), quick=flags.quick, latencies=latencies, published=taken)
     files.write(folder, tables)
     write_whole(folder / REPORT, report.html(tables, told, store.folder, folder).encode())
     if flags.docs:

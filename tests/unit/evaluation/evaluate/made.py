@@ -21,7 +21,14 @@ NUMBERS: dict[str, Any] = {
 
 def kept(**numbers: Any) -> Kept:
     """A run's numbers; what is not told is as above."""
-    return Kept(metrics={**NUMBERS, **numbers}, moments=(), wall_s=60.0, cpu_s=50.0, measured_by="test")
+    return Kept(
+        metrics={**NUMBERS, **numbers},
+        moments=(),
+        wall_s=60.0,
+        cpu_s=50.0,
+        machine="a test's machine",
+        measured_by="test",
+    )
 
 
 def table(

@@ -57,7 +57,7 @@ def test_the_report_says_why_a_run_with_broken_truth_has_no_picture(tmp_path: Pa
         (tmp_path / run.key).mkdir(exist_ok=True)
         (tmp_path / run.key / "log.mcap").write_bytes(b"no log")
         (tmp_path / run.key / "truth.msgpack.gz").write_bytes(truth)
-    about = report.about([bad], "drivemcp evaluate results", "a machine", quick=True, latencies="fixed")
+    about = report.about([bad], "drivemcp evaluate results", quick=True, latencies="fixed")
     text = report.html([bad], about, tmp_path, tmp_path)
     assert "No picture: " in text
     assert "log.mcap: " in text[text.index("No picture: ") :]

@@ -36,6 +36,7 @@ def finished(**numbers: Any) -> Kept:
         metrics=metrics,
         moments=(moment(),),
         wall_s=60.12,
+        machine="a test's machine",
         cpu_s=50.0,
         measured_by=measuring(),
         outcome="as it was",

@@ -28,9 +28,7 @@ def made_run(row: Row, number: int) -> Kept | None:
 
 
 def told(tables: list[Table]) -> About:
-    return report.about(
-        tables, "drivemcp evaluate results --quick", "a machine", quick=True, latencies="fixed, 4 ms a call"
-    )
+    return report.about(tables, "drivemcp evaluate results --quick", quick=True, latencies="fixed, 4 ms a call")
 
 
 class Links(HTMLParser):
@@ -113,6 +111,21 @@ def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
             assert (len(re.findall(r"0\.060[^|]*<i>assumed</i>|0\.060[^|]*\*assumed\*", text)) > 0) == there
 
 
+@pytest.mark.parametrize(
+    ("machines", "told_as"),
+    [
+        (("one", "one"), "one"),
+        (("one", "other"), "1 runs on one; 1 runs on other"),
+        (("", ""), "a machine that nobody noted"),
+    ],
+)
+def test_it_tells_on_which_machines_the_runs_were_driven(machines: tuple[str, str], told_as: str) -> None:
+    def driven_on(row: Row, number: int) -> Kept | None:
+        return msgspec.structs.replace(kept(), machine=machines[number]) if row.key == "cross-border/Oracle" else None
+
+    assert told([table("results", driven_on)]).machine == told_as
+
+
 def test_rows_that_another_backend_made_say_so() -> None:
     mixed = table("results", made_run, settings={"drivelm": {"prompt_backend": "openai"}})
     text, whole = page([mixed], told([mixed])), report.html([mixed], told([mixed]), Path("runs"), Path())
@@ -144,7 +157,9 @@ def test_what_is_written_between_the_marks_stays_and_all_else_is_made_anew(tmp_p
     write(file, tables, told(tables))
     made = file.read_text(encoding="utf-8")
     reading = "- **What it means**: little.\n\n## Before\n\nMore of it."
-    edited = made.replace(f"{BEGIN}\n\n{END}", f"{BEGIN}\n{reading}\n{END}").replace("a machine", "another machine")
+    edited = made.replace(f"{BEGIN}\n\n{END}", f"{BEGIN}\n{reading}\n{END}").replace(
+        "a test's machine", "another machine"
+    )
     assert edited != made
     file.write_text(edited, encoding="utf-8")
     write(file, tables, told(tables))
