@@ -198,5 +198,5 @@ def otherwise(published: Mapping[str, Line], here: Iterable[Line]) -> list[str]:
 
 
 def came_to(kept: Kept) -> Kept:
-    """All but how long it took to drive."""
-    return msgspec.structs.replace(kept, wall_s=0.0, cpu_s=0.0)
+    """All but how long it took to drive, and on what."""
+    return msgspec.structs.replace(kept, wall_s=0.0, cpu_s=0.0, machine="")

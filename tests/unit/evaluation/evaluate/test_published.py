@@ -125,6 +125,18 @@ def test_a_run_that_came_out_otherwise_than_published_is_told_and_does_not_repla
     assert file.read_bytes() == before
 
 
+def test_a_run_that_another_machine_took_longer_for_came_out_the_same() -> None:
+    store, one = Store(Path("nowhere")), finished()
+    other = msgspec.structs.replace(one, machine="another", wall_s=600.0, cpu_s=500.0)
+    published = {line.key: line for line in lines(1)}
+    key, spec = store.key(SPECS[0]), SPECS[0]
+    assert (
+        otherwise(published, [line_of(key, spec, msgspec.structs.replace(other, metrics=finished(nags=0).metrics))])
+        == []
+    )
+    assert otherwise(published, [line_of(key, spec, finished(nags=7))]) == [key]
+
+
 def test_what_is_published_into_is_not_taken_from_unless_it_is_asked_for(
     driven: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
