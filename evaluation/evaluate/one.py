@@ -88,7 +88,15 @@ def _tidy(folder: Path) -> None:
     shutil.rmtree(folder / "secrets")
 
 
-def _measure(record: Record, folder: Path, took: "_Took") -> Kept:
+class _Took(msgspec.Struct):
+    """Of whichever metrics: how long the run took to drive, and on what."""
+
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+    machine: str = ""
+
+
+def _measure(record: Record, folder: Path, took: _Took) -> Kept:
     kept = Kept(
         metrics=msgspec.to_builtins(measure(record)), moments=with_pictures(worst_moments(record), folder / LOG),
         wall_s=took.wall_s, cpu_s=took.cpu_s, machine=took.machine, measured_by=measuring(), outcome=record.outcome(),
@@ -106,14 +114,6 @@ def _measured_again(store: Store, key: str) -> Kept:
     except (UserError, *DAMAGED) as error:
         raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
     return _measure(record, folder, before)
-
-
-class _Took(msgspec.Struct):
-    """Of whichever metrics: how long the run took to drive, and on what."""
-
-    wall_s: float = 0.0
-    cpu_s: float = 0.0
-    machine: str = ""
 
 
 def _before(file: Path) -> _Took:
