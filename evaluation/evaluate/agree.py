@@ -1,6 +1,6 @@
 """`python -m evaluation.evaluate.agree RENDERED MODELLED`: whether both kinds of sensors come to the same numbers on the same runs.
 
-Both are folders of `drivemcp evaluate`; runs of the same row, place, seed, latencies and settings are compared pair by pair.
+Both are folders of `drivemcp evaluate`; runs of the same row, place, seed, length, latencies and settings are compared pair by pair.
 """
 
 import argparse
@@ -19,8 +19,8 @@ from evaluation.evaluate.tables import per_run
 from evaluation.statistics import Spread, paired
 
 Metrics = Mapping[str, Any]
-Scene = tuple[str, str, int, int, str]
-"""Row, family, place, seed, and what else the run was made of (`_asked`)."""
+Scene = tuple[str, str, int, int, float, str]
+"""Row, family, place, seed, seconds asked, and what else the run was made of (`_asked`)."""
 
 
 class Compared(msgspec.Struct, frozen=True, kw_only=True):
@@ -49,7 +49,9 @@ def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
     try:
         rows = msgspec.json.decode(file.read_bytes())["table"]["rows"]
         return {
-            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"], asked): run["kept"]["metrics"]
+            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"], run["seconds"], asked): run["kept"][
+                "metrics"
+            ]
             for row, asked in zip(rows, map(_asked, rows), strict=True)
             for run in row["runs"]
             if run["kept"] is not None
@@ -126,7 +128,7 @@ def main() -> int:
     try:
         found = compared(flags.table, *(runs_in(folder, flags.table) for folder in (flags.rendered, flags.modelled)))
         if not found:
-            raise UserError("no run of the same row, place, seed, latencies and settings in both folders")
+            raise UserError("no run of the same row, place, seed, length, latencies and settings in both folders")
     except UserError as error:
         sys.stderr.write(f"{error}\n")
         return 2

@@ -45,6 +45,8 @@ class Ran(msgspec.Struct, frozen=True, kw_only=True):
     seed: int
     kept: Kept | None
     problem: str = ""
+    seconds: float = 0.0
+    """How long it was asked to drive; 0: the whole route."""
 
 
 class TableRow(msgspec.Struct, frozen=True, kw_only=True):

@@ -194,7 +194,10 @@ def _measured(rows: Sequence[Row], runs: Sequence[Run], keys: Mapping[int, str],
     by_row: dict[tuple[str, str], list[Ran]] = {}
     for run in runs:
         key = keys.get(id(run), "")
-        ran = Ran(key=key, number=run.number, seed=run.spec.seed, kept=store.kept(key), problem=store.failed(key))
+        ran = Ran(
+            key=key, number=run.number, seed=run.spec.seed, kept=store.kept(key), problem=store.failed(key),
+            seconds=run.spec.seconds,
+        )  # fmt: skip
         by_row.setdefault((run.row.table, run.row.key), []).append(ran)
     names = dict.fromkeys(row.table for row in rows)
     return [

@@ -38,10 +38,11 @@ def table(
     *,
     modelled_ms: Mapping[str, float] = {},
     settings: Mapping[str, dict[str, Any]] = {},
+    seconds: float = 0.0,
 ) -> Table:
-    """A table whose runs come from `made`; None is a run that failed. Latencies and settings are those of all rows."""
+    """A table whose runs come from `made`; None is a run that failed. Latencies, settings and seconds asked are those of all rows."""
     rows = [_with(row, modelled_ms, settings) for row in rows_of(name, "rendered")]
-    ran = {row.key: [_ran(row, number, made(row, number)) for number in range(runs)] for row in rows}
+    ran = {row.key: [_ran(row, number, made(row, number), seconds) for number in range(runs)] for row in rows}
     return table_of(name, rows, ran)
 
 
@@ -52,9 +53,11 @@ def _with(row: Row, modelled_ms: Mapping[str, float], settings: Mapping[str, dic
     return msgspec.structs.replace(row, spec=spec)
 
 
-def _ran(row: Row, number: int, found: Kept | None) -> Ran:
+def _ran(row: Row, number: int, found: Kept | None, seconds: float) -> Ran:
     problem = "" if found else "Traceback\nits process ended with 9"
-    return Ran(key=f"{abs(hash(row.key)):x}-{number}", number=number, seed=number, kept=found, problem=problem)
+    return Ran(
+        key=f"{abs(hash(row.key)):x}-{number}", number=number, seed=number, kept=found, problem=problem, seconds=seconds
+    )
 
 
 def moment(picture: str = "") -> Moment:

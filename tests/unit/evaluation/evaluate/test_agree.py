@@ -99,3 +99,11 @@ def test_runs_with_other_latencies_or_settings_are_no_pair(tmp_path: Path) -> No
     assert compared("results", sides[0], sides[1]), "what is logged changes no run"
     assert not compared("results", sides[0], sides[2])
     assert not compared("results", sides[0], sides[3])
+
+
+def test_the_first_seconds_of_a_route_are_no_pair_of_the_whole(tmp_path: Path) -> None:
+    for name, seconds in (("short", 5.0), ("whole", 0.0)):
+        write(tmp_path / name, [table("results", partial(_made, {}), seconds=seconds)])
+    short, whole = (runs_in(tmp_path / name, "results") for name in ("short", "whole"))
+    assert compared("results", short, short)
+    assert not compared("results", short, whole)

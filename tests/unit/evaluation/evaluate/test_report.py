@@ -115,7 +115,7 @@ def test_page_and_report_say_why_latencies_are_in_no_order() -> None:
     ("machines", "told_as"),
     [
         (("one", "one"), "one"),
-        (("one", "other"), "1 runs on one; 1 runs on other"),
+        (("one", "other"), "1 run on one; 1 run on other"),
         (("", ""), "a machine that nobody noted"),
     ],
 )
