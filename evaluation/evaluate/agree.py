@@ -46,18 +46,17 @@ class Compared(msgspec.Struct, frozen=True, kw_only=True):
 def runs_in(folder: Path, table: TableName) -> dict[Scene, Metrics]:
     """What finished runs of a table came to. Raises UserError where the folder has none that can be read."""
     file = folder / f"{table}.json"
+    found: dict[Scene, Metrics] = {}
     try:
-        rows = msgspec.json.decode(file.read_bytes())["table"]["rows"]
-        return {
-            (row["row"]["key"], row["row"]["family"], run["number"], run["seed"], run["seconds"], asked): run["kept"][
-                "metrics"
-            ]
-            for row, asked in zip(rows, map(_asked, rows), strict=True)
-            for run in row["runs"]
-            if run["kept"] is not None
-        }
+        for each in msgspec.json.decode(file.read_bytes())["table"]["rows"]:
+            row, asked = each["row"], _asked(each)
+            for run in each["runs"]:
+                if run["kept"] is not None:
+                    scene = (row["key"], row["family"], run["number"], run["seed"], run["seconds"], asked)
+                    found[scene] = run["kept"]["metrics"]
     except (OSError, *MALFORMED, KeyError, TypeError) as error:
         raise UserError(f"{file}: no table of `drivemcp evaluate`: {error!r}") from error
+    return found
 
 
 def _asked(row: Mapping[str, Any]) -> str:

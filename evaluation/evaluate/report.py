@@ -91,10 +91,8 @@ def _machines(kept: Sequence[Kept]) -> str:
     on = Counter(each.machine or "a machine that nobody noted" for each in kept)
     if len(on) == 1:
         return next(iter(on))
-    return (
-        "; ".join(f"{count} {'run' if count == 1 else 'runs'} on {machine}" for machine, count in on.most_common())
-        or "nothing was driven"
-    )
+    told = [f"{count} {'run' if count == 1 else 'runs'} on {machine}" for machine, count in on.most_common()]
+    return "; ".join(told) or "nothing was driven"
 
 
 def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
