@@ -27,7 +27,7 @@ BATCH_S = 0.005
 IN_BATCH = round(FRAMES_PER_S * BATCH_S)
 OTHERS = 65
 CURATED_IN_BATCH = 7
-"""Of 20 frames so many are of the described car's 14 messages."""
+"""Of 20 frames so many are of the described car's messages."""
 SPEED = "Motion"
 """Leads each batch, so that its age in an ego is that of the oldest frame that came with it."""
 TURNS = 240

@@ -36,6 +36,10 @@ def check(flags: argparse.Namespace) -> None:
     figure_of((1, 1), (1.0, 1.0))
     asked = settings_of(flags.set)
     check_services((), (), asked)
+    if asked.get("drivelm", {}).get("backend", "embedded") != "embedded":
+        raise UserError(
+            "--set drivelm.backend: runs are in lockstep, which no other backend is for; drivelm.prompt_backend has one"
+        )
     for row in (row for name in tables_of(flags.table) for row in rows_of(name, flags.sensors)):
         for service, key in ((service, key) for service, keys in asked.items() for key in keys):
             if key in row.spec.settings.get(service, {}):

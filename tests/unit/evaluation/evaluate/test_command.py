@@ -31,6 +31,7 @@ from drivemcp.cli import run
             ("results", "--method", "DriveMCP", "--set", "arbiter.filter=none"),
             "--set arbiter.filter: it makes the row 'VLM-Tools-NoArbiter' of the table results what it is",
         ),
+        (("results", "--set", "drivelm.backend=openai"), "--set drivelm.backend: runs are in lockstep"),
         (("can-fault", "--set", "simulator.faults=[]"), "--set simulator.faults: it makes the row "),
         (("results", "--quick", "--again", "0123"), "--again 0123: no such run in the file of --published"),
     ],
