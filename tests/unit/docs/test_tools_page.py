@@ -12,6 +12,7 @@ from drivemcp.access import access_control
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from proto.services import SERVICES, ServiceRow
+from services.simulator.scenario import load_scenario
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "tools.md"
@@ -52,6 +53,12 @@ def test_the_function_on_the_page_is_the_one_that_is_written(tmp_path: Path) -> 
 def test_the_example_expert_passes_its_own_tests() -> None:
     ran = run_tests(ROOT / "examples" / "roadworks")
     assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+def test_the_example_has_a_road_on_which_it_has_something_to_say() -> None:
+    road = ROOT / "examples" / "roadworks" / "scenario.toml"
+    assert str(road.relative_to(ROOT)) in PAGE.read_text()
+    assert any("roadworks" in sign.codes for sign in load_scenario(road).signs)
 
 
 @pytest.mark.parametrize("name", ["Rules", "rules", "../x", "", "a*b"])
