@@ -10,9 +10,9 @@ from typing import Literal, get_args
 import msgspec
 
 from drivemcp.errors import UserError
-from evaluation.damaged import DAMAGED
-from evaluation.metrics import At, Record, from_log
+from evaluation.metrics import At, Record
 from evaluation.metrics.law import SAME_LIMIT_MPS
+from evaluation.recorded import record_of
 from proto.decision import Advisory
 from proto.truth import Truth
 from services.orchestrator.units import MPS_PER
@@ -122,9 +122,9 @@ def main(arguments: list[str] | None = None) -> int:
     causes: Counter[Cause] = Counter()
     for log in parser.parse_args(arguments).logs:
         try:
-            found = list(speedings(from_log(log)))
-        except (UserError, *DAMAGED) as error:
-            print(f"{log}: {error}", file=sys.stderr)  # noqa: T201
+            found = list(speedings(record_of(log)))
+        except UserError as error:
+            print(error, file=sys.stderr)  # noqa: T201
             return 2
         causes.update(each.cause for each in found)
         print(*(f"{log}: {_line(each)}\n" for each in found), sep="", end="")  # noqa: T201

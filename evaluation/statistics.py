@@ -111,7 +111,13 @@ def paired(ours: Sequence[float], theirs: Sequence[float]) -> Spread:
 
     What the seeds have in common falls out, so that the interval is narrower than that of two separate means.
     """
-    return mean_sd_ci([one - other for one, other in zip(ours, theirs, strict=True)])
+    return mean_sd_ci(_apart(ours, theirs))
+
+
+def _apart(ours: Sequence[float], theirs: Sequence[float]) -> list[float]:
+    """The pairs' differences; what is only the last bits of both is none."""
+    pairs = zip(ours, theirs, strict=True)
+    return [0.0 if abs(a - b) <= ROUNDING * max(abs(a), abs(b)) else a - b for a, b in pairs]
 
 
 def chance_of(ours: Sequence[float], theirs: Sequence[float]) -> float | None:
@@ -122,7 +128,7 @@ def chance_of(ours: Sequence[float], theirs: Sequence[float]) -> float | None:
     for independent of another in its run; it needs eight pairs to come below `CHANCE`. None without a pair.
     Raises ValueError on unequal lengths.
     """
-    apart = np.array([one - other for one, other in zip(ours, theirs, strict=True)], dtype=float)
+    apart = np.array(_apart(ours, theirs), dtype=float)
     if not len(apart):
         return None
     if len(apart) == 1 or not apart.any():

@@ -99,7 +99,7 @@ def judged(group: Group, draw: Sequence[str], store: Store, today: Mapping[str, 
     """Compare what both codes drove, be it here or as published; a run that was not drawn can only speak against the group."""
     same: dict[str, bool] = {}
     for key, line in sorted(group.lines.items()):
-        ours = store.here(key) or (today[key].kept() if key in today else None)
+        ours = store.here(key) or (today[key].kept() if key in today and today[key].of_today else None)
         if ours is not None:
             same[key] = came_to(line.kept()) == came_to(ours)
     alike = tuple(key for key in draw if same.get(key))

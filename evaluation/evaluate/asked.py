@@ -8,6 +8,7 @@ import msgspec
 
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
+from drivemcp.registry import load_service
 from evaluation.drive.precheck import check_services
 from evaluation.evaluate import published
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
@@ -15,6 +16,8 @@ from evaluation.evaluate.plan import FIXED, Amount, Row, as_asked, latencies_of,
 from evaluation.evaluate.plots import figure_of
 from evaluation.evaluate.published import Line
 from evaluation.methods import ABLATIONS, METHODS
+from evaluation.run.host import NOT_NEEDED
+from proto.services import SERVICES
 
 
 def tables_of(name: str) -> tuple[TableName, ...]:
@@ -34,8 +37,23 @@ def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
 def check(flags: argparse.Namespace) -> None:
     """Raises UserError for what would be found out after hours, or would be ignored."""
     figure_of((1, 1), (1.0, 1.0))
+    _check_settings(flags)
+    _check_amount(flags)
+    if flags.ray and flags.jobs is not None:
+        raise UserError("--jobs: beside --ray the cluster says how many runs are driven side by side")
+
+
+def _check_settings(flags: argparse.Namespace) -> None:
     asked = settings_of(flags.set)
     check_services((), (), asked)
+    started = {row.name for row in SERVICES} - {*NOT_NEEDED}
+    for service, settings in asked.items():
+        if service not in started:
+            raise UserError(f"--set {service}: no run starts that service")
+        try:
+            msgspec.convert(settings, load_service(service).config)
+        except msgspec.ValidationError as error:
+            raise UserError(f"--set {service}: {error}") from None
     if asked.get("drivelm", {}).get("backend", "embedded") != "embedded":
         raise UserError(
             "--set drivelm.backend: runs are in lockstep, which no other backend is for; drivelm.prompt_backend has one"
@@ -45,13 +63,21 @@ def check(flags: argparse.Namespace) -> None:
             if key in row.spec.settings.get(service, {}):
                 makes = f"it makes the row {row.label!r} of the table {row.table} what it is"
                 raise UserError(f"--set {service}.{key}: {makes}, and in all rows their labels would be wrong")
+
+
+def _check_amount(flags: argparse.Namespace) -> None:
     if flags.quick and (flags.km is not None or flags.runs_of or flags.km_of):
         raise UserError(f"--quick drives {QUICK_S:g} s a run: --km, --runs-of and --km-of have no place beside it")
     for table, _ in flags.runs_of:
         if table not in tables_of(flags.table):
             raise UserError(f"--runs-of {table}: only {flags.table} was asked for")
+        if not list(rows(table, flags)):
+            raise UserError(f"--runs-of {table}: that table has no row of {', '.join(flags.method)}")
     if flags.km_of and "results" not in tables_of(flags.table):
         raise UserError(f"--km-of: only the table results has it, and {flags.table} was asked for")
+    for method, _ in flags.km_of:
+        if flags.method and method not in flags.method:
+            raise UserError(f"--km-of {method}: --method leaves its rows out")
 
 
 def check_again(flags: argparse.Namespace, lines: Mapping[str, Line], wanted: Collection[str]) -> None:

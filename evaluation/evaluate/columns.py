@@ -63,7 +63,11 @@ COLUMNS: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
         "results": (INFRACTIONS, OVERSPEED, RESPONSE, LATENCY, TTC),
         "corruption": (F1, TOOLS, INFRACTIONS, OVERSPEED, RESPONSE),
         "delta": (ACTS, FALSE, TTC),
-        "ablation": (msgspec.structs.replace(INFRACTIONS, paper_spread="infractions_ci95"), LATENCY, RESPONSE),
+        "ablation": (
+            msgspec.structs.replace(INFRACTIONS, paper_spread="infractions_ci95"),
+            msgspec.structs.replace(LATENCY, paper_spread="latency_ci95"),
+            RESPONSE,
+        ),
         "can-fault": (TARGET, msgspec.structs.replace(TTC, paper="ttc_s"), NEAR),
     }
 )

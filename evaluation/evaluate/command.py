@@ -4,7 +4,6 @@ import argparse
 
 from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
-from evaluation.evaluate.machine import cores
 from evaluation.evaluate.names import QUICK_S, TABLES
 
 MOST = 100_000
@@ -42,7 +41,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument(
         "--method", action="append", default=[], metavar="METHOD", help="the rows of this method alone; more than once"
     )
-    parser.add_argument("--jobs", type=whole(1, MOST), default=cores(), help="runs side by side (one a core)")
+    parser.add_argument("--jobs", type=whole(1, MOST), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")
     parser.add_argument(

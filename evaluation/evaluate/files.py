@@ -1,6 +1,7 @@
 """CSV and JSON of runs and tables."""
 
 import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 import msgspec
 
 from evaluation.evaluate.compare import against, orders, with_and_without_faults
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.tables import Ran, Table, TableRow
 
 RUN_COLUMNS = ("table", "row", "family", "number", "seed", "run", "problem", "wall_s", "cpu_s")
@@ -25,7 +27,7 @@ def write(folder: Path, tables: Sequence[Table]) -> list[Path]:
             "table": table, "against": against(table), "with_and_without_faults": with_and_without_faults(table),
             "orders": orders(table),
         }  # fmt: skip
-        paths[-1].write_bytes(msgspec.json.format(msgspec.json.encode(told)))
+        write_whole(paths[-1], msgspec.json.format(msgspec.json.encode(told)))
     return paths
 
 
@@ -68,7 +70,8 @@ def _row(table: Table, row: TableRow) -> dict[str, Any]:
 def _write_csv(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     rows = list(rows)
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_whole(path, text.getvalue().encode())

@@ -13,13 +13,13 @@ import msgspec
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
 from evaluation.corruption.record import CorruptionLog
-from evaluation.damaged import DAMAGED
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.moments import with_pictures, worst_moments
 from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import LOG, METRICS, SPEC, Kept, Store, measuring
-from evaluation.metrics import Record, Recorder, from_log, keep, measure
+from evaluation.metrics import Record, Recorder, keep, measure
 from evaluation.metrics.labels import labelled
+from evaluation.recorded import record_of
 from evaluation.run.grant import granted
 from evaluation.run.host import drive
 from evaluation.run.ready import RunError
@@ -110,8 +110,8 @@ def _measured_again(store: Store, key: str) -> Kept:
     folder = store.path(key)
     before = _before(folder / METRICS)
     try:
-        record = from_log(folder / LOG)
-    except (UserError, *DAMAGED) as error:
+        record = record_of(folder / LOG)
+    except UserError as error:
         raise RunError(f"{folder}: what was logged is damaged ({error}); delete the folder to drive it again") from None
     return _measure(record, folder, before)
 

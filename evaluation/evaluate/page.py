@@ -89,7 +89,8 @@ def _head(about: About, reading: str) -> Iterator[str]:
     if about.published:
         yield f"{about.published}\n"
     yield (
-        f"Each cell: value [95 % interval] / the paper's. {INTERVALS}; after ± stands the standard deviation over runs. "
+        f"Each cell: value [95 % interval] / the paper's. {INTERVALS}; after ± stands the standard deviation over runs, "
+        "of the paper's numbers in the ablation table half of its 95 % interval. "
         "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
         f"In the plots diamonds are the paper's. {about_latencies('*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
     )

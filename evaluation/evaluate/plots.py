@@ -16,19 +16,18 @@ OURS, PAPER, FAINT = "#1f5fa8", "#d1780f", "#9aa5b1"
 
 
 def plots_of(table: Table) -> list[tuple[str, str]]:
-    """(title, SVG) of a table: curves where its rows lie on one, else bars."""
+    """(title, SVG) of a table, by group: curves where its rows lie on one, else bars."""
     columns = [(at, column) for at, column in enumerate(table.columns) if column in COLUMNS[table.name]]
-    curves: dict[str, list[TableRow]] = {}
+    groups: dict[str, list[TableRow]] = {}
     for row in table.rows:
-        if row.row.at is not None:
-            curves.setdefault(row.row.group, []).append(row)
-    if curves:
-        return [(f"{table.name}: {group}", svg_of(_curves(group, rows, columns))) for group, rows in curves.items()]
-    groups = dict.fromkeys(row.row.group for row in table.rows)
-    return [
-        (f"{table.name}: {group}", svg_of(_bars([row for row in table.rows if row.row.group == group], columns)))
-        for group in groups
-    ]
+        groups.setdefault(row.row.group, []).append(row)
+    return [(f"{table.name}: {group}", svg_of(_plot(group, rows, columns))) for group, rows in groups.items()]
+
+
+def _plot(group: str, rows: Sequence[TableRow], columns: Sequence[tuple[int, Column]]) -> "Figure":
+    if any(row.row.at is None for row in rows):
+        return _bars(rows, columns)
+    return _curves(group, rows, columns)
 
 
 def _curves(name: str, rows: Sequence[TableRow], columns: Sequence[tuple[int, Column]]) -> "Figure":

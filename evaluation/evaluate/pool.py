@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 import time
 import traceback
 from collections import deque
@@ -24,6 +25,8 @@ SLOWEST = 60.0
 """A run may take so many times its simulated duration; a step that hangs is noticed by the run itself."""
 LONGEST_S = 900.0
 """Of a run without a set duration."""
+TAKEN = 0
+"""What a process says that has a job; at the job's end it says what went wrong."""
 
 
 class Job(NamedTuple):
@@ -59,6 +62,8 @@ class _Slot:
     job: Job | None = None
     started_s: float = 0.0
     runs: int = 0
+    taken: bool = False
+    """Whether the process has said that it has the job."""
 
 
 @dataclass(slots=True)
@@ -70,16 +75,17 @@ class Pool:
     work: Work
     allowed: Callable[[RunSpec], float] = allowed_s
     _slots: list[_Slot] = field(default_factory=list)
+    _waiting: deque[Job] = field(default_factory=deque)
 
     def done(self, jobs: Sequence[Job]) -> Iterator[Done]:
         """Each job's end, in the order in which they end."""
-        waiting = deque(jobs)
-        self._slots = [_Slot() for _ in range(min(self.jobs, len(waiting)))]
+        self._waiting = deque(jobs)
+        self._slots = [_Slot() for _ in range(min(self.jobs, len(self._waiting)))]
         try:
-            while waiting or any(slot.job for slot in self._slots):
+            while self._waiting or any(slot.job for slot in self._slots):
                 for slot in self._slots:
-                    if slot.job is None and waiting:
-                        self._give(slot, waiting.popleft())
+                    if slot.job is None and self._waiting:
+                        self._give(slot, self._waiting.popleft())
                 yield from self._ended()
         finally:
             for slot in self._slots:
@@ -92,11 +98,11 @@ class Pool:
             _end(slot)  # it may have died since its last run
             self._start(slot)
             self._sent(slot, job)
-        slot.job, slot.started_s = job, time.monotonic()
+        slot.job, slot.started_s, slot.taken = job, time.monotonic(), False
         slot.runs += 1
 
     def _sent(self, slot: _Slot, job: Job) -> bool:
-        """Whether there is a process that takes it; where there is none `_answer` finds out, too."""
+        """Whether there is somebody to take it; who is just dying seems to, and never says that he has it."""
         assert slot.pipe is not None
         try:
             slot.pipe.send((self.folder, job.key, job.spec))
@@ -120,24 +126,33 @@ class Pool:
                 continue
             took_s = time.monotonic() - slot.started_s
             if pipe in ready:
-                yield Done(slot.job.key, _answer(slot), took_s)
+                job, problem = slot.job, self._answer(slot)
+                if problem is not None:
+                    yield Done(job.key, problem, took_s)
             elif took_s > self.allowed(slot.job.spec):
                 job = slot.job
                 _end(slot)
                 yield Done(job.key, f"stuck: not done after {took_s:.0f} s", took_s)
 
-
-def _answer(slot: _Slot) -> str:
-    """What went wrong, from the process or about it; empty: nothing. The slot is free afterwards."""
-    assert slot.pipe is not None
-    try:
-        problem = str(slot.pipe.recv())
-    except (EOFError, OSError):
-        slot.process.join(GRACE_S)
-        problem = f"its process ended with {slot.process.exitcode}"
-        _end(slot)
-    slot.job = None
-    return problem
+    def _answer(self, slot: _Slot) -> str | None:
+        """What went wrong, from the process or about it; empty: nothing. The slot is free then. None: no run has ended."""
+        assert slot.pipe is not None
+        assert slot.job is not None
+        try:
+            told = slot.pipe.recv()
+        except (EOFError, OSError):
+            slot.process.join(GRACE_S)
+            job, told = slot.job, f"its process ended with {slot.process.exitcode}"
+            died_before = slot.runs > 1 and not slot.taken
+            _end(slot)
+            if died_before:  # of its last run; this one it never began
+                self._waiting.appendleft(job)
+                return None
+        if told == TAKEN:
+            slot.taken = True
+            return None
+        slot.job = None
+        return str(told)
 
 
 def _end(slot: _Slot) -> None:
@@ -166,14 +181,24 @@ def _signal(pid: int, number: signal.Signals) -> None:
 def _serve(pipe: Connection, work: Work) -> None:
     """The process of a slot: one job after another until the pipe closes."""
     os.setsid()  # Ctrl-C is for the parent, which ends us
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGTERM, lambda *_: os._exit(143))
     while True:
         try:
             folder, key, spec = pipe.recv()
         except EOFError:
             return
+        pipe.send(TAKEN)
         _write_to(Path(folder))
         pipe.send(tried(work, folder, key, spec))
+
+
+def _end_with_parent() -> None:
+    """A parent that was killed ends nobody; nothing may go on driving into a folder that the next one takes."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.killpg(os.getpid(), signal.SIGKILL)
 
 
 def _write_to(folder: Path) -> None:

@@ -3,8 +3,11 @@
 A line says what a run was and what it came to. Its log is not there: driving the run again makes it anew.
 """
 
+import fcntl
 import gzip
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import os
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -114,6 +117,8 @@ def read(file: Path) -> dict[str, Line]:
 def _bytes(file: Path) -> bytes:
     try:
         whole = file.read_bytes()
+        if file.suffix == ".gz" and not whole:
+            raise EOFError("the file is empty")  # gzip takes it for whole
         return gzip.decompress(whole) if file.suffix == ".gz" else whole
     except DAMAGED as error:
         raise UserError(f"{file}: no published runs: {error}") from None
@@ -178,16 +183,41 @@ def told(
 
 def publish(file: Path, ours: Iterable[Line]) -> int:
     """Add runs to a file, sorted by key; how many are new. What is there stays, of other code too, unless it is now measured otherwise."""
-    there = read(file) if file.exists() else {}
-    new = {line.key: line for line in ours if line.key not in there or (line.of_today and not there[line.key].of_today)}
-    write(file, {**there, **new})
+    with _alone(file):
+        there = read(file) if file.exists() else {}
+        new = {line.key: line for line in ours if _is_new(line, there.get(line.key))}
+        write(file, {**there, **new})
     return len(new)
+
+
+def _is_new(line: Line, there: Line | None) -> bool:
+    return there is None or (line.of_today and not there.of_today)
+
+
+def mark(file: Path, found: Mapping[str, Redecided]) -> dict[str, Line]:
+    """Keep in a file what today's code made of runs' logs; the file's lines. Raises UserError where it cannot be read."""
+    with _alone(file):
+        there = read(file)
+        there |= {key: there[key].marked(made) for key, made in found.items() if key in there}
+        write(file, there)
+    return there
+
+
+@contextmanager
+def _alone(file: Path) -> Iterator[None]:
+    """Nobody else reads and writes files of that folder through us meanwhile: what two publish at once is all kept."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    folder = os.open(file.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(folder)
 
 
 def write(file: Path, lines: Mapping[str, Line]) -> None:
     """A file of these lines, sorted by key; it is there whole, or stays as it was."""
     whole = b"".join(msgspec.json.encode(lines[key]) + b"\n" for key in sorted(lines))
-    file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, gzip.compress(whole, mtime=0) if file.suffix == ".gz" else whole)
 
 

@@ -21,14 +21,14 @@ from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
 from evaluation.evaluate.published import Line, Redecided
 from evaluation.evaluate.store import LOG
+from evaluation.recorded import fault_of
 from evaluation.replay.again import decide_again
 from evaluation.replay.log import traces
-from services.logger.verify import verify
 
 
 def redecided(log: Path) -> Redecided:
     """What today's code makes of a drive's log; "": it is not as it was written, or not all of it can be decided again."""
-    if not verify(log).intact:
+    if fault_of(log):
         return ""
     try:
         found = Counter(one.status for one in decide_again(traces([log])))
@@ -73,21 +73,21 @@ def mark(file: Path, runs: Path, jobs: int) -> int:
 
     What is done when it is interrupted is kept. Raises UserError where no log of any is there.
     """
-    screen, lines = Screen(), published.read(file)
-    others = [line for line in lines.values() if not line.of_today]
+    screen = Screen()
+    others = [line for line in published.read(file).values() if not line.of_today]
     left = {log: line for line in others if not line.redecided_today and (log := runs / line.key / LOG).exists()}
     if not left and not any(line.redecided_today for line in others):
         raise UserError(f"{runs}: no log of a run of other code in {file}")
-    marked: dict[str, Line] = {}
+    made: dict[str, Redecided] = {}
     began_s = time.monotonic()
     try:
         for count, (line, found) in enumerate(each(left, jobs), 1):
-            marked[line.key] = line.marked(found)
+            made[line.key] = found
             screen.live(f"{count} of {len(left)} logs; {time_left(count, len(left), began_s)}")
     finally:
         screen.end_live()
-        published.write(file, {**published.read(file), **marked})  # others may have published into it meanwhile
-    sys.stdout.write(told([marked.get(line.key, line) for line in others]) + "\n")
+        lines = published.mark(file, made)
+    sys.stdout.write(told([lines.get(line.key, line) for line in others]) + "\n")
     return 0
 
 

@@ -22,7 +22,7 @@ from evaluation.evaluate.moments import KINDS, Moment, shown
 from evaluation.evaluate.plan import OURS
 from evaluation.evaluate.plots import plots_of
 from evaluation.evaluate.reading import contradictions
-from evaluation.evaluate.store import LOG, Kept
+from evaluation.evaluate.store import LOG, METRICS, Kept
 from evaluation.evaluate.tables import INTERVALS, Ran, Table, TableRow, Value
 from evaluation.methods import noted
 from evaluation.metrics import from_log
@@ -58,6 +58,9 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
     """Which runs were taken from a file of published ones; empty: none was named."""
 
 
+GONE = "its log is gone; to drive it again delete its folder"
+
+
 class Behind(NamedTuple):
     """Where a table's runs lie, seen from the report, and what drives a published one again."""
 
@@ -69,6 +72,10 @@ class Behind(NamedTuple):
     def here(self, key: str) -> bool:
         """Whether the run's log is there to be linked to."""
         return (self.runs / key / LOG).exists()
+
+    def driven_here(self, key: str) -> bool:
+        """Whether what the run came to is in the folder, with its log or without."""
+        return (self.runs / key / METRICS).exists()
 
 
 def about(tables: Sequence[Table], command: str, *, quick: bool, latencies: str, published: str = "") -> About:
@@ -263,6 +270,8 @@ def _run(run: Ran, behind: Behind) -> str:
     files = (
         f"<a href='{path}/{LOG}'>log</a>, <a href='{path}/metrics.json'>metrics</a>, <a href='{path}/spec.json'>spec</a>"
         if behind.here(run.key)
+        else GONE
+        if behind.driven_here(run.key)
         else "published, its log is not here"
     )
     return (
@@ -272,9 +281,11 @@ def _run(run: Ran, behind: Behind) -> str:
 
 
 def _to_see(run: Ran, behind: Behind) -> str:
-    """The command that shows a run; of a published one, the command that drives it here."""
+    """The command that shows a run; of a published one, the command that drives it here; of one without a log, what comes before."""
     if behind.here(run.key):
         return f"drivemcp replay {behind.base}/{run.key}/{LOG}"
+    if behind.driven_here(run.key):
+        return f"rm -r {behind.base}/{run.key}"
     return escape(f"{behind.again} {run.key}")
 
 
@@ -302,7 +313,13 @@ def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
 
 def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:
     picture = _picture(behind.runs / run.key, moment)
-    log = f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>" if behind.here(run.key) else "Published:"
+    log = (
+        f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>"
+        if behind.here(run.key)
+        else f"{GONE}:"
+        if behind.driven_here(run.key)
+        else "Published:"
+    )
     return (
         f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
         f"{escape(row.row.table)}, {escape(row.row.group)}: {escape(row.row.label)}, run {run.number}. {log} "

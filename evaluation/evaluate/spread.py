@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivemcp.errors import UserError
-from evaluation.evaluate.pool import Done, Job, Work, tried
+from evaluation.evaluate.pool import Done, Job, Work, allowed_s, tried
+from evaluation.run.spec import RunSpec
+
+STUCK = 124
+"""A process's exit status, as of the command timeout."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +24,7 @@ class Spread:
     folder: str
     address: str
     work: Work
+    allowed: Callable[[RunSpec], float] = allowed_s
 
     def done(self, jobs: Sequence[Job]) -> Iterator[Done]:
         """Each job's end, in the order in which they end. Raises UserError without Ray, or where nobody answers."""
@@ -27,27 +35,29 @@ class Spread:
         try:
             # One run for one process, which then ends: what a run leaves behind never meets another run
             task = ray.remote(num_cpus=1, max_retries=0, max_calls=1)(_work)
-            running = {task.remote(self.work, self.folder, *job): job for job in jobs}
+            running = {task.remote(self.work, self.folder, *job, self.allowed(job.spec)): job for job in jobs}
             while running:
                 (ended, *_), _ = ray.wait(list(running), num_returns=1)
-                yield _end(ray, ended, running.pop(ended))
+                yield self._end(ray, ended, running.pop(ended))
         finally:
             ray.shutdown()
 
+    def _end(self, ray: Any, ended: Any, job: Job) -> Done:
+        try:
+            problem, wall_s = ray.get(ended)
+        except ray.exceptions.RayError as error:
+            stuck = f"a run that is stuck is ended after {self.allowed(job.spec):.0f} s"
+            return Done(job.key, f"its process ended ({stuck}): {error}", 0.0)
+        return Done(job.key, problem, wall_s)
 
-def _work(work: Work, folder: str, key: str, spec: Any) -> tuple[str, float]:
-    import time
 
+def _work(work: Work, folder: str, key: str, spec: RunSpec, allowed_s: float) -> tuple[str, float]:
+    """The run in its process of the cluster, which ends itself where the run is stuck."""
     started_s = time.monotonic()
+    stuck = threading.Timer(allowed_s, os._exit, (STUCK,))
+    stuck.daemon = True
+    stuck.start()
     return tried(work, folder, key, spec), time.monotonic() - started_s
-
-
-def _end(ray: Any, ended: Any, job: Job) -> Done:
-    try:
-        problem, wall_s = ray.get(ended)
-    except ray.exceptions.RayError as error:
-        return Done(job.key, f"its process ended: {error}", 0.0)
-    return Done(job.key, problem, wall_s)
 
 
 def _ray() -> Any:

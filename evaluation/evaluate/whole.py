@@ -15,6 +15,7 @@ from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import alike, asked, files, page, published, report
 from evaluation.evaluate.alike import Group, Verdict
 from evaluation.evaluate.labelled import specs_of
+from evaluation.evaluate.machine import cores
 from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import Row, Run, latencies_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
@@ -177,7 +178,7 @@ def _drive(runs: Mapping[str, Run], store: Store, flags: argparse.Namespace, scr
 
 def _ends(jobs: Sequence[Job], store: Store, flags: argparse.Namespace) -> Iterable[Done]:
     folder = str(store.folder.resolve())
-    spread = Spread(folder, flags.ray, run_one) if flags.ray else Pool(folder, flags.jobs, run_one)
+    spread = Spread(folder, flags.ray, run_one) if flags.ray else Pool(folder, flags.jobs or cores(), run_one)
     return spread.done(jobs)
 
 

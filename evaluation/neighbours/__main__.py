@@ -15,6 +15,7 @@ from evaluation.evaluate.machine import cores, machine
 from evaluation.evaluate.plan import FIXED, latencies_of
 from evaluation.evaluate.pool import Job, Pool
 from evaluation.evaluate.store import Store
+from evaluation.evaluate.whole import interruptible
 from evaluation.neighbours.drive import key_of, run_any
 from evaluation.neighbours.table import LABELS, cells, markdown, specs
 from evaluation.run.spec import RunSpec
@@ -22,7 +23,7 @@ from evaluation.scenarios import FAMILIES
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Drive what is missing, measure, write; 0: all runs are there, 1: some failed, 2: wrong use."""
+    """Drive what is missing, measure, write; 0: all runs are there, 1: some failed, 2: wrong use, 130: interrupted."""
     parser = argparse.ArgumentParser(prog="python -m evaluation.neighbours", description=__doc__)
     parser.add_argument("--runs", type=int, default=4, help="runs a family and row (4)")
     parser.add_argument("--family", action="append", choices=FAMILIES, help="only this one; may be repeated")
@@ -48,6 +49,9 @@ def main(arguments: list[str] | None = None) -> int:
     except UserError as error:
         sys.stderr.write(f"{error}\n")
         return 2
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted; finished runs are kept, and the same command goes on\n")
+        return 130
 
 
 def _table(flags: argparse.Namespace, store: Store) -> int:
@@ -60,7 +64,7 @@ def _table(flags: argparse.Namespace, store: Store) -> int:
         for family in families
         for label in LABELS
     }
-    with store.alone():
+    with store.alone(), interruptible():
         failed = _drive(dict(run for runs in rows.values() for run in runs), store, flags.jobs)
     measured = {
         row: [kept.metrics for key, _ in runs if (kept := store.kept(key)) is not None] for row, runs in rows.items()

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 
 from evaluation.evaluate.columns import COLLISIONS, INFRACTIONS, NEAR, OURS, Column
+from evaluation.evaluate.goals import told
 from evaluation.evaluate.plan import FAMILIES, TEST_SEED, as_asked
 from evaluation.evaluate.tables import Value, value_of
 from evaluation.latencies import Latencies
@@ -100,14 +101,5 @@ def markdown(rows: Sequence[Cell]) -> str:
 
 
 def _line(row: Cell) -> list[str]:
-    numbers = [_told(value, column) for value, column in zip(row.values, COLUMNS, strict=True)]
+    numbers = [told(value, column) for value, column in zip(row.values, COLUMNS, strict=True)]
     return [row.family, row.label, str(row.runs), f"{row.km:.1f}", *numbers]
-
-
-def _told(value: Value, column: Column) -> str:
-    if value.value is None:
-        return "-"
-    between = ""
-    if value.low is not None and value.high is not None:
-        between = f" [{value.low:.{column.places}f}, {value.high:.{column.places}f}]"
-    return f"{value.value:.{column.places}f}{between}"

@@ -35,7 +35,8 @@ def replay(subparsers: "Subparsers") -> None:
         help="decide every tick of a log again",
         description="Decides every tick again from its log, on the same commit and platform bit for bit. "
         "Exit status: 0 all identical, 1 some differ (or the log is not as it was written), 2 it cannot be replayed. "
-        "With a supposition it prints what would have differed, the road and the driver staying as they were, and exits 0.",
+        "With a supposition it prints what would have differed, the road and the driver staying as they were, and exits 0 "
+        "(1 where the log is not as it was written).",
     )
     parser.add_argument("files", metavar="FILE", nargs="+", help="the log files of a drive in order, or their folder")
     parser.add_argument("--delta", type=float, help="suppose another Delta (the margin that ACT takes)")
@@ -66,10 +67,11 @@ def command(flags: argparse.Namespace) -> int:
     if change != Change():
         if others:
             raise UserError("--against compares two drives as they were; it takes no --mu, --delta or --rulepack")
-        return _suppose(traces(paths), change, at_hand, flags)
-    unsound = [*_unsound(paths, flags.files), *_unsound(others, flags.against)]
-    for complaint in unsound:
-        sys.stderr.write(f"drivemcp: {complaint}\n")
+        unsound = _complained(_unsound(paths, flags.files))
+        return max(_suppose(traces(paths), change, at_hand, flags), int(bool(unsound)))
+    if others and flags.profile:
+        raise UserError("--against decides nothing again; it takes no --profile")
+    unsound = _complained([*_unsound(paths, flags.files), *_unsound(others, flags.against)])
     ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths), at_hand))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
@@ -83,6 +85,12 @@ def command(flags: argparse.Namespace) -> int:
     else:
         _tell(ticks, counts, everything=flags.all)
     return int(counts["different"] > 0 or counts["identical"] == 0 or bool(unsound))
+
+
+def _complained(unsound: list[str]) -> list[str]:
+    for complaint in unsound:
+        sys.stderr.write(f"drivemcp: {complaint}\n")
+    return unsound
 
 
 def _unsound(paths: list[Path], given: list[str]) -> list[str]:

@@ -90,6 +90,8 @@ def test_chance_deals_each_pair_either_way() -> None:
     assert chance_of([1.0], [0.0]) == 1.0
     assert chance_of([1.0, 2.0], [1.0, 2.0]) == 1.0
     assert chance_of([], []) is None
+    assert chance_of([0.1 + 0.2] * 8, [0.3] * 8) == 1.0, "the last bits of equal numbers are no difference"
+    assert paired([0.1 + 0.2, 0.5], [0.3, 0.5]).mean == 0.0
     with pytest.raises(ValueError, match="zip"):
         chance_of([1.0], [1.0, 2.0])
 

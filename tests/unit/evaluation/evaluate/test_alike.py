@@ -172,6 +172,13 @@ def test_runs_that_others_measured_are_in_no_group() -> None:
     assert groups({line.key: line for line in foreign}) == ()
 
 
+def test_a_run_of_todays_code_that_others_measured_speaks_against_nobody(tmp_path: Path) -> None:
+    (first, *_) = groups({line.key: line for line in lines()})
+    key = FAMILIES[first.family][0]
+    foreign = msgspec.structs.replace(line_of(key, SPECS[key], COMES_TO[key]), measured_by="before")
+    assert judged(first, (), Store(tmp_path), {key: foreign}).otherwise == ()
+
+
 def test_a_draw_is_of_what_is_wanted_and_each_code_draws_by_its_own_keys(tmp_path: Path) -> None:
     found = groups({line.key: line for line in lines()})
     assert {group.driver for group in found} == {OTHER}

@@ -12,6 +12,7 @@ from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import placed, rows_of
 from evaluation.evaluate.store import LOG, METRICS, Kept, Store
 from evaluation.metrics import TRUTH_FILE
+from evaluation.recorded import record_of
 from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec
 from services.logger.verify import verify
@@ -47,6 +48,15 @@ def test_a_run_is_kept_measured_again_and_never_driven_twice(tmp_path: Path, mon
     lost = msgspec.structs.replace(driven, wall_s=0.0, cpu_s=0.0, machine="")
     assert cut == lost, "how long it took, and on what, is lost; the run is not"
     (folder / METRICS).unlink()
+    (alone := tmp_path / "alone").mkdir()
+    (alone / LOG).write_bytes((folder / LOG).read_bytes())
+    with pytest.raises(UserError, match=rf"alone/{LOG}: the truth of its run is not beside it"):
+        record_of(alone / LOG)
+    whole = (folder / LOG).read_bytes()
+    (folder / LOG).write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(RunError, match=f"{key}: what was logged is damaged .*is not as it was written"):
+        run_one(str(tmp_path), key, SPEC)
+    (folder / LOG).write_bytes(whole)
     (truth := folder / TRUTH_FILE).write_bytes(truth.read_bytes()[:-20])
     with pytest.raises(RunError, match=f"{key}: what was logged is damaged .*delete the folder to drive it again"):
         run_one(str(tmp_path), key, SPEC)

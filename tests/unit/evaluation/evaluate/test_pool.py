@@ -1,8 +1,11 @@
 """Runs side by side: no end is lost, whatever happens to a run."""
 
 import os
+import subprocess
+import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -35,10 +38,14 @@ def running(pid: int) -> bool:
 
 def ends(pid: int) -> bool:
     """Whether it does so within 10 s."""
-    end_s = time.monotonic() + 10.0
-    while running(pid) and time.monotonic() < end_s:
+    return until(lambda: not running(pid), 10.0)
+
+
+def until(holds: Callable[[], bool], seconds: float) -> bool:
+    end_s = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end_s:
         threading.Event().wait(0.01)
-    return not running(pid)
+    return holds()
 
 
 def test_a_crash_a_refusal_and_a_bug_are_told_and_the_others_go_on(tmp_path: Path) -> None:
@@ -93,6 +100,8 @@ def test_ray_gives_the_same_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert ends["1"].startswith("its process ended")
     assert ends["2"] == "UserError: no such scenario"
     assert {path.name for path in tmp_path.glob("?")} == {"0", "3"}
+    (stuck,) = Spread(str(tmp_path), "local", touch, allowed=lambda spec: 2.0).done(jobs("stick"))
+    assert stuck.problem.startswith("its process ended (a run that is stuck is ended after 2 s)")
 
 
 def test_a_process_that_dies_between_two_runs_costs_no_run(tmp_path: Path) -> None:
@@ -100,10 +109,24 @@ def test_a_process_that_dies_between_two_runs_costs_no_run(tmp_path: Path) -> No
     for done in Pool(str(tmp_path), 1, touch).done(jobs("a", "die later", "b", "c")):
         problems[done.key] = done.problem
         if done.key == "1":
+            (tmp_path / "1.heard").touch()
             pid = int((tmp_path / "1").read_text())
             assert ends(pid), "it dies before it is given the next"
     assert problems == {"0": "", "1": "", "2": "", "3": ""}
     assert (tmp_path / "2").read_text() == (tmp_path / "3").read_text() != (tmp_path / "1").read_text()
+
+
+def test_a_killed_parent_leaves_no_slot_driving(tmp_path: Path) -> None:
+    script = (
+        "from tests.unit.evaluation.evaluate.test_pool import Pool, jobs, touch\n"
+        f"if __name__ == '__main__': list(Pool({str(tmp_path)!r}, 1, touch).done(jobs('a', 'stick')))\n"
+    )
+    (file := tmp_path / "parent.py").write_text(script, encoding="utf-8")
+    root = str(Path(__file__).parents[4])
+    with subprocess.Popen([sys.executable, str(file)], env={**os.environ, "PYTHONPATH": root}) as parent:
+        assert until((tmp_path / "0").exists, 60.0)
+        parent.kill()
+    assert ends(int((tmp_path / "0").read_text()))
 
 
 def test_who_dies_leaves_no_child(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Published runs: not driven again, told of as what they are, and refused where a line is wrong."""
 
 import re
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from evaluation.evaluate.moments import Moment
 from evaluation.evaluate.plan import Amount, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job
 from evaluation.evaluate.published import Line, line_of, otherwise, publish, read, taken
+from evaluation.evaluate.replacing import write_whole
 from evaluation.evaluate.store import LOG, METRICS, Kept, Store, measuring
 from evaluation.metrics import Metrics
 from evaluation.metrics.labels import Drive, Label
@@ -177,6 +179,29 @@ def test_lines_are_sorted_added_to_and_of_the_same_bytes_for_the_same_runs(tmp_p
     assert list(read(one)) == sorted(line.key for line in lines())
 
 
+def test_who_publishes_at_the_same_time_loses_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first is held where it has read and not yet written; the second then waits for it."""
+    file, (first, second, third) = tmp_path / "runs.jsonl", lines()
+    publish(file, [first])
+    has_read, may_write = threading.Event(), threading.Event()
+
+    def held(path: Path, data: bytes) -> None:
+        has_read.set()
+        may_write.wait(5.0)
+        write_whole(path, data)
+
+    monkeypatch.setattr(published, "write_whole", held)
+    both = [threading.Thread(target=publish, args=(file, [line])) for line in (second, third)]
+    both[0].start()
+    assert has_read.wait(5.0)
+    both[1].start()
+    both[1].join(0.3)
+    may_write.set()
+    for each in both:
+        each.join(5.0)
+    assert read(file) == {line.key: line for line in (first, second, third)}
+
+
 def test_what_is_there_stays_unless_today_measures_otherwise(tmp_path: Path) -> None:
     file, (first, second, third) = tmp_path / "runs.jsonl", lines()
     slower = msgspec.structs.replace(first, wall_s=99.0)
@@ -211,6 +236,9 @@ def test_a_file_that_is_no_such_file_is_named(tmp_path: Path) -> None:
     for path in (file, tmp_path / "nowhere.jsonl"):
         with pytest.raises(UserError, match=path.name):
             read(path)
+    file.write_bytes(b"")
+    with pytest.raises(UserError, match=r"runs\.jsonl\.gz: no published runs: the file is empty"):
+        read(file)
     twice = tmp_path / "twice.jsonl"
     twice.write_bytes(2 * (msgspec.json.encode(lines(1)[0]) + b"\n"))
     with pytest.raises(UserError, match=r"line 2: `\$\.key`: it is there twice"):

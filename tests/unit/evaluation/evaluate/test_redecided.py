@@ -63,6 +63,9 @@ def test_a_log_is_decided_alike_or_otherwise_or_says_nothing(logged: Callable[..
     whole[len(whole) // 2] ^= 1
     tampered.write_bytes(whole)
     assert redecided(tampered) == ""
+    cut = logged("cut")
+    cut.write_bytes(cut.read_bytes()[:-200])
+    assert redecided(cut) == "", "what stood behind the cut might have come out otherwise"
 
 
 def test_of_a_log_that_begins_in_the_midst_of_a_drive_nothing_is_known(

@@ -69,7 +69,7 @@ def test_every_number_leads_to_its_runs_and_every_run_to_its_log(tmp_path: Path)
 
 
 def test_every_table_has_plots_and_a_report() -> None:
-    for name, count in (("results", 3), ("corruption", 3), ("delta", 1), ("ablation", 1), ("can-fault", 2)):
+    for name, count in (("results", 3), ("corruption", 4), ("delta", 1), ("ablation", 1), ("can-fault", 2)):
         tables = [table(name, lambda row, number: kept())]  # type: ignore[arg-type]
         text = report.html(tables, told(tables), Path("runs"), Path())
         assert text.count("<svg") == count, name
@@ -144,7 +144,7 @@ def test_a_page_shows_its_plots_and_is_the_same_for_the_same_numbers(tmp_path: P
     tables, file = [table("results", made_run), table("corruption", made_run)], tmp_path / "results.md"
     write(file, tables, told(tables))
     shown = re.findall(r"^!\[(.+)\]\((.+\.svg)\)$", file.read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(shown) == 6
+    assert len(shown) == 7
     pictures = {path: (tmp_path / path).read_bytes() for _, path in shown}
     assert set(tmp_path.glob("results/*.svg")) == {tmp_path / path for path in pictures}
     assert all(picture.startswith(b"<svg") and b"xmlns=" in picture for picture in pictures.values())
@@ -255,3 +255,14 @@ def test_a_page_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     for path in (file, tmp_path):
         with pytest.raises(UserError, match=re.escape(f"--docs {path}: ")):
             reading_of(path)
+
+
+def test_a_run_of_this_folder_whose_log_is_gone_is_not_told_as_published(tmp_path: Path) -> None:
+    tables = [table("delta", lambda row, number: kept(), runs=1)]
+    for number, row in enumerate(tables[0].rows):
+        (folder := tmp_path / row.runs[0].key).mkdir()
+        if number == 0:
+            (folder / "metrics.json").touch()
+    text = report.html(tables, told(tables), tmp_path, tmp_path)
+    assert text.count(report.GONE) == 1 + text.count(f"{report.GONE}:")
+    assert text.count("published, its log is not here") == len(tables[0].rows) - 1

@@ -24,5 +24,11 @@ def touch(folder: str, key: str, spec: RunSpec) -> None:
         (Path(folder) / f"{key}.child").write_text(str(child.pid), encoding="utf-8")
         os._exit(9)
     if spec.scenario == "die later":  # as something native that crashes once the run has ended
-        threading.Timer(0.02, os._exit, (9,)).start()
+        threading.Thread(target=_die_once_heard, args=(Path(folder) / f"{key}.heard",), daemon=True).start()
     (Path(folder) / key).write_text(str(os.getpid()), encoding="utf-8")
+
+
+def _die_once_heard(file: Path) -> None:
+    while not file.exists():
+        threading.Event().wait(0.01)
+    os._exit(9)

@@ -141,6 +141,7 @@ def test_a_log_that_was_tampered_with_does_not_pass(log: Path, tmp_path: Path) -
     raw[-200] ^= 1
     (tmp_path / "t.mcap").write_bytes(raw)
     assert _run(str(tmp_path / "t.mcap")) == 1
+    assert _run("--delta", "0.0", str(tmp_path / "t.mcap")) == 1, "nor does what is supposed of it"
 
 
 def test_a_drive_of_which_a_file_is_missing_does_not_pass(
@@ -208,6 +209,7 @@ def test_suppositions_are_told_in_words(log: Path, capsys: pytest.CaptureFixture
         ("--mu", "0.5", "--against", "LOG", "LOG"),
         ("--delta", "0.1", "--against", "LOG", "LOG"),
         ("--rulepack", "DEU-v1", "--against", "LOG", "LOG"),
+        ("--profile", "services/arbiter/profiles/paper.toml", "--against", "LOG", "LOG"),
     ],
 )
 def test_mistakes_are_told_in_one_line(log: Path, arguments: tuple[str, ...]) -> None:
