@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from benchmarks.calls import parallel, tool_call
@@ -12,7 +13,9 @@ from benchmarks.drive import stages
 from benchmarks.figures import machine_now
 from benchmarks.footprint import footprint
 from benchmarks.neighbours import neighbours
+from benchmarks.report import report
 from benchmarks.subject import make_peers
+from drivemcp.errors import UserError
 
 SECTIONS: dict[str, Callable[[], str]] = {
     "call": tool_call,
@@ -27,23 +30,23 @@ NEED_PEERS = {"call", "parallel"}
 
 
 def main() -> int:
-    """Run, print, and write where asked."""
+    """Run, print, and write where asked; 1 where a section failed, 2 where the file cannot be written."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("sections", nargs="*", choices=[*SECTIONS, []], help="which ones; all by default")
     parser.add_argument("--out", type=Path, help="also write the report here")
     flags = parser.parse_args()
-    chosen = flags.sections or list(SECTIONS)
-    if NEED_PEERS & set(chosen):
+    sections = {name: partial(_section, name) for name in flags.sections or SECTIONS}
+    try:
+        return report("python -m benchmarks", f"# Benchmarks\n\n`make bench`, {machine_now()}.", sections, flags.out)
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+
+
+def _section(name: str) -> str:
+    if name in NEED_PEERS:
         make_peers()
-    parts = [f"# Benchmarks\n\n`make bench`, {machine_now()}."]
-    for name in chosen:
-        sys.stderr.write(f"{name}:\n")
-        parts.append(SECTIONS[name]())
-    report = "\n\n".join(parts) + "\n"
-    sys.stdout.write(report)
-    if flags.out:
-        flags.out.write_text(report, encoding="utf-8")
-    return 0
+    return SECTIONS[name]()
 
 
 if __name__ == "__main__":

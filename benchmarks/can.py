@@ -16,12 +16,13 @@ from typing import Any, NamedTuple
 
 from benchmarks.calls import endpoint
 from benchmarks.can_traffic import FRAMES_PER_S, Traffic, messages_of, others
-from benchmarks.figures import median, percentile, table
+from benchmarks.figures import median, table
 from drivemcp.bus import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.received import Received
+from evaluation.drive.summary import percentile
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import Ego

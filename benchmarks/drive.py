@@ -6,10 +6,11 @@ import threading
 import time
 from typing import Any
 
-from benchmarks.figures import percentile, table
+from benchmarks.figures import table
 from drivemcp.node import Node
 from drivemcp.received import Received
 from evaluation.drive.stack import Stack, StackPlan
+from evaluation.drive.summary import percentile
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Tracks

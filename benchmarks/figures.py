@@ -1,4 +1,4 @@
-"""Medians, percentiles, and tables in Markdown; the machine they were measured on."""
+"""Medians, and tables in Markdown; the machine they were measured on."""
 
 import os
 import statistics
@@ -10,12 +10,6 @@ from evaluation.evaluate.machine import machine
 def median(values: Sequence[float]) -> float:
     """The median."""
     return statistics.median(values)
-
-
-def percentile(values: Sequence[float], share: float) -> float:
-    """Nearest rank."""
-    ordered = sorted(values)
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

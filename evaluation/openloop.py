@@ -58,7 +58,8 @@ class Answered(msgspec.Struct, frozen=True, kw_only=True):
 def answers(log: Path | Sequence[Path], method: Method) -> Iterator[Answered]:
     """Every tick of a log by a method, in order, from the first.
 
-    Raises UserError where the method needs a drive of its own or a tick is missing, and what a service raises that refuses its settings.
+    Raises UserError where the method needs a drive of its own, a tick is missing or does not fit this version, and what a service
+    raises that refuses its settings.
     """
     if method.stand_ins:
         raise UserError(f"{method.label} needs a drive of its own: a log holds what was perceived, not what was true")
@@ -68,7 +69,7 @@ def answers(log: Path | Sequence[Path], method: Method) -> Iterator[Answered]:
         try:
             asker.open(announce=False)
             asker.client.discover()
-            yield from _ticks(traces([log] if isinstance(log, Path) else log), method, asker)
+            yield from _ticks([log] if isinstance(log, Path) else log, method, asker)
         finally:
             for node in (asker, *reversed(nodes)):
                 node.close()
@@ -79,17 +80,20 @@ def _start(bus: Bus, name: str, method: Method) -> Node:
     return service.start(bus, msgspec.convert(dict(method.settings.get(name, {})), service.config))
 
 
-def _ticks(log: Iterator[TraceRecord], method: Method, asker: Node) -> Iterator[Answered]:
+def _ticks(logs: Sequence[Path], method: Method, asker: Node) -> Iterator[Answered]:
     config = msgspec.convert(dict(method.settings.get("orchestrator", {})), OrchestratorConfig)
     how = How(name=config.method, context=config.context, passages=config.passages)
     arbiter, state = OpenArbiter(method), State()
-    for number, trace in enumerate(log, start=1):
+    for number, (log, trace) in enumerate(_traces(logs), start=1):
         if trace.tick != number:
-            raise UserError(f"tick {number} is missing from the log: what came after it cannot be told open loop")
-        seen = msgspec.structs.replace(msgspec.convert(trace.inputs, Observations), method=how)
+            raise UserError(f"{log}: tick {number} is missing: what came after it cannot be told open loop")
         ask = OpenAsk(trace, asker, arbiter, parallel=config.parallel)
-        began_s = time.perf_counter()
-        ticked = tick(state, seen, ask)
+        try:
+            seen = msgspec.structs.replace(msgspec.convert(trace.inputs, Observations), method=how)
+            began_s = time.perf_counter()
+            ticked = tick(state, seen, ask)
+        except msgspec.ValidationError as error:
+            raise UserError(f"{log}: tick {number} does not fit this version: {error}; drive it anew") from None
         took_ms = (time.perf_counter() - began_s) * 1e3 + ask.logged_ms
         state = ticked.state
         yield Answered(
@@ -103,6 +107,12 @@ def _ticks(log: Iterator[TraceRecord], method: Method, asker: Node) -> Iterator[
             target_mps=ticked.advisory.target_mps,
             latency_ms=took_ms,
         )
+
+
+def _traces(logs: Sequence[Path]) -> Iterator[tuple[Path, TraceRecord]]:
+    for log in logs:
+        for trace in traces([log]):
+            yield log, trace
 
 
 class OpenArbiter:

@@ -12,12 +12,13 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import UserError
-from evaluation.damaged import DAMAGED
+from evaluation.drive.summary import percentile
 from evaluation.evaluate.machine import machine
 from evaluation.methods import METHODS, Method
-from evaluation.metrics import At, Record, Scores, from_log, measure
+from evaluation.metrics import At, Record, Scores, measure
 from evaluation.metrics.record import Call, Tick
 from evaluation.openloop import Answered, answers
+from evaluation.recorded import record_of
 from proto.decision import Event
 
 
@@ -47,20 +48,10 @@ OPEN: tuple[Method, ...] = tuple(
 
 
 def rows(logs: Sequence[Path], methods: Iterable[Method] = OPEN) -> Iterator[OpenRow]:
-    """A row a method, as they come. Raises UserError where a log or the truth beside it is missing."""
-    truths = {log: _truth(log) for log in logs}
+    """A row a method, as they come. Raises UserError where a log or the truth beside it is missing or not as it was written."""
+    truths = {log: record_of(log) for log in logs}
     for method in methods:
         yield _row(method, truths)
-
-
-def _truth(log: Path) -> Record:
-    try:
-        record = from_log(log)
-    except DAMAGED as error:
-        raise UserError(f"{log}: {getattr(error, 'strerror', None) or error}") from None
-    if not record.truths:
-        raise UserError(f"{log}: no truth lies beside it; `drivemcp evaluate` keeps it with each run (RUN/log.mcap)")
-    return record
 
 
 def _row(method: Method, truths: Mapping[Path, Record]) -> OpenRow:
@@ -103,8 +94,7 @@ def _tick(answered: Answered) -> Tick:
 
 
 def _percentile(values: Sequence[float], share: float) -> float | None:
-    ordered = sorted(values)
-    return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
+    return percentile(values, share) if values else None
 
 
 def markdown(found: Iterable[OpenRow]) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import msgspec
 
@@ -217,8 +217,10 @@ def percentiles(values: Iterable[float]) -> Percentiles:
     ordered = sorted(values)
     if not ordered:
         return Percentiles(p50=None, p99=None, count=0)
+    p50, p99 = (round(percentile(ordered, share), 2) for share in (0.5, 0.99))
+    return Percentiles(p50=p50, p99=p99, count=len(ordered))
 
-    def rank(share: float) -> float:
-        return round(ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1)], 2)
 
-    return Percentiles(p50=rank(0.5), p99=rank(0.99), count=len(ordered))
+def percentile(values: Sequence[float], share: float) -> float:
+    """By nearest rank: the least of the values that so large a share of them (0 to 1) does not exceed. Raises IndexError for none."""
+    return sorted(values)[max(0, math.ceil(share * len(values)) - 1)]

@@ -2,11 +2,15 @@
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import msgspec
 
-from drivemcp.errors import UserError
+from drivemcp.errors import DriveMcpError, UserError
+from evaluation.evaluate.replacing import write_whole
 from evaluation.latencies.measure import measure
 from evaluation.latencies.measured import Latencies, lines, read
 
@@ -14,7 +18,7 @@ DEFAULT = Path("out/latencies.json")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, or show; 2 where the file cannot be used."""
+    """Measure, or show; 1 where a run failed, 2 where the file cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m evaluation.latencies", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     first = commands.add_parser("measure", help="drive short runs on an idle machine and write the table")
@@ -23,16 +27,41 @@ def main(arguments: list[str] | None = None) -> int:
     commands.add_parser("show", help="print a table").add_argument("file", type=Path)
     flags = parser.parse_args(arguments)
     try:
-        found = read(flags.file) if flags.command == "show" else _measured(flags.seconds)
-    except UserError as error:
+        if flags.command == "show":
+            _print(read(flags.file))
+        else:
+            _measure(flags.seconds, flags.out)
+    except DriveMcpError as error:
         sys.stderr.write(f"{error}\n")
-        return 2
-    if flags.command == "measure":
-        flags.out.parent.mkdir(parents=True, exist_ok=True)
-        flags.out.write_bytes(msgspec.json.format(msgspec.json.encode(found)))
-        sys.stderr.write(f"{flags.out}\n")
-    sys.stdout.write("\n".join([found.told(), "", *lines(found)]) + "\n")
+        return 2 if isinstance(error, UserError) else 1
     return 0
+
+
+def _measure(seconds: float, out: Path) -> None:
+    """Print what is measured, then write it. Raises UserError where it cannot be written: before anything is driven, if that shows."""
+    with _named(out):
+        out.parent.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=out.parent).close()
+    if out.is_dir():
+        raise UserError(f"--out {out}: is a folder; name a file in it")
+    found = _measured(seconds)
+    _print(found)
+    with _named(out):
+        write_whole(out, msgspec.json.format(msgspec.json.encode(found)))
+    sys.stderr.write(f"{out}\n")
+
+
+@contextmanager
+def _named(out: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise UserError(f"--out {out}: {error.strerror}; name a file that can be written") from None
+
+
+def _print(found: Latencies) -> None:
+    sys.stdout.write("\n".join([found.told(), "", *lines(found)]) + "\n")
+    sys.stdout.flush()
 
 
 def _measured(seconds: float) -> Latencies:

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
+from evaluation.drive.summary import percentile
 
 FEWEST = 5
 """A tool that was asked less often is left at the fixed latency."""
@@ -43,9 +44,8 @@ class Latencies(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 def took(samples_ms: Sequence[float]) -> Took:
     """The spread of samples, by nearest rank."""
-    ordered = sorted(samples_ms)
-    p50, p99 = (ordered[min(len(ordered) - 1, int(share * len(ordered)))] for share in (0.5, 0.99))
-    return Took(p50_ms=round(p50, 3), p99_ms=round(p99, 3), count=len(ordered))
+    p50, p99 = (round(percentile(samples_ms, share), 3) for share in (0.5, 0.99))
+    return Took(p50_ms=p50, p99_ms=p99, count=len(samples_ms))
 
 
 def read(path: Path) -> Latencies:

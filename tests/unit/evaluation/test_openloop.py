@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from drivemcp.errors import UserError
@@ -55,13 +56,13 @@ def test_the_table_scores_every_method_that_can_be_asked_on_the_same_snapshots(l
 def test_a_log_without_truth_is_refused(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (alone := tmp_path / "log.mcap").write_bytes(log.read_bytes())
     assert main([str(alone)]) == 2
-    assert "no truth lies beside it" in capsys.readouterr().err
+    assert "the truth of its run is not beside it" in capsys.readouterr().err
 
 
 def test_a_log_with_a_gap_is_refused(log: Path, tmp_path: Path) -> None:
     kept = [each for each in traces([log]) if each.tick != 10]
     write_log(tmp_path / "gap.mcap", kept, tmp_path / "secrets")
-    with pytest.raises(UserError, match="tick 10 is missing from the log"):
+    with pytest.raises(UserError, match=r"gap\.mcap: tick 10 is missing: "):
         run(tmp_path / "gap.mcap", "DriveMCP")
 
 
@@ -72,3 +73,43 @@ def test_a_log_whose_truth_is_spoiled_is_named(log: Path, tmp_path: Path, capsys
         (tmp_path / TRUTH_FILE).write_bytes(spoiled)
         assert main([str(alone)]) == 2
         assert f"{tmp_path / TRUTH_FILE}: " in capsys.readouterr().err
+
+
+def test_a_log_of_another_version_is_named(log: Path, tmp_path: Path) -> None:
+    first, second = list(traces([log]))[:2]
+    old = msgspec.structs.replace(first.decision, own={"reading": 3})
+    for name, trace in (
+        ("inputs", msgspec.structs.replace(second, inputs={"now_ns": "noon"})),
+        ("own", msgspec.structs.replace(second, decision=old)),
+    ):
+        write_log(tmp_path / f"{name}.mcap", [first, trace], tmp_path / "secrets")
+        with pytest.raises(UserError, match=rf"{name}\.mcap: tick 2 does not fit this version: .*; drive it anew"):
+            run(tmp_path / f"{name}.mcap", "DriveMCP")
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_a_log_that_was_cut_short_is_refused(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], share: float
+) -> None:
+    (tmp_path / TRUTH_FILE).write_bytes((log.parent / TRUTH_FILE).read_bytes())
+    whole = log.read_bytes()
+    (cut := tmp_path / "log.mcap").write_bytes(whole[: int(share * len(whole))])
+    assert main([str(cut)]) == 2
+    assert f"{cut}: it is not as it was written: " in capsys.readouterr().err
+
+
+def test_a_log_that_was_altered_is_refused(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / TRUTH_FILE).write_bytes((log.parent / TRUTH_FILE).read_bytes())
+    altered = bytearray(log.read_bytes())
+    altered[len(altered) // 2] ^= 1
+    (other := tmp_path / "log.mcap").write_bytes(altered)
+    assert main([str(other)]) == 2
+    assert f"{other}: it is not as it was written: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("made", [False, True])
+def test_a_log_that_is_none_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], made: bool) -> None:
+    if made:
+        (tmp_path / "log.mcap").touch()
+    assert main([str(tmp_path / "log.mcap")]) == 2
+    assert str(tmp_path / "log.mcap") in capsys.readouterr().err

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from evaluation.drive.summary import Tally, percentiles
+from evaluation.drive.summary import Tally, percentile, percentiles
 from evaluation.drive.words import live_line, summary_lines
 from proto.decision import Advisory
 from proto.rules import LegalLimit
@@ -129,3 +129,12 @@ def test_percentiles_are_nearest_rank() -> None:
     assert percentiles([float(i) for i in range(1, 101)]).p50 == 50.0
     assert percentiles([float(i) for i in range(1, 101)]).p99 == 99.0
     assert percentiles([]).p50 is None
+
+
+@pytest.mark.parametrize(
+    ("count", "p50", "p99"), [(1, 1, 1), (2, 1, 2), (3, 2, 3), (100, 50, 99), (101, 51, 100), (700, 350, 693)]
+)
+def test_a_percentile_is_the_least_value_that_so_large_a_share_does_not_exceed(count: int, p50: int, p99: int) -> None:
+    values = list(range(count, 0, -1))
+    assert (percentile(values, 0.5), percentile(values, 0.99), percentile(values, 1.0)) == (p50, p99, count)
+    assert percentile(values, 0.0) == 1

@@ -1,5 +1,6 @@
 """What calls take, measured on this machine, and runs that take it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -8,10 +9,12 @@ import pytest
 from drivemcp import cli
 from drivemcp.errors import UserError
 from drivemcp.node import Node
+from evaluation.latencies import __main__ as latencies
 from evaluation.latencies.__main__ import main
 from evaluation.latencies.measure import STAGES, measure
 from evaluation.latencies.measured import FEWEST, Latencies, Took, read, took
 from evaluation.run.host import drive
+from evaluation.run.ready import RunError
 from evaluation.run.spec import RunSpec, run_key
 from proto import topics
 from proto.decision import Advisory
@@ -24,7 +27,7 @@ def table(**tools: Took) -> Latencies:
 
 
 def test_the_spread_is_by_nearest_rank() -> None:
-    assert took([float(each) for each in range(100, 0, -1)]) == Took(p50_ms=51.0, p99_ms=100.0, count=100)
+    assert took([float(each) for each in range(100, 0, -1)]) == Took(p50_ms=50.0, p99_ms=99.0, count=100)
 
 
 def test_runs_take_the_medians_of_tools_that_were_asked_often_enough() -> None:
@@ -53,6 +56,58 @@ def test_a_file_that_is_no_table_is_named(tmp_path: Path, text: str | None) -> N
     with pytest.raises(UserError, match=r"table\.json"):
         read(file)
     assert main(["show", str(file)]) == 2
+
+
+def test_a_table_is_printed_and_written_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = table(arbitrate=Took(p50_ms=1.04, p99_ms=6.5, count=300))
+    monkeypatch.setattr(latencies, "measure", lambda _: iter(["one", found]))
+    assert main(["measure", "--out", str(tmp_path / "new" / "table.json")]) == 0
+    assert "| arbitrate | 1.04 |" in capsys.readouterr().out
+    assert read(tmp_path / "new" / "table.json") == found
+    assert [each.name for each in (tmp_path / "new").iterdir()] == ["table.json"]
+
+
+def test_where_nothing_can_be_written_nothing_is_driven(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    driven = list[float]()
+    monkeypatch.setattr(latencies, "measure", driven.append)
+    (tmp_path / "file").touch()
+    for out in (tmp_path, tmp_path / "file" / "table.json"):
+        assert main(["measure", "--out", str(out)]) == 2
+        assert f"--out {out}: " in capsys.readouterr().err
+    assert not driven
+
+
+def test_a_measured_table_is_printed_even_if_it_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found, out = table(arbitrate=Took(p50_ms=1.04, p99_ms=6.5, count=300)), tmp_path / "new" / "table.json"
+
+    def measured(_: float) -> Iterator[Latencies]:
+        out.parent.rmdir()
+        yield found
+
+    monkeypatch.setattr(latencies, "measure", measured)
+    assert main(["measure", "--out", str(out)]) == 2
+    told = capsys.readouterr()
+    assert "| arbitrate | 1.04 |" in told.out
+    assert f"--out {out}: No such file" in told.err
+
+
+def test_a_run_that_fails_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fails(_: float) -> Iterator[str]:
+        yield "one"
+        raise RunError("no step within 120 s")
+
+    monkeypatch.setattr(latencies, "measure", fails)
+    assert main(["measure", "--out", str(tmp_path / "table.json")]) == 1
+    assert capsys.readouterr().err.splitlines() == ["driving one", "no step within 120 s"]
+    assert not list(tmp_path.iterdir())
 
 
 def test_evaluate_refuses_a_table_that_is_not_there_before_it_drives(
