@@ -8,10 +8,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from drivemcp.errors import DriveMcpError
+from drivemcp.errors import DriveMcpError, UserError
+from drivemcp.numbers import whole
 from evaluation.calibrate.feedback import from_truth, sequence, svg, swing
 from evaluation.calibrate.margins import approached, as_if_asked, decided, pooled, table
 from evaluation.calibrate.recordings import Recording, find, load
+from evaluation.drive.precheck import check_folder_of
 from evaluation.evaluate.plan import DELTAS
 from services.arbiter.profiles import Profile
 from services.arbiter.profiles import load as load_profile
@@ -22,7 +24,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m evaluation.calibrate", description=__doc__.partition("\n")[0])
     commands = parser.add_subparsers(dest="what", required=True)
     feedback = commands.add_parser("feedback", help="Delta and c_min over a sequence of drives")
-    feedback.add_argument("--drives", type=int, default=40)
+    feedback.add_argument("--drives", type=whole(1, 10_000), default=40)
     feedback.add_argument("--svg", default="", metavar="FILE", help="plot of both over the drives")
     margins = commands.add_parser("margins", help="what Delta buys and costs where the arbiter alone decides")
     for command, needed in ((feedback, True), (margins, False)):
@@ -53,6 +55,7 @@ def _margins(flags: argparse.Namespace, profile: Profile) -> int:
 
 
 def _feedback(flags: argparse.Namespace, profile: Profile) -> int:
+    _check_file(flags.svg)
     recordings: list[Recording] = [load(log) for log in find(flags.logs)]
     found = sequence(from_truth(recordings, profile, flags.drives), profile, flags.drives)
     if flags.svg:
@@ -69,6 +72,13 @@ def _feedback(flags: argparse.Namespace, profile: Profile) -> int:
         _say(f"{name}: {told.low:.3f} to {told.high:.3f} within [{low:g}, {high:g}], last {told.last:.3f}; "
              f"{told.turns} reversals by more than {step:g}; span of the second half {told.late_span:.3f}")  # fmt: skip
     return int(not kept)
+
+
+def _check_file(svg: str) -> None:
+    """Before the drives, which take long: the plot can be written."""
+    check_folder_of([svg])
+    if svg and Path(svg).is_dir():
+        raise UserError(f"--svg {svg} is a folder; name a file in it")
 
 
 def _say(line: str) -> None:

@@ -52,17 +52,22 @@ def other_thresholds(candidate: Candidate) -> dict[str, float]:
     return {kind: value for kind, value in candidate.thresholds.items() if value != ETA[kind]}
 
 
+def whose(spec: RunSpec) -> str:
+    """Whose constants a drive is driven with."""
+    return "fitted" if "profile" in spec.settings.get("arbiter", {}) else "shipped"
+
+
 def driven(
     store: Store, wanted: Sequence[RunSpec], jobs: int, progress: Callable[[int, int, str], None]
 ) -> dict[str, str]:
-    """Drive what is not there; what went wrong, by place."""
+    """Drive what is not there; what went wrong, by the run's key."""
     keys = {store.key(spec): spec for spec in wanted}
     missing = [Job(key, spec) for key, spec in keys.items() if store.kept(key) is None]
     problems: dict[str, str] = {}
     for count, done in enumerate(Pool(str(store.folder.resolve()), jobs, run_one).done(missing), 1):
         store.note(done.key, done.problem)
         if done.problem:
-            problems[keys[done.key].scenario] = done.problem.strip().splitlines()[-1]
+            problems[done.key] = done.problem.strip().splitlines()[-1]
         progress(count, len(missing), keys[done.key].scenario)
     return problems
 

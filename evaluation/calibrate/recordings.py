@@ -14,6 +14,8 @@ from evaluation.run.spec import RunSpec
 from proto.decision import ArbitrationRequest
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs
+from services.logger import chain, container
+from services.logger.verify import verify
 from services.orchestrator import legal
 from services.orchestrator.inputs import Observations
 
@@ -59,7 +61,8 @@ def find(places: Iterable[str | Path]) -> tuple[Path, ...]:
 
 
 def load(log: Path) -> Recording:
-    """A drive from its log and the truth beside it. Raises UserError where one of them cannot be used."""
+    """A drive from its log and the truth beside it. Raises UserError where one of them is not whole, or cannot be used."""
+    _check_whole(log)
     record = from_log(log)
     if not record.truths:
         raise UserError(
@@ -88,6 +91,22 @@ def load(log: Path) -> Recording:
         record,
         spec.sensors if spec is not None else "unknown",
     )
+
+
+def _check_whole(log: Path) -> None:
+    """What reads a log ends without a word where it was cut, and a cut one is `intact` as far as it goes."""
+    found = verify(log)
+    if not found.closed and not _foreign(log):
+        raise UserError(
+            f"{log} was cut, never closed or changed ({found.first_bad or 'it ends early'}); leave it out of --from, "
+            "or, if it was simulated, delete its folder and drive it again"
+        )
+
+
+def _foreign(log: Path) -> bool:
+    """Whether a writer that signs nothing wrote it, and came to its end."""
+    data = log.read_bytes()
+    return data[len(container.MAGIC) :].endswith(container.MAGIC) and chain.TOPIC.encode() not in data
 
 
 def spec_of(log: Path) -> RunSpec | None:

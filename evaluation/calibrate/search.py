@@ -16,6 +16,9 @@ from evaluation.calibrate import again, bench, constants, recordings, score
 from evaluation.calibrate.constants import ROWS, Candidate, scaled, shipped, unfit, unscaled
 from evaluation.calibrate.recordings import Recording, load
 from evaluation.calibrate.score import UNFIT, Counts, counts, objective, parts, pooled
+from evaluation.metrics.record import TRUTH_FILE
+from evaluation.replay import log as traces
+from evaluation.run import grant
 from services.arbiter.profiles import Profile
 
 STEP = 0.15
@@ -90,11 +93,12 @@ class Trials:
 def _digest(logs: Sequence[Path], base: Profile) -> bytes:
     """Of all that a trial's result depends on but the candidate."""
     digest = hashlib.sha256(code_hash("proto", "services", "evaluation.metrics").encode())
-    for module in (again, bench, constants, recordings, score):
+    for module in (again, bench, constants, recordings, score, grant, traces):
         digest.update(Path(str(module.__file__)).read_bytes())
     digest.update(base.sha256.encode())
     for log in logs:
-        digest.update(hashlib.sha256(log.read_bytes()).digest())
+        for file in (log, log.parent / TRUTH_FILE):
+            digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.digest()
 
 

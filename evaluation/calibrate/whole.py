@@ -43,6 +43,8 @@ class _Loop(NamedTuple):
     before: Closed | None
     after: Closed | None
     verdict: Verdict
+    failed: bool = False
+    """Whether a drive in closed loop failed."""
 
 
 def calibrate(flags: argparse.Namespace) -> int:
@@ -75,7 +77,7 @@ def calibrate(flags: argparse.Namespace) -> int:
     )  # fmt: skip
     _write(folder, taken, found, curves, provenance)
     _tell(folder, taken, found, loop, provenance)
-    return int(bool(failed))
+    return int(failed or loop.failed)
 
 
 def _numbers(flags: argparse.Namespace) -> range:
@@ -109,8 +111,9 @@ def _drive(store: Store, wanted: Sequence[RunSpec], flags: argparse.Namespace, s
 
     problems = drives.driven(store, wanted, flags.jobs, progress)
     screen.end_live()
-    for place, problem in problems.items():
-        screen.say(f"{place} failed: {problem}")
+    for spec in wanted:
+        if problem := problems.get(store.key(spec)):
+            screen.say(f"{spec.scenario} with the {drives.whose(spec)} constants failed: {problem}")
     return bool(problems)
 
 
@@ -132,16 +135,17 @@ def _closed_loop(store: Store, found: Found, folder: Path, flags: argparse.Names
     if best == found.shipped.candidate:
         return _Loop(None, None, Verdict(False, "the search found nothing better"))
     profile = _candidate_file(folder, best)
-    numbers = range(min(len(_numbers(flags)), flags.verify))
+    numbers = range(min(1, flags.verify) if flags.quick else flags.verify)
     if not numbers:
         return _Loop(None, None, Verdict(False, "not driven in closed loop (--verify 0)"))
     both = [
         drives.specs("calibration", numbers, flags.sensors, _seconds(flags), settings)
         for settings in ({}, drives.settings_for(best, profile))
     ]
-    _drive(store, [*both[0], *both[1]], flags, screen, "closed loop")
+    failed = _drive(store, [*both[0], *both[1]], flags, screen, "closed loop")
     before, after = (closed([kept.metrics for spec in one if (kept := store.kept(store.key(spec)))]) for one in both)
-    return _Loop(before, after, verdict(before, after) if before.runs == len(both[0]) else _too_few(before, both[0]))
+    came_to = verdict(before, after) if before.runs == len(both[0]) else _too_few(before, both[0])
+    return _Loop(before, after, came_to, failed)
 
 
 def _too_few(before: Closed, wanted: Sequence[RunSpec]) -> Verdict:

@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from evaluation.calibrate import __main__ as command
 from evaluation.calibrate.feedback import Moved, sequence, swing
 from evaluation.metrics.labels import Drive, Label
 from services.arbiter.adapt import STEPS
@@ -65,3 +68,28 @@ def test_a_driver_who_reacts_to_what_feedback_did_does_not_make_it_hunt() -> Non
 def test_hunting_would_be_seen() -> None:
     assert swing([0.0, 0.4] * 5, 0.1).turns == 8
     assert swing([0.0, 0.1, 0.2, 0.3, 0.2, 0.2], 0.05).turns == 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (("--drives", "0"), "argument --drives: '0' is no whole number from 1"),
+        (("--svg", "none/feedback.svg"), "there is no folder none"),
+        (("--svg", "."), "--svg . is a folder"),
+    ],
+)
+def test_what_the_command_cannot_do_is_told_before_a_drive_is_read(
+    wrong: tuple[str, str],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (log := tmp_path / "log.mcap").touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "load", lambda _: pytest.fail("a drive was read"))
+    monkeypatch.setattr("sys.argv", ["calibrate", "feedback", "--from", str(log), *wrong])
+    with pytest.raises(SystemExit) as ended:
+        command.main()
+    assert ended.value.code == 2
+    assert told in capsys.readouterr().err

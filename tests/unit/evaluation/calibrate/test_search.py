@@ -1,36 +1,36 @@
 """The search: better than it started, never twice, and no change without evidence."""
 
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-from evaluation.calibrate.constants import BY_NAME, Candidate, shipped
-from evaluation.calibrate.score import UNFIT, Counts
+from evaluation.calibrate.constants import Candidate, shipped
+from evaluation.calibrate.score import UNFIT
 from evaluation.calibrate.search import TRIALS, Found, Trials, search
+from evaluation.metrics.record import TRUTH_FILE
+from evaluation.replay import log as traces
+from evaluation.run import grant
+from tests.unit.evaluation.calibrate.landscape import Landscape
 from tests.unit.services.arbiter.support import CALIBRATED
-
-
-class Landscape:
-    """A made-up world in which false interventions fall with act_watched_s and nothing else matters."""
-
-    def __init__(self) -> None:
-        self.asked: list[Candidate] = []
-
-    def __call__(self, candidate: Candidate) -> list[Counts]:
-        self.asked.append(candidate)
-        row = BY_NAME["act_watched_s"]
-        share = (candidate.values[row.name] - row.low) / (row.high - row.low)
-        return [Counts(km=10.0, false_interventions=round(1000 * (1.0 - share)))]
 
 
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
+    (tmp_path / TRUTH_FILE).write_bytes(b"its truth")
     (file := tmp_path / "log.mcap").write_bytes(b"a drive")
     return file
 
 
 def found(folder: Path, log: Path, world: Landscape, count: int = 40) -> Found:
     return search(Trials(folder, [log], CALIBRATED, world), CALIBRATED, count, 3, lambda *_: None)
+
+
+def once(folder: Path, log: Path) -> list[Candidate]:
+    """What is asked of the drives to try the shipped constants."""
+    world = Landscape()
+    Trials(folder, [log], CALIBRATED, world).run(shipped(CALIBRATED))
+    return world.asked
 
 
 def test_it_finds_what_helps_and_leaves_the_rest_as_shipped(tmp_path: Path, log: Path) -> None:
@@ -63,12 +63,22 @@ def test_the_same_search_goes_on_where_it_was_cut_and_tries_nothing_twice(tmp_pa
     assert len(first.asked) + len(second.asked) == len(whole.asked)
 
 
-def test_other_drives_are_other_trials(tmp_path: Path, log: Path) -> None:
-    found(tmp_path, log, Landscape(), 5)
-    log.write_bytes(b"another drive")
-    again = Landscape()
-    found(tmp_path, log, again, 5)
-    assert again.asked
+@pytest.mark.parametrize("other", ["log.mcap", TRUTH_FILE])
+def test_other_drives_or_another_truth_are_other_trials(tmp_path: Path, log: Path, other: str) -> None:
+    once(tmp_path, log)
+    assert not once(tmp_path, log)
+    (log.parent / other).write_bytes(b"another one")
+    assert once(tmp_path, log)
+
+
+@pytest.mark.parametrize("module", [grant, traces])
+def test_other_code_that_a_trial_runs_makes_other_trials(
+    tmp_path: Path, log: Path, module: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    once(tmp_path, log)
+    (changed := tmp_path / "changed.py").write_text("changed", encoding="utf-8")
+    monkeypatch.setattr(module, "__file__", str(changed))
+    assert once(tmp_path, log)
 
 
 def test_what_the_design_refuses_is_not_decided_again_and_never_the_best(tmp_path: Path, log: Path) -> None:

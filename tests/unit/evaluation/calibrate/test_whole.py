@@ -1,22 +1,31 @@
 """The whole way on one short drive: recorded, decided again, searched, written, and loaded by the arbiter."""
 
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import msgspec
 import pytest
+from mcap.writer import CompressionType, Writer
 
 from drivemcp.cli import run
 from drivemcp.errors import UserError
-from evaluation.calibrate import drives
+from evaluation.calibrate import drives, whole
 from evaluation.calibrate.again import again
 from evaluation.calibrate.constants import shipped
 from evaluation.calibrate.files import Provenance
 from evaluation.calibrate.margins import as_if_asked
 from evaluation.calibrate.recordings import Recording, find, load
 from evaluation.calibrate.search import on_cores
+from evaluation.evaluate.pool import Done, Job
 from evaluation.evaluate.store import Store
+from evaluation.metrics.record import TRUTH_FILE
+from evaluation.scenarios import FAMILIES
 from services.arbiter.profiles import load as load_profile
+from services.logger.reader import messages
 from services.orchestrator.inputs import Method
+from tests.unit.evaluation.calibrate.landscape import Landscape
 from tests.unit.services.arbiter.support import CALIBRATED
 
 SECONDS = 6.0
@@ -124,3 +133,86 @@ def test_what_cannot_be_calibrated_on_is_told(log: Path, tmp_path: Path) -> None
     (alone := tmp_path / log.name).write_bytes(log.read_bytes())
     with pytest.raises(UserError, match="no truth lies beside it"):
         load(alone)
+
+
+@pytest.fixture
+def crashed(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """Which places were driven how often, where every drive crashes; what is searched in is made up."""
+    found = Counter[str]()
+
+    class Pool:
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def done(self, jobs: Sequence[Job]) -> Iterator[Done]:
+            for job in jobs:
+                found[job.spec.scenario] += 1
+                yield Done(job.key, "it crashed", 0.0)
+
+    monkeypatch.setattr(drives, "Pool", Pool)
+    monkeypatch.setattr(whole, "on_cores", lambda *_: nullcontext(Landscape()))
+    return found
+
+
+@pytest.mark.parametrize(("words", "places"), [(("--trials", "4"), 6), (("--quick",), 1)])
+def test_as_many_places_are_driven_in_closed_loop_as_verify_names(
+    log: Path, tmp_path: Path, crashed: Counter[str], words: Sequence[str], places: int
+) -> None:
+    run(["calibrate", "--from", str(log), "--verify", "6", "--points", "2", "--out", str(tmp_path), *words])
+    assert crashed == {f"{family}/calibration/{at}": 2 for family in FAMILIES for at in range(places)}
+
+
+def test_drives_that_fail_in_closed_loop_are_told_with_their_constants_and_by_the_exit_status(
+    log: Path, tmp_path: Path, crashed: Counter[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["calibrate", "--from", str(log), "--quick", "--points", "2", "--out", str(tmp_path)]) == 1
+    told = capsys.readouterr().err
+    for place in crashed:
+        for whose in ("shipped", "fitted"):
+            assert f"{place} with the {whose} constants failed: it crashed" in told
+    assert told.count("failed: it crashed") == 6
+
+
+def beside_its_truth(log: Path, folder: Path, data: bytes) -> Path:
+    """Another log beside the same truth."""
+    (folder / TRUTH_FILE).write_bytes((log.parent / TRUTH_FILE).read_bytes())
+    (other := folder / log.name).write_bytes(data)
+    return other
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9, 1.0])
+def test_a_log_that_was_cut_is_not_taken_for_the_whole_drive(log: Path, tmp_path: Path, share: float) -> None:
+    raw = log.read_bytes()
+    cut = beside_its_truth(log, tmp_path, raw[: round(share * (len(raw) - 1))])
+    with pytest.raises(UserError, match=r"log\.mcap was cut, never closed or changed .*delete its folder"):
+        load(cut)
+
+
+@pytest.mark.parametrize("at", [10, 100_000, -10])
+def test_a_log_that_is_not_as_it_was_written_is_refused(log: Path, tmp_path: Path, at: int) -> None:
+    raw = bytearray(log.read_bytes())
+    raw[at] ^= 1
+    with pytest.raises(UserError, match=r"log\.mcap was cut, never closed or changed .*delete its folder"):
+        load(beside_its_truth(log, tmp_path, bytes(raw)))
+
+
+def unsigned(log: Path, folder: Path) -> bytes:
+    """The same messages by another writer."""
+    with (path := folder / "unsigned.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start()
+        schema = writer.register_schema(name="drivemcp.X", encoding="jsonschema", data=b"{}")
+        channels: dict[str, int] = {}
+        for one in messages(log):
+            if one.name not in channels:
+                channels[one.name] = writer.register_channel(schema_id=schema, topic=one.name, message_encoding="json")
+            writer.add_message(channels[one.name], one.log_time_ns, one.data, one.stamp_ns)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path.read_bytes()
+
+
+def test_a_log_of_another_writer_is_taken_if_it_is_whole(log: Path, recording: Recording, tmp_path: Path) -> None:
+    raw = unsigned(log, tmp_path)
+    assert load(beside_its_truth(log, tmp_path, raw)).steps == recording.steps
+    with pytest.raises(UserError, match="was cut"):
+        load(beside_its_truth(log, tmp_path, raw[: len(raw) // 2]))
