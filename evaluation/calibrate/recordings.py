@@ -9,13 +9,13 @@ import msgspec
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.store import LOG, SPEC
 from evaluation.metrics import Record, from_log
+from evaluation.recorded import fault_of
 from evaluation.replay.log import traces
 from evaluation.run.spec import RunSpec
 from proto.decision import ArbitrationRequest
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs
 from services.logger import chain, container
-from services.logger.verify import verify
 from services.orchestrator import legal
 from services.orchestrator.inputs import Observations
 
@@ -94,11 +94,10 @@ def load(log: Path) -> Recording:
 
 
 def _check_whole(log: Path) -> None:
-    """What reads a log ends without a word where it was cut, and a cut one is `intact` as far as it goes."""
-    found = verify(log)
-    if not found.closed and not _foreign(log):
+    """What reads a log ends without a word where it was cut. A car's may be by another writer, which `recorded.record_of` refuses."""
+    if (fault := fault_of(log)) and not _foreign(log):
         raise UserError(
-            f"{log} was cut, never closed or changed ({found.first_bad or 'it ends early'}); leave it out of --from, "
+            f"{log} was cut, never closed or changed ({fault}); leave it out of --from, "
             "or, if it was simulated, delete its folder and drive it again"
         )
 

@@ -214,11 +214,11 @@ class Tally:
 
 def percentiles(values: Iterable[float]) -> Percentiles:
     """Nearest-rank median and 99th percentile."""
-    ordered = sorted(values)
-    if not ordered:
+    told = list(values)
+    if not told:
         return Percentiles(p50=None, p99=None, count=0)
-    p50, p99 = (round(percentile(ordered, share), 2) for share in (0.5, 0.99))
-    return Percentiles(p50=p50, p99=p99, count=len(ordered))
+    p50, p99 = (round(percentile(told, share), 2) for share in (0.5, 0.99))
+    return Percentiles(p50=p50, p99=p99, count=len(told))
 
 
 def percentile(values: Sequence[float], share: float) -> float:

@@ -117,9 +117,11 @@ def read(file: Path) -> dict[str, Line]:
 def _bytes(file: Path) -> bytes:
     try:
         whole = file.read_bytes()
-        if file.suffix == ".gz" and not whole:
+        if file.suffix != ".gz":
+            return whole
+        if not whole:
             raise EOFError("the file is empty")  # gzip takes it for whole
-        return gzip.decompress(whole) if file.suffix == ".gz" else whole
+        return gzip.decompress(whole)
     except DAMAGED as error:
         raise UserError(f"{file}: no published runs: {error}") from None
 

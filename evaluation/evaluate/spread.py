@@ -51,10 +51,10 @@ class Spread:
         return Done(job.key, problem, wall_s)
 
 
-def _work(work: Work, folder: str, key: str, spec: RunSpec, allowed_s: float) -> tuple[str, float]:
+def _work(work: Work, folder: str, key: str, spec: RunSpec, seconds: float) -> tuple[str, float]:
     """The run in its process of the cluster, which ends itself where the run is stuck."""
     started_s = time.monotonic()
-    stuck = threading.Timer(allowed_s, os._exit, (STUCK,))
+    stuck = threading.Timer(seconds, os._exit, (STUCK,))
     stuck.daemon = True
     stuck.start()
     return tried(work, folder, key, spec), time.monotonic() - started_s

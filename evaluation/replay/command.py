@@ -64,14 +64,15 @@ def command(flags: argparse.Namespace) -> int:
     """Replay, or suppose."""
     paths, others, at_hand = named(flags.files), named(flags.against), AtHand(flags.profile)
     change = _change(flags)
-    if change != Change():
-        if others:
-            raise UserError("--against compares two drives as they were; it takes no --mu, --delta or --rulepack")
-        unsound = _complained(_unsound(paths, flags.files))
-        return max(_suppose(traces(paths), change, at_hand, flags), int(bool(unsound)))
+    if others and change != Change():
+        raise UserError("--against compares two drives as they were; it takes no --mu, --delta or --rulepack")
     if others and flags.profile:
         raise UserError("--against decides nothing again; it takes no --profile")
-    unsound = _complained([*_unsound(paths, flags.files), *_unsound(others, flags.against)])
+    unsound = [*_unsound(paths, flags.files), *_unsound(others, flags.against)]
+    for complaint in unsound:
+        sys.stderr.write(f"drivemcp: {complaint}\n")
+    if change != Change():
+        return max(_suppose(traces(paths), change, at_hand, flags), int(bool(unsound)))
     ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths), at_hand))
     counts = Counter[str](one.status for one in ticks)
     if not ticks:
@@ -85,12 +86,6 @@ def command(flags: argparse.Namespace) -> int:
     else:
         _tell(ticks, counts, everything=flags.all)
     return int(counts["different"] > 0 or counts["identical"] == 0 or bool(unsound))
-
-
-def _complained(unsound: list[str]) -> list[str]:
-    for complaint in unsound:
-        sys.stderr.write(f"drivemcp: {complaint}\n")
-    return unsound
 
 
 def _unsound(paths: list[Path], given: list[str]) -> list[str]:
