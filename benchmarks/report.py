@@ -5,8 +5,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from drivemcp.errors import UserError
-from evaluation.evaluate.replacing import write_whole
+from evaluation.evaluate.replacing import write_whole, writing
 
 REMEDIES: Mapping[type[Exception], str] = {
     subprocess.CalledProcessError: "a package index has to be in reach",
@@ -37,13 +36,9 @@ def report(command: str, head: str, sections: Mapping[str, Callable[[], str]], o
 def _tell(parts: list[str], out: Path | None) -> None:
     sys.stdout.write("\n" * (len(parts) > 1) + parts[-1] + "\n")
     sys.stdout.flush()
-    if out is None:
-        return
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(out, ("\n\n".join(parts) + "\n").encode())
-    except OSError as error:
-        raise UserError(f"--out {out}: {error.strerror}; name a file that can be written") from None
+    if out is not None:
+        with writing("--out", out):
+            write_whole(out, ("\n\n".join(parts) + "\n").encode())
 
 
 def _failed(command: str, name: str, error: Exception) -> str:

@@ -1,6 +1,10 @@
 """Files that a full disk or an interruption must not cut."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from drivemcp.errors import UserError
 
 
 def write_whole(file: Path, data: bytes) -> None:
@@ -12,3 +16,13 @@ def write_whole(file: Path, data: bytes) -> None:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def writing(flag: str, file: Path) -> Iterator[None]:
+    """What is written within goes to the file that a flag names, whose folder is made. Raises UserError where it cannot be written."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise UserError(f"{flag} {file}: {error.strerror}; name a file that can be written") from None

@@ -59,6 +59,7 @@ class About(msgspec.Struct, frozen=True, kw_only=True):
 
 
 GONE = "its log is gone; to drive it again delete its folder"
+PUBLISHED = "published, its log is not here"
 
 
 class Behind(NamedTuple):
@@ -69,13 +70,11 @@ class Behind(NamedTuple):
     again: str
     """The command, but for the key."""
 
-    def here(self, key: str) -> bool:
-        """Whether the run's log is there to be linked to."""
-        return (self.runs / key / LOG).exists()
-
-    def driven_here(self, key: str) -> bool:
-        """Whether what the run came to is in the folder, with its log or without."""
-        return (self.runs / key / METRICS).exists()
+    def why_no_log(self, key: str) -> str:
+        """Why the run's log cannot be linked to; empty where it can."""
+        if (self.runs / key / LOG).exists():
+            return ""
+        return GONE if (self.runs / key / METRICS).exists() else PUBLISHED
 
 
 def about(tables: Sequence[Table], command: str, *, quick: bool, latencies: str, published: str = "") -> About:
@@ -267,12 +266,8 @@ def _run(run: Ran, behind: Behind) -> str:
     ticks = ", ".join(
         f"tick {moment.tick} ({escape(moment.what)})" for moment in run.kept.moments if moment.tick is not None
     )
-    files = (
+    files = behind.why_no_log(run.key) or (
         f"<a href='{path}/{LOG}'>log</a>, <a href='{path}/metrics.json'>metrics</a>, <a href='{path}/spec.json'>spec</a>"
-        if behind.here(run.key)
-        else GONE
-        if behind.driven_here(run.key)
-        else "published, its log is not here"
     )
     return (
         f"run {run.number}, seed {run.seed}: {files}; {(metrics.get('distance_m') or 0.0) / 1000:.2f} km, "
@@ -282,9 +277,10 @@ def _run(run: Ran, behind: Behind) -> str:
 
 def _to_see(run: Ran, behind: Behind) -> str:
     """The command that shows a run; of a published one, the command that drives it here; of one without a log, what comes before."""
-    if behind.here(run.key):
+    why = behind.why_no_log(run.key)
+    if not why:
         return f"drivemcp replay {behind.base}/{run.key}/{LOG}"
-    if behind.driven_here(run.key):
+    if why == GONE:
         return f"rm -r {behind.base}/{run.key}"
     return escape(f"{behind.again} {run.key}")
 
@@ -313,13 +309,8 @@ def worst(tables: Sequence[Table]) -> list[tuple[TableRow, Ran, Moment]]:
 
 def _moment(row: TableRow, run: Ran, moment: Moment, behind: Behind) -> str:
     picture = _picture(behind.runs / run.key, moment)
-    log = (
-        f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>"
-        if behind.here(run.key)
-        else f"{GONE}:"
-        if behind.driven_here(run.key)
-        else "Published:"
-    )
+    why = behind.why_no_log(run.key)
+    log = f"{why.capitalize()}:" if why else f"<a href='{behind.base}/{run.key}/{LOG}'>log</a>"
     return (
         f"<figure>{picture}<figcaption><b>{escape(moment.kind)}</b>: {escape(moment.what)}, at {moment.time_s:.1f} s, tick {moment.tick}. "
         f"{escape(row.row.table)}, {escape(row.row.group)}: {escape(row.row.label)}, run {run.number}. {log} "

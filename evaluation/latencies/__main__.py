@@ -2,15 +2,13 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
 
 import msgspec
 
 from drivemcp.errors import DriveMcpError, UserError
-from evaluation.evaluate.replacing import write_whole
+from evaluation.evaluate.replacing import write_whole, writing
 from evaluation.latencies.measure import measure
 from evaluation.latencies.measured import Latencies, lines, read
 
@@ -39,24 +37,15 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _measure(seconds: float, out: Path) -> None:
     """Print what is measured, then write it. Raises UserError where it cannot be written: before anything is driven, if that shows."""
-    with _named(out):
-        out.parent.mkdir(parents=True, exist_ok=True)
+    with writing("--out", out):
         TemporaryFile(dir=out.parent).close()
     if out.is_dir():
         raise UserError(f"--out {out}: is a folder; name a file in it")
     found = _measured(seconds)
     _print(found)
-    with _named(out):
+    with writing("--out", out):
         write_whole(out, msgspec.json.format(msgspec.json.encode(found)))
     sys.stderr.write(f"{out}\n")
-
-
-@contextmanager
-def _named(out: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise UserError(f"--out {out}: {error.strerror}; name a file that can be written") from None
 
 
 def _print(found: Latencies) -> None:

@@ -88,13 +88,14 @@ def test_a_measured_table_is_printed_even_if_it_cannot_be_written(
 
     def measured(_: float) -> Iterator[Latencies]:
         out.parent.rmdir()
+        out.parent.touch()
         yield found
 
     monkeypatch.setattr(latencies, "measure", measured)
     assert main(["measure", "--out", str(out)]) == 2
     told = capsys.readouterr()
     assert "| arbitrate | 1.04 |" in told.out
-    assert f"--out {out}: No such file" in told.err
+    assert f"--out {out}: File exists" in told.err
 
 
 def test_a_run_that_fails_is_told_in_one_line(
