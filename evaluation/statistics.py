@@ -120,15 +120,16 @@ def _apart(ours: Sequence[float], theirs: Sequence[float]) -> list[float]:
     return [0.0 if abs(a - b) <= ROUNDING * max(abs(a), abs(b)) else a - b for a, b in pairs]
 
 
-def chance_of(ours: Sequence[float], theirs: Sequence[float]) -> float | None:
+def chance_of(ours: Sequence[float], theirs: Sequence[float], least: float = 0.0) -> float | None:
     """How often chance alone parts the pairs' means as far, in either direction: Fisher's randomisation test (1935, The Design of
     Experiments, section 21).
 
     Were there no difference, each pair could as well stand the other way round. That takes nothing for normal and no event
-    for independent of another in its run; it needs eight pairs to come below `CHANCE`. None without a pair.
+    for independent of another in its run; it needs eight pairs to come below `CHANCE`. A pair less than `least` apart counts
+    as equal: what is too small to matter must not decide between ties of what does. None without a pair.
     Raises ValueError on unequal lengths.
     """
-    apart = np.array(_apart(ours, theirs), dtype=float)
+    apart = np.array([each if abs(each) >= least else 0.0 for each in _apart(ours, theirs)], dtype=float)
     if not len(apart):
         return None
     if len(apart) == 1 or not apart.any():

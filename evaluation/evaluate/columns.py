@@ -35,6 +35,11 @@ class Column(msgspec.Struct, frozen=True, kw_only=True):
     most: float = math.inf
     """What it cannot exceed."""
 
+    @property
+    def least(self) -> float:
+        """What is less than this apart reads the same."""
+        return 0.5 * 10.0**-self.places
+
 
 INFRACTIONS = Column(
     title="infractions", unit="/10 km", rate="infractions", paper="infractions_per_10km", paper_spread="infractions_sd"

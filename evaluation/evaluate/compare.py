@@ -17,7 +17,8 @@ AGAINST = "Place by place: each row less DriveMCP, or less its group's first"
 WITH_FAULTS = "The same scene, with and without the fault: each method in the faulty car less itself in the sound one"
 HOW_AGAINST = (
     "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; bold where a "
-    f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places."
+    f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places that "
+    "differ by half of the last digit shown."
 )
 Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
 
@@ -129,7 +130,7 @@ def difference(table: Table, column: Column, one: TableRow, other: TableRow) -> 
     values = [mine[number] for number in both], [theirs[number] for number in both]
     return Difference(
         group=one.row.group, first=table.label(one), second=table.label(other), column=column, value=mean_of(paired(*values)),
-        places=len(both), chance=chance_of(*values), assumed=unmeasured,
+        places=len(both), chance=chance_of(*values, column.least), assumed=unmeasured,
     )  # fmt: skip
 
 

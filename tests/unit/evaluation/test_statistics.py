@@ -96,6 +96,13 @@ def test_chance_deals_each_pair_either_way() -> None:
         chance_of([1.0], [1.0, 2.0])
 
 
+def test_what_is_too_small_to_matter_decides_no_tie() -> None:
+    """Three events that two rows have more of come out the same way round in a quarter of cases, however long the other runs are."""
+    ours, theirs = [4.0] * 3 + [0.001 * n for n in range(1, 11)], [0.0] * 13
+    assert chance_of(ours, theirs, 0.02) == pytest.approx(2 / 2**3, abs=0.02)
+    assert (chance_of(ours, theirs) or 1.0) < CHANCE
+
+
 def test_it_takes_eight_pairs_to_tell_apart() -> None:
     found = [chance_of([1.0] * n, [0.0] * n) or 1.0 for n in (*range(1, 15), 40)]
     assert next(n for n, chance in enumerate(found, 1) if chance < CHANCE) == 8

@@ -170,6 +170,17 @@ def test_what_places_have_in_common_falls_out_of_a_difference() -> None:
     assert told_of(found) == "+10.00 (9)", "all equal: no interval"
 
 
+def longer(row: Row, number: int) -> Kept | None:
+    """As many infractions everywhere; DriveMCP's drives end a metre further on."""
+    return kept(infractions_total=1, distance_m=2000.0 + (row.spec.method == "DriveMCP"))
+
+
+def test_what_no_reader_could_see_tells_no_rows_apart() -> None:
+    found = [one for one in against(table("results", longer, 10)) if one.column.title == "infractions"]
+    assert [told_of(one) for one in found] == ["+0.00 (10)"] * len(found)
+    assert not any(one.told_apart for one in found)
+
+
 def test_rows_of_a_curve_are_held_against_its_first() -> None:
     found = against(table("corruption", lambda row, number: kept(event_f1=0.9 - (row.at or 0.0)), 8))
     missed = next(one for one in found if one.first == "signs missed, 50 %" and one.column.title == "event F1")
