@@ -98,12 +98,18 @@ def page(found: Sequence[Compared]) -> str:
     """A Markdown table, and how many agree."""
     lines = ["| | number | pairs | rendered | modelled | modelled less rendered | agree |", "| --- " * 7 + "|"]
     lines += [_line(each) for each in found]
-    judged = [each.agree for each in found if each.agree is not None]
+    judged = [each for each in found if each.agree is not None]
+    ranging = [each for each in judged if each.less.low is not None]
     lines += [
         "",
-        f"{sum(judged)} of {len(judged)} agree: 0 lies in the 95 % interval of the pairs' mean difference, or is what all differ by.",
+        f"{_agreeing(judged)} of {len(judged)} agree. {len(ranging)} of them have an interval, and {_agreeing(ranging)} intervals hold 0; "
+        f"by chance alone {0.05 * len(ranging):.0f} would not. Without one, all pairs differ by the same, and agree if that is 0.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _agreeing(found: Sequence[Compared]) -> int:
+    return sum(bool(each.agree) for each in found)
 
 
 def _line(each: Compared) -> str:

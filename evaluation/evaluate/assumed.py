@@ -1,5 +1,7 @@
 """Rows whose advisory latency nobody measured: calls of a tool without a measured latency take the fixed one."""
 
+from collections.abc import Iterable
+
 from evaluation.evaluate.columns import LATENCY, Column
 from evaluation.methods import PROMPT_TOOL, answers_prompts, generator_of
 from evaluation.run.spec import RunSpec
@@ -23,9 +25,9 @@ def waits_for(spec: RunSpec) -> frozenset[str]:
     return frozenset(tool for tools in TOOLS.values() for tool in tools)
 
 
-def about_latencies(mark: str, measured: str = "") -> str:
-    """What page and report say of latencies: where they begin (and where that is `measured`), and what the mark means."""
-    return (
-        f"Latencies go from the snapshot on: that a picture takes time to be understood is in no run{measured}. "
-        f"Those marked {mark} are 4 ms a call of tools that were asked too seldom to be measured."
-    )
+def about_latencies(specs: Iterable[RunSpec], mark: str, measured: str = "") -> str:
+    """What page and report say of these rows' latencies: where they begin (and where that is `measured`), and what the mark means."""
+    begin = f"Latencies go from the snapshot on: that a picture takes time to be understood is in no run{measured}."
+    if not any(assumed(LATENCY, spec) for spec in specs):
+        return begin
+    return f"{begin} Those marked {mark} are 4 ms a call of tools that were asked too seldom to be measured."

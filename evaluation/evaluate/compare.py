@@ -18,7 +18,7 @@ WITH_FAULTS = "The same scene, with and without the fault: each method in the fa
 HOW_AGAINST = (
     "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; bold where a "
     f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places that "
-    "differ by half of the last digit shown."
+    "differ by half of the last digit shown. A mean that is less than that is none."
 )
 Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
 
@@ -39,8 +39,9 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def told_apart(self) -> bool:
-        """Whether it is more than chance."""
-        return self.chance is not None and self.chance < CHANCE
+        """Whether it is more than chance, and more than nothing to a reader."""
+        seen = self.value.value is not None and abs(self.value.value) >= self.column.least
+        return seen and self.chance is not None and self.chance < CHANCE
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):

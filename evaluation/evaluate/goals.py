@@ -88,7 +88,7 @@ def _judge(goal: Goal, table: Table) -> Judged:
     rows = {row.row.key: row for row in table.rows}
     column, row = goal.column, rows[goal.row]
     value = Value(value=None) if assumed(column, row.row.spec) else _value(table, row, column)
-    verdict, found = _verdict(value, goal), told(value, column)
+    verdict, found = _verdict(value, goal), told(value, _shown(value, goal))
     if column is RESPONSE:
         verdict, found = _of_those_answered(verdict, row), f"{found}{_answered(row)}"
     sign = ">=" if column.better == "more" else "<" if goal.strict else "<="
@@ -121,6 +121,17 @@ def _hazards(row: TableRow, numbers: Collection[int] | None) -> tuple[int, int]:
 def _value(table: Table, row: TableRow, column: Column) -> Value:
     at = [(each.title, each.unit) for each in table.columns].index((column.title, column.unit))
     return row.values[at]
+
+
+def _shown(value: Value, goal: Goal) -> Column:
+    """The goal's column, with as many places as it takes to see on which side of the bound the number is."""
+    places = goal.column.places
+    while value.value not in (None, goal.bound) and places < MOST_PLACES and round(value.value, places) == goal.bound:
+        places += 1
+    return msgspec.structs.replace(goal.column, places=places)
+
+
+MOST_PLACES = 6
 
 
 def told(value: Value, column: Column) -> str:
@@ -177,12 +188,13 @@ def _no_slower(name: str, results: Table, ours: TableRow, rival: TableRow) -> Ju
     """Run by run: DriveMCP may have driven many places that the other has not."""
     mine, other = (by_number(RESPONSE, row) for row in (ours, rival))
     both = mine.keys() & other.keys()
-    means = [f"{fmean(each[number] for number in both):.{RESPONSE.places}f}" for each in (mine, other) if both]
     apart = difference(results, RESPONSE, ours, rival)
     goal = Goal(table="results", row=ours.row.key, column=RESPONSE, bound=0.0)
+    shown = _shown(apart.value, goal)
+    means = [f"{fmean(each[number] for number in both):.{shown.places}f}" for each in (mine, other) if both]
     return Judged(
         what=f"{name}, hazard response", bound="<= VLM-Tools-NoArbiter's",
-        found=f"{' against '.join(means) or '-'}, difference {told(apart.value, RESPONSE)}, of {apart.places} runs in which both "
+        found=f"{' against '.join(means) or '-'}, difference {told(apart.value, shown)}, of {apart.places} runs in which both "
         f"answered a hazard{_answered(ours, both)}",
         verdict=_of_those_answered(_verdict(apart.value, goal), ours, both),
     )  # fmt: skip

@@ -45,7 +45,7 @@ def _two_numbers() -> str:
     return (
         f"One configuration, two numbers. DriveMCP in DYNAMIC-VSL at Delta = {delta:g}, all else fixed, has a TTC at escalation of "
         f"{other:g} s in the results table and {one:g} s in the Delta table. Here "
-        "rows with the same settings are the same runs."
+        "the same settings come out alike in the same places; a row with more places has another mean."
     )
 
 
@@ -54,8 +54,8 @@ def _no_feedback() -> str:
     return (
         "Feedback. All parameters are fixed during the paper's evaluation, so that taking adaptation away changes nothing; the "
         f"ablation table has {rows['no_feedback_adaptation']['infractions_per_10km']:g} against "
-        f"{rows['full']['infractions_per_10km']:g} infractions per 10 km. Here that row can differ only where labels are given; "
-        "the row of feedback over the runs has them."
+        f"{rows['full']['infractions_per_10km']:g} infractions per 10 km. Here that row can differ only where labels are given. "
+        "The row of feedback over the runs has them, from its drives' nags and false interventions, and cannot differ before the first."
     )
 
 

@@ -18,7 +18,8 @@ from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci, r
 
 INTERVALS = (
     "Rates have the exact Poisson interval of all runs together, shares the exact binomial one, seconds an hour Student's for the "
-    "ratio of sums, other numbers Student's for the mean over runs"
+    "ratio of sums, other numbers Student's for the mean over runs. Poisson's takes events for independent: of infractions and nags, which "
+    "some drives have many of, it is too narrow, and the comparison place by place is the better one"
 )
 """What page and report say of `Value.low` and `high`."""
 

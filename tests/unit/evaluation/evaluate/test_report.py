@@ -92,6 +92,23 @@ def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
     assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
 
 
+def test_what_is_told_apart_is_bold() -> None:
+    def made(row: Row, number: int) -> Kept:
+        return kept(infractions_total=2 * (row.spec.method == "No-assistant"), distance_m=1000.0 * (number + 1))
+
+    text = page(tables := [table("results", made, 8)], told(tables))
+    (line,) = (line for line in text.splitlines() if line.startswith("| CROSS-BORDER: No-assistant less DriveMCP |"))
+    assert line.split(" | ")[1].startswith("**+6.79 ["), "infractions"
+    assert line.count("**") == 2, "nothing else differs"
+
+
+def test_page_and_report_explain_the_mark_of_latencies_only_where_a_row_has_it() -> None:
+    for latencies, marked in (({}, True), ({"retrieve": 22.4, "applicable_limit": 0.6, "answer_prompt": 0.6}, False)):
+        tables = [table("results", lambda row, number: kept(), modelled_ms=latencies)]
+        for text in (page(tables, told(tables)), report.html(tables, told(tables), Path("runs"), Path())):
+            assert ("Those marked" in text) == marked
+
+
 def test_the_page_has_what_the_paper_does_not_measure_for_each_method() -> None:
     text = page([whole := table("results", made_run)], told([whole]))
     (head,) = [line for line in text.splitlines() if line.startswith("| CROSS-BORDER | ")]

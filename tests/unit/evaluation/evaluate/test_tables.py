@@ -181,6 +181,24 @@ def test_what_no_reader_could_see_tells_no_rows_apart() -> None:
     assert not any(one.told_apart for one in found)
 
 
+def hardly(row: Row, number: int) -> Kept | None:
+    """More in eight places by what shows, less in forty by what does not, and so less in the mean."""
+    other = 0.006 if number < 8 else -0.0049
+    return kept(overspeed_inferred_pct=1.0 + (0.0 if row.spec.method == "DriveMCP" else other))
+
+
+def test_what_no_reader_could_see_of_the_mean_tells_no_rows_apart() -> None:
+    found = [one for one in against(table("results", hardly, 48)) if one.column.title == "overspeed"]
+    assert all(one.chance is not None and one.chance < 0.01 for one in found)
+    assert not any(one.told_apart for one in found)
+
+
+def test_an_order_that_comes_out_the_other_way_round_is_told() -> None:
+    made = table("results", lambda row, number: kept(infractions_total=3 * (row.spec.method == "DriveMCP")), 8)
+    found = {one.verdict for one in orders(made) if one.column == "infractions" and one.second == "DriveMCP"}
+    assert found == {"the other way round"}
+
+
 def test_rows_of_a_curve_are_held_against_its_first() -> None:
     found = against(table("corruption", lambda row, number: kept(event_f1=0.9 - (row.at or 0.0)), 8))
     missed = next(one for one in found if one.first == "signs missed, 50 %" and one.column.title == "event F1")
@@ -228,6 +246,31 @@ def test_goals_are_judged_by_the_interval_and_say_what_the_distance_allows() -> 
     assert "cannot prove 0.1 (that takes 369 km without one)" in near[what].distance
     assert long[what].verdict == "holds"
     assert "can prove" in long[what].distance
+
+
+def judged_of(what: str, runs: int = 2, **numbers: Any) -> tuple[str, str]:
+    """Found, and the verdict, where every run of every row has these numbers."""
+    (one,) = (
+        each for each in judged([table("results", lambda row, number: kept(**numbers), runs)]) if each.what == what
+    )
+    return one.found, one.verdict
+
+
+def test_a_goal_is_missed_surely_only_where_the_whole_interval_lies_beyond_it() -> None:
+    what = "CROSS-BORDER, infractions"
+    assert judged_of(what, infractions_total=1, distance_m=100_000.0)[1] == "holds in the mean, not proven"
+    assert judged_of(what, infractions_total=1)[1] == "missed"
+    assert judged_of(what, infractions_total=1, distance_m=40_000.0)[1] == "missed in the mean, not proven"
+    nags = "CROSS-BORDER, nags"
+    assert judged_of(nags, nags=1, distance_m=10_000.0) == ("1.00 [0.12, 3.61]", "missed in the mean, not proven")
+    assert judged_of(nags, nags=1, distance_m=100_000.0)[1] == "holds"
+
+
+def test_a_number_beside_its_bound_shows_on_which_side_it_is() -> None:
+    what = "CROSS-BORDER, overspeed"
+    assert judged_of(what, overspeed_inferred_pct=0.3521) == ("0.352", "missed in the mean, not proven")
+    assert judged_of(what, overspeed_inferred_pct=0.35) == ("0.35", "holds in the mean, not proven")
+    assert judged_of(what, overspeed_inferred_pct=0.41) == ("0.41", "missed in the mean, not proven")
 
 
 def test_two_perfect_runs_prove_nothing() -> None:
