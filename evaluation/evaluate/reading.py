@@ -55,7 +55,7 @@ def _no_feedback() -> str:
         "Feedback. All parameters are fixed during the paper's evaluation, so that taking adaptation away changes nothing; the "
         f"ablation table has {rows['no_feedback_adaptation']['infractions_per_10km']:g} against "
         f"{rows['full']['infractions_per_10km']:g} infractions per 10 km. Here that row can differ only where labels are given. "
-        "The row of feedback over the runs has them, from its drives' nags and false interventions, and cannot differ before the first."
+        "The row of feedback over the runs has them, scripted from how its drives came out, and cannot differ before the first."
     )
 
 
