@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from evaluation.evaluate.columns import LATENCY, Column
+from evaluation.evaluate.tables import Table
 from evaluation.methods import PROMPT_TOOL, answers_prompts, generator_of
 from evaluation.run.spec import RunSpec
 from services.orchestrator.events import TOOLS
@@ -25,9 +26,9 @@ def waits_for(spec: RunSpec) -> frozenset[str]:
     return frozenset(tool for tools in TOOLS.values() for tool in tools)
 
 
-def about_latencies(specs: Iterable[RunSpec], mark: str, measured: str = "") -> str:
-    """What page and report say of these rows' latencies: where they begin (and where that is `measured`), and what the mark means."""
+def about_latencies(tables: Iterable[Table], mark: str, measured: str = "") -> str:
+    """What page and report say of these tables' latencies: where they begin (where that is `measured`), and what the mark means."""
     begin = f"Latencies go from the snapshot on: that a picture takes time to be understood is in no run{measured}."
-    if not any(assumed(LATENCY, spec) for spec in specs):
+    if not any(assumed(LATENCY, row.row.spec) for table in tables for row in table.rows):
         return begin
     return f"{begin} Those marked {mark} are 4 ms a call of tools that were asked too seldom to be measured."

@@ -17,8 +17,8 @@ AGAINST = "Place by place: each row less DriveMCP, or less its group's first"
 WITH_FAULTS = "The same scene, with and without the fault: each method in the faulty car less itself in the sound one"
 HOW_AGAINST = (
     "The mean difference over the places in which both have the number (how many), with Student's 95 % interval; bold where a "
-    f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which it takes eight places that "
-    "differ by half of the last digit shown. A mean that is less than that is none."
+    f"randomisation of the pairs comes as far by chance in fewer than {CHANCE * 100:g} % of cases, for which eight places, "
+    "and the mean, have to differ by half of the last digit shown."
 )
 Verdict = Literal["as in the paper", "the other way round", "not told apart", "not measured"]
 

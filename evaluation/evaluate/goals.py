@@ -32,6 +32,10 @@ NO_EVENT = poisson_ci(0, 1.0).high or 0.0
 """With no event in D the upper end of the rate's interval, by which goals are judged, is 3.7/D."""
 
 
+MOST_PLACES = 6
+"""So many show on which side of its bound a number is."""
+
+
 class Goal(msgspec.Struct, frozen=True, kw_only=True):
     """A bound on one number of one row."""
 
@@ -129,9 +133,6 @@ def _shown(value: Value, goal: Goal) -> Column:
     while value.value not in (None, goal.bound) and places < MOST_PLACES and round(value.value, places) == goal.bound:
         places += 1
     return msgspec.structs.replace(goal.column, places=places)
-
-
-MOST_PLACES = 6
 
 
 def told(value: Value, column: Column) -> str:

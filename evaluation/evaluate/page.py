@@ -70,7 +70,6 @@ def page(
 
 
 def _head(tables: Sequence[Table], about: About, reading: str) -> Iterator[str]:
-    specs = (row.row.spec for table in tables for row in table.rows)
     yield "# Results in rendered pictures\n" if about.sensors == "rendered" else "# Results\n"
     yield (
         "Made by the command below with `--docs`; only what stands between its two marks is written by hand, and stays. What each "
@@ -93,7 +92,7 @@ def _head(tables: Sequence[Table], about: About, reading: str) -> Iterator[str]:
         f"Each cell: value [95 % interval] / the paper's. {INTERVALS}; after ± stands the standard deviation over runs, "
         "of the paper's numbers in the ablation table half of its 95 % interval. "
         "The paper drove in CARLA: orderings and ratios can be compared, absolute numbers only stand side by side. "
-        f"In the plots diamonds are the paper's. {about_latencies(specs, '*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
+        f"In the plots diamonds are the paper's. {about_latencies(tables, '*assumed*', ' ([measured](evaluation.md#latencies))')}\n"
     )
 
 

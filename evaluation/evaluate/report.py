@@ -113,7 +113,6 @@ def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> s
 
 
 def _head(tables: Sequence[Table], about: About) -> str:
-    specs = (row.row.spec for table in tables for row in table.rows)
     speed = f"{about.driven_s / about.wall_s:.2f} times real time a slot" if about.wall_s else "nothing driven"
     driven = f"{about.runs} runs, {about.km:.2f} km, {about.driven_s / 60:.1f} min; {about.wall_s / 60:.1f} min of wall time in all slots"
     small = (
@@ -135,7 +134,7 @@ def _head(tables: Sequence[Table], about: About) -> str:
         f"</head><body><main><h1>The paper's tables, measured</h1>{small}<table class=facts>{rows}</table>"
         f"<p>Each number: value, 95&nbsp;% interval below it, and the paper's in <b class=paper>orange</b>. {INTERVALS}. The paper drove "
         "in CARLA; orderings and ratios can be compared, absolute numbers only stand side by side. "
-        f"{about_latencies(specs, '<i>assumed</i>')} "
+        f"{about_latencies(tables, '<i>assumed</i>')} "
         "A number links to its runs; paths and <code>drivemcp replay</code> go from this file's folder, <code>drivemcp evaluate</code> "
         "from where the command above was run.</p>"
     )

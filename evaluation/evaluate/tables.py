@@ -17,9 +17,9 @@ from evaluation.run.spec import Sensors
 from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci, ratio_ci
 
 INTERVALS = (
-    "Rates have the exact Poisson interval of all runs together, shares the exact binomial one, seconds an hour Student's for the "
-    "ratio of sums, other numbers Student's for the mean over runs. Poisson's takes events for independent: of infractions and nags, which "
-    "some drives have many of, it is too narrow, and the comparison place by place is the better one"
+    "Rates have the exact Poisson interval of all runs together (which takes events for independent: it is too narrow for infractions and "
+    "nags, of which some drives have many, and what differs place by place tells more), shares the exact binomial one, seconds an hour "
+    "Student's for the ratio of sums, other numbers Student's for the mean over runs"
 )
 """What page and report say of `Value.low` and `high`."""
 
