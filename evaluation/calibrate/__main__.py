@@ -13,10 +13,9 @@ from drivemcp.numbers import whole
 from evaluation.calibrate.feedback import from_truth, sequence, svg, swing
 from evaluation.calibrate.margins import approached, as_if_asked, decided, pooled, table
 from evaluation.calibrate.recordings import Recording, find, load
-from evaluation.drive.precheck import check_folder_of
+from evaluation.drive.precheck import check_folder_of, profile_of
 from evaluation.evaluate.plan import DELTAS
 from services.arbiter.profiles import Profile
-from services.arbiter.profiles import load as load_profile
 
 
 def main() -> int:
@@ -32,7 +31,7 @@ def main() -> int:
         command.add_argument("--profile", default="calibrated", metavar="NAME|FILE")
     flags = parser.parse_args()
     try:
-        profile = load_profile(flags.profile)
+        profile = profile_of("--profile", flags.profile)
         return _feedback(flags, profile) if flags.what == "feedback" else _margins(flags, profile)
     except DriveMcpError as error:
         parser.error(str(error))

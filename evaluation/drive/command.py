@@ -22,7 +22,14 @@ from drivemcp.paths import data, has_data
 from evaluation.corruption.hosted import hosts
 from evaluation.corruption.record import CorruptionLog
 from evaluation.corruption.spec import CLEAN, read_spec
-from evaluation.drive.precheck import check_faults, check_port, check_scenario, check_services, vehicle_of
+from evaluation.drive.precheck import (
+    check_faults,
+    check_port,
+    check_scenario,
+    check_services,
+    check_settings,
+    vehicle_of,
+)
 from evaluation.drive.stack import Stack, StackPlan, folder_for
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
@@ -134,6 +141,7 @@ def _drive(
     screen = Screen()
     settings = settings_of(flags.set)
     check_services(flags.without, flags.extra, settings)
+    check_settings({service: given for service, given in settings.items() if service not in flags.without})
     check_port(flags.port)
     vehicle = vehicle_of(flags)
     corruption = read_spec(flags.corrupt)

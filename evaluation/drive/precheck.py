@@ -7,13 +7,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from drivemcp.errors import UserError
 from drivemcp.grants import public_key, read_grant, verify_grant
-from drivemcp.registry import service_rows
+from drivemcp.registry import load_service, service_rows
 from proto import topics
 from proto.keys import chunk
 
 if TYPE_CHECKING:
+    from services.arbiter.profiles import Profile
     from services.simulator.plan import Scenario
 
 
@@ -22,7 +25,33 @@ def check_services(without: Sequence[str], extra: Sequence[str], settings: Mappi
     table = service_rows()
     for name in (*without, *extra, *settings):
         if name not in table:
-            raise UserError(f"no service {name!r}; there are {', '.join(sorted(table))}")
+            raise UserError(
+                f"no service {name!r}; there are {', '.join(sorted(table))}, and those of distributions that are installed here"
+            )
+
+
+def check_settings(settings: Mapping[str, Mapping[str, Any]], *, strict: bool = False) -> None:
+    """Each service would take its settings (strictly: the text "3" is no number). What only a running service can tell, it tells."""
+    for name, given in settings.items():
+        try:
+            msgspec.convert(given, load_service(name).config, strict=strict)
+        except msgspec.ValidationError as error:
+            raise UserError(f"--set {name}: {error}") from None
+    if "profile" in (arbiter := settings.get("arbiter", {})):
+        profile_of("--set arbiter.profile", arbiter["profile"])
+
+
+def profile_of(flag: str, name: str) -> "Profile":
+    """The arbiter's profile that a flag names."""
+    from services.arbiter.errors import ProfileError
+    from services.arbiter.profiles import load, names
+
+    try:
+        return load(name)
+    except ProfileError as error:
+        raise UserError(f"{flag}: {error}") from None
+    except OSError as error:
+        raise UserError(f"{flag} {name}: {error.strerror}; there are {', '.join(names())}, or name a file") from None
 
 
 def check_port(port: int) -> None:

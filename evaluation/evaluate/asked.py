@@ -8,8 +8,7 @@ import msgspec
 
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
-from drivemcp.registry import load_service
-from evaluation.drive.precheck import check_services
+from evaluation.drive.precheck import check_services, check_settings
 from evaluation.evaluate import published
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of
@@ -47,13 +46,10 @@ def _check_settings(flags: argparse.Namespace) -> None:
     asked = settings_of(flags.set)
     check_services((), (), asked)
     started = {row.name for row in SERVICES} - {*NOT_NEEDED}
-    for service, settings in asked.items():
+    for service in asked:
         if service not in started:
             raise UserError(f"--set {service}: no run starts that service")
-        try:
-            msgspec.convert(settings, load_service(service).config)
-        except msgspec.ValidationError as error:
-            raise UserError(f"--set {service}: {error}") from None
+    check_settings(asked, strict=True)
     if asked.get("drivelm", {}).get("backend", "embedded") != "embedded":
         raise UserError(
             "--set drivelm.backend: runs are in lockstep, which no other backend is for; drivelm.prompt_backend has one"

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from drivemcp.errors import UserError
 
@@ -26,3 +27,11 @@ def writing(flag: str, file: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise UserError(f"{flag} {file}: {error.strerror}; name a file that can be written") from None
+
+
+def check_writable(flag: str, file: Path) -> None:
+    """Before long work: the file that a flag names can be written; its folder is made. Raises UserError."""
+    with writing(flag, file):
+        TemporaryFile(dir=file.parent).close()
+    if file.is_dir():
+        raise UserError(f"{flag} {file}: is a folder; name a file in it")

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, get_args
+from typing import IO, Any, get_args
 
 import msgspec
 
@@ -125,9 +125,8 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Nobody else drives into this folder meanwhile. Raises UserError where somebody does."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with (self.folder / "lock").open("w") as file:
+        """Nobody else drives into this folder meanwhile. Raises UserError where somebody does, or where it cannot be written."""
+        with self._locked() as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -135,6 +134,13 @@ class Store:
                     f"another evaluation drives into {self.folder}; wait for it, or take another --out"
                 ) from None
             yield
+
+    def _locked(self) -> IO[str]:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            return (self.folder / "lock").open("w")
+        except OSError as error:
+            raise UserError(f"runs cannot go into {self.folder}: {error.strerror}; take another --out") from None
 
     def start(self, key: str) -> Path:
         """An empty folder to drive in; `finish` gives it its name."""

@@ -20,7 +20,7 @@ from evaluation.evaluate.one import run_one
 from evaluation.evaluate.plan import Row, Run, latencies_of, runs_of
 from evaluation.evaluate.pool import Done, Job, Pool
 from evaluation.evaluate.published import Line
-from evaluation.evaluate.replacing import write_whole
+from evaluation.evaluate.replacing import check_writable, write_whole
 from evaluation.evaluate.spread import Spread
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.tables import Ran, Table, table_of
@@ -32,11 +32,8 @@ REPORT = "report.html"
 def evaluate(flags: argparse.Namespace) -> int:
     """Drive, measure, write; the exit status."""
     screen, folder = Screen(), Path(flags.out)
+    _check_files(flags)
     lines = _published(flags)
-    if flags.alike and not flags.published:
-        raise UserError("--alike counts runs of --published; name the file")
-    if flags.docs:
-        page.reading_of(Path(flags.docs))  # what cannot be kept is told now, not after hours
     others = alike.groups(lines) if flags.alike else ()
     also = {key for group in others for key in group.lines}
     store = Store(folder / "runs", published.taken(lines, flags.again, also))
@@ -64,6 +61,17 @@ def evaluate(flags: argparse.Namespace) -> int:
             finally:
                 _write(tables, folder, store, flags, screen, " ".join([taken, *of_others]))
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
+
+
+def _check_files(flags: argparse.Namespace) -> None:
+    """What cannot be read, kept or written is told now, not after hours. Raises UserError."""
+    for flag in ("alike", "again"):
+        if getattr(flags, flag) and not flags.published:
+            raise UserError(f"--{flag} is about runs of --published; name the file")
+    if flags.publish:
+        check_writable("--publish", Path(flags.publish))
+    if flags.docs:
+        page.reading_of(Path(flags.docs))
 
 
 def _published(flags: argparse.Namespace) -> dict[str, Line]:

@@ -3,12 +3,12 @@
 import argparse
 import sys
 from pathlib import Path
-from tempfile import TemporaryFile
 
 import msgspec
 
 from drivemcp.errors import DriveMcpError, UserError
-from evaluation.evaluate.replacing import write_whole, writing
+from drivemcp.numbers import number
+from evaluation.evaluate.replacing import check_writable, write_whole, writing
 from evaluation.latencies.measure import measure
 from evaluation.latencies.measured import Latencies, lines, read
 
@@ -20,7 +20,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m evaluation.latencies", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     first = commands.add_parser("measure", help="drive short runs on an idle machine and write the table")
-    first.add_argument("--seconds", type=float, default=30.0, help="of each run (30)")
+    first.add_argument("--seconds", type=number(1.0, 3600.0), default=30.0, help="of each run (30)")
     first.add_argument("--out", type=Path, default=DEFAULT, metavar="FILE", help=f"where it goes ({DEFAULT})")
     commands.add_parser("show", help="print a table").add_argument("file", type=Path)
     flags = parser.parse_args(arguments)
@@ -37,10 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _measure(seconds: float, out: Path) -> None:
     """Print what is measured, then write it. Raises UserError where it cannot be written: before anything is driven, if that shows."""
-    with writing("--out", out):
-        TemporaryFile(dir=out.parent).close()
-    if out.is_dir():
-        raise UserError(f"--out {out}: is a folder; name a file in it")
+    check_writable("--out", out)
     found = _measured(seconds)
     _print(found)
     with writing("--out", out):

@@ -76,6 +76,7 @@ def test_hunting_would_be_seen() -> None:
         (("--drives", "0"), "argument --drives: '0' is no whole number from 1"),
         (("--svg", "none/feedback.svg"), "there is no folder none"),
         (("--svg", "."), "--svg . is a folder"),
+        (("--profile", "nosuch"), "--profile nosuch: No such file or directory; there are calibrated, paper"),
     ],
 )
 def test_what_the_command_cannot_do_is_told_before_a_drive_is_read(

@@ -11,7 +11,7 @@ import pytest
 from drivemcp.cli import main
 from drivemcp.errors import UserError
 from drivemcp.grants import KeyPair, make_key, sign_grant
-from evaluation.drive.precheck import check_port, check_services, vehicle_of
+from evaluation.drive.precheck import check_port, check_services, check_settings, profile_of, vehicle_of
 from proto import topics
 from proto.decision import Grant
 
@@ -72,6 +72,25 @@ def test_names_and_ports_are_checked() -> None:
     check_port(0)
 
 
+def test_settings_are_those_that_the_service_would_take() -> None:
+    check_settings({"arbiter": {"delta": 0.2, "profile": "paper"}, "simulator": {"seed": "3"}})
+    with pytest.raises(UserError, match=r"--set simulator: Expected `int`, got `str`"):
+        check_settings({"simulator": {"seed": "3"}}, strict=True)
+    with pytest.raises(UserError, match=r"--set orchestrator: .*`nosuch`"):
+        check_settings({"arbiter": {}, "orchestrator": {"nosuch": 1}})
+
+
+def test_a_profile_is_one_that_is_shipped_or_a_file(tmp_path: Path) -> None:
+    assert profile_of("--profile", "paper").name == "paper"
+    with pytest.raises(
+        UserError, match=r"--profile nosuch: No such file .*there are calibrated, paper, or name a file"
+    ):
+        profile_of("--profile", "nosuch")
+    (tmp_path / "p.toml").write_text("name = 3")
+    with pytest.raises(UserError, match=r"--profile: .*p\.toml: .*name"):
+        profile_of("--profile", str(tmp_path / "p.toml"))
+
+
 @pytest.mark.parametrize(
     "line",
     [
@@ -93,6 +112,10 @@ def test_numbers_out_of_their_range_are_refused(line: list[str], capsys: pytest.
     "line",
     [
         ["up", "--vehicle", "a/b*"],
+        ["up", "--set", "arbiter.nosuch=1"],
+        ["up", "--set", "arbiter.profile=nosuch"],
+        ["up", "--set", "arbiter.profile={tmp}/bad.toml"],
+        ["up", "--with", "nosuch"],
         ["up", "--scenario", "{tmp}/bad.toml"],
         ["up", "--scenario", "{tmp}/bad.json"],
         ["play", "{tmp}", "--render", "{tmp}/nowhere/x.mp4"],
@@ -104,6 +127,7 @@ def test_numbers_out_of_their_range_are_refused(line: list[str], capsys: pytest.
         ["run", "can", "--set", "vehicle=a", "--set", "vehicle.b=1"],
         ["tools", "new", "class"],
         ["tools", "new", "x2", "--into", "{tmp}/bin.key"],
+        ["calibrate", "--quick", "--out", "{tmp}/bin.key"],
     ],
 )
 def test_mistakes_are_one_line_and_status_2(

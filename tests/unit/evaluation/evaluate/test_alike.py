@@ -164,7 +164,7 @@ def test_what_is_asked_for_again_is_driven(file: Path) -> None:
 
 def test_runs_of_other_code_need_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*ASKED, "--out", str(tmp_path / "out"), "--alike", "1"]) == 2
-    assert "--alike counts runs of --published" in capsys.readouterr().err
+    assert "--alike is about runs of --published; name the file" in capsys.readouterr().err
 
 
 def test_runs_that_others_measured_are_in_no_group() -> None:

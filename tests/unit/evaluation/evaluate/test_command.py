@@ -36,13 +36,20 @@ from drivemcp.cli import run
             ("results", "--set", "arbiter.delta=much"),
             "--set arbiter: Expected `float | null`, got `str` - at `$.delta`",
         ),
+        (
+            ("results", "--set", 'arbiter.delta="0.2"'),
+            "--set arbiter: Expected `float | null`, got `str` - at `$.delta`",
+        ),
         (("results", "--set", "gateway.port=1"), "--set gateway: no run starts that service"),
         (("results", "--method", "VLM-Direct", "--km-of", "DriveMCP=30"), "--km-of DriveMCP: --method leaves its rows"),
         (("all", "--method", "VLM-Direct", "--runs-of", "corruption=8"), "--runs-of corruption: that table has no row"),
         (("results", "--quick", "--jobs", "3", "--ray", "local"), "--jobs: beside --ray the cluster says how many"),
         (("results", "--set", "drivelm.backend=openai"), "--set drivelm.backend: runs are in lockstep"),
         (("can-fault", "--set", "simulator.faults=[]"), "--set simulator.faults: it makes the row "),
-        (("results", "--quick", "--again", "0123"), "--again 0123: no such run in the file of --published"),
+        (("results", "--quick", "--again", "0123"), "--again is about runs of --published; name the file"),
+        (("results", "--quick", "--publish", "."), "--publish .: is a folder; name a file in it"),
+        (("results", "--quick", "--publish", f"{__file__}/x.jsonl"), "/x.jsonl: File exists; name a file that can be"),
+        (("results", "--set", "arbiter.profile=nosuch"), "--set arbiter.profile nosuch: No such file or directory; "),
     ],
 )
 def test_what_is_asked_wrongly_is_named(
@@ -57,4 +64,4 @@ def test_what_is_asked_wrongly_is_named(
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (file := tmp_path / "file").touch()
     assert run(["evaluate", "delta", "--quick", "--out", str(file)]) == 2
-    assert f"drivemcp: {file}" in capsys.readouterr().err
+    assert f"runs cannot go into {file}/runs: Not a directory" in capsys.readouterr().err

@@ -98,3 +98,6 @@ def test_two_evaluations_do_not_drive_into_one_folder(tmp_path: Path) -> None:
         pass
     with Store(tmp_path).alone():
         pass
+    (tmp_path / "file").touch()
+    with pytest.raises(UserError, match=r"runs cannot go into .*: Not a directory"), Store(tmp_path / "file/x").alone():
+        pass

@@ -111,6 +111,14 @@ def test_a_run_that_fails_is_told_in_one_line(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("seconds", ["-1", "nan", "inf"])
+def test_a_time_that_is_none_is_refused(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["measure", "--seconds", seconds])
+    assert ended.value.code == 2
+    assert f"--seconds: {seconds!r} is no number from 1" in capsys.readouterr().err
+
+
 def test_evaluate_refuses_a_table_that_is_not_there_before_it_drives(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

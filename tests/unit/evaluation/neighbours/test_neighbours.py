@@ -14,6 +14,7 @@ from evaluation.evaluate.plan import Amount, as_asked, latencies_of, rows_of, ru
 from evaluation.evaluate.store import Store
 from evaluation.methods import METHODS, applied
 from evaluation.metrics.conflicts import braking_mps2, violates_rss
+from evaluation.neighbours.__main__ import main
 from evaluation.neighbours.drive import NEIGHBOURS, key_of, neighbour_truths, run_any
 from evaluation.neighbours.following import Following, FollowingAll, Model
 from evaluation.neighbours.governor import FASTEST_MPS, cap_mps, governed_mps2
@@ -167,3 +168,13 @@ def test_a_neighbours_run_is_measured_and_kept(tmp_path: Path) -> None:
     again = Store(tmp_path).kept(key)
     assert again is not None
     assert again.metrics == msgspec.json.decode(msgspec.json.encode(kept.metrics))
+
+
+@pytest.mark.parametrize(
+    "wrong", [("--runs", "0"), ("--jobs", "0"), ("--seconds", "-1"), ("--seconds", "nan"), ("--seconds", "inf")]
+)
+def test_amounts_that_are_none_are_refused(wrong: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([*wrong])
+    assert ended.value.code == 2
+    assert f"{wrong[0]}: {wrong[1]!r} is no " in capsys.readouterr().err
