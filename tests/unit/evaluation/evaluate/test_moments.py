@@ -94,3 +94,16 @@ def test_a_report_has_no_more_moments_than_it_has_room_for_and_the_gravest_first
     assert list(dict.fromkeys(moment.kind for _, _, moment in chosen)) == list(KINDS)
     assert len(chosen) == 9
     assert chosen[0][2].badness == 3.0
+
+
+def test_of_a_kind_our_own_come_first_and_each_the_worst_before_the_less_bad() -> None:
+    def made(row: Row, number: int) -> Kept:
+        ours = row.key == "urb-rain/DriveMCP"
+        badness = {0: 1.0, 1: 5.0}[number] if ours else 9.0 - number if row.key == "urb-rain/VLM-Direct" else None
+        bad = () if badness is None else (Moment(kind="collision", time_s=1.0, tick=1, what="x", badness=badness),)
+        return msgspec.structs.replace(kept(), moments=bad)
+
+    chosen = report.worst([table("results", made, 2)])
+    assert [(row.row.spec.method, moment.badness) for row, _, moment in chosen] == [
+        ("DriveMCP", 5.0), ("DriveMCP", 1.0), ("VLM-Direct", 9.0),
+    ]  # fmt: skip

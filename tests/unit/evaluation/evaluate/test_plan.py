@@ -3,6 +3,7 @@
 import msgspec
 import pytest
 
+from evaluation.corruption.spec import CLEAN, read_spec
 from evaluation.evaluate.names import TABLES, TableName
 from evaluation.evaluate.paper import paper, paper_rows
 from evaluation.evaluate.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of
@@ -25,6 +26,18 @@ def test_all_methods_meet_the_same_place_and_seed() -> None:
         rows = [row for row in rows_of("results", "rendered") if row.family == family]
         met = {(placed(row, 3, 0.0).scenario, placed(row, 3, 0.0).seed) for row in rows}
         assert met == {(f"{family}/test/3", 1004)}
+
+
+def test_what_is_corrupted_is_drawn_anew_in_each_place_and_alike_for_all_rates() -> None:
+    for row in rows_of("corruption", "model"):
+        specs = [placed(row, number, 0.0) for number in range(4)]
+        if row.spec.corruption == CLEAN:
+            assert {spec.corruption for spec in specs} == {CLEAN}
+            continue
+        asked = read_spec(row.spec.corruption)
+        drawn = [read_spec(spec.corruption) for spec in specs]
+        assert [each.seed for each in drawn] == [1, 2, 3, 4]
+        assert {msgspec.structs.replace(each, seed=asked.seed) for each in drawn} == {asked}
 
 
 def test_the_faulty_and_the_sound_car_differ_in_the_faults_alone() -> None:
