@@ -63,3 +63,9 @@ def _ran(row: Row, number: int, found: Kept | None, seconds: float) -> Ran:
 def moment(picture: str = "") -> Moment:
     """A bad one."""
     return Moment(kind="collision", time_s=12.0, tick=120, what="collision at 30 km/h", badness=8.3, picture=picture)
+
+
+def far(row: Row, number: int) -> Kept:
+    """DriveMCP has no infraction, the others have many."""
+    infractions = 0 if row.spec.method == "DriveMCP" else 40
+    return kept(distance_m=300_000.0, infractions_total=infractions)
