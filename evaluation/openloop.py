@@ -52,7 +52,7 @@ class Answered(msgspec.Struct, frozen=True, kw_only=True):
     directive: str
     target_mps: float | None
     latency_ms: float
-    """Measured on this machine, from the observations to the advisory; answers out of the log cost what is logged."""
+    """Measured on this machine, from the observations to the advisory; answers out of the log cost what is logged (`waited_ms`)."""
 
 
 def answers(log: Path | Sequence[Path], method: Method) -> Iterator[Answered]:
@@ -115,6 +115,11 @@ def _traces(logs: Sequence[Path]) -> Iterator[tuple[Path, TraceRecord]]:
             yield log, trace
 
 
+def waited_ms(live_ms: float, logged_ms: Sequence[float], *, parallel: bool) -> float:
+    """What calls out of the log add to the live ones of the same tick: side by side only what the slowest of them takes longer."""
+    return max(0.0, max(logged_ms, default=0.0) - live_ms) if parallel else sum(logged_ms)
+
+
 class OpenArbiter:
     """The arbiter with the method's profile and filter; its state goes on from tick to tick."""
 
@@ -141,25 +146,25 @@ class OpenAsk:
         self._trace, self._asker, self._arbiter, self._parallel = trace, asker, arbiter, parallel
         self._recorded = Recorded(trace)
         self.logged_ms = 0.0
+        """What answers out of the log would have made the tick longer by."""
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         """One outcome per call, in order."""
+        began_s = time.perf_counter()
         live = [call for call in calls if call.tool in TOOLS]
         batches = [live] if self._parallel else [[call] for call in live]
         asked: list[Any] = [
             each for batch in batches for each in self._asker.call_all(within_budget(tuple(batch), 0.0))
         ]
-        answered = iter(asked)
-        return tuple(self._with(next(answered), call) if call.tool in TOOLS else self._logged(call) for call in calls)
+        live_ms = (time.perf_counter() - began_s) * 1e3
+        logged = self._recorded.experts(tuple(call for call in calls if call.tool not in TOOLS))
+        self.logged_ms += waited_ms(live_ms, [outcome.elapsed_ms for outcome in logged], parallel=self._parallel)
+        answered, told = iter(asked), iter(logged)
+        return tuple(self._with(next(answered), call) if call.tool in TOOLS else next(told) for call in calls)
 
     def arbiter(self, request: ArbitrationRequest) -> Decision | None:
         """The open arbiter's word."""
         return self._arbiter.decide(request, self._trace.decision)
-
-    def _logged(self, call: Call) -> Outcome:
-        (outcome,) = self._recorded.experts((call,))
-        self.logged_ms = max(self.logged_ms, outcome.elapsed_ms)
-        return outcome
 
     def _with(self, outcome: Outcome, call: Call) -> Outcome:
         return msgspec.structs.replace(outcome, arguments=call.arguments)

@@ -4,11 +4,13 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
 from evaluation.methods import METHODS
 from evaluation.metrics import TRUTH_FILE, from_log, measure
-from evaluation.openloop import Answered, answers
+from evaluation.openloop import Answered, answers, waited_ms
 from evaluation.openloop_table import OPEN, main, markdown, rows
 from evaluation.replay.log import traces
 from tests.unit.evaluation.replay.drive import write_log
@@ -28,6 +30,14 @@ def test_each_method_answers_every_snapshot_with_the_tools_it_has(log: Path) -> 
     assert asked[1] <= {"answer_prompt"}
     assert all(each.kind in ("SILENT", "SPEAK") for each in direct)
     assert all(each.latency_ms > 0.0 for each in full)
+
+
+@given(live_ms=st.floats(0.0, 1e3), logged_ms=st.lists(st.floats(0.0, 1e3)))
+def test_side_by_side_a_tick_takes_as_long_as_its_slowest_call_and_one_by_one_as_all_together(
+    live_ms: float, logged_ms: list[float]
+) -> None:
+    assert live_ms + waited_ms(live_ms, logged_ms, parallel=True) == pytest.approx(max([live_ms, *logged_ms]))
+    assert waited_ms(live_ms, logged_ms, parallel=False) == pytest.approx(sum(logged_ms))
 
 
 def test_the_oracle_needs_a_drive_of_its_own(log: Path) -> None:
