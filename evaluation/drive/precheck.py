@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from drivemcp.errors import UserError
-from drivemcp.grants import public_key, read_grant, verify_grant
+from drivemcp.grants import GrantRefused, public_key, read_grant, verify_grant
 from drivemcp.registry import load_service, service_rows
 from proto import topics
 from proto.keys import chunk
@@ -69,7 +69,10 @@ def check_port(port: int) -> None:
 def vehicle_of(flags: argparse.Namespace) -> str:
     """The vehicle's name: the one asked for, else the grant's; empty: one is made up. A grant must count for it."""
     for key in flags.trust:
-        public_key(key)
+        try:
+            public_key(key)
+        except GrantRefused as error:
+            raise UserError(f"--trust: {error}") from None
     vehicle = str(flags.vehicle)
     if flags.grant:
         try:

@@ -56,7 +56,7 @@ def test_a_grant_that_would_not_count_is_refused_before_the_drive(tmp_path: Path
     (tmp_path / "garbage").write_text("garbage")
     with pytest.raises(UserError, match="no grant"):
         vehicle_of(flags(str(tmp_path / "garbage"), [key.public]))
-    with pytest.raises(UserError, match="no public key"):
+    with pytest.raises(UserError, match="--trust: this is no public key"):
         vehicle_of(flags(trust=["AAAA"]))
 
 
