@@ -94,7 +94,7 @@ def _ticks(logs: Sequence[Path], method: Method, asker: Node) -> Iterator[Answer
             ticked = tick(state, seen, ask)
         except msgspec.ValidationError as error:
             raise UserError(f"{log}: tick {number} does not fit this version: {error}; drive it anew") from None
-        took_ms = (time.perf_counter() - began_s) * 1e3 + ask.logged_ms
+        took_ms = (time.perf_counter() - began_s) * 1e3 + ask.waited_ms
         state = ticked.state
         yield Answered(
             tick=trace.tick,
@@ -145,7 +145,7 @@ class OpenAsk:
     def __init__(self, trace: TraceRecord, asker: Node, arbiter: OpenArbiter, *, parallel: bool) -> None:
         self._trace, self._asker, self._arbiter, self._parallel = trace, asker, arbiter, parallel
         self._recorded = Recorded(trace)
-        self.logged_ms = 0.0
+        self.waited_ms = 0.0
         """What answers out of the log would have made the tick longer by."""
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
@@ -158,7 +158,7 @@ class OpenAsk:
         ]
         live_ms = (time.perf_counter() - began_s) * 1e3
         logged = self._recorded.experts(tuple(call for call in calls if call.tool not in TOOLS))
-        self.logged_ms += waited_ms(live_ms, [outcome.elapsed_ms for outcome in logged], parallel=self._parallel)
+        self.waited_ms += waited_ms(live_ms, [outcome.elapsed_ms for outcome in logged], parallel=self._parallel)
         answered, told = iter(asked), iter(logged)
         return tuple(self._with(next(answered), call) if call.tool in TOOLS else next(told) for call in calls)
 

@@ -22,14 +22,7 @@ from drivemcp.paths import data, has_data
 from evaluation.corruption.hosted import hosts
 from evaluation.corruption.record import CorruptionLog
 from evaluation.corruption.spec import CLEAN, read_spec
-from evaluation.drive.precheck import (
-    check_faults,
-    check_port,
-    check_scenario,
-    check_services,
-    check_settings,
-    vehicle_of,
-)
+from evaluation.drive.precheck import check_asked, check_faults, check_port, check_scenario, vehicle_of
 from evaluation.drive.stack import Stack, StackPlan, folder_for
 from evaluation.drive.summary import Summary, Tally
 from evaluation.drive.words import live_line, spoken_line, summary_lines
@@ -89,6 +82,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 def command(flags: argparse.Namespace) -> int:
     """Drive a scenario."""
+    check_asked(flags)
     is_file = flags.scenario.endswith((".toml", ".json"))
     if not is_file and not has_data(f"scenarios/{flags.scenario}.toml"):
         raise UserError(
@@ -140,8 +134,6 @@ def _drive(
 ) -> tuple[int, Path]:  # fmt: skip
     screen = Screen()
     settings = settings_of(flags.set)
-    check_services(flags.without, flags.extra, settings)
-    check_settings({service: given for service, given in settings.items() if service not in flags.without})
     check_port(flags.port)
     vehicle = vehicle_of(flags)
     corruption = read_spec(flags.corrupt)

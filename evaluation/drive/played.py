@@ -9,7 +9,7 @@ from typing import Any
 from drivemcp.errors import UserError
 from drivemcp.models import find_model
 from evaluation.drive.command import drive
-from evaluation.drive.precheck import check_folder_of
+from evaluation.drive.precheck import check_asked, check_folder_of
 from evaluation.drive.render import render_video
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
@@ -23,6 +23,7 @@ DECIDING = ("orchestrator", "arbiter", "rules", "retrieval", "weather", "gateway
 
 def play(flags: argparse.Namespace) -> int:
     """Play, then render. Raises UserError."""
+    check_asked(flags)
     if flags.render and Path(flags.render).suffix != ".mp4":
         raise UserError(f"--render writes an .mp4 file, not {flags.render}")
     if flags.render:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from drivemcp.config import settings_of
 from drivemcp.errors import UserError
 from drivemcp.grants import GrantRefused, public_key, read_grant, verify_grant
 from drivemcp.registry import load_service, service_rows
@@ -20,13 +21,20 @@ if TYPE_CHECKING:
     from services.simulator.plan import Scenario
 
 
+def check_asked(flags: argparse.Namespace) -> None:
+    """The services and settings of a command line, before ours are added: these need no check, which takes time."""
+    settings = settings_of(flags.set)
+    check_services(flags.without, flags.extra, settings)
+    check_settings({service: given for service, given in settings.items() if service not in flags.without})
+
+
 def check_services(without: Sequence[str], extra: Sequence[str], settings: Mapping[str, Any]) -> None:
     """Every service that is named is one."""
     table = service_rows()
     for name in (*without, *extra, *settings):
         if name not in table:
             raise UserError(
-                f"no service {name!r}; there are {', '.join(sorted(table))}, and those of distributions that are installed here"
+                f"no service {name!r}; there are {', '.join(sorted(table))}; another's has to be installed first"
             )
 
 

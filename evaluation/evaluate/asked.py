@@ -3,6 +3,7 @@
 import argparse
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from typing import Any
 
 import msgspec
 
@@ -42,8 +43,9 @@ def check(flags: argparse.Namespace) -> None:
         raise UserError("--jobs: beside --ray the cluster says how many runs are driven side by side")
 
 
-def _check_settings(flags: argparse.Namespace) -> None:
-    asked = settings_of(flags.set)
+def settings_in_runs(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """SERVICE.KEY=VALUE by service, for all runs. Raises UserError for what no run would take."""
+    asked = settings_of(pairs)
     check_services((), (), asked)
     started = {row.name for row in SERVICES} - {*NOT_NEEDED}
     for service in asked:
@@ -54,6 +56,11 @@ def _check_settings(flags: argparse.Namespace) -> None:
         raise UserError(
             "--set drivelm.backend: runs are in lockstep, which no other backend is for; drivelm.prompt_backend has one"
         )
+    return asked
+
+
+def _check_settings(flags: argparse.Namespace) -> None:
+    asked = settings_in_runs(flags.set)
     for row in (row for name in tables_of(flags.table) for row in rows_of(name, flags.sensors)):
         for service, key in ((service, key) for service, keys in asked.items() for key in keys):
             if key in row.spec.settings.get(service, {}):

@@ -94,8 +94,7 @@ def lines_of(found: Sequence[Difference]) -> Iterator[tuple[str, str, list[Diffe
 def against(table: Table) -> tuple[Difference, ...]:
     """Each row less DriveMCP's of its group, or less the group's first where that has none: all columns that the paper has."""
     found = list[Difference]()
-    for group in dict.fromkeys(row.row.group for row in table.rows):
-        rows = [row for row in table.rows if row.row.group == group]
+    for rows in table.groups.values():
         ours = next((row for row in rows if row.row.label == OURS), rows[0])
         found += [
             difference(table, column, row, ours)
@@ -139,16 +138,10 @@ def orders(table: Table) -> tuple[Order, ...]:
     """Every pair of rows of a group, in every column that the paper has."""
     return tuple(
         order
-        for rows in _groups(table)
+        for group in table.groups.values()
         for at, column in enumerate(table.columns)
-        for order in _of_column(table, column, at, rows)
+        for order in _of_column(table, column, at, [row for row in group if row.row.paper])
     )
-
-
-def _groups(table: Table) -> Iterator[list[TableRow]]:
-    told = [row for row in table.rows if row.row.paper]
-    for group in dict.fromkeys(row.row.group for row in told):
-        yield [row for row in told if row.row.group == group]
 
 
 def _of_column(table: Table, column: Column, at: int, rows: Iterable[TableRow]) -> Iterator[Order]:

@@ -163,8 +163,7 @@ def _beside(table: Table) -> Iterator[str]:
     if table.name != "results":
         return
     yield "<details><summary>What we measure beside</summary>\n"
-    for group in dict.fromkeys(row.row.group for row in table.rows):
-        rows = [row for row in table.rows if row.row.group == group]
+    for group, rows in table.groups.items():
         yield f"| {group} | " + " | ".join(table.label(row) for row in rows) + " |"
         yield "|" + "---|" * (len(rows) + 1)
         for at, column in enumerate(table.columns):

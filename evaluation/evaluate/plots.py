@@ -18,10 +18,7 @@ OURS, PAPER, FAINT = "#1f5fa8", "#d1780f", "#9aa5b1"
 def plots_of(table: Table) -> list[tuple[str, str]]:
     """(title, SVG) of a table, by group: curves where its rows lie on one, else bars."""
     columns = [(at, column) for at, column in enumerate(table.columns) if column in COLUMNS[table.name]]
-    groups: dict[str, list[TableRow]] = {}
-    for row in table.rows:
-        groups.setdefault(row.row.group, []).append(row)
-    return [(f"{table.name}: {group}", svg_of(_plot(group, rows, columns))) for group, rows in groups.items()]
+    return [(f"{table.name}: {group}", svg_of(_plot(group, rows, columns))) for group, rows in table.groups.items()]
 
 
 def _plot(group: str, rows: Sequence[TableRow], columns: Sequence[tuple[int, Column]]) -> "Figure":

@@ -76,6 +76,14 @@ class Table(msgspec.Struct, frozen=True, kw_only=True):
     columns: tuple[Column, ...]
     rows: tuple[TableRow, ...]
 
+    @property
+    def groups(self) -> dict[str, list[TableRow]]:
+        """The rows by group, in the order of the table."""
+        groups: dict[str, list[TableRow]] = {}
+        for row in self.rows:
+            groups.setdefault(row.row.group, []).append(row)
+        return groups
+
     def label(self, row: TableRow) -> str:
         """A row's, with its backend where not all rows have the same."""
         return row.row.label if row.backend == self.backend else f"{row.row.label} ({row.backend})"

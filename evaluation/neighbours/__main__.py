@@ -12,6 +12,8 @@ from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
 from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
+from evaluation.evaluate.asked import settings_in_runs
+from evaluation.evaluate.command import MOST
 from evaluation.evaluate.machine import cores, machine
 from evaluation.evaluate.plan import FIXED, latencies_of
 from evaluation.evaluate.pool import Job, Pool
@@ -26,10 +28,10 @@ from evaluation.scenarios import FAMILIES
 def main(arguments: list[str] | None = None) -> int:
     """Drive what is missing, measure, write; 0: all runs are there, 1: some failed, 2: wrong use, 130: interrupted."""
     parser = argparse.ArgumentParser(prog="python -m evaluation.neighbours", description=__doc__)
-    parser.add_argument("--runs", type=whole(1, 100_000), default=4, help="runs a family and row (4)")
+    parser.add_argument("--runs", type=whole(1, MOST), default=4, help="runs a family and row (4)")
     parser.add_argument("--family", action="append", choices=FAMILIES, help="only this one; may be repeated")
     parser.add_argument("--seconds", type=number(0.0, 86_400.0), default=0.0, help="of each run; 0: the whole route")
-    parser.add_argument("--jobs", type=whole(1, 1024), default=cores(), help="runs side by side (one a core)")
+    parser.add_argument("--jobs", type=whole(1, MOST), default=cores(), help="runs side by side (one a core)")
     parser.add_argument(
         "--out",
         type=Path,
@@ -43,6 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--published", default="", metavar="FILE", help="runs that need not be driven again, as there")
     flags = parser.parse_args(arguments)
     try:
+        settings_in_runs(flags.set)
         lines = published.read(Path(flags.published)) if flags.published else {}
         return _table(flags, Store(flags.out / "runs", published.taken(lines, ())))
     except UserError as error:

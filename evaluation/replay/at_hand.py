@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from drivemcp.errors import UserError
+from evaluation.drive.precheck import profile_of
 from services.arbiter import profiles
-from services.arbiter.errors import ProfileError
 from services.arbiter.profiles import Profile
 
 
@@ -18,18 +17,11 @@ class AtHand:
     """By their content: a file counts whatever its name is. Raises UserError where one is no profile."""
 
     def __init__(self, files: Sequence[Path] = ()) -> None:
-        self._named = {profile.sha256: profile for profile in map(_read, files)}
+        self._named = {profile.sha256: profile for profile in (profile_of("--profile", str(file)) for file in files)}
 
     def of(self, name: str, sha256: str) -> Profile:
         """The one of that name and content. Raises UnknownProfile."""
         return self._named.get(sha256) or _shipped(name, sha256)
-
-
-def _read(path: Path) -> Profile:
-    try:
-        return profiles.load(path)
-    except (OSError, ProfileError) as error:
-        raise UserError(f"--profile {path}: {error}") from None
 
 
 @cache

@@ -44,13 +44,6 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list["Figure"]:
     return figures
 
 
-def groups_of(of: Table) -> list[list[TableRow]]:
-    """Rows by group, as the plots have them."""
-    return [
-        [row for row in of.rows if row.row.group == group] for group in dict.fromkeys(row.row.group for row in of.rows)
-    ]
-
-
 def values_of(of: Table, rows: list[TableRow], title: str) -> list[Value]:
     """The numbers of the column that an axis is of."""
     (at,) = (at for at, column in enumerate(of.columns) if f"{column.title}, {column.unit}" == title)
@@ -80,14 +73,32 @@ def diamonds(axis: Any) -> set[tuple[float, float]]:
     return {point for line in axis.lines if line.get_marker() == "D" for point in points(line)}
 
 
+def intervals_and_papers(axis: Any, places: list[float], values: list[Value], *, upright: bool) -> tuple[int, int]:
+    """How many of both an axis shows, each where it belongs: the numbers go up where `upright`, else to the right."""
+
+    def at(number: float, place: float) -> tuple[float, float]:
+        return (place, number) if upright else (number, place)
+
+    pairs = list(zip(places, values, strict=True))
+    between = [
+        [*at(value.low, place), *at(value.high, place)]
+        for place, value in pairs
+        if value.value is not None and value.low is not None and value.high is not None
+    ]
+    printed = {at(value.paper, place) for place, value in pairs if value.paper is not None}
+    assert whiskers(axis) == [pytest.approx(ends) for ends in between]
+    assert diamonds(axis) == printed
+    return len(between), len(printed)
+
+
 @pytest.mark.parametrize("name", ["results", "ablation", "can-fault"])
 def test_a_bar_ends_at_the_number_its_line_is_the_interval_and_the_diamond_the_papers(
     name: TableName, drawn: list["Figure"]
 ) -> None:
     of = table(name, made)
     plots.plots_of(of)
-    shown = papers = 0
-    for figure, rows in zip(drawn, groups_of(of), strict=True):
+    shown = list[tuple[int, int]]()
+    for figure, rows in zip(drawn, of.groups.values(), strict=True):
         labels = [each.get_text() for each in figure.axes[0].get_yticklabels()]
         assert labels == [row.row.label for row in rows]
         places = [float(place) for place in figure.axes[0].get_yticks()]
@@ -95,18 +106,9 @@ def test_a_bar_ends_at_the_number_its_line_is_the_interval_and_the_diamond_the_p
         for axis in figure.axes:
             values = values_of(of, rows, axis.get_title())
             assert widths(axis) == [value.value or 0.0 for value in values]
-            between = [
-                [value.low, place, value.high, place]
-                for value, place in zip(values, places, strict=True)
-                if value.low is not None and value.value is not None
-            ]
-            assert whiskers(axis) == [pytest.approx(ends) for ends in between]
-            printed = {
-                (value.paper, place) for value, place in zip(values, places, strict=True) if value.paper is not None
-            }
-            assert diamonds(axis) == printed
-            shown, papers = shown + len(between), papers + len(printed)
-    assert shown
+            shown.append(intervals_and_papers(axis, places, values, upright=False))
+    intervals, papers = map(sum, zip(*shown, strict=True))
+    assert intervals
     assert papers
 
 
@@ -116,22 +118,19 @@ def test_a_curve_goes_through_the_numbers_with_their_intervals_and_diamonds(
 ) -> None:
     of = table(name, made)
     plots.plots_of(of)
-    shown = papers = 0
-    of_curves = [pair for pair in zip(drawn, groups_of(of), strict=True) if pair[1][0].row.at is not None]
-    for figure, rows in of_curves:
+    shown = list[tuple[int, int]]()
+    for figure, rows in zip(drawn, of.groups.values(), strict=True):
+        places = [row.row.at for row in rows if row.row.at is not None]
+        if not places:
+            continue  # bars
         for axis in figure.axes:
-            pairs = [
-                (row.row.at, value) for row, value in zip(rows, values_of(of, rows, axis.get_title()), strict=True)
-            ]
+            values = values_of(of, rows, axis.get_title())
             (curve,) = (line for line in axis.lines if line.get_marker() == "o")
-            told = [(at, value.value) for at, value in pairs if value.value is not None]
-            assert points(curve) == told
-            between = [[at, v.low, at, v.high] for at, v in pairs if v.low is not None and v.value is not None]
-            assert whiskers(axis) == [pytest.approx(ends) for ends in between]
-            printed = {(at, value.paper) for at, value in pairs if value.paper is not None}
-            assert diamonds(axis) == printed
-            shown, papers = shown + len(between), papers + len(printed)
-    assert shown
+            pairs = zip(places, values, strict=True)
+            assert points(curve) == [(at, value.value) for at, value in pairs if value.value is not None]
+            shown.append(intervals_and_papers(axis, places, values, upright=True))
+    intervals, papers = map(sum, zip(*shown, strict=True))
+    assert intervals
     assert bool(papers) == (name == "delta"), "the paper's rates of corruption are bars"
 
 
@@ -140,4 +139,4 @@ def test_a_single_run_has_no_line_and_what_is_not_measured_says_so(drawn: list["
     plots.plots_of(of)
     (axis,) = (axis for axis in drawn[0].axes if axis.get_title().startswith("TTC"))
     assert not whiskers(axis)
-    assert [text.get_text().strip() for text in axis.texts] == ["not measured"] * len(groups_of(of)[0])
+    assert [text.get_text().strip() for text in axis.texts] == ["not measured"] * len(next(iter(of.groups.values())))

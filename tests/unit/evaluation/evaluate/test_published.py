@@ -253,7 +253,7 @@ def test_what_is_asked_for_again_is_not_taken() -> None:
     assert list(taken(there, [first])) == others
     assert taken(there, [published.ALL]) == {}
     for lines_there, key in ((there, "0123456789abcdef"), ({}, published.ALL)):
-        with pytest.raises(UserError, match=f"--again {key}"):
+        with pytest.raises(UserError, match=f"--again {key}: no such run in the file of --published"):
             taken(lines_there, [key])
 
 

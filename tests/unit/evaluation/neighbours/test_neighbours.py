@@ -178,3 +178,11 @@ def test_amounts_that_are_none_are_refused(wrong: tuple[str, str], capsys: pytes
         main([*wrong])
     assert ended.value.code == 2
     assert f"{wrong[0]}: {wrong[1]!r} is no " in capsys.readouterr().err
+
+
+def test_settings_that_no_run_would_take_are_refused_before_anything_is_driven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--out", str(tmp_path / "out"), "--set", "arbiter.nosuch=1"]) == 2
+    assert "--set arbiter: Object contains unknown field `nosuch`" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
