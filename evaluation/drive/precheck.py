@@ -34,7 +34,7 @@ def check_services(without: Sequence[str], extra: Sequence[str], settings: Mappi
     for name in (*without, *extra, *settings):
         if name not in table:
             raise UserError(
-                f"no service {name!r}; there are {', '.join(sorted(table))}; another's has to be installed first"
+                f"no service {name!r}; there are {', '.join(sorted(table))}; a third party's has to be installed first"
             )
 
 
