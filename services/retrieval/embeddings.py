@@ -21,7 +21,7 @@ def stored_path(folder: Path, encoder: str) -> Path:
 
 
 def read_stored(folder: Path, encoder: str, texts: tuple[Text, ...]) -> Vectors | None:
-    """The stored rows, or None where there are none or they were made of other texts."""
+    """The stored rows, or None where there are none, they were made of other texts, or some are no numbers."""
     try:
         content = stored_path(folder, encoder).read_bytes()
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
@@ -30,7 +30,8 @@ def read_stored(folder: Path, encoder: str, texts: tuple[Text, ...]) -> Vectors 
             rows = np.asarray(stored["rows"], dtype=np.float32)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
-    return unit(rows) if rows.ndim == 2 and len(rows) == len(texts) else None
+    fits = rows.ndim == 2 and len(rows) == len(texts) and np.isfinite(rows).all()
+    return unit(rows) if fits else None
 
 
 def store(folder: Path, encoder: str, texts: tuple[Text, ...], rows: Vectors) -> Path:
@@ -42,13 +43,19 @@ def store(folder: Path, encoder: str, texts: tuple[Text, ...], rows: Vectors) ->
 
 
 def embed(encoder: Encoder, texts: tuple[Text, ...]) -> Vectors:
-    """Rows for all texts, in small batches so that queries get their turn; at the lowest priority of this thread."""
+    """Rows for all texts, in small batches so that queries get their turn; at the lowest priority of this thread.
+
+    Raises ValueError where the encoder gives what is no numbers.
+    """
     _yield_to_others()
     batches = [
         encoder.passages([text.indexed for text in texts[start : start + BATCH]])
         for start in range(0, len(texts), BATCH)
     ]
-    return unit(np.concatenate(batches)) if batches else np.zeros((0, 1), dtype=np.float32)
+    rows = np.concatenate(batches) if batches else np.zeros((0, 1), dtype=np.float32)
+    if not np.isfinite(rows).all():
+        raise ValueError(f"{encoder.name} gives vectors that are no numbers")
+    return unit(rows)
 
 
 def unit(rows: Vectors) -> Vectors:

@@ -114,7 +114,9 @@ class Index:
     def _cosines(self, chosen: Places, vector: Vectors) -> Scores:
         assert self.rows is not None
         rows = self.rows if len(chosen) == len(self.rows) else self.rows[chosen]
-        return (rows @ vector).astype(np.float64)
+        # rows and vector are finite and of length one, and so is what comes out; BLAS may raise the flag all the same
+        with np.errstate(invalid="ignore"):
+            return (rows @ vector).astype(np.float64)
 
     def mixed(self, chosen: Places, bm25: Scores, cosine: Scores, lambda_for: Callable[[str], float]) -> Scores:
         """The paper's score of the passages at these places."""

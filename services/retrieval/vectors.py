@@ -5,6 +5,8 @@ from collections import OrderedDict
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as LateError
 
+import numpy as np
+
 from services.retrieval.encoders import Encoder, Vectors
 
 MAX_ENCODED = 256
@@ -21,13 +23,13 @@ class QuestionVectors:
         self._budget_s = budget_s
         self._size = size
         self._known: OrderedDict[str, Vectors] = OrderedDict()
-        self._pending: dict[str, Future[Vectors]] = {}
+        self._pending: dict[str, Future[Vectors | None]] = {}
         self._lock = threading.Lock()
         self._closed = False
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="encoder")
 
     def get(self, words: str) -> Vectors | None:
-        """The vector of a question, or None where it is not there within the budget (without a budget: waited for)."""
+        """The vector of a question; None where it is not there within the budget (without one: waited for), or no numbers."""
         text = words[:MAX_ENCODED]
         with self._lock:
             if (known := self._known.get(text)) is not None:
@@ -50,9 +52,11 @@ class QuestionVectors:
             self._closed = True
         self._pool.shutdown(wait=False, cancel_futures=True)
 
-    def _encode(self, text: str) -> Vectors:
+    def _encode(self, text: str) -> Vectors | None:
         try:
             vector = self.encoder.query(text)
+            if not np.isfinite(vector).all():
+                return None
             with self._lock:
                 self._known[text] = vector
                 while len(self._known) > self._size:

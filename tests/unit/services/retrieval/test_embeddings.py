@@ -1,6 +1,7 @@
 """Embeddings that travel with the packs fit their texts; others are not used."""
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from drivemcp.paths import data
 from services.retrieval.corpus import read_pack
 from services.retrieval.embeddings import embed, read_stored, store, stored_path
+from services.retrieval.encoders import Vectors
 from tests.unit.services.retrieval.support import WordEncoder
 
 PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")
@@ -44,3 +46,19 @@ def test_a_garbled_file_is_not_used(tmp_path: Path, content: bytes) -> None:
     path = stored_path(folder, "word-1.0")
     path.write_bytes(content)
     assert read_stored(folder, "word-1.0", read_pack(folder)) is None
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf])
+def test_rows_that_are_no_numbers_are_not_used(tmp_path: Path, odd: float) -> None:
+    class Odd(WordEncoder):
+        def passages(self, texts: Sequence[str]) -> Vectors:
+            rows = super().passages(texts)
+            rows[-1, 0] = odd
+            return rows
+
+    folder = Path(shutil.copytree(data("rulepacks/GBR-v1"), tmp_path / "GBR-v1"))
+    texts, encoder = read_pack(folder), Odd()
+    store(folder, encoder.name, texts, encoder.passages([text.indexed for text in texts]))
+    assert read_stored(folder, encoder.name, texts) is None
+    with pytest.raises(ValueError, match=r"word-1.0 gives vectors that are no numbers"):
+        embed(encoder, texts)

@@ -3,6 +3,7 @@
 import shutil
 import threading
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 
 from drivemcp.paths import data
 from services.retrieval.encoders import Vectors
-from services.retrieval.index import normalised, stretched
+from services.retrieval.filters import Filter
+from services.retrieval.index import Index, normalised, stretched
 from services.retrieval.library import ABSENT, LATE, LOADING, Library, Request
 from services.retrieval.tuning import Tuning
 from services.retrieval.vectors import MAX_ENCODED
@@ -180,6 +182,38 @@ def test_embeddings_of_a_wrong_shape_are_an_error_and_bm25_goes_on() -> None:
     with pytest.raises(ValueError, match="zip"):
         made.use(Broken())
     assert made.search(Request(query="fog", jurisdiction="GBR")).passages
+
+
+def test_a_question_whose_vector_is_no_numbers_is_answered_by_bm25() -> None:
+    class Odd(WordEncoder):
+        def query(self, text: str) -> Vectors:
+            return super().query(text) * np.float32(np.nan)
+
+    made, encoder = library(), Odd()
+    made.use(encoder)
+    request = Request(query="fog", jurisdiction="GBR")
+    found = made.search(request)
+    assert found.encoder == LATE
+    assert [passage.passage_id for passage in found.passages] == [
+        p.passage_id for p in library().search(request).passages
+    ]
+    made.search(request)
+    assert (encoder.asked, made.hits) == (2, 0)
+
+
+def test_a_flag_that_blas_raises_over_finite_numbers_is_no_error() -> None:
+    class Flagged(np.ndarray):
+        """What was seen of BLAS once in some hundred runs: the flag, and a right product."""
+
+        def __matmul__(self, other: Any) -> Any:
+            np.subtract(np.float32(np.inf), np.float32(np.inf))
+            return np.asarray(self) @ other
+
+    texts = library().packs[FOLDERS[2]]
+    rows, vector = WordEncoder().passages([text.indexed for text in texts]), WordEncoder().query("roundabout")
+    plain, flagged = Index(texts, rows), Index(texts, rows.view(Flagged))
+    how: dict[str, Any] = {"keep": Filter(), "lambda_for": lambda _: 0.5, "floor": 0.0, "limit": 5}
+    assert flagged.search("roundabout", vector, **how) == plain.search("roundabout", vector, **how)
 
 
 def test_normalised_scores_keep_their_order_within_one() -> None:
