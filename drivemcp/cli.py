@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import select
 import sys
 from collections.abc import Sequence
 from importlib.metadata import entry_points, version
@@ -52,6 +53,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         check_proto()
         flags = make_parser().parse_args(arguments)
         status: int = flags.run(flags)
+        sys.stdout.flush()
     except (UserError, BusError) as error:
         sys.stderr.write(f"drivemcp: {error}\n")
         return 2
@@ -61,10 +63,23 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("drivemcp: interrupted\n")
         return 130
-    except BrokenPipeError:
+    except BrokenPipeError as error:
+        if not _reader_is_gone():
+            sys.stderr.write(f"drivemcp: a connection broke off: {error}\n")
+            return 1
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return status
+
+
+def _reader_is_gone() -> bool:
+    """Whether nobody reads any more what we print, as after `| head`."""
+    watch = select.poll()
+    try:
+        watch.register(sys.stdout, 0)
+    except OSError:
+        return False  # it is no file: nobody can close it
+    return any(state & (select.POLLERR | select.POLLHUP) for _, state in watch.poll(0))
 
 
 if __name__ == "__main__":

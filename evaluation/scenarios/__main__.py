@@ -46,10 +46,18 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.command == "drive":
         _say(drive_through(scenario, place.world_seed(arguments.seed)))
     elif arguments.command == "write":
-        arguments.file.write_bytes(msgspec.json.format(msgspec.json.encode(scenario)))
+        _write("--file", arguments.file, msgspec.json.format(msgspec.json.encode(scenario)))
     else:
         _show(scenario, arguments.svg)
     return 0
+
+
+def _write(flag: str, file: Path, content: bytes) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+    except OSError as error:
+        raise UserError(f"{flag} {file}: cannot be written: {error.strerror or error}") from error
 
 
 def _say(what: object) -> None:
@@ -60,7 +68,7 @@ def _show(scenario: Scenario, svg: Path | None) -> None:
     if svg is None:
         _say(as_text(scenario))
     else:
-        svg.write_text(as_svg(scenario))
+        _write("--svg", svg, as_svg(scenario).encode())
 
 
 def _check() -> int:

@@ -74,8 +74,11 @@ def _guarded(run: Run, flags: argparse.Namespace) -> int:
 
 
 def _at(name: str) -> Path:
-    """A folder that is here comes before an installed pack of that name."""
-    return Path(name) if Path(name).is_dir() else folder_of(name)
+    """A folder that is here comes before an installed pack of that name. Raises UserError where there is neither."""
+    folder = Path(name) if Path(name).is_dir() else folder_of(name)
+    if not folder.is_dir():
+        raise UserError(f"no pack {name!r}: neither a folder that is here, nor the name of an installed one")
+    return folder
 
 
 def _folders(parser: argparse.ArgumentParser) -> None:

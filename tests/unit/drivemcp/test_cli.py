@@ -105,3 +105,25 @@ def test_a_deadline_that_cannot_be_kept_is_refused(capsys: pytest.CaptureFixture
     with pytest.raises(SystemExit, match="2"):
         run(["tools", "call", "x", "--deadline-ms", "20001"])
     assert "no number from 1 to 20000" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("asked", [["models", "list"], ["rulepack", "show", "DEU-v1"]])
+def test_nothing_is_said_where_nobody_reads_on(asked: list[str]) -> None:
+    """Little that is printed, and more than fits into a pipe's buffer."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "drivemcp.cli", *asked]
+    ran = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=60, check=False)
+    os.close(writer)
+    assert (ran.returncode, ran.stderr) == (0, b"")
+
+
+def test_a_connection_that_breaks_is_no_reader_that_went_away(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken() -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr("drivemcp.cli.check_proto", broken)
+    assert run(["models", "list"]) == 1
+    assert "drivemcp: a connection broke off: " in capsys.readouterr().err

@@ -120,6 +120,18 @@ def test_a_plan_can_be_read_and_drawn(capsys: pytest.CaptureFixture[str], tmp_pa
     assert main(["show", "urb-rain/final/0"]) == 2
 
 
+def test_a_folder_that_is_not_there_is_made_and_a_file_that_cannot_be_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "new" / "place.json"
+    assert main(["write", "urb-rain/development/0", "--file", str(file)]) == 0
+    assert msgspec.json.decode(file.read_bytes(), type=Scenario) == generate("urb-rain", 0, "development")
+    assert main(["write", "urb-rain/development/0", "--file", str(file / "below")]) == 2
+    assert f"--file {file / 'below'}: cannot be written: " in capsys.readouterr().err
+    assert main(["show", "urb-rain/development/0", "--svg", str(tmp_path)]) == 2
+    assert f"--svg {tmp_path}: cannot be written: " in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "place", [Place("urb-rain", "development", 3), Place("cross-border", "development", 1)], ids=str
 )

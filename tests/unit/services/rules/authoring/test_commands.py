@@ -298,3 +298,14 @@ def test_every_command_that_the_docs_name_is_there(capsys: Said) -> None:
         with pytest.raises(SystemExit) as ended:
             rulepack(name, "--help")
         assert ended.value.code == 0
+
+
+@pytest.mark.parametrize("command", ["validate", "hash", "seal", "test", "show", "sign", "diff"])
+def test_a_pack_that_is_nowhere_is_a_wrong_command(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "key").touch()
+    more = {"sign": ["--key", "key"], "diff": ["DEU-v1"]}.get(command, [])
+    assert rulepack(command, "nowhere", *more) == 2
+    assert "no pack 'nowhere'" in capsys.readouterr().err
