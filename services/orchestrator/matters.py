@@ -16,7 +16,7 @@ from services.orchestrator.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.matter import OVERSPEED_TOLD_S, Maker, Matter, limit_key, over_key, told_within
 from services.orchestrator.messages import drive, say, speed, word
 from services.orchestrator.state import Believed, State
-from services.orchestrator.targets import Target
+from services.orchestrator.targets import KMH, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.units import limit_text
 
@@ -38,6 +38,9 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
     drive_on = health.safe_to_drive if health is not None else "with_care"
     phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
     phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
+    slow = _slow_for_a_motorway(state, target)
+    if slow and phrase == "vehicle_with_care":
+        phrase = "vehicle_leave"
     known = covered(state.held) and health is not None and health.advice
     told = sentences(health.advice if health is not None and known else event.detail or f"h {event.g:.2f}")
     yield Matter(
@@ -45,8 +48,8 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         key=f"{phrase} {told}",
         phrase=phrase,
         urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
-        values={"fault": told},
-        why=("fault",),
+        values={"fault": told, "target": drive(state.preferences, target.mps)},
+        why=("fault", "slow") if slow else ("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,
         repeat_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else REPEAT_S,
@@ -57,6 +60,24 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
 
 _VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
 REPEAT_S, REPEAT_MILD_S = 300.0, 1800.0
+MOTORWAY_LEAST_MPS = 60 * KMH
+"""Vehicles that cannot go faster have no place on a motorway (StVO § 18 Abs. 1; the Austrian StVO § 46 Abs. 1 alike)."""
+
+
+def _slow_for_a_motorway(state: State, target: Target) -> bool:
+    """Whether the car's state asks for less than whoever comes from behind reckons with: nobody here looks back.
+
+    Told so, it stays so for a while: a target that wavers around the bound is no news each time.
+    """
+    road, limit, (_, vehicle, _) = state.world.environment.road_type, target.law.limit, factors(state)
+    if road is None or road.value != "motorway" or vehicle >= 1.0:
+        return False
+    if limit is not None and limit.mps <= MOTORWAY_LEAST_MPS:
+        return False
+    told = state.memory.last("vehicle")
+    if told is not None and told.key.startswith("vehicle_leave") and told_within(state, "vehicle", REPEAT_S):
+        return True
+    return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD) < MOTORWAY_LEAST_MPS
 
 
 def _ahead_of_the_lamp(car: Degradation | None) -> str:

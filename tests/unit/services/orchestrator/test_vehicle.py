@@ -7,12 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.vehicle import Degradation, DtcText, Indicator, SensorFault, Trend, VehicleHealth
+from services.orchestrator.state import State
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     FEW,
     Drive,
     Played,
+    conditions,
+    fact,
     health,
     limit_sign,
     preferences,
@@ -268,3 +271,52 @@ def test_an_older_message_takes_back_no_newer_one() -> None:
     drive.ticks(2)
     drive.tick(degradation=older)
     assert drive.state.held.degradation == lamps("oil", h=0.5)
+
+
+def on_motorway(car: Degradation, limit: str = "limit:120", road: str = "motorway") -> Drive:
+    """A drive with this car, after a while in which its fault was told."""
+    drive = Drive(Played(dict(EXPERTS), arbiter=arbiter()), 20.0, road)
+    drive.ask.table["vehicle_health"] = lambda a: told(drive, "The wheels may lock.")
+    drive.state = State()  # no sign has said which road it is: the map does, as on most drives
+    drive.tick(fact("jurisdiction", "DEU"), fact("units", "km/h"))
+    drive.tick(limit_sign(limit))
+    drive.car = car
+    drive.ticks(60)
+    return drive
+
+
+WEAK = Degradation(h=0.5, brake_envelope=0.2, warning_lamps=("abs",), dtcs=("C0035",))
+LEAVE = "Leave the motorway soon: vehicle fault"
+
+
+def test_whose_car_asks_for_too_little_on_a_motorway_is_told_to_leave_it_and_why() -> None:
+    drive = on_motorway(WEAK)
+    assert target(drive) < 60 / 3.6
+    assert drive.spoken().count(LEAVE) == 1
+    said = next(each.advisory for _, _, each in drive.history if each.advisory.directive == LEAVE)
+    assert "whoever comes from behind: hazard lights on" in said.justification
+    drive.ticks(200)
+    assert drive.spoken().count(LEAVE) == 1, "no news"
+
+
+@pytest.mark.parametrize(
+    ("car", "limit", "road"),
+    [
+        (Degradation(h=0.3, brake_envelope=0.9, warning_lamps=("abs",)), "limit:120", "motorway"),
+        (WEAK, "limit:60", "motorway"),
+        (WEAK, "limit:100", "rural"),
+    ],
+)
+def test_who_is_fast_enough_or_among_slow_ones_is_not(car: Degradation, limit: str, road: str) -> None:
+    drive = on_motorway(car, limit, road)
+    assert LEAVE not in drive.spoken()
+    assert drive.spoken().count("Drive with care: vehicle fault") == 1
+
+
+def test_where_water_makes_it_too_slow_it_is_told_then_and_once_though_the_target_wavers() -> None:
+    drive = on_motorway(Degradation(h=0.3, brake_envelope=0.7, warning_lamps=("abs",)))
+    assert LEAVE not in drive.spoken()
+    for slippery in range(40):
+        drive.weather = conditions(speed_factor=0.5 if slippery % 2 else 0.9)
+        drive.ticks(10)
+    assert drive.spoken().count(LEAVE) == 1
