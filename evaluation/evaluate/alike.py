@@ -13,6 +13,9 @@ from evaluation.evaluate.store import Kept, Store, driving, measuring
 from evaluation.run.spec import key_of
 from evaluation.statistics import LEVEL
 
+NAMED = 8
+"""More runs than so many are told by their number alone; `redecided.py` tells them by their keys."""
+
 
 class Group(NamedTuple):
     """The runs of one other code in one family of places, by the keys that today's code gives them."""
@@ -69,7 +72,8 @@ def sentences(lines: Mapping[str, Line], verdicts: Sequence[Verdict]) -> Iterato
         yield f"The logs of {again} runs of other code were decided again by today's, every tick alike."
     odd = sorted(key for key, line in lines.items() if line.refuted)
     if odd:
-        yield f"{len(odd)} others do not count, as today's decides otherwise in their logs: {', '.join(odd)}."
+        named = f": {', '.join(odd)}" if len(odd) <= NAMED else ""
+        yield f"{len(odd)} others do not count, as today's decides otherwise in their logs{named}."
 
 
 def may_differ(alike: int) -> float:

@@ -8,7 +8,7 @@ import pytest
 
 from drivemcp.cli import run
 from evaluation.evaluate import report, whole
-from evaluation.evaluate.alike import drawn, groups, judged, may_differ
+from evaluation.evaluate.alike import NAMED, drawn, groups, judged, may_differ, sentences
 from evaluation.evaluate.plan import Amount, rows_of, runs_of
 from evaluation.evaluate.pool import Done, Job
 from evaluation.evaluate.published import ALL, Line, line_of, publish, read
@@ -228,3 +228,11 @@ def test_a_run_that_these_tables_have_not_is_not_asked_for_again(
         capsys.readouterr().err
     )
     assert not Drives.asked
+
+
+@pytest.mark.parametrize("count", [NAMED, NAMED + 1])
+def test_few_runs_that_todays_code_decides_otherwise_are_named_and_many_counted(count: int) -> None:
+    refuted = {line.key: line.marked("otherwise") for line in lines()[:count]}
+    (told,) = sentences(refuted, ())
+    assert told.startswith(f"{count} others do not count, as today's decides otherwise in their logs")
+    assert [key in told for key in refuted] == [count == NAMED] * count
