@@ -18,8 +18,8 @@ from drivemcp.paths import data
 from drivemcp.received import Received
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
-from services.simulator.can_frames import MESSAGES, FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import MESSAGES, FrameEncoder
 
 FRAMES_PER_S = 4000
 """A 500 kbit/s bus full of frames of 8 bytes."""

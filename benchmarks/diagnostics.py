@@ -22,9 +22,9 @@ from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.can.buses import BusConfig
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarState
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarState
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
 
 REQUESTS = 10_000
 NAIVE_REQUESTS = 2_000

@@ -16,7 +16,7 @@ from evaluation.recorded import record_of
 from proto.decision import Advisory
 from proto.truth import Truth
 from services.orchestrator.units import MPS_PER
-from services.simulator.truth import SPEEDING_AFTER_S, TOLERANCE_MPS
+from services.simulator.truth.ledger import SPEEDING_AFTER_S, TOLERANCE_MPS
 
 Cause = Literal["told in time", "told late", "not told"]
 BEFORE_S = 25.0

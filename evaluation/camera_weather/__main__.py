@@ -29,8 +29,8 @@ from evaluation.camera_weather.measure import (
     rate_held,
 )
 from evaluation.training.weather import read_pictures
-from services.perception.camera import Camera
-from services.perception.camera_weather import WeatherModel, WeatherWindow
+from services.perception.range.camera import Camera
+from services.perception.weather.camera_weather import WeatherModel, WeatherWindow
 
 COLUMNS = (
     "weather", "cases", "visibility off, median", "interval holds", "lower end too far", "high / low", "wet right", "wet told dry",

@@ -12,7 +12,7 @@ import numpy as np
 from evaluation.training.bins import Bools, Floats, binned
 from evaluation.training.weather import CLEAR_M, RAIN_FROM_MM_H, WET_FROM, Pictures
 from proto.weather import CameraWeather
-from services.perception.camera_weather import NS, WeatherModel, WeatherWindow
+from services.perception.weather.camera_weather import NS, WeatherModel, WeatherWindow
 
 DRY = 0.05
 """A probability of a wet road (or of rain) at most this is taken as saying that there is none."""

@@ -10,9 +10,9 @@ from typing import Literal
 
 from evaluation.carfaults.courses import Course, draw_course
 from evaluation.carfaults.drives import Onset
-from services.simulator.car_condition import SENSOR_KINDS
-from services.simulator.car_faults import FAULTS
-from services.simulator.car_sensors import SENSORS
+from services.simulator.car.condition import SENSOR_KINDS
+from services.simulator.car.faults import FAULTS
+from services.simulator.car.sensors import SENSORS
 
 Seeds = Literal["test", "calibration"]
 FIRST_SEED: dict[Seeds, int] = {"test": 10_000, "calibration": 20_000}

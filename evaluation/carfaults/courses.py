@@ -5,7 +5,7 @@ import random
 from dataclasses import dataclass
 from typing import Literal
 
-from services.simulator.weather import friction
+from services.simulator.environment.weather import friction
 
 Road = Literal["town", "country", "motorway"]
 SPEEDS_KMH: dict[Road, tuple[float, float]] = {

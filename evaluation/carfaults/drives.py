@@ -7,15 +7,15 @@ from pathlib import Path
 
 from evaluation.carfaults.courses import LATERAL_MPS2, Course, Stretch
 from proto.sensors import CanFrame
-from services.simulator import tyres
-from services.simulator.braking import Ability, Braked, decelerate
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car import Car
-from services.simulator.car_faults import Faults
-from services.simulator.car_state import WHEELBASE_M, CarState, Controls
-from services.simulator.driver import pedals
-from services.simulator.kinematics import GRAVITY_MPS2
-from services.simulator.sensors import wiper_stage
+from services.simulator.car import tyres
+from services.simulator.car.braking import Ability, Braked, decelerate
+from services.simulator.car.car import Car
+from services.simulator.car.faults import Faults
+from services.simulator.car.kinematics import GRAVITY_MPS2
+from services.simulator.car.state import WHEELBASE_M, CarState, Controls
+from services.simulator.driver.driver import pedals
+from services.simulator.ecus.can_frames import FrameEncoder
+from services.simulator.sensors.sensors import wiper_stage
 from services.simulator.world import STEP_S
 
 NS = 1_000_000_000

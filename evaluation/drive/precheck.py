@@ -18,7 +18,7 @@ from proto.keys import chunk
 
 if TYPE_CHECKING:
     from services.arbiter.profiles import Profile
-    from services.simulator.plan import Scenario
+    from services.simulator.scenario.plan import Scenario
 
 
 def check_asked(flags: argparse.Namespace) -> None:
@@ -98,7 +98,7 @@ def vehicle_of(flags: argparse.Namespace) -> str:
 
 def check_scenario(path: Path) -> "Scenario":
     """The scenario of a file that can be driven."""
-    from services.simulator.scenario import ScenarioError, load_scenario
+    from services.simulator.scenario.load import ScenarioError, load_scenario
 
     try:
         return load_scenario(path)
@@ -108,7 +108,7 @@ def check_scenario(path: Path) -> "Scenario":
 
 def check_faults(texts: Iterable[str]) -> None:
     """Faults of the car that the simulator knows."""
-    from services.simulator.scenario import read_fault
+    from services.simulator.scenario.load import read_fault
 
     try:
         for text in texts:

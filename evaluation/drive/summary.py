@@ -81,7 +81,7 @@ class Tally:
         self._misses: Counter[str] = Counter()
         self._calls: Counter[str] = Counter()
         from evaluation.metrics.hazards import names  # numpy takes its time: every other command would wait for it
-        from services.simulator.driver import WARNING_HOLDS_S
+        from services.simulator.driver.driver import WARNING_HOLDS_S
 
         self._names, self._holds_s = names, WARNING_HOLDS_S
         self._hazards: dict[str, float] = {}

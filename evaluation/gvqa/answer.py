@@ -16,10 +16,10 @@ import msgspec
 
 from evaluation.gvqa.files import Row, load, rows
 from proto.scene import SceneGraph
-from services.drivelm.ask import ask
-from services.drivelm.drivelm_json import from_drivelm
-from services.drivelm.json_fields import UnreadableGraph
-from services.drivelm.templates import recognise
+from services.drivelm.graph.answering import ask
+from services.drivelm.graph.drivelm_json import from_drivelm
+from services.drivelm.graph.json_fields import UnreadableGraph
+from services.drivelm.graph.templates import recognise
 
 
 class Answered(NamedTuple):

@@ -10,7 +10,7 @@ import msgspec
 from evaluation.gvqa.files import load, rows
 from evaluation.gvqa.pairing import Oddities, pair
 from evaluation.gvqa.scores import Report, report
-from services.drivelm.json_fields import UnreadableGraph
+from services.drivelm.graph.json_fields import UnreadableGraph
 
 TOLD = {
     "unanswered": "questions without an answer (score 0)",

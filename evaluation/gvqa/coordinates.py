@@ -7,7 +7,7 @@ is left; it is a hit where |dx| + |dy| is under 16 px. Stricter in one thing: th
 import re
 from collections.abc import Sequence
 
-from services.drivelm.tags import NEAR_PX, Point, apart_px, points
+from services.drivelm.graph.tags import NEAR_PX, Point, apart_px, points
 
 _LIKE_A_TAG = re.compile(r"<\s*c\s*\d")
 

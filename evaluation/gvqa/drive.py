@@ -25,19 +25,19 @@ from evaluation.gvqa.truth import true_graph
 from evaluation.tracking.recording import DriveName, Look, Step, record
 from proto.perception import Tracks
 from proto.scene import SceneGraph
-from services.drivelm.ask import ask
-from services.drivelm.backend import EmbeddedBackend
-from services.drivelm.drivelm_json import Scene, to_drivelm
+from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.front_end import FrontEnd, Sighting
-from services.drivelm.graph import Seen, build
-from services.drivelm.reader import Reader
-from services.drivelm.recent_facts import RecentFacts
-from services.drivelm.templates import recognise
-from services.perception.loading import load_detector
-from services.perception.pictures import open_picture
+from services.drivelm.graph.answering import ask
+from services.drivelm.graph.drivelm_json import Scene, to_drivelm
+from services.drivelm.graph.recent_facts import RecentFacts
+from services.drivelm.graph.scene_graph import Seen, build
+from services.drivelm.graph.templates import recognise
+from services.drivelm.reading.reader import Reader
+from services.perception.checks.decoding import open_picture
+from services.perception.detect.loading import load_detector
 from services.perception.pipeline import FRONT, Perception
-from services.simulator import sensors
 from services.simulator.render import RendererUnavailable
+from services.simulator.sensors import sensors
 from services.simulator.session import CAMERAS
 
 EVERY_NS = 1_000_000_000

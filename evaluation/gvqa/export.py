@@ -14,7 +14,7 @@ import msgspec
 from drivemcp.errors import MALFORMED, UserError
 from proto import topics
 from proto.scene import SceneGraph
-from services.drivelm.drivelm_json import Scene, to_drivelm
+from services.drivelm.graph.drivelm_json import Scene, to_drivelm
 from services.logger.files import named
 from services.logger.reader import messages
 

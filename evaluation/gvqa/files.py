@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import msgspec
 
 from drivemcp.errors import MALFORMED
-from services.drivelm.json_fields import UnreadableGraph, as_list, as_object, as_text, field
-from services.drivelm.templates import LAYERS
+from services.drivelm.graph.json_fields import UnreadableGraph, as_list, as_object, as_text, field
+from services.drivelm.graph.templates import LAYERS
 
 
 class Place(NamedTuple):

@@ -9,7 +9,7 @@ import msgspec
 from evaluation.gvqa.coordinates import f1
 from evaluation.gvqa.language import bleu, cider, rouge_l, words
 from evaluation.gvqa.pairing import Oddities, Pair
-from services.drivelm.tags import points
+from services.drivelm.graph.tags import points
 
 EXACT, JUDGED, LANGUAGE, MATCH = 0, 1, 2, 3
 """The challenge's numbers of its metrics; JUDGED needs a language model's opinion and is counted, not scored."""

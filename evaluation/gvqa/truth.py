@@ -8,13 +8,13 @@ from evaluation.training.reader_avenue import class_of
 from proto.perception import Box, Track
 from proto.scene import Fact, SceneGraph
 from proto.truth import TrueActor
-from services.drivelm.facts import public_code
-from services.drivelm.graph import Seen, build
-from services.drivelm.jurisdictions import unit_of
-from services.drivelm.parser import statement_of
-from services.drivelm.sentences import SENTENCES
-from services.simulator import sensors
+from services.drivelm.graph.scene_graph import Seen, build
+from services.drivelm.reading.facts import public_code
+from services.drivelm.vocabulary.jurisdictions import unit_of
+from services.drivelm.vocabulary.parser import statement_of
+from services.drivelm.vocabulary.sentences import SENTENCES
 from services.simulator.render import Label
+from services.simulator.sensors import sensors
 from services.simulator.session import CAMERAS
 
 READABLE_PX = 20.0

@@ -10,7 +10,7 @@ from evaluation.metrics.record import ACT_PAUSE_S, Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import TrueActor, Truth
 from services.arbiter import rss
-from services.simulator.driver_profile import MEDIAN_REACTION_S
+from services.simulator.driver.profile import MEDIAN_REACTION_S
 
 EGO_LENGTH_M, EGO_WIDTH_M = 4.6, 1.82
 NEAR_TTC_S, NEAR_PET_S = 1.5, 1.0

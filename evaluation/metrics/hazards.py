@@ -8,7 +8,7 @@ from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, perso
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.truth import TrueActor, TrueHazard, Truth
-from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
+from services.simulator.driver.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
 
 ESCALATES = ("warning", "alarm")
 _LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from evaluation.metrics.record import Record
 from proto.decision import Advisory
 from proto.truth import Truth
-from services.simulator.truth import SPEEDING_AFTER_S, TOLERANCE_MPS
+from services.simulator.truth.ledger import SPEEDING_AFTER_S, TOLERANCE_MPS
 
 TYPES: Mapping[str, str] = {
     "red_light": "failure_to_stop",

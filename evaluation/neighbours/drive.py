@@ -17,8 +17,8 @@ from evaluation.neighbours.governor import Governed
 from evaluation.run.spec import RunSpec, run_key
 from evaluation.run.world import world_of
 from proto.truth import Truth
-from services.simulator.conductor import EPOCH_NS
-from services.simulator.driver import Driver
+from services.simulator.driver.driver import Driver
+from services.simulator.lockstep import EPOCH_NS
 from services.simulator.session import SensorSet, Session
 
 LONGEST_S = 900.0

@@ -8,7 +8,7 @@ from highway_env.vehicle.kinematics import Vehicle
 
 from evaluation.metrics.conflicts import gap_m, person_ahead
 from proto.truth import Truth
-from services.simulator.driver import NO_LIMIT_MPS, Advice, Driver, View, Wish, pedals
+from services.simulator.driver.driver import NO_LIMIT_MPS, Advice, Driver, View, Wish, pedals
 
 LANE_M = 10_000.0
 AT_THE_LINE_M = 4.0

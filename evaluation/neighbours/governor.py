@@ -4,7 +4,7 @@ import math
 
 from evaluation.metrics.conflicts import braking_mps2, violates_rss
 from proto.truth import Truth
-from services.simulator.driver import Driver, View, Wish, pedals
+from services.simulator.driver.driver import Driver, View, Wish, pedals
 
 FASTEST_MPS = 80.0
 _HALVINGS = 40

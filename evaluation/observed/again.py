@@ -12,20 +12,20 @@ from evaluation.tracking.recording import DriveName, Look, Step, recording
 from proto.perception import Tracks
 from proto.scene import Fact, Facts
 from proto.truth import Truth
-from services.drivelm.cues import oncoming_cue, seen_to_come
+from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
+from services.drivelm.country.surroundings import surroundings
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.service import DrivelmConfig, load_reader
-from services.drivelm.surroundings import surroundings
-from services.perception.camera_weather import WeatherModel
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
-from services.perception.pictures import open_picture
+from services.perception.checks.decoding import open_picture
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Perception
-from services.perception.weather_watch import WeatherWatch
-from services.simulator import sensors
-from services.simulator.scenario import load_scenario
+from services.perception.weather.camera_weather import WeatherModel
+from services.perception.weather.watch import WeatherWatch
+from services.simulator.environment.weather import WeatherCourse, atmosphere
+from services.simulator.scenario.load import load_scenario
+from services.simulator.sensors import sensors
 from services.simulator.session import CAMERAS
-from services.simulator.weather import WeatherCourse, atmosphere
 
 SETTLE_NS, SURROUNDINGS_NS = 100_000_000, 1_000_000_000
 

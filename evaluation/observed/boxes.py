@@ -29,11 +29,11 @@ from evaluation.observed.way import Way, recorded_ways
 from proto.perception import ObjectClass
 from proto.sensors import Calibration
 from proto.truth import Truth
-from services.perception.camera import Camera
-from services.perception.detection import Detection
+from services.perception.detect.detection import Detection
 from services.perception.pipeline import Perception, Seen
-from services.perception.projection import Range, find_range, hiding
-from services.simulator import sensors
+from services.perception.range.box_range import Range, find_range, hiding
+from services.perception.range.camera import Camera
+from services.simulator.sensors import sensors
 from services.simulator.session import CAMERAS
 
 SCORE_FLOORS = {"pedestrian": 0.05}

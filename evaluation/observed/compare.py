@@ -13,7 +13,7 @@ from evaluation.observed.pairing import looks
 from evaluation.observed.recording import Recording
 from proto.perception import Track
 from proto.truth import TrueActor, Truth
-from services.drivelm.facts import public_code
+from services.drivelm.reading.facts import public_code
 
 BINS_PX = (5.0, 10.0, 15.0, 25.0, 40.0, 80.0, 400.0)
 BANDS_M = (0.0, 15.0, 30.0, 45.0, 70.0)

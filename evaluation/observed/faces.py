@@ -3,7 +3,7 @@
 from functools import cached_property
 
 from evaluation.observed.orders import orders
-from services.drivelm.classes import OTHER, PANELS, PLATES, READER_CLASSES, SIGNS
+from services.drivelm.vocabulary.classes import OTHER, PANELS, PLATES, READER_CLASSES, SIGNS
 
 
 class Classes:

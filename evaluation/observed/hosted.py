@@ -26,7 +26,7 @@ from proto.truth import Truth
 from proto.vehicle import Ego
 from proto.weather import CameraWeather, Within
 from services.drivelm.service import Bindings, DrivelmConfig
-from services.perception.detection import Detection
+from services.perception.detect.detection import Detection
 from services.perception.pipeline import Perception
 from services.perception.service import STALE_NS, PerceptionConfig
 from services.simulator.session import CAMERA_STEPS

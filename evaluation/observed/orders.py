@@ -5,7 +5,7 @@ The reader learns from faces drawn by it, and modelled sensors tell by it which 
 
 from typing import NamedTuple
 
-from services.drivelm.classes import LIMIT_VALUES
+from services.drivelm.vocabulary.classes import LIMIT_VALUES
 from services.simulator.signart.catalogue import CODES, COUNTRIES
 
 _YELLOW, _WHITE, _DARK = ("DEU",), ("GBR", "AUT", "FRA"), ("NLD", "POL", "CHE")

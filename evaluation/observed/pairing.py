@@ -9,9 +9,9 @@ from evaluation.observed.recording import Recording
 from evaluation.observed.sight import LAMPS_SIZE_M, Lens, Thing, things
 from proto.perception import Box
 from proto.truth import Truth
-from services.perception.detection import Detection
-from services.perception.doubt import rides
-from services.perception.projection import STANDING
+from services.perception.checks.doubtful_boxes import rides
+from services.perception.detect.detection import Detection
+from services.perception.range.box_range import STANDING
 from services.simulator.session import CAMERAS
 
 LEAST_PX = 5.0

@@ -15,13 +15,13 @@ from evaluation.observed.sight import Lens, Thing, things
 from proto.perception import Box
 from proto.scene import Fact
 from proto.truth import Truth
-from services.drivelm.backend import Answer
-from services.drivelm.classes import BY_KIND, OTHER, READER_CLASSES
-from services.drivelm.crops import Picture, Region
+from services.drivelm.backends.backend import Answer
 from services.drivelm.front_end import FrontEnd, Key, Look, Sighting
-from services.drivelm.jurisdictions import allowed_limits
-from services.drivelm.sentences import KIND_OF_QUESTION
-from services.drivelm.spoken import Readings, Shown, inside
+from services.drivelm.guard.answer_checks import Readings, Shown, inside
+from services.drivelm.reading.crops import Picture, Region
+from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
+from services.drivelm.vocabulary.jurisdictions import allowed_limits
+from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
 from services.simulator.session import CAMERAS
 
 NO_PICTURE: Picture = np.zeros((1, 1, 3), np.uint8)

@@ -18,7 +18,7 @@ from evaluation.run.world import world_of
 from proto import topics
 from proto.truth import Truth
 from services.logger.reader import messages, topic_of
-from services.simulator.conductor import EPOCH_NS
+from services.simulator.lockstep import EPOCH_NS
 from services.simulator.service import length_s
 from services.simulator.session import SensorSet, Session
 

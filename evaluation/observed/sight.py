@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from proto.perception import ObjectClass
 from proto.truth import TrueActor, Truth
-from services.simulator.cars import EGO_BODY, SIZES_M
-from services.simulator.scene import CameraSpec
+from services.simulator.scene.scene import CameraSpec
 from services.simulator.signart import face_size_m
+from services.simulator.traffic.cars import EGO_BODY, SIZES_M
 
 POST_TOP_M, PANEL_M, LAMPS_M = 2.5, 5.9, 2.7
 """Heights of middles: of a post's topmost face, of a gantry's panel, of a light's head."""

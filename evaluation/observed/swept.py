@@ -6,8 +6,8 @@ import numpy as np
 
 from evaluation.observed.noise import normal
 from evaluation.observed.sight import Thing
-from services.perception.camera import Floats
-from services.perception.lookback import Sweeps
+from services.perception.range.camera import Floats
+from services.perception.track.sweep_speed import Sweeps
 from services.simulator.session import LIDAR_STEPS
 from services.simulator.world import STEP_S
 

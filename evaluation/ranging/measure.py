@@ -10,11 +10,11 @@ from evaluation.ranging.labels import Label
 from proto import topics
 from proto.perception import Box, Boxes, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep
-from services.perception.camera import Camera
-from services.perception.detection import overlaps
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
+from services.perception.detect.detection import overlaps
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Perception
+from services.perception.range.camera import Camera
 from services.player.moments import Options
 from services.player.street import open_street
 

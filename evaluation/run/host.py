@@ -27,8 +27,8 @@ from evaluation.stand_ins.hosted import stood_in
 from proto import topics
 from proto.services import SERVICES
 from proto.truth import ScenarioState
-from services.simulator.plan import Scenario
-from services.simulator.scenario import ScenarioError
+from services.simulator.scenario.load import ScenarioError
+from services.simulator.scenario.plan import Scenario
 from services.simulator.service import find_scenario
 
 SOURCE = "simulator"

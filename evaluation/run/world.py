@@ -2,7 +2,7 @@
 
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import generate, read_place
-from services.simulator.plan import Scenario
+from services.simulator.scenario.plan import Scenario
 from services.simulator.service import find_scenario
 
 

@@ -12,7 +12,7 @@ from evaluation.scenarios.generate import generate
 from evaluation.scenarios.names import FAMILIES, LAYOUTS, SPLITS, Place, read_place
 from evaluation.scenarios.plan_view import as_svg, as_text
 from evaluation.scenarios.through import drive_through
-from services.simulator.plan import Scenario
+from services.simulator.scenario.plan import Scenario
 
 
 def main(argv: list[str] | None = None) -> int:

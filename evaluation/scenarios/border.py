@@ -4,7 +4,7 @@ from collections.abc import Callable
 from random import Random
 
 from evaluation.scenarios.draft import Draft
-from services.simulator.plan import HaltPlan, LightPlan, Scenario, StopPlan
+from services.simulator.scenario.plan import HaltPlan, LightPlan, Scenario, StopPlan
 
 PAIRS = (
     ("DEU", "GBR"), ("DEU", "NLD"), ("GBR", "FRA"), ("DEU", "AUT"), ("FRA", "GBR"), ("POL", "DEU"),

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from evaluation.scenarios.reach import HEADWAY_S, behind_m, sight_in_bend_m, stop_m
-from services.simulator.law import Law, Post, build_law
-from services.simulator.plan import PlacedPlan, Scenario
-from services.simulator.route import Route
-from services.simulator.scenario import complaints
-from services.simulator.tyres import aquaplaning_mps
+from services.simulator.car.tyres import aquaplaning_mps
+from services.simulator.road.route import Route
+from services.simulator.scenario.law import Law, Post, build_law
+from services.simulator.scenario.load import complaints
+from services.simulator.scenario.plan import PlacedPlan, Scenario
 
 LEAST_M = 2000.0
 EVERY_M = 10.0

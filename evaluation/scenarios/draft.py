@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Literal
 
-from services.simulator.plan import (
+from services.simulator.scenario.plan import (
     BendPlan,
     CrossCarPlan,
     CrosserPlan,

@@ -8,7 +8,7 @@ import msgspec
 from evaluation.scenarios import border, motorway, town
 from evaluation.scenarios.names import LAYOUTS, Family, Place, Split
 from evaluation.scenarios.variation import vary
-from services.simulator.plan import Scenario
+from services.simulator.scenario.plan import Scenario
 
 Lay = Callable[[Random, str, int], Scenario]
 LAY: Mapping[Family, Lay] = {"urb-rain": town.lay, "cross-border": border.lay, "dynamic-vsl": motorway.lay}

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from random import Random
 
 from evaluation.scenarios.draft import Draft
-from services.simulator.plan import GantryPlan, LaneChangePlan, PanelStep, QueuePlan, Scenario, WaterPlan
+from services.simulator.scenario.plan import GantryPlan, LaneChangePlan, PanelStep, QueuePlan, Scenario, WaterPlan
 
 LANES, EGO_LANE = 3, 1
 START_KMH = 112.0

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from evaluation.scenarios.check import limit_mps
-from services.simulator.law import build_law
-from services.simulator.plan import Scenario
-from services.simulator.route import Route
-from services.simulator.scenario import country_at
+from services.simulator.road.route import Route
+from services.simulator.scenario.law import build_law
+from services.simulator.scenario.load import country_at
+from services.simulator.scenario.plan import Scenario
 
 MARGIN_M, EVERY_M = 40.0, 5.0
 _COLOURS = {"urban": "#b08968", "rural": "#7a9e7e", "motorway": "#6c8ebf"}

@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import NamedTuple
 
-from services.simulator.plan import Scenario
+from services.simulator.scenario.plan import Scenario
 from services.simulator.world import World
 
 LONGEST_S = 900.0

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from random import Random
 
 from evaluation.scenarios.draft import Draft
-from services.simulator.plan import HaltPlan, LightPlan, Scenario, StopPlan, WaterPlan, YieldPlan, ZebraPlan
+from services.simulator.scenario.plan import HaltPlan, LightPlan, Scenario, StopPlan, WaterPlan, YieldPlan, ZebraPlan
 
 Block = Callable[[Draft], None]
 PLATES = ("plate:when_wet:de", "plate:when_wet:de", "plate:when_wet:drawn")

@@ -5,7 +5,7 @@ from random import Random
 import msgspec
 
 from evaluation.scenarios.names import Family
-from services.simulator.plan import CrosserPlan, DaylightPlan, Scenario, TrafficPlan, WeatherPlan
+from services.simulator.scenario.plan import CrosserPlan, DaylightPlan, Scenario, TrafficPlan, WeatherPlan
 
 RAIN_MM_H: dict[Family, tuple[float, ...]] = {
     "urb-rain": (3.0, 6.0, 10.0, 15.0, 22.0),

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from proto import topics
 from proto.scene import Fact, FactKind, Facts, Scope, Unit
 from proto.truth import Truth
-from services.drivelm.facts import public_code
-from services.drivelm.jurisdictions import JURISDICTIONS
-from services.drivelm.parser import statement_of
+from services.drivelm.reading.facts import public_code
+from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
+from services.drivelm.vocabulary.parser import statement_of
 from services.rules.units import from_mps
 
 BACKEND = "truth"

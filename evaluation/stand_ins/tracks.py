@@ -5,8 +5,8 @@ import msgspec
 from proto import topics
 from proto.perception import Track, Tracks
 from proto.truth import TrueActor, Truth
-from services.perception.lanes import lane_model
-from services.perception.lead import crosses, place
+from services.perception.lanes.lead_vehicle import crosses, place
+from services.perception.lanes.model import lane_model
 
 ONCOMING_MPS = -2.0
 BEHIND_M = -8.0

@@ -16,7 +16,7 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.tracking.measure import measure, table
 from evaluation.tracking.recording import DriveName
-from services.perception.loading import load_detector
+from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
 
 

@@ -26,10 +26,10 @@ from evaluation.tracking.seeing import View, glances, views
 from proto.perception import Track
 from proto.truth import TrueActor
 from services.orchestrator.actors import crosses, well_seen
-from services.perception.detector import Detector
-from services.perception.loading import load_detector
-from services.simulator.plan import Scenario
+from services.perception.detect.detector import Detector
+from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
+from services.simulator.scenario.plan import Scenario
 
 BEFORE_M, SPEED_KMH = 115.0, 45.0
 """Where a drive begins before the place, and how fast it begins."""

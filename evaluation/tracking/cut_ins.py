@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from services.simulator.cars import Car
-from services.simulator.roadway import direction_of
+from services.simulator.road.highway_env_road import direction_of
+from services.simulator.traffic.cars import Car
 from services.simulator.world import World
 
 EVERY_S = 3.0

@@ -10,7 +10,7 @@ import numpy as np
 from evaluation.tracking.pairing import Scene, scene
 from evaluation.tracking.recording import Look, Step
 from evaluation.tracking.seeing import Found, see
-from services.perception.detection import Detection, overlaps
+from services.perception.detect.detection import Detection, overlaps
 
 LASTS_S, EVERY_S = 0.5, 1.5
 FOLLOWED_S = 1.0

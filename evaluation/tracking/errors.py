@@ -9,7 +9,7 @@ import numpy as np
 
 from evaluation.tracking.pairing import Scene, Vehicle, near_m
 from proto.perception import Track
-from services.simulator.cars import EGO_BODY
+from services.simulator.traffic.cars import EGO_BODY
 
 SETTLED_S = 1.0
 """From this age on a track's speed must be right."""

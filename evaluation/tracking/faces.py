@@ -10,7 +10,7 @@ import numpy as np
 
 from evaluation.tracking.seeing import Glance
 from proto.perception import Boxes
-from services.perception.detection import overlaps
+from services.perception.detect.detection import overlaps
 from services.simulator.render import Label
 
 FACE_PX = 20.0

@@ -14,7 +14,7 @@ from evaluation.tracking.pairing import scene
 from evaluation.tracking.recording import DriveName, recording
 from evaluation.tracking.scores import Scores, scores
 from evaluation.tracking.seeing import Noting, glances, views
-from services.perception.detector import Detector
+from services.perception.detect.detector import Detector
 
 CUT_IN_S = 0.3
 

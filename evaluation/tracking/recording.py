@@ -19,9 +19,9 @@ from evaluation.tracking.cut_ins import CutIns
 from proto.sensors import CameraFrame, LidarSweep, MapView
 from proto.truth import Truth
 from proto.vehicle import Ego
-from services.simulator.plan import Scenario
 from services.simulator.render import Label, Renderer
-from services.simulator.scenario import load_scenario
+from services.simulator.scenario.load import load_scenario
+from services.simulator.scenario.plan import Scenario
 from services.simulator.session import CAMERAS, Batch, Session, Shot
 
 JPEG_QUALITY = 85

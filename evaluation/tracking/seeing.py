@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from evaluation.tracking.recording import Look, Step
 from proto.perception import Tracks
 from proto.truth import Truth
-from services.perception.detection import Detection
-from services.perception.detector import Detector, Picture
+from services.perception.detect.detection import Detection
+from services.perception.detect.detector import Detector, Picture
 from services.perception.pipeline import FRONT, Perception, Seen
-from services.simulator import sensors
+from services.simulator.sensors import sensors
 from services.simulator.session import CAMERAS
 
 Found = Sequence[Sequence[Detection]]

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.simulator.render.stage import Split
-from services.simulator.render.stage_traffic import drawn
-from services.simulator.scene import Actor, ActorKind, Pose, Scene
+from services.simulator.render.random_stage.road_users import drawn
+from services.simulator.render.random_stage.stage import Split
+from services.simulator.scene.scene import Actor, ActorKind, Pose, Scene
 
 NEAREST_M, FARTHEST_M = 9.0, 75.0
 WIDE = 0.72

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.simulator.render.stage import Split
-from services.simulator.render.stage_traffic import drawn
-from services.simulator.scene import Actor, Pose, Scene
-from services.simulator.sensors import in_ego_frame
+from services.simulator.render.random_stage.road_users import drawn
+from services.simulator.render.random_stage.stage import Split
+from services.simulator.scene.scene import Actor, Pose, Scene
+from services.simulator.sensors.sensors import in_ego_frame
 
 UPRIGHT = ("lamp", "post", "tree", "conifer")
 NEAREST_M, FARTHEST_M = 5.0, 42.0

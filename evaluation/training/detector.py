@@ -44,9 +44,9 @@ from evaluation.training.detector_net import DetectorNet, ExportNet, grown, side
 from evaluation.training.detector_scores import average_precision, best_floor, run, tally
 from evaluation.training.detector_start import begin_with_exported
 from evaluation.training.precision import has_bfloat16
-from services.perception.detection import Detection
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
+from services.perception.detect.detection import Detection
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
 
 HEIGHT_PX, WIDTH_PX = 384, 640
 PEAK_RATE, LAST_RATE, WARM_STEPS = 2e-3, 2e-5, 150
@@ -254,7 +254,7 @@ def _split(frames: Frames) -> tuple[Frames, Frames]:
 
 def _rendered(folder: Path, count: int) -> Path:
     """Render `count` training pictures and a sixth as many for testing into a folder."""
-    from services.simulator.render.stage import Split
+    from services.simulator.render.random_stage.stage import Split
 
     shares: tuple[tuple[Split, int], ...] = (("train", count), ("test", max(count // 6, 60)))
     renderer = None
@@ -321,7 +321,7 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "classes": list(CLASSES),
         "ap50_target": TARGETS_AP50,
         "ignored": f"objects under {MIN_HEIGHT_PX:.0f} px high or less than {MIN_VISIBLE:.0%} visible",
-        "held_out": "mesh family, font, plants, stage seeds (services.simulator.render.stage, split test)",
+        "held_out": "mesh family, font, plants, stage seeds (services.simulator.render.random_stage.stage, split test)",
         "train_frames": len(training),
         "parameters": sum(p.numel() for p in net.parameters()),
         "steps": steps,

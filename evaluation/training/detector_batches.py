@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from evaluation.training.dataset import CLASSES, Frames, counted
 from evaluation.training.detector_targets import Targets, encode
 from evaluation.training.lens import through_lens
-from services.perception.centre import CLOSER_PX
+from services.perception.detect.centre_point import CLOSER_PX
 
 
 class Crops(NamedTuple):

@@ -24,7 +24,7 @@ from onnxruntime.quantization.shape_inference import quant_pre_process
 
 from drivemcp.paths import data
 from evaluation.training.dataset import Frames, load_frames
-from services.perception.centre import strip, whole
+from services.perception.detect.centre_point import strip, whole
 
 FLOAT = "detector-float.onnx"
 FRAMES = 300

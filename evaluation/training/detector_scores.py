@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from evaluation.training.dataset import CLASSES, Frames, counted
 from proto.perception import ObjectClass
-from services.perception.detection import Detection, FloatArray, overlaps
-from services.perception.detector import Detector
-from services.simulator.scene import FRONT
+from services.perception.detect.detection import Detection, FloatArray, overlaps
+from services.perception.detect.detector import Detector
+from services.simulator.scene.scene import FRONT
 
 OVERLAP = 0.5
 

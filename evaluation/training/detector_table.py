@@ -20,9 +20,9 @@ from evaluation.training.dataset import CLASSES, Frames, counted, load_frames
 from evaluation.training.detector_calibration import calibrated
 from evaluation.training.detector_scores import OVERLAP, average_precision, run, tally
 from proto.perception import ObjectClass
-from services.perception.detection import Detection, FloatArray, overlaps
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
+from services.perception.detect.detection import Detection, FloatArray, overlaps
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
 
 Note = dict[str, str | float]
 NEAR_M = 40.0

@@ -35,11 +35,11 @@ from evaluation.training.detector_scores import run
 from evaluation.training.people_crops import PERSON, ROOM, Batch, Crops, batches, collected
 from evaluation.training.people_net import SIDE_PX, ExportPeople, PeopleNet
 from evaluation.training.precision import has_bfloat16
-from services.perception.centre import CentreDetector
-from services.perception.detection import overlaps
-from services.perception.detector import Detector, DetectorOptions
-from services.perception.loading import open_session
-from services.perception.second_look import ASKS_FROM, NOTHING_WEIGHED, SecondLook
+from services.perception.detect.centre_point import CentreDetector
+from services.perception.detect.detection import overlaps
+from services.perception.detect.detector import Detector, DetectorOptions
+from services.perception.detect.loading import open_session
+from services.perception.detect.second_look import ASKS_FROM, NOTHING_WEIGHED, SecondLook
 
 PEAK_RATE, WARM_STEPS, WEIGHT_DECAY = 2e-3, 200, 2e-2
 BATCH = 128

@@ -15,10 +15,10 @@ from evaluation.training.dataset import CLASSES, counted, shard_frames
 from evaluation.training.detector_scores import inside
 from evaluation.training.detector_targets import TRAIN_HEIGHT_PX
 from evaluation.training.lens import through_lens
-from services.perception.detection import FloatArray, overlaps
-from services.perception.detector import Detector, Picture
-from services.perception.second_look import SIDE_PX, cut, shapes, windows
-from services.simulator.scene import FRONT
+from services.perception.detect.detection import FloatArray, overlaps
+from services.perception.detect.detector import Detector, Picture
+from services.perception.detect.second_look import SIDE_PX, cut, shapes, windows
+from services.simulator.scene.scene import FRONT
 
 PERSON = CLASSES.index("pedestrian")
 CROP_PX = 88

@@ -25,8 +25,8 @@ from evaluation.training.reader_fonts import letterings
 from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import Measured, Sure, score_table, sure_from
 from evaluation.training.reader_tracks import track_table
-from services.drivelm.classes import READER_CLASSES
-from services.drivelm.reader import Reader
+from services.drivelm.reading.reader import Reader
+from services.drivelm.vocabulary.classes import READER_CLASSES
 
 _log = logging.getLogger("reader")
 Crops = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]

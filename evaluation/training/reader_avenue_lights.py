@@ -19,7 +19,7 @@ from evaluation.training.reader_avenue import (
     straight_road,
 )
 from services.simulator.render import Renderer
-from services.simulator.scene import FRONT, TELE, Pose, StaticWorld, TrafficLight
+from services.simulator.scene.scene import FRONT, TELE, Pose, StaticWorld, TrafficLight
 
 ROWS = 5
 _SPACING_M, _FRAMES_EACH, _LATERAL_M = 32.0, 15, (-3.2, 6.8)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.reader_faces import Face
-from services.drivelm.crops import Picture, Region, crop
+from services.drivelm.reading.crops import Picture, Region, crop
 
 Chance = np.random.Generator
 Floats = NDArray[np.float32]

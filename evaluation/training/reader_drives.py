@@ -24,14 +24,14 @@ from evaluation.training.reader_tracks import keep
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
-from services.drivelm.backend import EmbeddedBackend
-from services.drivelm.classes import LIGHTS, LIMIT_VALUES, PANELS, SIGNS
-from services.drivelm.crops import Region
-from services.drivelm.facts import public_code
+from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.front_end import FrontEnd, Sighting
-from services.drivelm.reader import Reader
+from services.drivelm.reading.crops import Region
+from services.drivelm.reading.facts import public_code
+from services.drivelm.reading.reader import Reader
+from services.drivelm.vocabulary.classes import LIGHTS, LIMIT_VALUES, PANELS, SIGNS
 from services.simulator.render import Label, Renderer
-from services.simulator.scene import FRONT, TELE, CameraSpec
+from services.simulator.scene.scene import FRONT, TELE, CameraSpec
 
 _NS = 1_000_000_000
 RATES_HZ = {"tele": 5.0, "front": 10.0}

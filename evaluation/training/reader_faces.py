@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from evaluation.observed.orders import orders
 from evaluation.training.reader_lights import draw_head
 from evaluation.training.reader_texts import text_for
-from services.drivelm.classes import LIGHTS, PANELS, PLATES, SIGNS
+from services.drivelm.vocabulary.classes import LIGHTS, PANELS, PLATES, SIGNS
 from services.simulator.signart.draw import draw_lettered, face_size_m
 from services.simulator.signart.lettering import Lettering
 

@@ -12,7 +12,7 @@ from torch.nn import functional
 
 from evaluation.training.precision import has_bfloat16
 from evaluation.training.reader_net import ReaderNet, levelled
-from services.drivelm.classes import READER_CLASSES
+from services.drivelm.vocabulary.classes import READER_CLASSES
 
 _log = logging.getLogger("reader")
 

@@ -2,7 +2,7 @@
 
 from torch import Tensor, nn
 
-from services.drivelm.crops import CROP_PX
+from services.drivelm.reading.crops import CROP_PX
 
 
 def _block(channels_in: int, channels_out: int, size: int = 3, stride: int = 1) -> nn.Sequential:

@@ -20,12 +20,12 @@ from evaluation.training.reader_degrade import Chance, any_conditions, jittered,
 from evaluation.training.reader_faces import Face
 from evaluation.training.reader_fonts import letterings
 from evaluation.training.reader_texts import text_for
-from services.drivelm import plate_reading
-from services.drivelm.crops import Picture
-from services.drivelm.lettering import PLATE_MARGIN, cut
-from services.drivelm.ocr import Engine, Recognise
-from services.drivelm.plate_numbers import number_of
-from services.drivelm.plate_reading import MIN_SCORE, Read, agreed, line_on
+from services.drivelm.ocr import plate_reading
+from services.drivelm.ocr.engine import Engine, Recognise
+from services.drivelm.ocr.lettering import PLATE_MARGIN, cut
+from services.drivelm.ocr.plate_numbers import number_of
+from services.drivelm.ocr.plate_reading import MIN_SCORE, Read, agreed, line_on
+from services.drivelm.reading.crops import Picture
 from services.simulator.signart.catalogue import COUNTRIES
 from services.simulator.signart.draw import draw_lettered, face_size_m
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from evaluation.training.reader_avenue import Frame, class_of, drive
 from evaluation.training.reader_avenue_lights import drive_lights
 from evaluation.training.reader_degrade import jittered
-from services.drivelm import plates
-from services.drivelm.classes import OTHER, READER_CLASSES
-from services.drivelm.crops import Picture, Region, crop
+from services.drivelm.reading import plates
+from services.drivelm.reading.crops import Picture, Region, crop
+from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
 from services.simulator.render import Label
 
 Chance = np.random.Generator

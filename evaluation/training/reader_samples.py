@@ -10,8 +10,8 @@ from evaluation.training.reader_degrade import BOX_JITTER, Chance, Conditions, V
 from evaluation.training.reader_faces import Face, draw_bank, drawable
 from evaluation.training.reader_fonts import letterings
 from evaluation.training.reader_odd import odd_faces
-from services.drivelm.classes import OTHER, READER_CLASSES
-from services.drivelm.crops import Picture, Region, crop
+from services.drivelm.reading.crops import Picture, Region, crop
+from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
 
 _GLOWING = ("led:", "light:")
 _INDEX = {label: index for index, label in enumerate(READER_CLASSES)}

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.training.bins import Bins, binned
-from services.drivelm.classes import READER_CLASSES
-from services.drivelm.evidence import CLEAR
+from services.drivelm.reading.evidence import CLEAR
+from services.drivelm.vocabulary.classes import READER_CLASSES
 
 _SIZES_PX = ((9, 14), (14, 20), (20, 24), (24, 30), (30, 45), (45, 76))
 LEGIBLE_PX = 24

@@ -17,10 +17,10 @@ import numpy as np
 from drivemcp.paths import data
 from evaluation.training.reader_degrade import Chance, any_conditions, seen_crop
 from evaluation.training.reader_samples import Source
-from services.drivelm.classes import BOARD_VALUES, LED_VALUES, LIMIT_VALUES
-from services.drivelm.crops import Region
-from services.drivelm.reader import Reader
-from services.drivelm.tracks import SignTrack
+from services.drivelm.reading.crops import Region
+from services.drivelm.reading.reader import Reader
+from services.drivelm.reading.sign_tracks import SignTrack
+from services.drivelm.vocabulary.classes import BOARD_VALUES, LED_VALUES, LIMIT_VALUES
 
 FOCAL_TELE_PX, FRAMES_PER_S = 1443.0, 5.0
 _SEEN_FROM_M, _LEAVES_AT_M = 75.0, 16.0

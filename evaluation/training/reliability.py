@@ -30,7 +30,7 @@ def of_reader(flags: argparse.Namespace) -> dict[str, Bins]:
     """Clean, hard and (where there are any) rendered crops: the highest probability, and whether it was the right class."""
     from evaluation.training.reader import crops_of, held_out
     from evaluation.training.reader_samples import Source
-    from services.drivelm.reader import Reader
+    from services.drivelm.reading.reader import Reader
 
     source = Source("test", flags.seed, tuple(flags.fonts), each=10)
     sets = held_out(Reader.load(flags.model), source, flags.seed, flags.tests, crops_of(flags.rendered))
@@ -43,7 +43,7 @@ def of_detector(flags: argparse.Namespace) -> dict[str, Bins]:
     from evaluation.training.dataset import CLASSES, load_frames
     from evaluation.training.detector_calibration import THERE
     from evaluation.training.detector_scores import run, tally
-    from services.perception.loading import load_detector
+    from services.perception.detect.loading import load_detector
 
     frames = load_frames(flags.cache, "test")
     found = run(load_detector(flags.model), frames)

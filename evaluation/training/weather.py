@@ -25,15 +25,15 @@ from drivemcp.paths import data
 from evaluation.training.bins import Bools, Floats
 from evaluation.training.dataset import shard_frames, shards
 from evaluation.training.weather_trees import write_trees
-from services.perception.camera import Camera
-from services.perception.camera_weather import Card, Margin, Odds
-from services.perception.weather_features import features
-from services.simulator.scene import FRONT
-from services.simulator.sensors import calibration
-from services.simulator.weather import WET_FROM_MM
+from services.perception.range.camera import Camera
+from services.perception.weather.camera_weather import Card, Margin, Odds
+from services.perception.weather.features import features
+from services.simulator.environment.weather import WET_FROM_MM
+from services.simulator.scene.scene import FRONT
+from services.simulator.sensors.sensors import calibration
 
 WET_FROM = 1.0 - float(np.exp(-WET_FROM_MM / 0.1))
-"""The renderer's wetness of that film (`services.simulator.weather.atmosphere`)."""
+"""The renderer's wetness of that film (`services.simulator.environment.weather.atmosphere`)."""
 RAIN_FROM_MM_H = 0.1
 CLEAR_M = 4000.0
 TOLD_M = (30.0, 6000.0)

@@ -25,9 +25,9 @@ from evaluation.training.dataset import Shot, coded, further_along, jittered, wr
 from evaluation.training.dataset_drives import held_in, session_of
 from evaluation.training.lens import through_lens
 from services.simulator.render import Renderer
-from services.simulator.render.light import KOSCHMIEDER, extinction_per_m, light_of
-from services.simulator.render.stage import Split, random_stage
-from services.simulator.scene import FRONT, Atmosphere, CameraSpec, Scene
+from services.simulator.render.drawing.light import KOSCHMIEDER, extinction_per_m, light_of
+from services.simulator.render.random_stage.stage import Split, random_stage
+from services.simulator.scene.scene import FRONT, Atmosphere, CameraSpec, Scene
 
 KINDS = ("clear", "overcast", "low_sun", "rain", "fog", "after_rain", "night", "night_wet", "night_rain", "night_fog")
 SHARES = (0.15, 0.10, 0.08, 0.22, 0.15, 0.11, 0.06, 0.04, 0.06, 0.03)

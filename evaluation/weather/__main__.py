@@ -14,7 +14,7 @@ from drivemcp.paths import data
 from evaluation.weather.measure import WANTED_GAP, WANTED_INSIDE, Figures, Sample, drive, figures, weather_of
 from evaluation.weather.sources import SOURCES
 from evaluation.weather.weathers import GENERATED, shipped
-from services.simulator.weather import WeatherCourse
+from services.simulator.environment.weather import WeatherCourse
 
 TEST_SEEDS = range(2001, 2021)
 

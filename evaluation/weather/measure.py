@@ -7,7 +7,7 @@ import numpy as np
 
 from evaluation.weather.sources import Instant, Tells
 from evaluation.weather.weathers import GENERATED, Keys
-from services.simulator.weather import WeatherCourse
+from services.simulator.environment.weather import WeatherCourse
 from services.weather.assess import assess
 from services.weather.car import Car
 from services.weather.memory import Memory

@@ -8,8 +8,8 @@ import numpy as np
 
 from proto.sensors import WeatherSensing
 from proto.vehicle import Ego
-from services.simulator.sensors import sensed, wiper_stage
-from services.simulator.weather import Weather
+from services.simulator.environment.weather import Weather
+from services.simulator.sensors.sensors import sensed, wiper_stage
 from services.weather.observation import NS, Observation
 from services.weather.senses import from_car, from_sensing
 

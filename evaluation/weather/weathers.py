@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from services.simulator.plan import WeatherPlan
-from services.simulator.scenario import load_scenario
+from services.simulator.scenario.load import load_scenario
+from services.simulator.scenario.plan import WeatherPlan
 
 Chance = np.random.Generator
 Keys = tuple[WeatherPlan, ...]

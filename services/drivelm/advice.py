@@ -8,10 +8,10 @@ import re
 from typing import Literal, NamedTuple
 
 from proto.scene import Unit
-from services.drivelm.grounding import KMH
-from services.drivelm.jurisdictions import allowed_limits
-from services.drivelm.parser import Statement, parse
-from services.drivelm.text import cleaned
+from services.drivelm.guard.grounding import KMH
+from services.drivelm.vocabulary.jurisdictions import allowed_limits
+from services.drivelm.vocabulary.parser import Statement, parse
+from services.drivelm.vocabulary.text import cleaned
 
 Action = Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"]
 MOST_CHARS, MOST_SENTENCES = 1200, 8

@@ -5,7 +5,7 @@ from collections import OrderedDict
 import cv2
 import numpy as np
 
-from services.drivelm.crops import Picture
+from services.drivelm.reading.crops import Picture
 
 
 class RecentFrames:

@@ -6,20 +6,21 @@ from dataclasses import dataclass, replace
 from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
-from services.drivelm import geometry, grounding, plates, spoken, zones
-from services.drivelm.backend import Answer, Backend
-from services.drivelm.classes import OTHER
-from services.drivelm.crops import Picture, Region, crop
-from services.drivelm.cues import Whereabouts, cues_of
-from services.drivelm.doubted_lights import DoubtedLights
-from services.drivelm.evidence import Evidence
-from services.drivelm.facts import Here, fact_of
-from services.drivelm.jurisdictions import has_boards
-from services.drivelm.lettering import Lettering
-from services.drivelm.probes import Probe, Settled
-from services.drivelm.sentences import QUESTIONS
-from services.drivelm.spoken import Readings, Shown
-from services.drivelm.tracks import CONTRARY_FRAMES, SignTrack
+from services.drivelm.backends.backend import Answer, Backend
+from services.drivelm.country.country_belief import Whereabouts, cues_of
+from services.drivelm.guard import answer_checks, grounding
+from services.drivelm.guard.answer_checks import Readings, Shown
+from services.drivelm.guard.probes import Probe, Settled
+from services.drivelm.ocr.lettering import Lettering
+from services.drivelm.reading import plates, sign_position, zones
+from services.drivelm.reading.crops import Picture, Region, crop
+from services.drivelm.reading.doubted_lights import DoubtedLights
+from services.drivelm.reading.evidence import Evidence
+from services.drivelm.reading.facts import Here, fact_of
+from services.drivelm.reading.sign_tracks import CONTRARY_FRAMES, SignTrack
+from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.jurisdictions import has_boards
+from services.drivelm.vocabulary.sentences import QUESTIONS
 
 MIN_PX = 9.0
 """Boxes lower than this are not worth reading."""
@@ -149,8 +150,8 @@ class FrontEnd:
         closer = [look for look in looks if look.closer is not None]
         every = [*looks, *closer]
         said = [
-            spoken.heard(answer, look.question, self.here.jurisdiction, look.shown)
-            for answer, look in zip(spoken.as_many(answers, len(every)), every, strict=True)
+            answer_checks.heard(answer, look.question, self.here.jurisdiction, look.shown)
+            for answer, look in zip(answer_checks.as_many(answers, len(every)), every, strict=True)
         ]
         near = {look.key: each.readings for look, each in zip(closer, said[len(looks) :], strict=True)}
         if own:
@@ -187,8 +188,8 @@ class FrontEnd:
 
     def _tried(self, probe: Probe, look: Look, answers: Sequence[Answer]) -> None:
         """Whether the answer changed with the picture. No answer at all shows nothing against the backend."""
-        (answer,) = spoken.as_many(answers, 1)
-        readings = spoken.heard(answer, look.question, self.here.jurisdiction, look.shown).readings
+        (answer,) = answer_checks.as_many(answers, 1)
+        readings = answer_checks.heard(answer, look.question, self.here.jurisdiction, look.shown).readings
         self.guard.probed(look.key, probe.what, changed=self.guard.probes.answered(probe, readings))
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
@@ -259,7 +260,7 @@ class FrontEnd:
     def _look(self, key: Key, kind: str, region: Region, picture: Picture) -> list[Look]:
         """The crop to be asked about; none where too little of it lies in the picture."""
         shown = Shown(region, picture.shape[1], picture.shape[0])
-        image = crop(picture, region) if spoken.inside(shown) else None
+        image = crop(picture, region) if answer_checks.inside(shown) else None
         if image is None:
             return []
         closer = self._closer(key, picture, region) if kind != "plate" else None
@@ -312,8 +313,8 @@ class FrontEnd:
         measured = next(
             (box.range_m for box in sighting.boxes if box.track_id == key[1] and box.range_source == "lidar"), None
         )
-        seen = geometry.place(track.region, track.shape, sighting.calibration, measured)
-        place = geometry.smoothed(track.place, track.travelled_m, seen)
+        seen = sign_position.place(track.region, track.shape, sighting.calibration, measured)
+        place = sign_position.smoothed(track.place, track.travelled_m, seen)
         self.tracks[key] = replace(track, place=place, travelled_m=0.0)
 
     def _learn(self, key: Key, track: SignTrack) -> None:

@@ -17,23 +17,23 @@ from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Fact, Facts, PromptAnswer, SceneGraph
 from proto.sensors import Calibration, CameraFrame
 from proto.topics import Topic
-from services.drivelm import ask as reader_of_graphs
 from services.drivelm import whole_prompts
-from services.drivelm.backend import EmbeddedBackend
 from services.drivelm.backends import load
+from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
-from services.drivelm.backends.late import LateFrontEnd
 from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.calibrations import Calibrations
-from services.drivelm.cues import oncoming_cue, seen_to_come
+from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
+from services.drivelm.country.surroundings import surroundings
 from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
-from services.drivelm.graph import Seen
-from services.drivelm.graph import build as build_graph
-from services.drivelm.lettering import Lettering, load_lettering
-from services.drivelm.reader import Reader
-from services.drivelm.recent_facts import RecentFacts
-from services.drivelm.surroundings import surroundings
+from services.drivelm.graph import answering as reader_of_graphs
+from services.drivelm.graph.recent_facts import RecentFacts
+from services.drivelm.graph.scene_graph import Seen
+from services.drivelm.graph.scene_graph import build as build_graph
+from services.drivelm.late_front_end import LateFrontEnd
+from services.drivelm.ocr.lettering import Lettering, load_lettering
+from services.drivelm.reading.reader import Reader
 
 M = TypeVar("M", bound=msgspec.Struct)
 STALE_NS = 1_000_000_000

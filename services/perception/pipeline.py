@@ -11,23 +11,23 @@ import numpy as np
 from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
-from services.perception.camera import Camera, Floats
-from services.perception.dead_pictures import DeadPictures
-from services.perception.detection import Detection
-from services.perception.detector import Detector
-from services.perception.doubt import DOUBTED_SHARE, doubted, in_view, left_to_another, rides
-from services.perception.image_tracks import Approach, ImageTracker
-from services.perception.lanes import lane_model
-from services.perception.lead import lead_of, place
-from services.perception.levelling import Levelling
-from services.perception.lookback import Sweeps, turned
-from services.perception.movers import ACROSS_SIGMA_MPS, Movers
-from services.perception.pictures import Malformed, open_picture, open_sweep
-from services.perception.placing import Lag, distance_m, sighting_of
-from services.perception.projection import ProjectedSweep, Range, find_range, hiding
-from services.perception.stamps import Stamps
-from services.perception.tracked import EgoState, Sighting
-from services.perception.tracker import Tracker
+from services.perception.checks.dead_pictures import DeadPictures
+from services.perception.checks.decoding import Malformed, open_picture, open_sweep
+from services.perception.checks.doubtful_boxes import DOUBTED_SHARE, doubted, in_view, left_to_another, rides
+from services.perception.checks.stamps import Stamps
+from services.perception.detect.detection import Detection
+from services.perception.detect.detector import Detector
+from services.perception.lanes.lead_vehicle import lead_of, place
+from services.perception.lanes.model import lane_model
+from services.perception.range.box_range import ProjectedSweep, Range, find_range, hiding
+from services.perception.range.camera import Camera, Floats
+from services.perception.range.levelling import Levelling
+from services.perception.track.image_tracks import Approach, ImageTracker
+from services.perception.track.lidar_motion import ACROSS_SIGMA_MPS, Movers
+from services.perception.track.road_user import EgoState, Sighting
+from services.perception.track.sightings import Lag, distance_m, sighting_of
+from services.perception.track.sweep_speed import Sweeps, turned
+from services.perception.track.tracker import Tracker
 
 FRONT = "front"
 PRIMARY_WAIT_NS = 1_000_000_000

@@ -15,13 +15,13 @@ from proto import topics
 from proto.perception import Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
-from services.perception.camera_weather import WeatherModel
-from services.perception.detector import DetectorOptions
-from services.perception.loading import digest, load_detector
-from services.perception.pictures import Malformed
+from services.perception.checks.decoding import Malformed
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import digest, load_detector
 from services.perception.pipeline import Perception
-from services.perception.untracked import tracker_of
-from services.perception.weather_watch import WeatherWatch
+from services.perception.track.untracked import tracker_of
+from services.perception.weather.camera_weather import WeatherModel
+from services.perception.weather.watch import WeatherWatch
 
 STALE_NS = 1_000_000_000
 

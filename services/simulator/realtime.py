@@ -13,8 +13,8 @@ import msgspec
 from proto import topics
 from proto.sensors import CameraFrame, CanFrame, CanFrames
 from proto.truth import ScenarioState
+from services.simulator.sensors.camera_process import Order, Studio
 from services.simulator.session import CAMERAS, STEP_NS, Batch, Outgoing, Session, Shot
-from services.simulator.studio import Order, Studio
 
 AHEAD_NS = 4 * STEP_NS
 """How much earlier than its instant a step is computed: long enough to draw its pictures."""

@@ -14,12 +14,12 @@ from drivemcp.paths import data
 from drivemcp.service import Service
 from proto import topics
 from proto.truth import ScenarioState
-from services.simulator.conductor import EPOCH_NS, Conductor
-from services.simulator.plan import Scenario
+from services.simulator.lockstep import EPOCH_NS, Conductor
 from services.simulator.realtime import RealTime
-from services.simulator.scenario import ScenarioError, load_scenario, read_fault
+from services.simulator.scenario.load import ScenarioError, load_scenario, read_fault
+from services.simulator.scenario.plan import Scenario
+from services.simulator.sensors.camera_process import Studio, StudioError
 from services.simulator.session import CAMERAS, Outgoing, SensorSet, Session
-from services.simulator.studio import Studio, StudioError
 
 STATE_PERIOD_S = 0.5
 LONGEST_S = 3600.0

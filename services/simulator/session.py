@@ -12,18 +12,18 @@ from proto.decision import Advisory, BrakeCommand
 from proto.sensors import CanFrame, CanFrames, ClockTick
 from proto.topics import Topic
 from proto.truth import ScenarioState
-from services.simulator import sensors
-from services.simulator.braking import decelerate
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car import Car
-from services.simulator.car_state import CarState
-from services.simulator.driver import Advice
-from services.simulator.ecus import EcuBank
-from services.simulator.kinematics import GRAVITY_MPS2
-from services.simulator.moment import Moment
-from services.simulator.plan import Scenario
-from services.simulator.scene import FRONT, TELE, CameraSpec, Scene
-from services.simulator.truth_view import truth_of
+from services.simulator.car.braking import decelerate
+from services.simulator.car.car import Car
+from services.simulator.car.kinematics import GRAVITY_MPS2
+from services.simulator.car.state import CarState
+from services.simulator.driver.driver import Advice
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
+from services.simulator.scenario.plan import Scenario
+from services.simulator.scene.scene import FRONT, TELE, CameraSpec, Scene
+from services.simulator.sensors import sensors
+from services.simulator.truth.message import truth_of
+from services.simulator.truth.moment import Moment
 from services.simulator.world import STEP_S, Inputs, World
 
 STEP_NS = round(STEP_S * 1e9)

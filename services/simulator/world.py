@@ -7,36 +7,37 @@ import math
 from dataclasses import dataclass, replace
 
 from proto.decision import BrakeCommand
-from services.simulator import staging, tyres
-from services.simulator.body import Box
-from services.simulator.brake import Brake, Controls
-from services.simulator.braking import Ability, Braked, decelerate
-from services.simulator.cars import Car, Ego
-from services.simulator.cross_traffic import CrossCar, CrossTraffic
-from services.simulator.driver import Advice, Driver, View, pedals
-from services.simulator.driver_profile import draw_driver
-from services.simulator.furniture import build_gantries, build_lights, build_signs
-from services.simulator.gantries import LOOKS_AHEAD_M, at_start, decide
-from services.simulator.hazards import Hazard, HazardLog
-from services.simulator.kinematics import FREE, bend_speed_mps
-from services.simulator.law import Legal, build_law
-from services.simulator.lights import Cycle
-from services.simulator.lines import Lights, LineKind, build_lines
-from services.simulator.moment import EgoMotion, Moment, Mover
-from services.simulator.outlook import Outlook
-from services.simulator.people import Person, Surroundings, populate, step_person
-from services.simulator.perils import Perils
-from services.simulator.plan import RoadClass, Scenario
-from services.simulator.reading import understands
-from services.simulator.road_layout import build_flat
-from services.simulator.roadway import build_road, direction_of, lane_index, to_pose
-from services.simulator.route import Route
-from services.simulator.scene import Pose, Scene, StaticWorld
-from services.simulator.scenery import build_parked, build_scenery
-from services.simulator.sight import Sight, houses
-from services.simulator.traffic import Traffic
-from services.simulator.truth import Books, Crossed
-from services.simulator.weather import Weather, WeatherCourse, atmosphere
+from services.simulator.car import tyres
+from services.simulator.car.brake_receiver import Brake, Controls
+from services.simulator.car.braking import Ability, Braked, decelerate
+from services.simulator.car.kinematics import FREE, bend_speed_mps
+from services.simulator.driver.driver import Advice, Driver, View, pedals
+from services.simulator.driver.profile import draw_driver
+from services.simulator.driver.road_ahead import Outlook
+from services.simulator.driver.understood_signs import understands
+from services.simulator.environment.scenery import build_parked, build_scenery
+from services.simulator.environment.weather import Weather, WeatherCourse, atmosphere
+from services.simulator.people.pedestrians import Person, Surroundings, populate, step_person
+from services.simulator.road.furniture import build_gantries, build_lights, build_signs
+from services.simulator.road.gantries import LOOKS_AHEAD_M, at_start, decide
+from services.simulator.road.highway_env_road import build_road, direction_of, lane_index, to_pose
+from services.simulator.road.layout import build_flat
+from services.simulator.road.light_cycle import Cycle
+from services.simulator.road.route import Route
+from services.simulator.road.stop_lines import Lights, LineKind, build_lines
+from services.simulator.scenario.law import Legal, build_law
+from services.simulator.scenario.plan import RoadClass, Scenario
+from services.simulator.scene.body import Box
+from services.simulator.scene.scene import Pose, Scene, StaticWorld
+from services.simulator.sensors import camera_scene
+from services.simulator.traffic.cars import Car, Ego
+from services.simulator.traffic.cross_traffic import CrossCar, CrossTraffic
+from services.simulator.traffic.flow import Traffic
+from services.simulator.truth.hazard_sources import Perils
+from services.simulator.truth.hazards import Hazard, HazardLog
+from services.simulator.truth.ledger import Books, Crossed
+from services.simulator.truth.line_of_sight import Sight, houses
+from services.simulator.truth.moment import EgoMotion, Moment, Mover
 
 STEP_S = 0.05
 SEES_LEAD_M = 160.0
@@ -319,15 +320,15 @@ class World:
 
     def _scene(self, pose: Pose, s_m: float, weather: Weather) -> Scene:
         lamps = weather.rain_mm_h > 1.0 or weather.visibility_m < LIGHTS_BELOW_M or self._night
-        cars = [staging.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - s_m < 450.0]
+        cars = [camera_scene.car_actor(car, lamps) for car in self.traffic.cars if -60.0 < car.s_m - s_m < 450.0]
         crossing = [self.cross.actor(car, lamps) for car in self.cross.on_the_road() if -40.0 < car.s_m - s_m < 200.0]
-        people = [staging.person_actor(self.route, person) for person in self._people_near(s_m)]
+        people = [camera_scene.person_actor(self.route, person) for person in self._people_near(s_m)]
         return Scene(
             static=self.static,
             ego=pose,
-            actors=(*cars, *crossing, *people, *staging.near_parked(self._parked, s_m)),
-            panels=staging.panels(self.route, self.gantries),
-            lights=staging.heads(self.lines, self.lights),
+            actors=(*cars, *crossing, *people, *camera_scene.near_parked(self._parked, s_m)),
+            panels=camera_scene.panels(self.route, self.gantries),
+            lights=camera_scene.heads(self.lines, self.lights),
             atmosphere=atmosphere(weather, self.scenario.daylight),
             time_s=self.time_s,
         )
@@ -361,7 +362,9 @@ class World:
             along = person.along_mps if person.mode == "walking" else 0.0
             vx, vy = along * c - person.across_mps * s, along * s + person.across_mps * c
             inside = abs(person.d_m - lane_d) < 1.5 and person.s_m > ego_s_m
-            cars.append(Mover(actor_id=staging.PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
+            cars.append(
+                Mover(actor_id=camera_scene.PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside)
+            )
         return tuple(cars)
 
 

@@ -5,12 +5,12 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
-from services.drivelm.backend import NO_ANSWER, Answer
+from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.backends.prompts import OFFERED
-from services.drivelm.classes import OTHER
-from services.drivelm.parser import parse
-from services.drivelm.sentences import KIND_OF_QUESTION
-from services.drivelm.text import cleaned
+from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.parser import parse
+from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
+from services.drivelm.vocabulary.text import cleaned
 
 UNMEASURED = 0.5
 """Score of an answer without token probabilities. Below what makes a frame count as clear (``evidence.CLEAR``, 0.75)

@@ -1,6 +1,6 @@
 """Repeated agreement: what a model without token probabilities says counts as clear only once it has said it again and again."""
 
-from services.drivelm.backend import Answer
+from services.drivelm.backends.backend import Answer
 
 AGREEING = 3
 """Answers in a row, of different pictures of one thing, that must agree before one counts as clear."""

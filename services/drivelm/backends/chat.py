@@ -7,7 +7,7 @@ import cv2
 import msgspec
 
 from services.drivelm.backends.abstentions import probability
-from services.drivelm.crops import Picture
+from services.drivelm.reading.crops import Picture
 
 
 class Token(msgspec.Struct, frozen=True):

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import msgspec
 
 from drivemcp.errors import ConfigError
-from services.drivelm.backend import SlowBackend
+from services.drivelm.backends.backend import SlowBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.prompts import Prompts
 from services.drivelm.backends.prompts import load as load_prompts

@@ -18,14 +18,14 @@ import msgspec
 
 from drivemcp.addresses import is_loopback
 from drivemcp.errors import MALFORMED, ConfigError
-from services.drivelm.backend import Answer
 from services.drivelm.backends import chat
 from services.drivelm.backends.abstentions import judged
+from services.drivelm.backends.backend import Answer
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.backends.prompts import Prompts
-from services.drivelm.crops import Picture
-from services.drivelm.text import cleaned
+from services.drivelm.reading.crops import Picture
+from services.drivelm.vocabulary.text import cleaned
 
 MOST_BODY_BYTES = 262_144
 """An answer is one sentence; with token probabilities a few kilobytes."""

@@ -4,10 +4,10 @@ import logging
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from services.drivelm.backend import Answer
 from services.drivelm.backends.abstentions import UNMEASURED, Abstentions
+from services.drivelm.backends.backend import Answer
 from services.drivelm.backends.prompts import Prompts
-from services.drivelm.crops import Picture
+from services.drivelm.reading.crops import Picture
 
 
 class PromptedBackend(ABC):

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from services.drivelm.classes import LIGHTS, OTHER, PANELS, PLATES, SIGNS
-from services.drivelm.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import LIGHTS, OTHER, PANELS, PLATES, SIGNS
+from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 
 FOLDER = Path(__file__).parent.parent / "prompts"
 OFFERED: Mapping[str, tuple[str, ...]] = MappingProxyType(

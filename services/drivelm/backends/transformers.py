@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from drivemcp.errors import ConfigError
-from services.drivelm.backend import Answer
 from services.drivelm.backends.abstentions import judged, probability
+from services.drivelm.backends.backend import Answer
 from services.drivelm.backends.config import TransformersConfig
 from services.drivelm.backends.prompted import PromptedBackend
 from services.drivelm.backends.prompts import Prompts
-from services.drivelm.crops import Picture
-from services.drivelm.text import cleaned
+from services.drivelm.reading.crops import Picture
+from services.drivelm.vocabulary.text import cleaned
 
 _UNLOADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, ImportError, RuntimeError)
 """What loading a broken or foreign checkpoint raises, as transformers 5 does."""

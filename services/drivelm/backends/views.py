@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from services.drivelm.crops import Picture, Region, crop
+from services.drivelm.reading.crops import Picture, Region, crop
 
 VIEW_PX = 224
 """Longer side of the view."""

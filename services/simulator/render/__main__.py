@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from services.simulator.render.context import RendererUnavailable
-from services.simulator.render.labels import Label
+from services.simulator.render.device.context import RendererUnavailable
+from services.simulator.render.drawing.labels import Label
+from services.simulator.render.random_stage.stage import random_stage
 from services.simulator.render.renderer import Renderer
-from services.simulator.render.stage import random_stage
-from services.simulator.scene import FRONT, TELE, Road, StaticWorld
+from services.simulator.scene.scene import FRONT, TELE, Road, StaticWorld
 
 COLOURS = {
     "vehicle": (60, 220, 60),

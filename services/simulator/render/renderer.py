@@ -9,16 +9,16 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from services.simulator.render import frame, glow
-from services.simulator.render.annotate import annotate
-from services.simulator.render.frame import Cast
-from services.simulator.render.kit import Kit, Uniform
-from services.simulator.render.labels import Label
-from services.simulator.render.light import light_of
-from services.simulator.render.targets import Picture, Targets
-from services.simulator.render.view import View
-from services.simulator.render.world import World
-from services.simulator.scene import CameraSpec, Scene, StaticWorld
+from services.simulator.render.device.resources import Kit, Uniform
+from services.simulator.render.device.targets import Picture, Targets
+from services.simulator.render.drawing import frame, glow
+from services.simulator.render.drawing.annotate import annotate
+from services.simulator.render.drawing.frame import Cast
+from services.simulator.render.drawing.labels import Label
+from services.simulator.render.drawing.light import light_of
+from services.simulator.render.drawing.static_world import World
+from services.simulator.render.drawing.view import View
+from services.simulator.scene.scene import CameraSpec, Scene, StaticWorld
 
 BLEND: Any = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE)
 ADD: Any = (moderngl.ONE, moderngl.ONE)

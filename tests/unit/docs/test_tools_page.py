@@ -12,7 +12,7 @@ from drivemcp.access import access_control
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from proto.services import SERVICES, ServiceRow
-from services.simulator.scenario import load_scenario
+from services.simulator.scenario.load import load_scenario
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "tools.md"

@@ -8,7 +8,7 @@ from proto.perception import Tracks
 from proto.sensors import CameraFrame
 from proto.vehicle import Ego
 from services.orchestrator.inputs import Stamped
-from services.perception.pictures import Malformed
+from services.perception.checks.decoding import Malformed
 from services.perception.pipeline import Perception
 from tests.unit.services.orchestrator.support import TICK, Drive
 from tests.unit.services.perception.pictures import plain, taken

@@ -22,18 +22,18 @@ from proto.health import ServiceLog
 from proto.perception import Box
 from proto.scene import Candidate, Fact, Facts
 from proto.tools import Outcome
-from services.drivelm.ask import SILENT, ask
-from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.backends.abstentions import Abstentions, judged
+from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.backends.chat import said
-from services.drivelm.crops import Picture, Region
 from services.drivelm.front_end import FrontEnd
-from services.drivelm.graph import Seen
-from services.drivelm.graph import build as build_graph
-from services.drivelm.jurisdictions import allowed_limits
-from services.drivelm.parser import parse
-from services.drivelm.sentences import QUESTIONS, SENTENCES
-from services.drivelm.spoken import Shown, heard
+from services.drivelm.graph.answering import SILENT, ask
+from services.drivelm.graph.scene_graph import Seen
+from services.drivelm.graph.scene_graph import build as build_graph
+from services.drivelm.guard.answer_checks import Shown, heard
+from services.drivelm.reading.crops import Picture, Region
+from services.drivelm.vocabulary.jurisdictions import allowed_limits
+from services.drivelm.vocabulary.parser import parse
+from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from services.gateway.face import as_result
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin

@@ -15,7 +15,7 @@ from evaluation.carfaults.courses import draw_course
 from evaluation.carfaults.drives import Onset, Step, drive
 from evaluation.carfaults.verdicts import truth
 from services.can.profile import load_profile
-from services.simulator.car_sensors import SENSORS
+from services.simulator.car.sensors import SENSORS
 
 DBC = data("vehicles/sim/sim.dbc")
 

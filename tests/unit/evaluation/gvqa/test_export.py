@@ -8,7 +8,7 @@ import pytest
 from evaluation.gvqa.export import main
 from evaluation.gvqa.files import load
 from proto.scene import QA, SceneGraph
-from services.drivelm.drivelm_json import from_drivelm, to_drivelm
+from services.drivelm.graph.drivelm_json import from_drivelm, to_drivelm
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin, Record
 from services.logger.forms import json_form

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from evaluation.gvqa.coordinates import f1, has_broken_tag
 from evaluation.gvqa.language import bleu, cider, rouge_l, words
-from services.drivelm.tags import points
+from services.drivelm.graph.tags import points
 
 SENTENCES = st.lists(st.sampled_from(["a", "b", "c", "d", "e"]), max_size=8)
 

@@ -8,7 +8,7 @@ import pytest
 from msgspec import structs
 
 from evaluation.metrics import RATES, Record, conflicts, measure
-from services.simulator.cars import EGO_BODY
+from services.simulator.traffic.cars import EGO_BODY
 from tests.unit.evaluation.metrics.logs import decided, hazard, person, steady, truths
 
 

@@ -9,7 +9,7 @@ from evaluation.metrics import At, Record, hazards, measure
 from evaluation.metrics.conflicts import EGO_LENGTH_M
 from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
-from services.simulator.driver_profile import MEDIAN_REACTION_S
+from services.simulator.driver.profile import MEDIAN_REACTION_S
 from tests.unit.evaluation.metrics.logs import hazard, person, said, truths
 
 LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}

@@ -23,8 +23,8 @@ from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from proto import topics
 from proto.truth import TrueActor, Truth
-from services.simulator.driver import View
-from services.simulator.driver_profile import draw_driver
+from services.simulator.driver.driver import View
+from services.simulator.driver.profile import draw_driver
 
 ROOT = Path(__file__).parents[4]
 SPEC = RunSpec(scenario="urb-rain/development/0", seed=5, seconds=4.0, sensors="model")

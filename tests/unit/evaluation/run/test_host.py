@@ -15,7 +15,7 @@ from proto import topics
 from proto.decision import Advisory
 from proto.truth import Truth
 from services.logger.verify import verify
-from services.simulator.scenario import load_scenario
+from services.simulator.scenario.load import load_scenario
 
 SPEC = RunSpec(scenario="dynamic-vsl", seed=3, seconds=1.5)
 

@@ -14,7 +14,15 @@ from evaluation.scenarios.check import faults
 from evaluation.scenarios.generate import lay
 from evaluation.scenarios.names import LAYOUTS
 from evaluation.scenarios.through import drive_through
-from services.simulator.plan import CrosserPlan, HaltPlan, QueuePlan, Scenario, SignPlan, VehiclePlan, WaterPlan
+from services.simulator.scenario.plan import (
+    CrosserPlan,
+    HaltPlan,
+    QueuePlan,
+    Scenario,
+    SignPlan,
+    VehiclePlan,
+    WaterPlan,
+)
 
 ALL = [Place(family, split, number) for family in FAMILIES for split in SPLITS for number in range(LAYOUTS)]
 places = st.builds(Place, st.sampled_from(FAMILIES), st.sampled_from(SPLITS), st.integers(0, 10_000))

@@ -12,8 +12,8 @@ from evaluation.tracking.errors import errors
 from evaluation.tracking.pairing import scene
 from evaluation.tracking.recording import DriveName, Step, recording
 from evaluation.tracking.seeing import Noting, glances, see
-from services.perception.detection import Detection
-from services.perception.loading import load_detector
+from services.perception.detect.detection import Detection
+from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
 
 NAME = DriveName(scenario="urb-rain", seed=1, seconds=4.0)

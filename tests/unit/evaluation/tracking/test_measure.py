@@ -11,7 +11,7 @@ from evaluation.tracking.recording import DriveName, Look
 from evaluation.tracking.seeing import Glance
 from proto.perception import Box, Boxes, ObjectClass
 from proto.sensors import CameraFrame
-from services.perception.loading import load_detector
+from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Seen
 from services.simulator.render import Label, RendererUnavailable
 from tests.unit.evaluation.tracking.views import label, view

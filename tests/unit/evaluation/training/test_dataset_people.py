@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from evaluation.training.dataset_people import FARTHEST_M, with_people
-from services.simulator.render.stage import FAMILIES, Split, random_stage
-from services.simulator.scene import Actor, Pose, Scene
+from services.simulator.render.random_stage.stage import FAMILIES, Split, random_stage
+from services.simulator.scene.scene import Actor, Pose, Scene
 
 
 def added(seed: int, split: Split = "train") -> tuple[Scene, tuple[Actor, ...]]:

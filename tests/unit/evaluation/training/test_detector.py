@@ -8,7 +8,7 @@ import pytest
 from evaluation.training.dataset import CLASSES, Frames
 from evaluation.training.detector_batches import Batch, augmented
 from evaluation.training.detector_targets import STRIDE, Targets, encode
-from services.perception.centre import STRIDE_PX
+from services.perception.detect.centre_point import STRIDE_PX
 
 CAR, PEDESTRIAN, SIGN = (CLASSES.index(kind) for kind in ("vehicle", "pedestrian", "sign"))
 
@@ -95,8 +95,8 @@ def test_the_exported_network_gives_the_boxes_of_the_trained_one(tmp_path: Path)
     from evaluation.training.detector import export
     from evaluation.training.detector_net import STRIDE as TRAINED_STRIDE
     from evaluation.training.detector_net import DetectorNet, sides_px
-    from services.perception.detector import DetectorOptions
-    from services.perception.loading import load_detector
+    from services.perception.detect.detector import DetectorOptions
+    from services.perception.detect.loading import load_detector
 
     assert TRAINED_STRIDE == STRIDE == STRIDE_PX
     torch.manual_seed(0)

@@ -13,10 +13,10 @@ from drivemcp.paths import data
 from evaluation.training.dataset import Frames, load_frames, render_stage, write_shard
 from evaluation.training.detector_calibration import score_at
 from evaluation.training.detector_int8 import FLOAT, origin, quantise
-from services.perception.detection import Detection, overlaps
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
-from services.simulator.render.context import RendererUnavailable
+from services.perception.detect.detection import Detection, overlaps
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
+from services.simulator.render.device.context import RendererUnavailable
 
 SURE = 0.6
 SEEN = 0.5

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from drivemcp.paths import data
 from evaluation.training.dataset import CLASSES, Frames, load_frames, render_stage, write_shard
 from evaluation.training.detector_scores import Tally, average_precision, best_floor, run, tally
-from services.perception.detection import Detection
-from services.perception.loading import load_detector
+from services.perception.detect.detection import Detection
+from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
 
 CAR = CLASSES.index("vehicle")

@@ -8,8 +8,8 @@ from evaluation.training.dataset import CLASSES
 from evaluation.training.people import looked_at, loss_of, weights
 from evaluation.training.people_crops import CROP_PX, PERSON, ROOM, Batch, batches, cropped, drawn
 from evaluation.training.people_net import SIDE_PX, ExportPeople, PeopleNet
-from services.perception import second_look
-from services.perception.second_look import windows
+from services.perception.detect import second_look
+from services.perception.detect.second_look import windows
 
 Rows = np.typing.NDArray[np.float32]
 CAR = CLASSES.index("vehicle")

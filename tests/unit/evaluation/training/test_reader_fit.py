@@ -16,7 +16,7 @@ def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -
     import torch
 
     from evaluation.training import reader_fit
-    from services.drivelm.classes import READER_CLASSES
+    from services.drivelm.vocabulary.classes import READER_CLASSES
 
     chance = np.random.default_rng(0)
     crops, labels = chance.integers(0, 255, (64, 48, 48, 3)).astype(np.uint8), np.arange(64) % 5
@@ -48,7 +48,7 @@ def test_dangerous_mistakes_cost_more_than_others(true: str, read: str, costly: 
     import torch
 
     from evaluation.training.reader_fit import loss_of
-    from services.drivelm.classes import READER_CLASSES
+    from services.drivelm.vocabulary.classes import READER_CLASSES
 
     label = torch.tensor([READER_CLASSES.index(true)])
     scores = torch.zeros(1, len(READER_CLASSES))

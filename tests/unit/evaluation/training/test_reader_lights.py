@@ -7,7 +7,7 @@ from evaluation.training.reader_lights import HEIGHT_PX, draw_head
 from evaluation.training.reader_odd import odd_faces
 from evaluation.training.reader_samples import share_of
 from evaluation.training.reader_texts import text_for
-from services.drivelm.classes import ARROW_LIGHTS, LIGHTS, READER_CLASSES, ROUND_LIGHTS
+from services.drivelm.vocabulary.classes import ARROW_LIGHTS, LIGHTS, READER_CLASSES, ROUND_LIGHTS
 from services.simulator.signart.lettering import STYLES, Lettering, StrokeLettering
 
 _LIT_AT = {"red": 0.18, "amber": 0.5, "green": 0.82}

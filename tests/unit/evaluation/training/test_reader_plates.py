@@ -3,7 +3,7 @@
 import numpy as np
 
 from evaluation.training.reader_plates import plates, table
-from services.drivelm.crops import Picture
+from services.drivelm.reading.crops import Picture
 
 
 def test_what_nobody_reads_is_unread() -> None:

@@ -19,9 +19,9 @@ from evaluation.training.reader_samples import Source
 from evaluation.training.reader_scores import SURE, SURELY_WRONG, Measured, score_table, sure_from
 from evaluation.training.reader_texts import text_for
 from proto.perception import ObjectClass
-from services.drivelm.classes import LIGHTS, OTHER, READER_CLASSES
-from services.drivelm.crops import Region
-from services.drivelm.reader import Reader
+from services.drivelm.reading.crops import Region
+from services.drivelm.reading.reader import Reader
+from services.drivelm.vocabulary.classes import LIGHTS, OTHER, READER_CLASSES
 from services.simulator.render import Label
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.perception.loading import open_session
+from services.perception.detect.loading import open_session
 
 ensemble = pytest.importorskip("sklearn.ensemble", reason="the extra train brings scikit-learn")
 

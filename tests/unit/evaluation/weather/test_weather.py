@@ -9,7 +9,7 @@ from drivemcp.paths import data
 from evaluation.weather.measure import Sample, drive, figures, weather_of
 from evaluation.weather.sources import SOURCES
 from evaluation.weather.weathers import GENERATED, shipped
-from services.simulator.weather import WeatherCourse
+from services.simulator.environment.weather import WeatherCourse
 
 
 def samples(weather: str, sources: str, seeds: range = range(1, 4)) -> list[Sample]:

@@ -10,8 +10,8 @@ from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.profile import Profile
 from services.can.vehicle import Vehicle
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, CarState, Controls
+from services.simulator.car.state import CarModel, CarState, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 NS = 1_000_000_000
 STEP_S = 0.02

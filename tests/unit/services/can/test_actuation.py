@@ -21,9 +21,9 @@ from services.can import gate
 from services.can.addresses import REQUEST_IDS
 from services.can.isotp import FLOW_FRAMES, single_frame
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarState
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarState
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
 
 KEY = grants.make_key()
 COMMANDS = {"clear_dtcs": {"by": "obd"}, "reset_ecu": {"ecu": "body", "kind": "soft"}}

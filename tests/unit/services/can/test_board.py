@@ -14,8 +14,8 @@ from services.can.dbc import Dbc
 from services.can.ego import read_ego
 from services.can.errors import ProfileError
 from services.can.profile import FieldRule, Profile, transform
-from services.simulator.can_frames import FrameEncoder, crc8
-from services.simulator.car_state import CarModel, CarState, Controls
+from services.simulator.car.state import CarModel, CarState, Controls
+from services.simulator.ecus.can_frames import FrameEncoder, crc8
 
 MS = 1_000_000
 START = 10_000 * MS

@@ -14,8 +14,8 @@ from drivemcp.testing import bus
 from proto import topics
 from services.can.buses import BusConfig
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from drivemcp.paths import data
 from services.can.curated import FIELDS
 from services.can.guess import HINTS
 from services.can.profile import load_profile
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 START_NS = 1_000_000_000
 STEP_S = 0.02

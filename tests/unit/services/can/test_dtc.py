@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from services.can.dtc import SEVERITIES, DtcBook, code_of, is_code
-from services.simulator.ecu_data import code_bytes
+from services.simulator.ecus.parameters import code_bytes
 
 
 def test_the_table_has_at_least_six_hundred_generic_codes_and_each_is_told_in_two_languages(book: DtcBook) -> None:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from proto.sensors import CanFrame
 from services.can.addresses import answer_id
 from services.can.isotp import FLOW_FRAMES, Receiver, single_frame
-from services.simulator.car_state import CarState
-from services.simulator.ecu_transport import Transfer
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarState
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.transport import Transfer
 
 CLEAR_TO_SEND = bytes.fromhex("300000aaaaaaaaaa")
 

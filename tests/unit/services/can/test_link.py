@@ -18,8 +18,8 @@ from services.can.buses import BusConfig
 from services.can.link import NodeLink, PythonCanLink, from_message, to_message
 from services.can.service import SERVICE, CanConfig
 from services.can.zenoh_bus import ZenohBus
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 FD_LENGTHS = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64]
 NS = 1_000_000_000

@@ -10,9 +10,9 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames, WeatherSensing
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
 from services.weather.service import SERVICE as WEATHER
 from services.weather.service import WeatherConfig
 

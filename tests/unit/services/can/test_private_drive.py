@@ -18,9 +18,9 @@ from services.logger import files
 from services.logger.reader import messages
 from services.logger.service import SERVICE as LOGGER
 from services.logger.service import LoggerConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
 
 VIN = "WPLANTED9VIN00042"
 PHONE, SEAT = b"+4915155", b"SEATED7!"  # long, for two bytes stand everywhere by chance, in a trace id too

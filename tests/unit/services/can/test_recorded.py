@@ -20,8 +20,8 @@ from services.can.link import to_message
 from services.can.recorded import RecordedLog
 from services.can.replay import Replay, Step
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 NS = 1_000_000_000
 START_S = 1_700_000_000.0

@@ -17,9 +17,9 @@ from proto.sensors import CanFrame, CanFrames
 from services.can.buses import BusConfig
 from services.can.requests import MAX_WAIT_S
 from services.can.service import SERVICE, CanConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
-from services.simulator.ecus import EcuBank
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.bank import EcuBank
+from services.simulator.ecus.can_frames import FrameEncoder
 
 
 class Car:

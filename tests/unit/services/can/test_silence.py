@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.profile import Profile
-from services.simulator.car_state import CarState, Controls
+from services.simulator.car.state import CarState, Controls
 from tests.unit.services.can.silent_car import SilentCar
 
 CRUISE = Controls(speed_mps=15.0)

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from services.can import uds
 from services.can.errors import MalformedFrame
-from services.simulator.car_state import CarState
-from services.simulator.ecu_data import BRAKES, ENGINE
-from services.simulator.ecu_memory import CodeMemory
-from services.simulator.ecu_services import Services
+from services.simulator.car.state import CarState
+from services.simulator.ecus.answers import Services
+from services.simulator.ecus.code_memory import CodeMemory
+from services.simulator.ecus.parameters import BRAKES, ENGINE
 
 STATE = CarState(speed_mps=25.0, engine_rpm=2000.0, stored_codes=("P0300", "C0035"), lamps=frozenset({"engine"}))
 

@@ -16,8 +16,8 @@ from services.can.errors import LinkDown
 from services.can.isotp import single_frame
 from services.can.profile import Profile
 from services.can.vehicle import Vehicle
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 NS = 1_000_000_000
 

@@ -11,7 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from services.drivelm.crops import Picture
+from services.drivelm.reading.crops import Picture
 
 Handle = Callable[["Asked", BaseHTTPRequestHandler], None]
 

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.backends.abstentions import UNMEASURED
 from services.drivelm.backends.agreement import AGREED, AGREEING, Agreement
-from services.drivelm.backends.errands import MOST_WAITING, Errand, Errands
-from services.drivelm.backends.late import CHANGES_NS, LateFrontEnd
+from services.drivelm.backends.backend import NO_ANSWER, Answer
+from services.drivelm.backends.background_worker import MOST_WAITING, Errand, Errands
 from services.drivelm.backends.views import VIEW_PX, view
-from services.drivelm.crops import Picture, Region
 from services.drivelm.front_end import Sighting
-from services.drivelm.sentences import QUESTIONS, SENTENCES
+from services.drivelm.late_front_end import CHANGES_NS, LateFrontEnd
+from services.drivelm.reading.crops import Picture, Region
+from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, says
 
 SPOT = np.zeros((4, 4, 3), np.uint8)

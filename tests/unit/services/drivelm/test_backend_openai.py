@@ -12,13 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from drivemcp.errors import ConfigError
-from services.drivelm.backend import NO_ANSWER, Answer
 from services.drivelm.backends.abstentions import UNMEASURED
+from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.backends.openai import MOST_BODY_BYTES, OpenaiBackend
 from services.drivelm.backends.prompts import load
-from services.drivelm.parser import parse
-from services.drivelm.sentences import QUESTIONS
+from services.drivelm.vocabulary.parser import parse
+from services.drivelm.vocabulary.sentences import QUESTIONS
 from tests.unit.services.drivelm.chat_server import Asked, ChatServer, Handle, chat_server, completion, says, send
 
 EIGHTY = "The traffic sign is a speed limit sign of 80."

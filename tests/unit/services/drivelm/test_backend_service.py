@@ -17,8 +17,8 @@ from proto.scene import Fact, Facts
 from proto.sensors import CameraFrame
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.prompts import load
-from services.drivelm.sentences import QUESTIONS, SENTENCES
 from services.drivelm.service import SERVICE, DrivelmConfig
+from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from services.orchestrator.service import SERVICE as ORCHESTRATOR
 from services.orchestrator.service import OrchestratorConfig
 from services.simulator.signart import draw_face

@@ -12,11 +12,11 @@ pytest.importorskip("torch", reason="the extra drivelm-transformers is not insta
 pytest.importorskip("transformers", reason="the extra drivelm-transformers is not installed")
 
 from drivemcp.errors import ConfigError
-from services.drivelm.backend import NO_ANSWER
+from services.drivelm.backends.backend import NO_ANSWER
 from services.drivelm.backends.config import TransformersConfig
 from services.drivelm.backends.prompts import load
 from services.drivelm.backends.transformers import TransformersBackend
-from services.drivelm.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from tests.unit.services.drivelm.tiny_vlm import BLUE, RED, make
 
 SIGN = QUESTIONS["sign"]

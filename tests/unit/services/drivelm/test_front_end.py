@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.drivelm.backend import NO_ANSWER, Answer
+from services.drivelm.backends.backend import NO_ANSWER, Answer
+from services.drivelm.country.surroundings import surroundings
 from services.drivelm.front_end import FrontEnd, Sighting
-from services.drivelm.surroundings import surroundings
 from tests.unit.services.drivelm.approach import NS, TELE, Scripted, box_at, drive_past, says, sighting, stand_before
 
 

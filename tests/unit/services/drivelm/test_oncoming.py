@@ -12,7 +12,7 @@ from drivemcp.service import Service
 from drivemcp.testing import bus
 from proto import topics
 from proto.perception import Track, Tracks
-from services.drivelm.cues import oncoming_cue, seen_to_come
+from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.service import Bindings, DrivelmConfig
 from tests.unit.services.drivelm.approach import Scripted, says

@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from services.drivelm.backends import prompts
-from services.drivelm.classes import OTHER
-from services.drivelm.parser import parse, statement_of
-from services.drivelm.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.parser import parse, statement_of
+from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
 
 
 @pytest.mark.parametrize("question", QUESTIONS.values())

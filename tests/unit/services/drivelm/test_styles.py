@@ -5,14 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.drivelm import plates
-from services.drivelm.classes import ARROW_LIGHTS, BOARD_VALUES, LIMIT_VALUES, SCHOOL_VALUES
-from services.drivelm.crops import Region
-from services.drivelm.cues import Whereabouts, cues_of
-from services.drivelm.facts import public_code
+from services.drivelm.country.country_belief import Whereabouts, cues_of
 from services.drivelm.front_end import FrontEnd
-from services.drivelm.jurisdictions import JURISDICTIONS, unit_of_sign
-from services.drivelm.parser import statement_of
+from services.drivelm.reading import plates
+from services.drivelm.reading.crops import Region
+from services.drivelm.reading.facts import public_code
+from services.drivelm.vocabulary.classes import ARROW_LIGHTS, BOARD_VALUES, LIMIT_VALUES, SCHOOL_VALUES
+from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS, unit_of_sign
+from services.drivelm.vocabulary.parser import statement_of
 from tests.unit.services.drivelm.approach import Scripted, drive_past, says
 
 

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from proto.perception import ObjectClass
 from proto.rules import PostedLimit
 from proto.scene import Fact
-from services.drivelm.classes import LIGHTS, OTHER
 from services.drivelm.front_end import FrontEnd
-from services.drivelm.sentences import SENTENCES
+from services.drivelm.vocabulary.classes import LIGHTS, OTHER
+from services.drivelm.vocabulary.sentences import SENTENCES
 from services.orchestrator.limits import enters_a_slower_town, in_force, value_kmh
 from services.orchestrator.motion import Motion
 from services.orchestrator.signs import update

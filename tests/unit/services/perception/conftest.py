@@ -8,7 +8,7 @@ import pytest
 
 from proto.sensors import Calibration, CameraFrame
 from services.simulator.render import Renderer, RendererUnavailable
-from services.simulator.scene import FRONT, Actor, Lane, Pose, Road, Scene, SignFace, SignPost, StaticWorld
+from services.simulator.scene.scene import FRONT, Actor, Lane, Pose, Road, Scene, SignFace, SignPost, StaticWorld
 
 GAP_M = 18.0
 

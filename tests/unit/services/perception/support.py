@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from services.perception.kalman import Fix
-from services.perception.sizes import CAR
-from services.perception.tracked import EgoState, Sighting
-from services.perception.tracker import Tracker
+from services.perception.range.sizes import CAR
+from services.perception.track.kalman import Fix
+from services.perception.track.road_user import EgoState, Sighting
+from services.perception.track.tracker import Tracker
 
 STEP_NS = 100_000_000
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.perception.detection import Detection
-from services.perception.placing import Lag, sighting_of
-from services.perception.projection import Range
-from services.perception.tracked import EgoState
-from services.perception.tracker import Tracker
-from tests.unit.services.perception.test_projection import CAMERA
+from services.perception.detect.detection import Detection
+from services.perception.range.box_range import Range
+from services.perception.track.road_user import EgoState
+from services.perception.track.sightings import Lag, sighting_of
+from services.perception.track.tracker import Tracker
+from tests.unit.services.perception.range.test_box_range import CAMERA
 
 STEP_S, STEPS, EGO_MPS = 0.1, 12, 10.0
 LENGTH_M, WIDTH_M, LANE_M = 4.5, 1.8, 3.5

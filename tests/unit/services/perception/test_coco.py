@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from services.perception.detector import DetectorError
-from services.perception.loading import load_detector
-from services.perception.yolox import cells
+from services.perception.detect.coco import cells
+from services.perception.detect.detector import DetectorError
+from services.perception.detect.loading import load_detector
 
 onnx = pytest.importorskip("onnx", reason="onnx builds the models of these tests (extra `train`)")
 SIDE_PX = 96

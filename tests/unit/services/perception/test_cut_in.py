@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from proto.sensors import LanePath, MapView
-from services.perception.kalman import Fix
-from services.perception.lanes import lane_model
-from services.perception.lead import EGO_WIDTH_M, MARGIN_M, lead_of, place
-from services.perception.sizes import CAR
-from services.perception.tracked import EgoState, Sighting
-from services.perception.tracker import Tracker
+from services.perception.lanes.lead_vehicle import EGO_WIDTH_M, MARGIN_M, lead_of, place
+from services.perception.lanes.model import lane_model
+from services.perception.range.sizes import CAR
+from services.perception.track.kalman import Fix
+from services.perception.track.road_user import EgoState, Sighting
+from services.perception.track.tracker import Tracker
 
 STEP_S, LANE_M = 0.1, 3.5
 STRIP_M = (EGO_WIDTH_M + CAR.width_m) / 2 + MARGIN_M

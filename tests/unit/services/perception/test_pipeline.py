@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from proto.perception import ObjectClass
 from proto.sensors import Calibration, LanePath, LidarSweep, MapView
 from proto.vehicle import Ego
-from services.perception.detection import Detection
-from services.perception.detector import Picture
-from services.perception.pictures import Malformed
+from services.perception.checks.decoding import Malformed
+from services.perception.detect.detection import Detection
+from services.perception.detect.detector import Picture
 from services.perception.pipeline import Perception, Seen
 from tests.unit.services.perception.pictures import taken
 

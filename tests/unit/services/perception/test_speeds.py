@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.perception.kalman import Fix
-from services.perception.sizes import CAR
-from services.perception.tracked import EgoState, OverGround, Sighting
-from services.perception.tracker import Tracker
+from services.perception.range.sizes import CAR
+from services.perception.track.kalman import Fix
+from services.perception.track.road_user import EgoState, OverGround, Sighting
+from services.perception.track.tracker import Tracker
 from tests.unit.services.perception.support import STEP_NS, drive, sighting, steady
 
 

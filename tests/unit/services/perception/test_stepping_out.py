@@ -7,12 +7,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.perception.detection import Detection
-from services.perception.placing import Lag, sighting_of
-from services.perception.projection import Range
-from services.perception.tracked import EgoState
-from services.perception.tracker import Tracker
-from tests.unit.services.perception.test_projection import CAMERA, box_of
+from services.perception.detect.detection import Detection
+from services.perception.range.box_range import Range
+from services.perception.track.road_user import EgoState
+from services.perception.track.sightings import Lag, sighting_of
+from services.perception.track.tracker import Tracker
+from tests.unit.services.perception.range.test_box_range import CAMERA, box_of
 
 STEP_S, EGO_MPS = 0.05, 12.0
 STANDING, STEPPING = 20, 8

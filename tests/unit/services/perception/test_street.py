@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from proto.sensors import Calibration, CameraFrame
-from services.perception.camera import Camera
-from services.perception.detection import Detection, overlaps
-from services.perception.detector import DetectorOptions
-from services.perception.loading import load_detector
+from services.perception.detect.detection import Detection, overlaps
+from services.perception.detect.detector import DetectorOptions
+from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Perception
-from services.perception.projection import ProjectedSweep, find_range
+from services.perception.range.box_range import ProjectedSweep, find_range
+from services.perception.range.camera import Camera
 
 SHARED = Path(os.environ.get("DRIVEMCP_SHARED", Path(__file__).parents[5] / "shared"))
 MODEL, FUSED, CLIP = (

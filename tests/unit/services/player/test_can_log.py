@@ -16,8 +16,8 @@ from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
 from services.player.can_log import OUR_DBC, SpeedSignal, can_moments, check_log, log_beside, profile_of, speed_signal
 from services.player.service import SERVICE, PlayerConfig
-from services.simulator.can_frames import FrameEncoder
-from services.simulator.car_state import CarModel, Controls
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.ecus.can_frames import FrameEncoder
 
 SPEED_KMH = 54.0
 DBC = """VERSION ""

@@ -12,8 +12,8 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import Calibration, CameraFrame, LidarSweep
-from services.perception.camera import Camera
-from services.perception.pictures import open_picture
+from services.perception.checks.decoding import open_picture
+from services.perception.range.camera import Camera
 from services.player.moments import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording

@@ -1,8 +1,8 @@
 """Stopping distances by the simulator's own braking, step by step."""
 
-from services.simulator import tyres
-from services.simulator.braking import Ability, Braked, decelerate
-from services.simulator.weather import friction
+from services.simulator.car import tyres
+from services.simulator.car.braking import Ability, Braked, decelerate
+from services.simulator.environment.weather import friction
 
 STEP_S = 0.01
 

@@ -1,7 +1,7 @@
 """Small scenarios for tests: a straight road, and what a test adds to it."""
 
-from services.simulator.plan import Scenario
-from services.simulator.scenario import parse_scenario
+from services.simulator.scenario.load import parse_scenario
+from services.simulator.scenario.plan import Scenario
 
 _STRAIGHT = """
 name = "test"

@@ -11,11 +11,11 @@ from drivemcp.errors import ConfigError
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
-from services.simulator.moment import Moment
 from services.simulator.realtime import RealTime
+from services.simulator.sensors.camera_process import Order, Studio, StudioError
 from services.simulator.service import SERVICE, SimulatorConfig
 from services.simulator.session import CAMERAS
-from services.simulator.studio import Order, Studio, StudioError
+from services.simulator.truth.moment import Moment
 from services.simulator.world import World
 from tests.unit.services.simulator._scenes import scenario, scenario_text
 

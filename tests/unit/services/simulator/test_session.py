@@ -12,10 +12,10 @@ from proto.decision import Advisory, BrakeCommand
 from proto.rules import LegalLimit
 from proto.sensors import CanFrame, CanFrames
 from proto.truth import Truth
-from services.simulator.car_state import BAR_PER_MPS2
-from services.simulator.driver import Advice, Driver
-from services.simulator.plan import Scenario
-from services.simulator.scenario import parse_scenario
+from services.simulator.car.state import BAR_PER_MPS2
+from services.simulator.driver.driver import Advice, Driver
+from services.simulator.scenario.load import parse_scenario
+from services.simulator.scenario.plan import Scenario
 from services.simulator.session import STEP_NS, Batch, SensorSet, Session
 from tests.unit.services.simulator._scenes import scenario, scenario_text
 

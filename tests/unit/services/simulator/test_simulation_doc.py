@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from services.simulator import braking
-from services.simulator.car_condition import SOUND
-from services.simulator.car_faults import FAULTS, Active
-from services.simulator.car_state import CarModel, Controls
-from services.simulator.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
+from services.simulator.car import braking
+from services.simulator.car.condition import SOUND
+from services.simulator.car.faults import FAULTS, Active
+from services.simulator.car.state import CarModel, Controls
+from services.simulator.driver.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
+from services.simulator.environment.weather import friction
 from services.simulator.realtime import AHEAD_NS
-from services.simulator.scenario import parse_scenario
-from services.simulator.weather import friction
+from services.simulator.scenario.load import parse_scenario
 from services.simulator.world import World
 from tests.unit.services.simulator._braking import stopping_m
 

@@ -9,13 +9,13 @@ import pytest
 
 from drivemcp.paths import data
 from proto.decision import BrakeCommand
-from services.simulator.braking import ENGINE_DRAG_MPS2, Ability
-from services.simulator.driver import Advice
-from services.simulator.furniture import build_signs
-from services.simulator.moment import Moment
-from services.simulator.plan import BendPlan
-from services.simulator.route import Route
-from services.simulator.scenario import load_scenario
+from services.simulator.car.braking import ENGINE_DRAG_MPS2, Ability
+from services.simulator.driver.driver import Advice
+from services.simulator.road.furniture import build_signs
+from services.simulator.road.route import Route
+from services.simulator.scenario.load import load_scenario
+from services.simulator.scenario.plan import BendPlan
+from services.simulator.truth.moment import Moment
 from services.simulator.world import WRECKED_S, Inputs, World
 from tests.unit.services.simulator._scenes import scenario
 

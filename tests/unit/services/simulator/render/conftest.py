@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from services.simulator.render import Renderer, RendererUnavailable
-from services.simulator.scene import Lane, Road, StaticWorld
+from services.simulator.scene.scene import Lane, Road, StaticWorld
 
 LINE = np.array([(float(x), 0.0) for x in range(-40, 301, 10)])
 PLAIN = StaticWorld(road=Road(lanes=(Lane(centre_m=LINE, width_m=7.0, left="edge", right="edge"),)))

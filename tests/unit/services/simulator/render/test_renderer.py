@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from services.simulator.render import Label, Renderer
-from services.simulator.render.models import build_model, world_points
-from services.simulator.render.stage import random_stage
-from services.simulator.render.view import View
-from services.simulator.scene import (
+from services.simulator.render.drawing.view import View
+from services.simulator.render.models.actors import build_model, world_points
+from services.simulator.render.random_stage.stage import random_stage
+from services.simulator.scene.scene import (
     FRONT,
     TELE,
     Actor,

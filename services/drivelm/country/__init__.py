@@ -1,0 +1,1 @@
+"""The belief about the country, from signs and oncoming traffic."""

@@ -1,0 +1,1 @@
+"""Checks on a backend's answers before they are believed."""

@@ -1,0 +1,118 @@
+"""The front end with a slow backend: the sign reader answers at once, the backend when it can, and nothing waits for it.
+
+Each look goes to the embedded reader as ever, which keeps the tracks, and is sent off to the backend besides. An answer
+that comes later counts for its track with the stamp of its picture, unless the track is gone, has since become another
+thing, or shows what changes (lights, panels) and the picture is too old to tell of it.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+from proto.perception import Box
+from proto.scene import Fact
+from services.drivelm.backends.agreement import Agreement
+from services.drivelm.backends.backend import Answer, Backend, SlowBackend
+from services.drivelm.backends.background_worker import Errand, Errands
+from services.drivelm.backends.views import enlarged, view
+from services.drivelm.front_end import FrontEnd, Look, Sighting
+from services.drivelm.guard.probes import Probe
+from services.drivelm.ocr.lettering import Lettering
+from services.drivelm.reading import zones
+from services.drivelm.reading.crops import Picture
+from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
+
+CHANGING = ("light", "panel")
+CHANGES_NS = 2_000_000_000
+"""After which an answer about a light or a panel tells nothing of it any more; a green light counts no longer either."""
+
+
+class Sent(NamedTuple):
+    """What was sent off: a look, or a probe of the backend with the look that it was made from."""
+
+    look: Look
+    probe: Probe | None = None
+
+
+class LateFrontEnd(FrontEnd):
+    """As the front end, for backends that take their time. All methods belong to the worker thread."""
+
+    def __init__(
+        self, backend: SlowBackend, reader: Backend, *, home: str = "", max_reads: int = 8,
+        lettering: Lettering | None = None, outstanding: int = 2, max_age_s: float = 4.0, guarded: bool = True,
+    ) -> None:  # fmt: skip
+        """`errands.ready` is to be set to what calls `arrive` on the worker thread."""
+        super().__init__(
+            backend, home=home, max_reads=max_reads, lettering=lettering, reader_backend=reader, guarded=guarded
+        )
+        self.errands = Errands[Sent](backend, outstanding=outstanding, max_age_ns=int(max_age_s * 1e9))
+        self._agreement = Agreement()
+        self._picture: Picture | None = None
+        self._seeing_ns = 0
+
+    def see(self, sighting: Sighting) -> tuple[Fact, ...]:
+        """Read with the embedded reader, send off to the slow backend, and say what both have told so far."""
+        self._forget_changed(sighting.stamp_ns)
+        facts = super().see(sighting)
+        self._picture = None
+        return facts
+
+    def arrive(self) -> None:
+        """Take what the backend has answered since; it is said with the next picture, or when the thing is passed."""
+        self._agreement.keep({(key, question) for key in self.tracks for question in KIND_OF_QUESTION})
+        for errand, answers in self.errands.collect():
+            look, probe = errand.subject
+            if not self._still_tells(errand):
+                continue
+            self._seeing_ns = errand.stamp_ns
+            if probe is None:
+                self._hear([look], self._weighed(look, answers), errand.stamp_ns)
+            elif answers[0].text:
+                self._tried(probe, look, answers)
+
+    def _weighed(self, look: Look, answers: Sequence[Answer]) -> list[Answer]:
+        return [self._agreement.weighed((look.key, look.question), answers[0]), *answers[1:]]
+
+    def _still_tells(self, errand: Errand[Sent]) -> bool:
+        key = errand.subject.look.key
+        track, heard = self.tracks.get(key), self.heard.get(key)
+        if track is None or errand.stamp_ns < track.first_ns:
+            return False
+        if track.kind not in CHANGING or errand.subject.probe is not None:
+            return True
+        overtaken = heard is not None and errand.stamp_ns <= heard.seen_ns and heard.evidence.frames > 0
+        return not overtaken and track.seen_ns - errand.stamp_ns <= CHANGES_NS
+
+    def _forget_changed(self, now_ns: int) -> None:
+        for key, heard in list(self.heard.items()):
+            if heard.kind in CHANGING and now_ns - heard.seen_ns > CHANGES_NS:
+                del self.heard[key]
+
+    def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[Look]:
+        self._picture = picture
+        return super()._looks(sighting, boxes, picture)
+
+    def _consult(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
+        """Send the looks off, in larger pictures than the sign reader's."""
+        if (picture := self._picture) is not None:
+            for look in looks:
+                self._send((look.key, question), stamp_ns, partial(_views, picture, look), Sent(look))
+
+    def _try(self, probe: Probe, look: Look) -> None:
+        """Send a probe off."""
+        self._send(("probe",), self._seeing_ns, lambda: [enlarged(probe.image)], Sent(look, probe))
+
+    def _send(
+        self, topic: tuple[object, ...], stamp_ns: int, images: Callable[[], Sequence[Picture]], sent: Sent
+    ) -> None:
+        self.errands.send(
+            Errand(topic=topic, stamp_ns=stamp_ns, images=images, question=sent.look.question, subject=sent)
+        )
+
+
+def _views(picture: Picture, look: Look) -> list[Picture]:
+    """One for the look and one for its closer look, if it has one; none where one of them cannot be cut out."""
+    region = look.shown.region
+    regions = (region,) if look.closer is None else (region, zones.ring(region))
+    images = [image for each in regions if (image := view(picture, each)) is not None]
+    return images if len(images) == len(regions) else []

@@ -1,0 +1,1 @@
+"""Character recognition for names on town signs and numbers on plates."""

@@ -1,0 +1,73 @@
+"""From a box to a place: how far ahead and how far to the left a sign stands, from its known size."""
+
+from typing import NamedTuple
+
+from proto.sensors import Calibration
+from services.drivelm.reading.crops import Region
+
+# Usual heights of faces in metres; what is not listed is taken as a disc. Larger ones exist on motorways: the distance
+# is then too short, which makes a sign count sooner.
+_HEIGHTS_M = {
+    "stop": 0.75,
+    "yield": 0.79,
+    "children": 0.79,
+    "roadworks": 0.79,
+    "slippery": 0.79,
+    "danger": 0.79,
+    "priority_here": 0.79,
+    "priority_road": 0.85,
+    "priority_road_end": 0.85,
+    "one_way": 0.30,
+    "limit_board": 0.76,
+    "school_limit": 1.07,
+    "school_end": 0.76,
+    "school": 0.76,
+    "general": 0.84,
+    "general_end": 0.84,
+    "calm_street": 0.65,
+    "town_entry": 0.65,
+    "town_exit": 0.65,
+    "motorway": 0.84,
+    "motorway_end": 0.84,
+    "zone": 0.84,
+    "zone_end": 0.84,
+    "border": 0.90,
+    "info": 0.75,
+    "plate": 0.33,
+    "led": 1.2,
+    "light": 1.10,
+}
+_DISC_M = 0.6
+
+
+class Place(NamedTuple):
+    """Where in the ego frame: metres ahead of the ego's centre, metres to the left."""
+
+    distance_m: float
+    lateral_m: float
+
+
+def height_m(reading: str) -> float:
+    """The usual height of a face."""
+    return _HEIGHTS_M.get(reading.partition(":")[0], _DISC_M)
+
+
+def place(region: Region, reading: str, calibration: Calibration, range_m: float | None = None) -> Place:
+    """Where the face is, by its height in the picture, or by a measured range from the camera."""
+    distance_m = range_m if range_m is not None else calibration.fy_px * height_m(reading) / max(region.height_px, 1.0)
+    sideways = ((region.x0_px + region.x1_px) / 2 - calibration.cx_px) / calibration.fx_px
+    lateral_m = calibration.y_m - sideways * distance_m + calibration.yaw_rad * distance_m
+    return Place(distance_m + calibration.x_m, lateral_m)
+
+
+_GAIN = 0.5
+_JUMP = 1.5
+
+
+def smoothed(before: Place | None, travelled_m: float, seen: Place) -> Place:
+    """A new sight of a thing, moved halfway from where it should be by now; a jump is taken by at most half itself."""
+    if before is None:
+        return seen
+    due_m = max(1.0, before.distance_m - travelled_m)
+    distance_m = min(max(seen.distance_m, due_m / _JUMP), due_m * _JUMP)
+    return Place(due_m + _GAIN * (distance_m - due_m), before.lateral_m + _GAIN * (seen.lateral_m - before.lateral_m))

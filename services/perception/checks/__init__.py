@@ -1,0 +1,1 @@
+"""Checks on pictures, stamps and boxes before anything is concluded from them."""

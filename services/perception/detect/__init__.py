@@ -1,0 +1,1 @@
+"""Object detectors: models behind one interface, and the boxes they find."""

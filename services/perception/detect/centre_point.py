@@ -1,0 +1,170 @@
+"""Our own detector: a heat map of object centres with the distances to the four sides, at a stride of four pixels."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from proto.perception import ObjectClass
+from services.perception.detect.detection import Detection, FloatArray, detections, suppress
+from services.perception.detect.detector import DetectorError, DetectorOptions, Picture
+from services.perception.detect.second_look import ASKS_FROM, SecondLook
+
+CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
+STRIDE_PX = 4
+"""The same number stands in `evaluation/training/detector_net.py`, held by a test."""
+AS_IT_IS = (1.0, 0.0)
+"""Slope and offset of a class whose scores nobody calibrated."""
+CANVAS_PX = (384, 640)
+"""Height and width of what a net for pictures of any size is given."""
+_MOST = 100
+STRIP = (124 / 360, 220 / 360)
+"""What is looked at closer: top and bottom as shares of the picture's height, about the horizon of a level camera."""
+CLOSER_PX = (192, 1280)
+"""Height and width of that then: twice as large in our pictures."""
+CUT_PX, CUT_SHARE = 3.0, 0.08
+"""What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better. Above and below, where the strip
+cuts what the picture does not, also as a share of the height: detectors draw edges inwards."""
+
+
+_Found = tuple[FloatArray, FloatArray, NDArray[np.int64]]
+
+
+class CentreDetector:
+    """The exported net: input uint8 (1, H, W, 3) RGB, outputs `heat` at peaks (1, K, H/4, W/4) and `sides_px`.
+
+    Its card may hold `calibration`: slope and offset that make a class's scores probabilities. Floors are of the raw heat.
+    A net for pictures of any size, multiples of 32, can look closer; one for a single size does not. With two threads and
+    more the closer look is taken beside the other, which is faster than both of them one after the other on all threads.
+    With a second look who may be a person is judged by it: floors and calibration of people are of its scores then.
+    """
+
+    def __init__(
+        self,
+        session: Any,
+        card: dict[str, Any],
+        options: DetectorOptions,
+        *,
+        name: str,
+        second: SecondLook | None = None,
+    ) -> None:
+        self.name = name
+        self._session = session
+        self._input = session.get_inputs()[0].name
+        _, height, width, _ = session.get_inputs()[0].shape
+        self._any_size = not isinstance(height, int)
+        self._beside = ThreadPoolExecutor(1, "closer-look") if self._any_size and options.threads > 1 else None
+        self._size: tuple[int, int] = CANVAS_PX if self._any_size else (height, width)
+        self._options = options
+        self._classes: tuple[ObjectClass, ...] = tuple(card.get("classes", CLASSES))
+        if not set(self._classes) <= set(CLASSES):
+            raise DetectorError(f"the detector's card names unknown classes: {self._classes}")
+        written = card.get("floors", {})
+        floors = [(options.floors or {}).get(kind, written.get(kind, options.score_floor)) for kind in self._classes]
+        self._told_from = np.array(floors, dtype=np.float32)
+        self._second = second
+        asked = [
+            ASKS_FROM if second and kind == "pedestrian" else floor
+            for kind, floor in zip(self._classes, floors, strict=True)
+        ]
+        self._floors = np.array(asked, dtype=np.float32)[:, None, None]
+        curves = [card.get("calibration", {}).get(kind, AS_IT_IS) for kind in self._classes]
+        self._curves = np.array(curves, dtype=np.float32).reshape(-1, 2)
+
+    def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
+        """See `Detector`."""
+        if closer and self._any_size and min(rgb.shape[:2]) >= STRIDE_PX:  # what is smaller may have no strip
+            (boxes, scores, kinds), more = self._both(rgb)
+            boxes, scores = np.concatenate([boxes, more[0]]), np.concatenate([scores, more[1]])
+            kinds = np.concatenate([kinds, more[2]])
+        else:
+            boxes, scores, kinds = self._whole(rgb)
+        boxes, scores, kinds = self._kept(boxes, scores, kinds)
+        if self._second is not None:
+            boxes, scores, kinds = self._looked_again(rgb, (boxes, scores, kinds), self._second)
+        names = [self._classes[kind] for kind in kinds]
+        return detections(boxes, _probabilities(scores, self._curves[kinds]), names, (rgb.shape[1], rgb.shape[0]))
+
+    def _kept(self, boxes: FloatArray, scores: FloatArray, kinds: NDArray[np.int64]) -> _Found:
+        """Best first, each thing once."""
+        kept = suppress(boxes, scores, kinds, self._options.overlap_limit)
+        return boxes[kept], scores[kept], kinds[kept]
+
+    def _looked_again(self, rgb: Picture, found: _Found, second: SecondLook) -> _Found:
+        """The same with who may be a person judged anew; whose boxes are the same person's then is one."""
+        boxes, scores, kinds = found
+        people = np.flatnonzero(kinds == self._classes.index("pedestrian"))
+        if not len(people):
+            return found
+        boxes[people], scores[people] = second.look(rgb, boxes[people], scores[people])
+        told = scores >= self._told_from[kinds]
+        return self._kept(boxes[told], scores[told], kinds[told])
+
+    def _both(self, rgb: Picture) -> tuple[_Found, _Found]:
+        if self._beside is None:
+            return self._whole(rgb), self._closer(rgb)
+        more = self._beside.submit(self._closer, rgb)
+        return self._whole(rgb), more.result()
+
+    def _whole(self, rgb: Picture) -> _Found:
+        canvas, scale = whole(rgb, self._size)
+        boxes, scores, kinds = self._found(canvas)
+        return boxes / scale, scores, kinds
+
+    def _found(self, canvas: Picture) -> _Found:
+        """Boxes in pixels of the canvas, raw scores and classes, not yet suppressed."""
+        heat, spread = self._session.run(["heat", "sides_px"], {self._input: canvas})
+        kinds, rows, columns = np.nonzero(heat[0] >= self._floors)
+        scores = heat[0][kinds, rows, columns]
+        if len(scores) > _MOST:
+            best = np.argsort(-scores)[:_MOST]
+            kinds, rows, columns, scores = kinds[best], rows[best], columns[best], scores[best]
+        sides = spread[0][:, rows, columns]
+        centres = np.stack([columns, rows]).astype(np.float32) * STRIDE_PX + STRIDE_PX / 2
+        boxes = np.concatenate([centres - sides[:2], centres + sides[2:]]).T
+        return boxes.astype(np.float32), scores, kinds
+
+    def _closer(self, rgb: Picture) -> _Found:
+        """What the enlarged strip shows, in pixels of the whole picture; nothing that its edge may have cut."""
+        canvas, top, bottom = strip(rgb)
+        rows, columns = CLOSER_PX
+        boxes, scores, kinds = self._found(canvas)
+        near = np.full((len(boxes), 2), CUT_PX, np.float32)
+        near[:, 1] = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 3] - boxes[:, 1]))
+        uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
+        stretch = np.array([rgb.shape[1] / columns, (bottom - top) / rows] * 2, np.float32)
+        return boxes[uncut] * stretch + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
+
+
+def whole(rgb: Picture, size_px: tuple[int, int] = CANVAS_PX) -> tuple[Picture, float]:
+    """The picture (H, W, 3) in the upper left corner of a net's canvas (1, *size_px, 3), scaled down or up to fit, and the scale."""
+    height, width = size_px
+    scale = min(width / rgb.shape[1], height / rgb.shape[0])
+    if scale != 1.0:
+        size = (max(1, round(rgb.shape[1] * scale)), max(1, round(rgb.shape[0] * scale)))
+        scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+        rgb = scaled.astype(np.uint8, copy=False)
+    canvas = np.zeros((1, height, width, 3), dtype=np.uint8)
+    canvas[0, : rgb.shape[0], : rgb.shape[1]] = rgb
+    return canvas, scale
+
+
+def strip(rgb: Picture) -> tuple[Picture, int, int]:
+    """The picture's strip about the horizon, enlarged (1, *CLOSER_PX, 3), and its upper and lower row in the picture."""
+    top, bottom = (round(share * rgb.shape[0]) for share in STRIP)
+    rows, columns = CLOSER_PX
+    enlarged = cv2.resize(rgb[top:bottom], (columns, rows), interpolation=cv2.INTER_CUBIC)
+    return enlarged[None].astype(np.uint8, copy=False), top, bottom
+
+
+def _probabilities(scores: FloatArray, curves: FloatArray) -> FloatArray:
+    """Scores (N) as probabilities, by slope and offset (N, 2) of their log-odds."""
+    safe = np.clip(scores, 1e-4, 1 - 1e-4)
+    told: FloatArray = (1.0 / (1.0 + np.exp(-(curves[:, 0] * np.log(safe / (1 - safe)) + curves[:, 1])))).astype(
+        np.float32
+    )
+    return told

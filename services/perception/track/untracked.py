@@ -1,0 +1,36 @@
+"""A tracker that remembers nothing, for the evaluation's ablation: what tracking is worth shows where there is none."""
+
+from collections.abc import Callable, Sequence
+
+from msgspec.structs import replace
+
+from proto.perception import Track
+from services.perception.track.road_user import EgoState, Sighting
+from services.perception.track.sweep_speed import Sweeps
+from services.perception.track.tracker import BIRTH_SHARE, Tracker, as_message
+
+
+class Untracked(Tracker):
+    """Each picture's sightings are new tracks of age 0, as sure as their boxes, of unknown speed."""
+
+    def step(
+        self,
+        stamp_ns: int,
+        sightings: Sequence[Sighting],
+        ego: EgoState,
+        sees: Callable[[float, float], bool] = lambda x_m, y_m: True,
+        sweeps: Sweeps | None = None,
+    ) -> list[int]:
+        """As a tracker does, all that was seen before forgotten."""
+        self.tracks = ()
+        return super().step(stamp_ns, sightings, ego, sees, sweeps)
+
+    def published(self) -> list[Track]:
+        """Everything that this picture shows."""
+        sure = (replace(track, sure=min(1.0, track.sure / BIRTH_SHARE)) for track in self.tracks)
+        return [as_message(track, self._now_ns, self._ego.speed_mps) for track in sure]
+
+
+def tracker_of(*, tracking: bool) -> Tracker:
+    """The tracker that the setting asks for."""
+    return Tracker() if tracking else Untracked()

@@ -1,0 +1,278 @@
+"""The driver: follows by the intelligent driver model, reads signs imperfectly, obeys advice after his reaction time.
+
+Without advice he does what he noticed and understood himself; that is what the assistant is for. Pure: the view of the
+road and the time come in, a wish for acceleration goes out. SI units, seconds since the start.
+"""
+
+import zlib
+from dataclasses import dataclass, field
+
+from services.simulator.car.kinematics import (
+    FREE,
+    GRAVITY_MPS2,
+    following_mps2,
+    free_road_mps2,
+    stopping_mps2,
+)
+from services.simulator.driver.profile import Attention, Dice, DriverProfile
+
+NO_LIMIT_MPS = 130 / 3.6
+GENTLE_MPS2 = -2.5
+"""What he does without being startled; more takes his reaction time first."""
+ADVICE_HOLDS_S, WARNING_HOLDS_S = 25.0, 4.0
+"""How long he keeps to what was said when it is not said again; a hazard he can see pass himself, and who drives before him."""
+WARNED_FACTOR = 0.6
+"""A warned driver reacts in this share of his reaction time."""
+ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
+JERK_UP_MPS3, JERK_DOWN_MPS3, JERK_EMERGENCY_MPS3 = 3.0, 8.0, 30.0
+SLOWEST_ADVICE_MPS = 2.0
+SAME_LIMIT_MPS = 0.3
+STAND_M = 2.5
+ENGINE_DRAG_MPS2 = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Advice:
+    """A spoken message, as the driver hears it."""
+
+    topic: str
+    target_mps: float | None
+    limit_mps: float | None = None
+    """The limit in force, where the words tell it."""
+    warns: bool = False
+    """Whether it points out a hazard."""
+    ahead_mps: float | None = None
+    """A lower limit that it announces."""
+    slow: bool = False
+    """Whether it tells him to slow down to that, not only that it comes."""
+    seen: bool = False
+    """Whether the target is for somebody, or a place to give way at, whom or which he sees before him."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StopAhead:
+    """A line at which one has to stop now, and which one it is."""
+
+    key: int
+    distance_m: float
+    missable: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """The road as it is for the driver; what he makes of it is his."""
+
+    time_s: float
+    speed_mps: float
+    mu: float
+    wet: bool
+    bend_mps: float = FREE
+    sense_mps: float = FREE
+    """What anybody would drive at most on a road that looks like this, signs or not."""
+    gap_m: float | None = None
+    lead_mps: float = 0.0
+    stop: StopAhead | None = None
+    person_m: float | None = None
+    passed: tuple[tuple[int, float | None, bool], ...] = ()
+    """Posts just passed: number, the limit that now holds, whether he can understand the sign."""
+    car_brakes: bool = False
+    """Whether the car brakes by itself, which he feels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What he does: acceleration in m/s^2 and the pedals that go with it, 0 to 1."""
+
+    acceleration_mps2: float
+    accelerator: float
+    brake: float
+
+
+@dataclass(slots=True)
+class _Standing:
+    topic: str
+    target_mps: float
+    from_s: float
+    until_s: float
+    announces_mps: float | None = None
+    """The limit ahead that it was said of, until its sign is passed."""
+    warns: bool = False
+
+
+@dataclass(slots=True)
+class Driver:
+    """The driver's mind; `hear` and `drive` are all that is done to it."""
+
+    profile: DriverProfile
+    believed_mps: float | None
+    """The limit that he believes in; None: none."""
+    _standing: list[_Standing] = field(default_factory=list)
+    _beliefs: list[tuple[float, float]] = field(default_factory=list)
+    _noticed_s: dict[str, float] = field(default_factory=dict)
+    _warned_s: float = -1e9
+    _acceleration: float = 0.0
+    _attention: Attention = field(init=False)
+    _dice: Dice = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._attention, self._dice = Attention(self.profile), Dice(self.profile.seed)
+
+    def hear(self, advice: Advice, time_s: float) -> None:
+        """A message is spoken; he acts on it, or not, after his reaction time."""
+        acts_s = time_s + self.profile.reaction_s
+        if advice.warns:
+            self._warned_s = time_s
+            self._hasten(time_s + WARNED_FACTOR * self.profile.reaction_s)
+        if not self._complies(advice):
+            return
+        if advice.limit_mps is not None:
+            self._beliefs.append((acts_s, advice.limit_mps))
+        if advice.ahead_mps is not None:
+            habit = 1.0 if advice.slow else self.profile.speed_bias
+            self._stand_by(advice, advice.ahead_mps * habit, time_s, ADVICE_HOLDS_S)
+        elif advice.target_mps is not None:
+            holds_s = WARNING_HOLDS_S if advice.warns or advice.seen else ADVICE_HOLDS_S
+            self._stand_by(advice, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
+
+    def drive(self, view: View, dt: float) -> Wish:
+        """His next wish."""
+        self._read_signs(view)
+        self._take_over_beliefs(view.time_s)
+        wanted = self._bounded(self._demand(view), view)
+        jerk = JERK_EMERGENCY_MPS3 if wanted < -4.0 else JERK_DOWN_MPS3 if wanted < self._acceleration else JERK_UP_MPS3
+        change = min(max(wanted - self._acceleration, -jerk * dt), jerk * dt)
+        if view.car_brakes:  # his foot stays where it is, or he brakes too: nobody steps on it to keep the speed
+            change = min(change, 0.0)
+        self._acceleration += change
+        return pedals(self._acceleration)
+
+    def wanted_mps(self, view: View) -> float:
+        """The speed he would drive on a free road."""
+        own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
+        own *= self.profile.wet_slowdown if view.wet else 1.0
+        told = [each.target_mps for each in self._heard_by(view.time_s)]
+        return min([own, view.bend_mps, view.sense_mps, *told])
+
+    def distracted(self, time_s: float) -> bool:
+        """Whether he looks elsewhere."""
+        return self._attention.distracted(time_s)
+
+    # What he does about each thing ---------------------------------------------------------------------------------
+
+    def _demand(self, view: View) -> float:
+        free = free_road_mps2(view.speed_mps, self.wanted_mps(view), ACCELERATION_MPS2)
+        demands = [free, self._for_stop(view), self._for_person(view)]
+        if view.gap_m is not None:
+            demands.append(max(free, 0.0) + self._for_lead(view, view.gap_m))
+        return min(demands)
+
+    def _for_lead(self, view: View, gap_m: float) -> float:
+        demand = following_mps2(
+            view.speed_mps,
+            view.lead_mps,
+            gap_m,
+            headway_s=self.profile.headway_s,
+            stand_m=STAND_M,
+            a_mps2=ACCELERATION_MPS2,
+            b_mps2=BRAKING_MPS2,
+        )
+        if demand > GENTLE_MPS2:
+            self._forget("lead", demand > -1.5)
+            return demand
+        return demand if self._reacts("lead", view.time_s) else GENTLE_MPS2
+
+    def _for_stop(self, view: View) -> float:
+        if view.stop is None:
+            return FREE
+        key = f"stop{view.stop.key}"
+        warned = self._warned_s > view.time_s - 10.0
+        missed = view.stop.missable and self._dice.says(self.profile.misses_stop, 1, view.stop.key) and not warned
+        if missed or not self._reacts(key, view.time_s):
+            return FREE
+        return stopping_mps2(view.speed_mps, view.stop.distance_m, 1.6)
+
+    def _for_person(self, view: View) -> float:
+        if view.person_m is None:
+            self._forget("person", True)
+            return FREE
+        if not self._reacts("person", view.time_s):
+            return FREE
+        return stopping_mps2(view.speed_mps, view.person_m - STAND_M, 0.5)
+
+    def _bounded(self, demand: float, view: View) -> float:
+        limit = view.mu * GRAVITY_MPS2
+        return min(max(demand, -limit), limit)
+
+    # Noticing -------------------------------------------------------------------------------------------------------
+
+    def _reacts(self, what: str, time_s: float) -> bool:
+        """Whether he has noticed something and his reaction time is over; the first question starts it."""
+        if what not in self._noticed_s:
+            warned = self._warned_s > time_s - 3.0
+            starts = time_s if warned else self._attention.back_on_the_road_s(time_s)
+            self._noticed_s[what] = starts + self.profile.reaction_s * (WARNED_FACTOR if warned else 1.0)
+        return time_s >= self._noticed_s[what]
+
+    def _forget(self, what: str, over: bool) -> None:
+        if over:
+            self._noticed_s.pop(what, None)
+
+    def _hasten(self, by_s: float) -> None:
+        for what, at_s in self._noticed_s.items():
+            self._noticed_s[what] = min(at_s, by_s)
+
+    def _read_signs(self, view: View) -> None:
+        for number, limit_mps, understood in view.passed:
+            chance = self.profile.notices * (0.3 if self.distracted(view.time_s) else 1.0)
+            looked_for = any(_same(each.announces_mps, limit_mps) for each in self._heard_by(view.time_s))
+            if looked_for or (understood and self._dice.says(chance, 2, number)):
+                self._read(limit_mps)
+
+    def _read(self, limit_mps: float | None) -> None:
+        """A sign's limit holds for him from now on: what he was told of the road before it is over, a warning is not, nor
+        what was announced of a sign that he has yet to pass; to what he was told of this one he keeps."""
+        self.believed_mps = limit_mps
+        self._beliefs.clear()
+        self._standing = [each for each in self._standing if each.warns or each.announces_mps is not None]
+        for each in self._standing:
+            if _same(each.announces_mps, limit_mps):
+                each.announces_mps = None
+
+    # Advice ---------------------------------------------------------------------------------------------------------
+
+    def _complies(self, advice: Advice) -> bool:
+        """He has one mind about each limit, and one about each other topic, all drive long: who says more convinces no more."""
+        limit_mps = advice.limit_mps if advice.ahead_mps is None else advice.ahead_mps
+        about = advice.topic if limit_mps is None else f"limit {round(limit_mps * 3.6)}"
+        return self._dice.says(self.profile.compliance, 3, zlib.crc32(about.encode()))
+
+    def _heard_by(self, time_s: float) -> list[_Standing]:
+        """What he was told and has in mind now."""
+        return [each for each in self._standing if each.from_s <= time_s < each.until_s]
+
+    def _stand_by(self, advice: Advice, target_mps: float, time_s: float, holds_s: float) -> None:
+        """The topic's new word; what it said before he keeps to until he acts on the new one."""
+        acts_s = time_s + self.profile.reaction_s
+        mine = [each for each in self._standing if each.topic == advice.topic and each.until_s > acts_s]
+        same = next((each for each in mine if abs(each.target_mps - target_mps) < 0.3), None)
+        for each in mine:
+            each.until_s = acts_s
+        self._standing = [each for each in self._standing if each is not same and each.until_s > time_s]
+        from_s = acts_s if same is None else min(same.from_s, acts_s)
+        until_s = acts_s + holds_s
+        self._standing.append(_Standing(advice.topic, target_mps, from_s, until_s, advice.ahead_mps, advice.warns))
+
+    def _take_over_beliefs(self, time_s: float) -> None:
+        for acts_s, limit_mps in [each for each in self._beliefs if each[0] <= time_s]:
+            self.believed_mps = limit_mps
+            self._beliefs.remove((acts_s, limit_mps))
+
+
+def _same(announced_mps: float | None, limit_mps: float | None) -> bool:
+    return announced_mps is not None and limit_mps is not None and abs(announced_mps - limit_mps) < SAME_LIMIT_MPS
+
+
+def pedals(acceleration_mps2: float) -> Wish:
+    """The pedals for an acceleration: the engine holds back a little by itself."""
+    push = acceleration_mps2 + ENGINE_DRAG_MPS2
+    return Wish(acceleration_mps2, min(max(push / 4.0, 0.0), 1.0), min(max(-push / 8.0, 0.0), 1.0))

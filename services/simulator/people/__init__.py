@@ -1,0 +1,1 @@
+"""Pedestrians: how they walk, wait and cross."""

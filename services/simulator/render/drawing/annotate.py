@@ -1,0 +1,184 @@
+"""Labels from a second drawing of the scene into an integer target, and each object's pixels as if it stood alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import moderngl
+import numpy as np
+
+from proto.perception import ObjectClass
+from services.simulator.render.device.resources import Kit, Uniform
+from services.simulator.render.device.targets import Targets
+from services.simulator.render.drawing import frame
+from services.simulator.render.drawing.frame import Cast
+from services.simulator.render.drawing.labels import Box, Label, inside_share, visible_boxes
+from services.simulator.render.drawing.static_world import World, light_centre
+from services.simulator.render.drawing.view import NEAR_M
+from services.simulator.render.models.actors import world_points
+from services.simulator.render.models.mesh import Floats
+from services.simulator.scene.solids import LIGHT_HEAD_M
+
+
+@dataclass(slots=True, eq=False)
+class Candidate:
+    """An object that may be visible: how to draw it alone, its points in the world, what its label will say."""
+
+    draw: Callable[[], None]
+    points: Floats
+    centre: Floats
+    label: Label
+
+
+def annotate(kit: Kit, world: World, cast: Cast, targets: Targets, shared: dict[str, Uniform]) -> list[Label]:
+    """Labels of everything with a visible pixel, nearest first. Instance ids count from 1 in candidate order."""
+    spec = cast.view.spec
+    candidates = _candidates(kit, cast, shared)
+    target = targets.ids(spec.width_px, spec.height_px)
+    ids = _draw_all(kit, world, cast, target, candidates, shared)
+    seen = visible_boxes(ids)
+    labels = [_label(cast, target, candidates[k - 1], seen[k]) for k in sorted(seen)]
+    return sorted(labels, key=lambda label: label.distance_m)
+
+
+def _draw_all(
+    kit: Kit,
+    world: World,
+    cast: Cast,
+    target: moderngl.Framebuffer,
+    candidates: list[Candidate],
+    shared: dict[str, Uniform],
+) -> np.ndarray:
+    target.use()
+    target.clear(depth=1.0)
+    kit.surfaces.use(0)
+    kit.faces.texture.use(1)
+    kit.ctx.disable(moderngl.BLEND | moderngl.CULL_FACE)
+    kit.ctx.enable(moderngl.DEPTH_TEST)
+    kit.set("id_object", shared)
+    for candidate in candidates:
+        candidate.draw()
+    frame.draw_solid(kit, world, cast, "id_object", shared)
+    frame.draw_plants(kit, world, cast, "id_", shared)
+    data = np.frombuffer(target.read(components=2, dtype="u4", alignment=1), dtype="<u4")
+    return data.reshape(target.height, target.width, 2)[::-1, :, 0]
+
+
+def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candidate]:
+    out: list[Candidate] = []
+    for actor in cast.actors:
+        number = len(out) + 1
+        model = cast.models[actor.id].model
+        if model is None:  # never: actors are uploaded with their models
+            continue
+        points = world_points(model, actor)
+        kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
+        label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
+        out.append(
+            Candidate(
+                partial(frame.draw_actor, kit, actor, cast, "id_object", number),
+                points,
+                points.mean(axis=0),
+                label,
+            )
+        )
+    for item in cast.lights:
+        number, centre = len(out) + 1, np.array(light_centre(item[0]))
+        points = _box_points(centre, item[0].pose.yaw_rad, *LIGHT_HEAD_M)
+        label = _blank(item[0].id, "light", code=item[2])
+        out.append(Candidate(partial(frame.draw_light, kit, item, "id_object", number), points, centre, label))
+    return out + _face_candidates(kit, cast, len(out) + 1, shared)
+
+
+def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform]) -> list[Candidate]:
+    rows, out = frame.face_rows(kit, cast, first), []
+    for k, (spot, code) in enumerate(cast.faces):
+        centre, right, up = (rows[k][name].astype(np.float64) for name in ("centre", "right", "up"))
+        points = np.array([centre + a * right + b * up for a in (-1, 1) for b in (-1, 1)])
+        depth = float(cast.view.camera_points(centre[None])[0, 2])
+        disc = cast.view.spec.focal_px * spot.height_m / max(depth, NEAR_M)
+        label = _blank(
+            spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc
+        )
+        row = rows[k : k + 1]
+        out.append(Candidate(partial(frame.draw_faces, kit, row, "id_face", shared), points, centre, label))
+    return out
+
+
+def _blank(
+    id_: int,
+    kind: ObjectClass,
+    *,
+    mesh_family: int = 0,
+    detail: str = "",
+    code: str = "",
+    country: str = "",
+    part: int = 0,
+    disc_px: float = 0.0,
+) -> Label:
+    none = (0.0, 0.0, 0.0, 0.0)
+    return Label(
+        id=id_,
+        kind=kind,
+        box_px=none,
+        full_box_px=none,
+        visible_fraction=0.0,
+        distance_m=0.0,
+        visible_px=0,
+        disc_px=disc_px,
+        mesh_family=mesh_family,
+        code=code,
+        country=country,
+        detail=detail,
+        part=part,
+    )
+
+
+def _box_points(centre: Floats, yaw: float, deep: float, wide: float, high: float) -> Floats:
+    c, s = np.cos(yaw), np.sin(yaw)
+    unit = np.array([(a, b, d) for a in (-1, 1) for b in (-1, 1) for d in (-1, 1)]) * (deep / 2, wide / 2, high / 2)
+    out: Floats = unit @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + centre
+    return out
+
+
+def _full_box(cast: Cast, points: Floats) -> Box:
+    ahead = points[cast.view.camera_points(points)[:, 2] > NEAR_M]
+    pixels = cast.view.pixels(ahead if len(ahead) else points)
+    (left, top), (right, bottom) = pixels.min(axis=0), pixels.max(axis=0)
+    return float(left), float(top), float(right), float(bottom)
+
+
+def _alone(target: moderngl.Framebuffer, box: Box, candidate: Candidate) -> int:
+    """Pixels of the candidate drawn alone into the picture."""
+    left, right = max(int(box[0]) - 2, 0), min(int(box[2]) + 3, target.width)
+    top, bottom = max(int(box[1]) - 2, 0), min(int(box[3]) + 3, target.height)
+    target.clear(depth=1.0, viewport=(left, target.height - bottom, right - left, bottom - top))
+    candidate.draw()
+    size = (left, target.height - bottom, right - left, bottom - top)
+    data = np.frombuffer(target.read(viewport=size, components=2, dtype="u4", alignment=1), dtype="<u4")
+    return int(np.count_nonzero(data[::2]))
+
+
+def _label(cast: Cast, target: moderngl.Framebuffer, candidate: Candidate, seen: tuple[Box, int]) -> Label:
+    box, visible = seen
+    full = _full_box(cast, candidate.points)
+    alone = max(_alone(target, full, candidate), visible)
+    inside = inside_share(full, cast.view.spec.width_px, cast.view.spec.height_px)
+    blank = candidate.label
+    return Label(
+        id=blank.id,
+        kind=blank.kind,
+        box_px=box,
+        full_box_px=full,
+        visible_fraction=visible / alone * inside,
+        distance_m=float(np.linalg.norm(candidate.centre - cast.view.eye)),
+        visible_px=visible,
+        disc_px=blank.disc_px,
+        mesh_family=blank.mesh_family,
+        code=blank.code,
+        country=blank.country,
+        detail=blank.detail,
+        part=blank.part,
+    )

@@ -1,0 +1,1 @@
+"""Meshes and textures of road users, plants and buildings, built in code."""

@@ -1,0 +1,1 @@
+"""The road of a scenario: geometry, lanes, markings, signs, gantries, traffic lights and stop lines."""

@@ -1,0 +1,93 @@
+"""Lines: at lights one stops while they say so, at stop signs until one has stood, where one gives way for who comes."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from services.simulator.road.layout import opposite_line_m
+from services.simulator.road.light_cycle import Cycle
+from services.simulator.road.route import Route
+from services.simulator.scene.scene import LightState
+
+STANDS_BELOW_MPS, STANDS_FOR_S, STANDS_WITHIN_M = 0.25, 1.2, 6.0
+HARDEST_FOR_AMBER_MPS2 = 3.0
+LineKind = Literal["light", "stop_line", "yield"]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A stop line of the forward lanes; `ordinal` counts within its kind, `key` is unique."""
+
+    key: int
+    kind: LineKind
+    ordinal: int
+    at_m: float
+    opposite_m: float | None
+    """Where oncoming traffic stops at the same lights."""
+    opposed: bool
+    """Whether oncoming traffic may only go while the ego's direction may not."""
+
+
+def build_lines(route: Route) -> tuple[Line, ...]:
+    """All lines in driving order."""
+    span = route.section.span()
+    lights = [
+        Line(
+            index,
+            "light",
+            index,
+            light.at_m,
+            opposite_line_m(route, light.at_m),
+            span is not None and span[0] - 20.0 <= light.at_m <= span[1],
+        )
+        for index, light in enumerate(route.scenario.lights)
+    ]
+    stops = [Line(100 + i, "stop_line", i, stop.at_m, None, False) for i, stop in enumerate(route.scenario.stops)]
+    yields = [
+        Line(200 + i, "yield", i, each.at_m, opposite_line_m(route, each.at_m), False)
+        for i, each in enumerate(route.scenario.yields)
+    ]
+    return tuple(sorted(lights + stops + yields, key=lambda line: line.at_m))
+
+
+@dataclass(slots=True)
+class Lights:
+    """All lights as they run."""
+
+    cycles: list[Cycle]
+    time_s: float = 0.0
+
+    def advance(self, time_s: float, lines: tuple[Line, ...], ego_front_m: float) -> None:
+        """Move to a time; the ego's approach may begin a cycle."""
+        self.time_s = time_s
+        for line in lines:
+            if line.kind == "light":
+                self.cycles[line.ordinal] = self.cycles[line.ordinal].approached(time_s, line.at_m - ego_front_m)
+
+    def state(self, line: Line, oncoming: bool = False) -> LightState:
+        """What a direction sees at a line."""
+        cycle = self.cycles[line.ordinal]
+        return cycle.opposing(self.time_s) if oncoming and line.opposed else cycle.state(self.time_s)
+
+
+@dataclass(slots=True)
+class Stood:
+    """Who has stood at which stop sign: driver's number to line key."""
+
+    since_s: dict[tuple[int, int], float] = field(default_factory=dict)
+    served: set[tuple[int, int]] = field(default_factory=set)
+
+    def watch(self, who: int, line: Line, distance_m: float, speed_mps: float, time_s: float) -> bool:
+        """Whether one may go on at a stop sign; call it every step."""
+        key = (who, line.key)
+        if -3.0 < distance_m < STANDS_WITHIN_M and speed_mps < STANDS_BELOW_MPS:
+            since = self.since_s.setdefault(key, time_s)
+            if time_s - since >= STANDS_FOR_S:
+                self.served.add(key)
+        return key in self.served
+
+
+def must_stop(state: LightState, speed_mps: float, distance_m: float) -> bool:
+    """Whether a light tells one to stop who is that far away: amber only if there is room."""
+    if state == "amber":
+        return speed_mps * speed_mps / (2.0 * max(distance_m, 0.1)) < HARDEST_FOR_AMBER_MPS2
+    return state in ("red", "red_amber")

@@ -1,0 +1,1 @@
+"""Scenario files: their fields, how they are read, and the law along their route."""

@@ -1,0 +1,1 @@
+"""The other vehicles: traffic around the ego, and cross traffic with right of way."""
