@@ -15,7 +15,7 @@ from services.simulator.car.kinematics import GRAVITY_MPS2
 from services.simulator.car.state import WHEELBASE_M, CarState, Controls
 from services.simulator.driver.driver import pedals
 from services.simulator.ecus.can_frames import FrameEncoder
-from services.simulator.sensors.sensors import wiper_stage
+from services.simulator.sensors.measurements import wiper_stage
 from services.simulator.world import STEP_S
 
 NS = 1_000_000_000

@@ -13,7 +13,7 @@ from evaluation.drive.precheck import check_asked, check_folder_of
 from evaluation.drive.render import render_video
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
-from services.player.moments import Options, Recording
+from services.player.recording import Options, Recording
 from services.player.source import open_recording
 from services.player.webcam import check_webcam, webcam_number
 

@@ -37,7 +37,7 @@ from services.perception.checks.decoding import open_picture
 from services.perception.detect.loading import load_detector
 from services.perception.pipeline import FRONT, Perception
 from services.simulator.render import RendererUnavailable
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 
 EVERY_NS = 1_000_000_000
@@ -50,7 +50,7 @@ class Eyes:
     def __init__(self) -> None:
         self.perception = Perception(load_detector(data("models/detector.onnx")))
         self.front_end = FrontEnd(EmbeddedBackend(Reader.load(data("models/reader.onnx"))), home="DEU")
-        self.calibrations = {name: sensors.calibration(camera) for name, camera in CAMERAS.items()}
+        self.calibrations = {name: measurements.calibration(camera) for name, camera in CAMERAS.items()}
         for name, calibration in self.calibrations.items():
             self.perception.calibrate(name, calibration)
         self.facts = RecentFacts()

@@ -14,7 +14,7 @@ from services.drivelm.vocabulary.jurisdictions import unit_of
 from services.drivelm.vocabulary.parser import statement_of
 from services.drivelm.vocabulary.sentences import SENTENCES
 from services.simulator.render import Label
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 
 READABLE_PX = 20.0
@@ -73,7 +73,10 @@ def _track(actor: TrueActor, ego_mps: float) -> Track:
 def _fact(label: Label, camera: str) -> Fact:
     reading = class_of(label) or ""
     statement = statement_of(reading)
-    focal_px, middle_px = sensors.calibration(CAMERAS[camera]).fx_px, sensors.calibration(CAMERAS[camera]).cx_px
+    focal_px, middle_px = (
+        measurements.calibration(CAMERAS[camera]).fx_px,
+        measurements.calibration(CAMERAS[camera]).cx_px,
+    )
     right_px = (label.box_px[0] + label.box_px[2]) / 2 - middle_px
     return Fact(
         kind=statement.kind,

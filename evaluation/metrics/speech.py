@@ -12,7 +12,7 @@ from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
 from proto.truth import TrueActor, Truth
-from services.simulator.truth.hazards import CORRIDOR_HALF_M, LOOKS_M, SOON_S
+from services.simulator.people.in_the_way import CORRIDOR_HALF_M, LOOKS_M, SOON_S
 
 FORGOTTEN_S = 60.0
 """Ours: what was said longer ago may be said again."""

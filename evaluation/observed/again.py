@@ -24,7 +24,7 @@ from services.perception.weather.camera_weather import WeatherModel
 from services.perception.weather.watch import WeatherWatch
 from services.simulator.environment.weather import WeatherCourse, atmosphere
 from services.simulator.scenario.load import load_scenario
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 
 SETTLE_NS, SURROUNDINGS_NS = 100_000_000, 1_000_000_000
@@ -50,7 +50,7 @@ class Onlooker:
             lambda weather, stamp_ns: told.camera_weather.append((stamp_ns, weather)),
             None,
         )
-        self.calibrations = {name: sensors.calibration(camera) for name, camera in CAMERAS.items()}
+        self.calibrations = {name: measurements.calibration(camera) for name, camera in CAMERAS.items()}
         for name, calibration in self.calibrations.items():
             self.perception.calibrate(name, calibration)
 

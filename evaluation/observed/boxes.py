@@ -33,7 +33,7 @@ from services.perception.detect.detection import Detection
 from services.perception.pipeline import Perception, Seen
 from services.perception.range.box_range import Range, find_range, hiding
 from services.perception.range.camera import Camera
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 
 SCORE_FLOORS = {"pedestrian": 0.05}
@@ -80,7 +80,7 @@ class Eye:
     def __init__(self, card: Card, camera: str, seed: int) -> None:
         self.camera, self._card, self._seed = camera, card, seed
         self.lens = Lens(CAMERAS[camera])
-        self.calibration: Calibration = sensors.calibration(CAMERAS[camera])
+        self.calibration: Calibration = measurements.calibration(CAMERAS[camera])
         self._camera = Camera.of(self.calibration)
         self._chain, self._drift = Chain(seed), Drift(seed)
         self._luck: dict[str, float] = {}

@@ -15,7 +15,7 @@ from services.perception.detect.detector import DetectorOptions
 from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Perception
 from services.perception.range.camera import Camera
-from services.player.moments import Options
+from services.player.recording import Options
 from services.player.street import open_street
 
 SAME_OVERLAP = 0.5
@@ -64,7 +64,7 @@ def _seen(file: Path, model: Path, floor: float) -> tuple[Boxes, Tracks, Camera]
     camera: Camera | None = None
     boxes: Boxes | None = None
     tracks: Tracks | None = None
-    for moment in open_street([file], file.parent.name, Options(hold_s=HOLD_S)).moments:
+    for moment in open_street([file], file.parent.name, Options(hold_s=HOLD_S)).messages:
         stamp_ns = START_NS + round(moment.at_s * 1e9)
         if isinstance(moment.message, Calibration):
             perception.calibrate(moment.id or "", moment.message)

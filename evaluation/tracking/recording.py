@@ -106,7 +106,7 @@ def drive_of(plan: Scenario, seed: int, seconds: float, *, cut_ins: bool = False
 
 
 def _step(batch: Batch, renderer: Renderer) -> Step:
-    ego = batch.moment.ego
+    ego = batch.snapshot.ego
     said: dict[type, Any] = {type(out.message): out.message for out in batch.messages}
     return Step(
         stamp_ns=batch.stamp_ns,

@@ -12,7 +12,7 @@ from proto.truth import Truth
 from services.perception.detect.detection import Detection
 from services.perception.detect.detector import Detector, Picture
 from services.perception.pipeline import FRONT, Perception, Seen
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 
 Found = Sequence[Sequence[Detection]]
@@ -69,7 +69,7 @@ def glances(steps: Iterable[Step], detector: Detector) -> Iterator[Glance]:
     """Boxes, ranges, tracks and leads, as the perception service would have them."""
     perception = Perception(detector)
     for name, camera in CAMERAS.items():
-        perception.calibrate(name, sensors.calibration(camera))
+        perception.calibrate(name, measurements.calibration(camera))
     for step in steps:
         yield from _take_in(perception, step)
 

@@ -39,7 +39,7 @@ def drive_shots(scenario: str, seed: int, seconds: float, every_s: float) -> Ite
     due_s = float(rng.uniform(0.0, every_s))
     while not session.finished:
         batch = session.advance()
-        if not batch.shots or batch.moment.time_s < due_s:
+        if not batch.shots or batch.snapshot.time_s < due_s:
             continue
         due_s += every_s
         scene = batch.shots[0].scene

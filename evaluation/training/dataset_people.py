@@ -13,8 +13,7 @@ import numpy as np
 
 from services.simulator.render.random_stage.road_users import drawn
 from services.simulator.render.random_stage.stage import Split
-from services.simulator.scene.scene import Actor, Pose, Scene
-from services.simulator.sensors.sensors import in_ego_frame
+from services.simulator.scene.scene import Actor, Pose, Scene, in_ego_frame
 
 UPRIGHT = ("lamp", "post", "tree", "conifer")
 NEAREST_M, FARTHEST_M = 5.0, 42.0

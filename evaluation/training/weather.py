@@ -30,7 +30,7 @@ from services.perception.weather.camera_weather import Card, Margin, Odds
 from services.perception.weather.features import features
 from services.simulator.environment.weather import WET_FROM_MM
 from services.simulator.scene.scene import FRONT
-from services.simulator.sensors.sensors import calibration
+from services.simulator.sensors.measurements import calibration
 
 WET_FROM = 1.0 - float(np.exp(-WET_FROM_MM / 0.1))
 """The renderer's wetness of that film (`services.simulator.environment.weather.atmosphere`)."""

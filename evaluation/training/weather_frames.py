@@ -104,7 +104,7 @@ def drive_shots(scenario: str, seed: int, seconds: float, every_s: float, hold: 
     due_s = float(rng.uniform(0.0, every_s))
     while not session.finished:
         batch = session.advance()
-        if batch.shots and batch.moment.time_s >= due_s:
+        if batch.shots and batch.snapshot.time_s >= due_s:
             due_s += every_s
             scene = replace(batch.shots[0].scene, static=static)
             yield shot_of(renderer, scene, skies, rng)

@@ -9,7 +9,7 @@ import numpy as np
 from proto.sensors import WeatherSensing
 from proto.vehicle import Ego
 from services.simulator.environment.weather import Weather
-from services.simulator.sensors.sensors import sensed, wiper_stage
+from services.simulator.sensors.measurements import sensed, wiper_stage
 from services.weather.observation import NS, Observation
 from services.weather.senses import from_car, from_sensing
 

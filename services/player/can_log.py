@@ -15,7 +15,7 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
-from services.player.moments import Moment
+from services.player.recording import TimedMessage
 
 FORMATS = (".asc", ".blf", ".log", ".mf4", ".trc")
 """Looked for beside a recording; what else python-can reads is named with --can."""
@@ -137,7 +137,7 @@ def _check_start(path: Path) -> None:
                 raise ValueError("it does not begin like a .blf")
 
 
-def can_moments(path: Path, offset_s: float) -> Iterator[Moment]:
+def can_messages(path: Path, offset_s: float) -> Iterator[TimedMessage]:
     """Frames in batches of 20 ms; the recording starts `offset_s` after the log's first frame. Stamps count from that start."""
     first_s: float | None = None
     batch: list[CanFrame] = []
@@ -148,17 +148,17 @@ def can_moments(path: Path, offset_s: float) -> Iterator[Moment]:
         if at_s < 0:
             continue
         if batch and at_s >= until_s:
-            yield _moment(batch)
+            yield _timed_message(batch)
             batch = []
         if not batch:
             until_s = at_s + BATCH_S
         batch.append(_frame(message, at_s))
     if batch:
-        yield _moment(batch)
+        yield _timed_message(batch)
 
 
-def _moment(batch: list[CanFrame]) -> Moment:
-    return Moment(batch[-1].stamp_ns / 1e9, topics.CAN_RX, CanFrames(frames=tuple(batch)), BUS)
+def _timed_message(batch: list[CanFrame]) -> TimedMessage:
+    return TimedMessage(batch[-1].stamp_ns / 1e9, topics.CAN_RX, CanFrames(frames=tuple(batch)), BUS)
 
 
 def _frame(message: Any, at_s: float) -> CanFrame:

@@ -22,7 +22,7 @@ from proto import topics
 from proto.sensors import CameraFrame
 from proto.topics import Topic
 from proto.vehicle import Ego
-from services.player.moments import Moment, Recording
+from services.player.recording import Recording, TimedMessage
 
 PLAYED: tuple[Topic[Any], ...] = (
     topics.CALIBRATION, topics.GNSS, topics.WEATHER_SENSING, topics.EGO, topics.DEGRADATION, topics.CAMERA,
@@ -66,7 +66,7 @@ def open_log(files: list[Path], name: str) -> Recording:
     held = _contents(files)
     duration_s = (held.last_ns - held.first_ns) / _NS
     brings = f"a log (messages left out for impossible times: {held.stray})" if held.stray else "a log"
-    return Recording(name, held.pictures, duration_s, _moments(files, held), ego=held.ego, brings=brings)
+    return Recording(name, held.pictures, duration_s, _messages(files, held), ego=held.ego, brings=brings)
 
 
 def _contents(files: list[Path]) -> Contents:
@@ -84,7 +84,7 @@ def _contents(files: list[Path]) -> Contents:
     return Contents(len(stamps), ego, min(stamps), max(stamps), stray)
 
 
-def _moments(files: list[Path], held: Contents) -> Iterator[Moment]:
+def _messages(files: list[Path], held: Contents) -> Iterator[TimedMessage]:
     """From the first picture on. Where the ego's speed is unknown throughout, the CAN service may say so as well as the log."""
     left_out = () if held.ego else (topics.EGO, topics.DEGRADATION)
     for file in files:
@@ -95,7 +95,7 @@ def _moments(files: list[Path], held: Contents) -> Iterator[Moment]:
             topic, id = found
             at_s = (record.stamp_ns - held.first_ns) / _NS
             if at_s >= 0 or topic is topics.CALIBRATION:
-                yield Moment(max(at_s, 0.0), topic, _message(file, topic, record, number), id)
+                yield TimedMessage(max(at_s, 0.0), topic, _message(file, topic, record, number), id)
 
 
 def _timed(records: Iterable[Logged]) -> Iterator[tuple[Logged, bool]]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 
 from drivemcp.errors import UserError
-from services.player.moments import Options, Picture, Recording, camera_moments, read_picture, shrink
+from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp")
 
@@ -18,7 +18,7 @@ def open_folder(path: Path, options: Options) -> Recording:
         raise UserError(f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log")
     period_s = options.picture_period_s
     pictures = (Picture(shrink(read_picture(file)), number * period_s) for number, file in enumerate(files))
-    return Recording(path.name, len(files), len(files) * period_s, camera_moments(pictures, options))
+    return Recording(path.name, len(files), len(files) * period_s, camera_messages(pictures, options))
 
 
 def open_video(path: Path, options: Options) -> Recording:
@@ -30,7 +30,7 @@ def open_video(path: Path, options: Options) -> Recording:
     frames = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
     stride = max(1, round(rate_hz / options.max_rate_hz))
     pictures = _every(capture, stride, rate_hz)
-    return Recording(path.name, frames // stride, frames / rate_hz, camera_moments(pictures, options))
+    return Recording(path.name, frames // stride, frames / rate_hz, camera_messages(pictures, options))
 
 
 def _every(capture: cv2.VideoCapture, stride: int, rate_hz: float) -> Iterator[Picture]:

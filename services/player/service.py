@@ -1,4 +1,4 @@
-"""Publishes a recording's moments at their own pace."""
+"""Publishes a recording's messages at their own pace."""
 
 import threading
 from pathlib import Path
@@ -14,7 +14,7 @@ from proto import topics
 from proto.sensors import CanFrames
 from proto.truth import ScenarioState
 from services.player.can_log import rebased
-from services.player.moments import Moment, Options, Recording
+from services.player.recording import Options, Recording, TimedMessage
 from services.player.source import open_recording
 from services.player.webcam import webcam_number
 
@@ -80,11 +80,11 @@ class Player:
         start_ns = self._node.clock.now_ns()
         self._problem = "the player failed; see its log"
         try:
-            for moment in self._recording.moments:
-                due_s = moment.at_s - (self._node.clock.now_ns() - start_ns) / 1e9
-                if self._over(moment.at_s) or (due_s > 0 and self._stop.wait(due_s)):
+            for each in self._recording.messages:
+                due_s = each.at_s - (self._node.clock.now_ns() - start_ns) / 1e9
+                if self._over(each.at_s) or (due_s > 0 and self._stop.wait(due_s)):
                     break
-                self._publish(moment, start_ns, late=due_s < -1.0 / self._config.max_rate_hz)
+                self._publish(each, start_ns, late=due_s < -1.0 / self._config.max_rate_hz)
         except (UserError, cv2.error) as error:
             self._node.log.error("the recording breaks off: %s", error)
             self._problem = str(error)
@@ -96,13 +96,13 @@ class Player:
     def _over(self, at_s: float) -> bool:
         return self._stop.is_set() or (self._config.seconds > 0 and at_s > self._config.seconds)
 
-    def _publish(self, moment: Moment, start_ns: int, *, late: bool) -> None:
+    def _publish(self, timed: TimedMessage, start_ns: int, *, late: bool) -> None:
         """With the stamp it had in the recording, on today's clock: what comes late is known to be old."""
-        stamp_ns = start_ns + round(moment.at_s * 1e9)
-        self._node.publish(moment.topic, _on_clock(moment.message, start_ns), id=moment.id, stamp_ns=stamp_ns)
-        if moment.topic is topics.CAMERA:
+        stamp_ns = start_ns + round(timed.at_s * 1e9)
+        self._node.publish(timed.topic, _on_clock(timed.message, start_ns), id=timed.id, stamp_ns=stamp_ns)
+        if timed.topic is topics.CAMERA:
             self._late += late
-            self._at_s = max(self._at_s, moment.at_s)
+            self._at_s = max(self._at_s, timed.at_s)
 
 
 def _on_clock(message: msgspec.Struct, start_ns: int) -> msgspec.Struct:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from drivemcp.errors import UserError
 from proto import topics
-from services.player.can_log import can_moments
+from services.player.can_log import can_messages
 from services.player.drive_log import log_files, open_log
-from services.player.moments import Options, Recording
 from services.player.pictures import open_folder, open_video
+from services.player.recording import Options, Recording
 from services.player.street import frame_files, open_street
 from services.player.webcam import open_webcam, webcam_number
 
@@ -24,9 +24,9 @@ def open_recording(source: str, options: Options, *, can_log: str = "", can_offs
     recording = _open(source, options)
     if not can_log:
         return recording
-    seen = (moment for moment in recording.moments if moment.topic not in SAID_BY_CAN)
-    merged = heapq.merge(seen, can_moments(Path(can_log), can_offset_s), key=lambda moment: moment.at_s)
-    return recording._replace(moments=merged, ego=False, brings=f"{recording.brings}, CAN frames")
+    seen = (each for each in recording.messages if each.topic not in SAID_BY_CAN)
+    merged = heapq.merge(seen, can_messages(Path(can_log), can_offset_s), key=lambda each: each.at_s)
+    return recording._replace(messages=merged, ego=False, brings=f"{recording.brings}, CAN frames")
 
 
 def _open(source: str, options: Options) -> Recording:

@@ -16,7 +16,7 @@ from drivemcp.errors import UserError
 from proto import topics
 from proto.sensors import Calibration, CameraFrame, LidarSweep
 from proto.vehicle import Ego
-from services.player.moments import FRONT, Moment, Options, Recording, frame_of, read_picture
+from services.player.recording import FRONT, Options, Recording, TimedMessage, frame_of, read_picture
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 FRAME_FILE = "frame.json"
@@ -95,18 +95,18 @@ def open_street(files: list[Path], name: str, options: Options) -> Recording:
     if len(shown) == 1:
         count = max(1, round(options.hold_s * HOLD_RATE_HZ))
         shown = [shown[0]._replace(at_s=number / HOLD_RATE_HZ) for number in range(count)]
-    moments = (moment for number, frame in enumerate(shown) for moment in moments_of(frame, number))
-    return Recording(name, len(shown), shown[-1].at_s, moments, ego=ego, brings="pictures, LiDAR, calibration")
+    messages = (each for number, frame in enumerate(shown) for each in messages_of(frame, number))
+    return Recording(name, len(shown), shown[-1].at_s, messages, ego=ego, brings="pictures, LiDAR, calibration")
 
 
-def moments_of(frame: StreetFrame, number: int) -> Iterator[Moment]:
+def messages_of(frame: StreetFrame, number: int) -> Iterator[TimedMessage]:
     """Calibration, sweep and ego before the picture that they explain."""
-    yield Moment(frame.at_s, topics.CALIBRATION, frame.calibration, FRONT)
+    yield TimedMessage(frame.at_s, topics.CALIBRATION, frame.calibration, FRONT)
     if frame.ego is not None:
-        yield Moment(frame.at_s, topics.EGO, frame.ego)
-    yield Moment(frame.at_s, topics.LIDAR, frame.sweep, "roof")
+        yield TimedMessage(frame.at_s, topics.EGO, frame.ego)
+    yield TimedMessage(frame.at_s, topics.LIDAR, frame.sweep, "roof")
     picture = msgspec.structs.replace(frame.picture, jpeg=numbered(frame.picture.jpeg, number), frame=number)
-    yield Moment(frame.at_s, topics.CAMERA, picture, FRONT)
+    yield TimedMessage(frame.at_s, topics.CAMERA, picture, FRONT)
 
 
 def numbered(jpeg: bytes, number: int) -> bytes:

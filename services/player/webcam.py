@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 
 from drivemcp.errors import UserError
-from services.player.moments import Options, Picture, Recording, camera_moments, shrink
+from services.player.recording import Options, Picture, Recording, camera_messages, shrink
 
 _NAMES = re.compile(r"^(?:webcam:|/dev/video)(\d{1,3})$")
 
@@ -24,7 +24,7 @@ def open_webcam(number: int, options: Options) -> Recording:
     """Pictures as they come. Raises UserError where there is no such camera."""
     capture = _capture(number)
     pictures = live_pictures(capture, options.max_rate_hz)
-    return Recording(f"webcam:{number}", 0, 0.0, camera_moments(pictures, options))
+    return Recording(f"webcam:{number}", 0, 0.0, camera_messages(pictures, options))
 
 
 def check_webcam(number: int) -> None:

@@ -21,9 +21,9 @@ from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
 from services.simulator.scenario.plan import Scenario
 from services.simulator.scene.scene import FRONT, TELE, CameraSpec, Scene
-from services.simulator.sensors import sensors
+from services.simulator.sensors import measurements
 from services.simulator.truth.message import truth_of
-from services.simulator.truth.moment import Moment
+from services.simulator.truth.snapshot import Snapshot
 from services.simulator.world import STEP_S, Inputs, World
 
 STEP_NS = round(STEP_S * 1e9)
@@ -71,7 +71,7 @@ class Shot:
 class Batch:
     """All that one step gives."""
 
-    moment: Moment
+    snapshot: Snapshot
     stamp_ns: int
     messages: tuple[Outgoing, ...]
     shots: tuple[Shot, ...]
@@ -102,7 +102,7 @@ class Session:
         self.world, self.scenario, self.seed = World(scenario, seed), scenario, seed
         self.seconds, self.epoch_ns, self.bus, self._present = seconds, epoch_ns, bus, present
         self._lockstep = lockstep
-        self._noise, self._boxes = sensors.SensorNoise(seed), sensors.StaticBoxes(self.world.static)
+        self._noise, self._boxes = measurements.SensorNoise(seed), measurements.StaticBoxes(self.world.static)
         self._encoder, self.ecus = FrameEncoder(dbc), EcuBank()
         self._faults = sorted(scenario.faults, key=lambda fault: fault.at_s)
         self._car = Car(seed, self.ecus.faults, self.world.course.at(0.0).air_c)
@@ -154,10 +154,10 @@ class Session:
             car=self._car.ability(self.next_stamp_ns),
             heard_s_ago=ahead_s,
         )
-        moment = self.world.step(inputs)
-        self.finished = moment.ended or moment.time_s >= self.seconds - 1e-6
-        stamp_ns = self.epoch_ns + round(moment.time_s * 1e9)
-        return Batch(moment, stamp_ns, tuple(self._messages(moment, stamp_ns)), tuple(self._shots(moment)))
+        snapshot = self.world.step(inputs)
+        self.finished = snapshot.ended or snapshot.time_s >= self.seconds - 1e-6
+        stamp_ns = self.epoch_ns + round(snapshot.time_s * 1e9)
+        return Batch(snapshot, stamp_ns, tuple(self._messages(snapshot, stamp_ns)), tuple(self._shots(snapshot)))
 
     def _begin_faults(self) -> None:
         while self._faults and self._faults[0].at_s <= self.world.time_s:
@@ -176,65 +176,66 @@ class Session:
             late_frames=self.late_frames,
         )
 
-    def _messages(self, moment: Moment, stamp_ns: int) -> list[Outgoing]:
-        step, present = moment.step, self._present
+    def _messages(self, snapshot: Snapshot, stamp_ns: int) -> list[Outgoing]:
+        step, present = snapshot.step, self._present
         out = [Outgoing(topics.CLOCK, ClockTick(now_ns=stamp_ns, lockstep=self._lockstep, step=step))]
-        told = self._car.step(STEP_S, sensors.car_controls(moment), stamp_ns)
+        told = self._car.step(STEP_S, measurements.car_controls(snapshot), stamp_ns)
         self.state = told.units
         if present.can:
             frames = (*self._encoder.due(told.frames, stamp_ns, told.silent), *self.ecus.step(stamp_ns, told.units))
             out.append(Outgoing(topics.CAN_RX, CanFrames(frames=frames), self.bus))
         if present.map and step % MAP_STEPS == 0:
-            out.append(Outgoing(topics.MAP, sensors.map_view(moment, self.world.route, self.world.lines)))
+            out.append(Outgoing(topics.MAP, measurements.map_view(snapshot, self.world.route, self.world.lines)))
         if present.gnss and step % GNSS_STEPS == 0:
-            out.append(Outgoing(topics.GNSS, sensors.gnss_fix(moment, self._noise)))
+            out.append(Outgoing(topics.GNSS, measurements.gnss_fix(snapshot, self._noise)))
         if step % LIDAR_STEPS == 0 and (
-            present.lidar or (present.lidar_at_crossings and sensors.somebody_crosses(moment))
+            present.lidar or (present.lidar_at_crossings and measurements.somebody_crosses(snapshot))
         ):
-            out.append(Outgoing(topics.LIDAR, sensors.lidar_sweep(moment, self._boxes, self._noise), "top"))
+            out.append(Outgoing(topics.LIDAR, measurements.lidar_sweep(snapshot, self._boxes, self._noise), "top"))
         if step % SLOW_STEPS == 1:
-            out += self._slow(moment)
-        return [*out, *self._about(moment)]
+            out += self._slow(snapshot)
+        return [*out, *self._about(snapshot)]
 
-    def _slow(self, moment: Moment) -> list[Outgoing]:
+    def _slow(self, snapshot: Snapshot) -> list[Outgoing]:
         views = [
-            Outgoing(topics.CALIBRATION, sensors.calibration(CAMERAS[name]), name) for name in self._present.cameras
+            Outgoing(topics.CALIBRATION, measurements.calibration(CAMERAS[name]), name)
+            for name in self._present.cameras
         ]
         if self._present.weather:
-            views.append(Outgoing(topics.WEATHER_SENSING, sensors.weather_sensing(moment, self._noise)))
+            views.append(Outgoing(topics.WEATHER_SENSING, measurements.weather_sensing(snapshot, self._noise)))
         return views
 
-    def _about(self, moment: Moment) -> list[Outgoing]:
+    def _about(self, snapshot: Snapshot) -> list[Outgoing]:
         world = self.world
-        distracted = world.driver.distracted(moment.time_s)
+        distracted = world.driver.distracted(snapshot.time_s)
         truth = truth_of(
-            moment,
+            snapshot,
             world.static,
             world.houses,
             world.lines,
             world.lights,
             distracted=distracted,
             faults=self.ecus.active,
-            brake_share=self._brake_share(moment),
+            brake_share=self._brake_share(snapshot),
             driver_language=world.route.scenario.driver_language,
         )
         out = [Outgoing(topics.TRUTH, truth)]
-        if moment.step % STATE_STEPS == 0 or self.finished:
-            out.append(Outgoing(topics.SCENARIO, self.scenario_state(moment.time_s)))
+        if snapshot.step % STATE_STEPS == 0 or self.finished:
+            out.append(Outgoing(topics.SCENARIO, self.scenario_state(snapshot.time_s)))
         return out
 
-    def _brake_share(self, moment: Moment) -> float:
+    def _brake_share(self, snapshot: Snapshot) -> float:
         """What a full braking gives now, in ratio to what the road gives its tyres."""
-        ego, film_mm = moment.ego, moment.weather.film_mm
-        able = self._car.ability(self.epoch_ns + round(moment.time_s * 1e9))
+        ego, film_mm = snapshot.ego, snapshot.weather.film_mm
+        able = self._car.ability(self.epoch_ns + round(snapshot.time_s * 1e9))
         full = decelerate(FULL_MPS2, able, ego.mu, film_mm, ego.speed_mps, ego.locked)
         return min(1.0, full.mps2 / min(FULL_MPS2, ego.mu * GRAVITY_MPS2))
 
-    def _shots(self, moment: Moment) -> list[Shot]:
+    def _shots(self, snapshot: Snapshot) -> list[Shot]:
         shots = []
         for name in self._present.cameras:
             every, remainder = CAMERA_STEPS[name]
-            if moment.step % every == remainder:
+            if snapshot.step % every == remainder:
                 self._frames[name] += 1
-                shots.append(Shot(name, moment.scene, self._frames[name]))
+                shots.append(Shot(name, snapshot.scene, self._frames[name]))
         return shots

@@ -1,6 +1,6 @@
 """The simulated world, step by step at 20 Hz: highway-env moves the vehicles, the rest is ours. Bit-identical per seed.
 
-A step reads the commands that reached the car and its driver since the last one, and gives a ``Moment``.
+A step reads the commands that reached the car and its driver since the last one, and gives a ``Snapshot``.
 """
 
 import math
@@ -13,11 +13,11 @@ from services.simulator.car.braking import Ability, Braked, decelerate
 from services.simulator.car.kinematics import FREE, bend_speed_mps
 from services.simulator.driver.driver import Advice, Driver, View, pedals
 from services.simulator.driver.profile import draw_driver
-from services.simulator.driver.road_ahead import Outlook
+from services.simulator.driver.road_ahead import RoadAhead
 from services.simulator.driver.understood_signs import understands
 from services.simulator.environment.scenery import build_parked, build_scenery
 from services.simulator.environment.weather import Weather, WeatherCourse, atmosphere
-from services.simulator.people.pedestrians import Person, Surroundings, populate, step_person
+from services.simulator.people.pedestrians import PERSON_IDS, Person, Surroundings, populate, step_person
 from services.simulator.road.furniture import build_gantries, build_lights, build_signs
 from services.simulator.road.gantries import LOOKS_AHEAD_M, at_start, decide
 from services.simulator.road.highway_env_road import build_road, direction_of, lane_index, to_pose
@@ -33,11 +33,11 @@ from services.simulator.sensors import camera_scene
 from services.simulator.traffic.cars import Car, Ego
 from services.simulator.traffic.cross_traffic import CrossCar, CrossTraffic
 from services.simulator.traffic.flow import Traffic
-from services.simulator.truth.hazard_sources import Perils
+from services.simulator.truth.hazard_sources import HazardSources
 from services.simulator.truth.hazards import Hazard, HazardLog
 from services.simulator.truth.ledger import Books, Crossed
 from services.simulator.truth.line_of_sight import Sight, houses
-from services.simulator.truth.moment import EgoMotion, Moment, Mover
+from services.simulator.truth.snapshot import EgoMotion, Mover, Snapshot
 
 STEP_S = 0.05
 SEES_LEAD_M = 160.0
@@ -79,8 +79,8 @@ class World:
         self.lights = Lights([Cycle(plan) for plan in scenario.lights])
         self.cross = CrossTraffic(self.route)
         self.cross.place(self.lines, seed)
-        self.outlook = Outlook(self.ego, self.traffic, self.lines, self.lights, self.cross)
-        self._perils = Perils(self.route, self.static, self.law, self.outlook)
+        self.road_ahead = RoadAhead(self.ego, self.traffic, self.lines, self.lights, self.cross)
+        self._hazard_sources = HazardSources(self.route, self.static, self.law, self.road_ahead)
         self.people = populate(scenario, self.route.kerb_m, self.route.near, seed)
         self._parked = [
             (self.route.section.spine.project(a.pose.x_m, a.pose.y_m)[0], a) for a in build_parked(self.route, seed)
@@ -92,7 +92,7 @@ class World:
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
         self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0
-        self._front_before = self._read_to_m = self.outlook.front_m
+        self._front_before = self._read_to_m = self.road_ahead.front_m
         self._wrecked_s = 0.0
 
     # One step ---------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ class World:
         """Seconds since the start."""
         return round(self._step * STEP_S, 6)
 
-    def step(self, inputs: Inputs = Inputs()) -> Moment:
+    def step(self, inputs: Inputs = Inputs()) -> Snapshot:
         """The world ``STEP_S`` later."""
         self._step += 1
         weather = self._weather()
@@ -116,26 +116,26 @@ class World:
         if self._step % RECYCLE_EVERY == 0:
             self.traffic.recycle()
         motion = self._motion(heading, speed)
-        return self._moment(motion, weather)
+        return self._snapshot(motion, weather)
 
     def _weather(self) -> Weather:
         """The weather where the ego is: water may stand there."""
         weather = self.course.at(self.time_s)
-        front = self.outlook.front_m
+        front = self.road_ahead.front_m
         deep = [water.film_mm for water in self.scenario.water if water.from_m <= front <= water.to_m + self.ego.LENGTH]
         film_mm = max([weather.film_mm, *deep])
         return replace(weather, cover=replace(weather.cover, film_mm=film_mm)) if deep else weather
 
     def _advance_surroundings(self) -> None:
-        self.lights.advance(self.time_s, self.lines, self.outlook.front_m)
+        self.lights.advance(self.time_s, self.lines, self.road_ahead.front_m)
         around = Surroundings(
             time_s=self.time_s,
-            ego_s_m=self.outlook.front_m,
+            ego_s_m=self.road_ahead.front_m,
             cars_have_red=self._cars_have_red,
         )
         self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)
-        self.outlook.crossing = tuple(person for person in self.people if person.crossing)
-        self.outlook.time_s = self.time_s
+        self.road_ahead.crossing = tuple(person for person in self.people if person.crossing)
+        self.road_ahead.time_s = self.time_s
         if self._step % LAW_EVERY == 0:
             for ordinal, plan in enumerate(self.scenario.gantries):
                 downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
@@ -157,7 +157,7 @@ class World:
             if (self._step + index) % LAW_EVERY == 0 or self._step == 1:
                 law = self.law.at(car.s_m, now_showing).limit_mps(weather.wet)
                 self.traffic.wish_speed(car, law, self.time_s)
-            car.stop_mps2 = min(self.outlook.stop_mps2(car), self.traffic.halt_mps2(car, STEP_S))
+            car.stop_mps2 = min(self.road_ahead.stop_mps2(car), self.traffic.halt_mps2(car, STEP_S))
 
     # The ego --------------------------------------------------------------------------------------------------------------
 
@@ -189,7 +189,7 @@ class World:
         return round(self.time_s * 1e9)
 
     def _view(self, weather: Weather, car: Ability) -> View:
-        lead = self.outlook.lead()
+        lead = self.road_ahead.lead()
         line = self.ego.lane.line
         speed = float(self.ego.speed)
         sees_m = self._sees_m(weather, car)
@@ -203,8 +203,8 @@ class World:
             sense_mps=SENSE_MPS[self.route.stretch_at(self.ego.s_m).road_class],
             gap_m=lead[0] if lead is not None and seen else None,
             lead_mps=lead[1] if lead is not None else 0.0,
-            stop=self.outlook.stop_ahead(sees_m),
-            person_m=self.outlook.person_m(),
+            stop=self.road_ahead.stop_ahead(sees_m),
+            person_m=self.road_ahead.person_m(),
             passed=self._posts_passed(weather),
             car_brakes=self.brake.applied_mps2 > 0.0,
         )
@@ -215,7 +215,7 @@ class World:
         return min(sees_m, UNLIT_M) if self._night and not car.headlamps else sees_m
 
     def _posts_passed(self, weather: Weather) -> tuple[tuple[int, float | None, bool], ...]:
-        passed, front_m = [], self.outlook.front_m
+        passed, front_m = [], self.road_ahead.front_m
         for number, post in enumerate(self.law.posts):
             if self._read_to_m < post.at_m <= front_m:
                 if post.ordinal >= 0:
@@ -251,8 +251,8 @@ class World:
             width_m=ego.WIDTH,
         )
 
-    def _moment(self, motion: EgoMotion, weather: Weather) -> Moment:
-        lead = self.outlook.lead()
+    def _snapshot(self, motion: EgoMotion, weather: Weather) -> Snapshot:
+        lead = self.road_ahead.lead()
         legal, scene = self._legal(), self._scene(motion.pose, motion.s_m, weather)
         fact = self.books.keep(
             time_s=self.time_s,
@@ -266,9 +266,9 @@ class World:
             crossed=self._crossed(),
             collision=bool(self.ego.crashed) or self._hits_somebody(motion),
         )
-        self._front_before = self.outlook.front_m
+        self._front_before = self.road_ahead.front_m
         self._wrecked_s += STEP_S if self.ego.crashed else 0.0
-        return Moment(
+        return Snapshot(
             step=self._step,
             time_s=self.time_s,
             ego=motion,
@@ -287,19 +287,19 @@ class World:
         for car in self.cross.cars:
             near = car.started and not car.seen and abs(car.s_m - self.ego.s_m) < SEES_CROSS_M
             car.seen = car.seen or (near and sight.reaches(car.number, Box.of(self.cross.actor(car, True)), True))
-        return self._hazards.note(self._perils.now(weather.film_mm), sight.shows, self.time_s)
+        return self._hazards.note(self._hazard_sources.now(weather.film_mm), sight.shows, self.time_s)
 
     def _stop_due(self) -> tuple[LineKind, float] | None:
-        due = self.outlook.stop_due()
+        due = self.road_ahead.stop_due()
         return None if due is None else (due[0].kind, due[1])
 
     def _crossed(self) -> Crossed | None:
-        front_m = self.outlook.front_m
+        front_m = self.road_ahead.front_m
         for line in self.lines:
             if self._front_before < line.at_m + 0.3 <= front_m:
                 if line.kind == "light":
                     return Crossed(kind="light", must_have_stopped=self.lights.state(line) == "red")
-                return Crossed(kind=line.kind, must_have_stopped=self.outlook.must_stop(line, 0.0))
+                return Crossed(kind=line.kind, must_have_stopped=self.road_ahead.must_stop(line, 0.0))
         return None
 
     def _hits_somebody(self, motion: EgoMotion) -> bool:
@@ -348,13 +348,13 @@ class World:
             vx, vy = float(car.speed) * math.cos(yaw), float(car.speed) * math.sin(yaw)
             ahead = car.s_m - ego_s_m > 0.0
             cars.append(
-                Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self.outlook.in_path(car))
+                Mover(actor_id=car.number, vx_mps=vx, vy_mps=vy, in_ego_path=ahead and self.road_ahead.in_path(car))
             )
-        lane_d = self.outlook.lane_d_m
+        lane_d = self.road_ahead.lane_d_m
         for each in self.cross.on_the_road():
             yaw = self.cross.pose(each).yaw_rad
             vx, vy = each.speed_mps * math.cos(yaw) * each.started, each.speed_mps * math.sin(yaw) * each.started
-            inside = each.s_m > ego_s_m and self.outlook.crosses_path(each)
+            inside = each.s_m > ego_s_m and self.road_ahead.crosses_path(each)
             cars.append(Mover(actor_id=each.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
         for person in self._people_near(ego_s_m):
             yaw = self.route.section.spine.yaw(person.s_m)
@@ -362,9 +362,7 @@ class World:
             along = person.along_mps if person.mode == "walking" else 0.0
             vx, vy = along * c - person.across_mps * s, along * s + person.across_mps * c
             inside = abs(person.d_m - lane_d) < 1.5 and person.s_m > ego_s_m
-            cars.append(
-                Mover(actor_id=camera_scene.PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside)
-            )
+            cars.append(Mover(actor_id=PERSON_IDS + person.number, vx_mps=vx, vy_mps=vy, in_ego_path=inside))
         return tuple(cars)
 
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 
 from services.simulator.car.kinematics import FREE, stopping_mps2
 from services.simulator.driver.driver import StopAhead
+from services.simulator.people.in_the_way import SOON_S, person_ahead_m
 from services.simulator.people.pedestrians import Person
 from services.simulator.road.highway_env_road import direction_of
 from services.simulator.road.stop_lines import Lights, Line, Stood, must_stop
 from services.simulator.traffic.cars import Car, Ego
 from services.simulator.traffic.cross_traffic import CrossCar, CrossTraffic
 from services.simulator.traffic.flow import Traffic
-from services.simulator.truth.hazards import SOON_S, person_ahead_m
 
 SEES_LINE_M, SEES_CAR_M = 90.0, 200.0
 PATH_MARGIN_M = 0.25
@@ -23,7 +23,7 @@ EGO = 0
 
 
 @dataclass(slots=True)
-class Outlook:
+class RoadAhead:
     """The road ahead of the ego and of each car; `crossing` is set anew every step."""
 
     ego: Ego

@@ -11,6 +11,8 @@ from msgspec.structs import replace
 from services.simulator.scenario.plan import CrosserPlan, Scenario, WalkersPlan
 
 Mode = Literal["walking", "waiting", "crossing", "done"]
+PERSON_IDS = 500
+"""Actor ids of pedestrians begin here."""
 STEP_CYCLE_M = 1.5
 """Two steps."""
 KERB_TO_WAITING_M, KERB_TO_WALKING_M = 0.5, 1.4

@@ -34,6 +34,13 @@ class Pose:
     yaw_rad: float = 0.0
 
 
+def in_ego_frame(ego: Pose, x_m: float, y_m: float) -> tuple[float, float]:
+    """A world point as seen from the ego: x forward, y left."""
+    c, s = math.cos(ego.yaw_rad), math.sin(ego.yaw_rad)
+    dx, dy = x_m - ego.x_m, y_m - ego.y_m
+    return dx * c + dy * s, dy * c - dx * s
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Actor:
     """A road user; ``pose`` is the centre of its footprint on the ground, ``look_seed`` paints it.

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from services.simulator.people.pedestrians import STEP_CYCLE_M, Person
+from services.simulator.people.pedestrians import PERSON_IDS, STEP_CYCLE_M, Person
 from services.simulator.road.furniture import AUX_PANEL, light_id, panel_id
 from services.simulator.road.gantries import Shown
 from services.simulator.road.highway_env_road import to_pose
@@ -11,7 +11,6 @@ from services.simulator.road.stop_lines import Lights, Line
 from services.simulator.scene.scene import Actor, LightState
 from services.simulator.traffic.cars import Car
 
-PERSON_IDS = 500
 BRAKE_LAMPS_FROM_MPS2 = -0.5
 
 

@@ -9,16 +9,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from services.simulator.car import tyres
-from services.simulator.driver.road_ahead import Outlook
+from services.simulator.driver.road_ahead import RoadAhead
+from services.simulator.people.pedestrians import PERSON_IDS
 from services.simulator.road.highway_env_road import to_pose
 from services.simulator.road.route import Route
 from services.simulator.road.stop_lines import Line
 from services.simulator.scenario.law import Law, Legal, read_post
 from services.simulator.scene.body import Box
 from services.simulator.scene.scene import Pose, StaticWorld
-from services.simulator.sensors.camera_scene import PERSON_IDS
 from services.simulator.traffic.cars import Car
-from services.simulator.truth.hazards import Peril
+from services.simulator.truth.hazards import HazardSource
 from services.simulator.truth.ledger import TOLERANCE_MPS
 
 CLOSING_PER_S = 0.25
@@ -45,19 +45,19 @@ class School:
 
 
 @dataclass(slots=True)
-class Perils:
-    """The perils of a drive."""
+class HazardSources:
+    """The hazard sources of a drive."""
 
     route: Route
     static: StaticWorld
     law: Law
-    outlook: Outlook
+    road_ahead: RoadAhead
     schools: tuple[School, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         self.schools = tuple(_schools(self.law, self.route.length_m))
 
-    def now(self, film_mm: float) -> Iterator[Peril]:
+    def now(self, film_mm: float) -> Iterator[HazardSource]:
         """All of this instant."""
         yield from self._people()
         yield from self._vehicles()
@@ -68,13 +68,13 @@ class Perils:
 
     # Road users -----------------------------------------------------------------------------------------------------
 
-    def _people(self) -> Iterator[Peril]:
-        front_m = self.outlook.front_m
-        for person in self.outlook.crossing:
+    def _people(self) -> Iterator[HazardSource]:
+        front_m = self.road_ahead.front_m
+        for person in self.road_ahead.crossing:
             ahead = person.s_m - front_m
             if person.plan is not None and person.plan.hazard and -2.0 < ahead < PERSON_M:
                 body = Box(self.route.pose(person.s_m, person.d_m), 0.45, 0.55, person.height_m)
-                yield Peril(
+                yield HazardSource(
                     kind="pedestrian",
                     key=person.number,
                     distance_m=ahead,
@@ -84,10 +84,10 @@ class Perils:
                     lit=self.route.stretch_at(person.s_m).lamps,
                 )
 
-    def _vehicles(self) -> Iterator[Peril]:
-        for car, part in self.outlook.traffic.parts.items():
+    def _vehicles(self) -> Iterator[HazardSource]:
+        for car, part in self.road_ahead.traffic.parts.items():
             gap = self._gap_m(car)
-            if not -car.LENGTH < gap < VEHICLE_M or not self.outlook.in_path(car):
+            if not -car.LENGTH < gap < VEHICLE_M or not self.road_ahead.in_path(car):
                 continue
             if part.halting is not None and part.halting.hazard:
                 yield self._vehicle("lead_brakes", car, gap)
@@ -97,26 +97,28 @@ class Perils:
                 yield self._vehicle("cut_in", car, gap)
 
     def _presses(self, car: Car, gap_m: float) -> bool:
-        speed = float(self.outlook.ego.speed)
+        speed = float(self.road_ahead.ego.speed)
         return speed > car.speed or gap_m < LEAVES_S * speed
 
-    def _tail(self) -> Iterator[Peril]:
-        queue = [car for car in self.outlook.traffic.queue if self.outlook.in_path(car)]
+    def _tail(self) -> Iterator[HazardSource]:
+        queue = [car for car in self.road_ahead.traffic.queue if self.road_ahead.in_path(car)]
         if not queue:
             return
         last_m = min(car.s_m for car in queue)
-        joined = [car for car in self.outlook.traffic.cars if car.speed < CREEPS_MPS and self.outlook.in_path(car)]
+        joined = [
+            car for car in self.road_ahead.traffic.cars if car.speed < CREEPS_MPS and self.road_ahead.in_path(car)
+        ]
         tails = [(self._gap_m(car), car) for car in (*queue, *joined) if car.s_m > last_m - JOINED_M]
         ahead = [(gap, car) for gap, car in tails if -car.LENGTH < gap < QUEUE_M]
         if ahead:
             gap, car = min(ahead, key=lambda each: each[0])
-            if float(self.outlook.ego.speed) - car.speed > QUEUE_SLOWER_MPS:
+            if float(self.road_ahead.ego.speed) - car.speed > QUEUE_SLOWER_MPS:
                 yield self._vehicle("congestion_tail", car, gap, key=0)
 
-    def _vehicle(self, kind: str, car: Car, gap_m: float, key: int | None = None) -> Peril:
-        closing = float(self.outlook.ego.speed) - float(car.speed)
+    def _vehicle(self, kind: str, car: Car, gap_m: float, key: int | None = None) -> HazardSource:
+        closing = float(self.road_ahead.ego.speed) - float(car.speed)
         shape = car.body
-        return Peril(
+        return HazardSource(
             kind=kind,
             key=car.number if key is None else key,
             distance_m=gap_m,
@@ -127,22 +129,22 @@ class Perils:
         )
 
     def _gap_m(self, car: Car) -> float:
-        return car.s_m - car.LENGTH / 2 - self.outlook.front_m
+        return car.s_m - car.LENGTH / 2 - self.road_ahead.front_m
 
     # Lines ----------------------------------------------------------------------------------------------------------
 
-    def _lines(self) -> Iterator[Peril]:
-        due = self.outlook.stop_due()
+    def _lines(self) -> Iterator[HazardSource]:
+        due = self.road_ahead.stop_due()
         if due is None:
             return
         line, distance = due
         begins = self._needs(distance, 0.0)
         if line.kind == "yield":
-            car = self.outlook.cross.coming(line, self.outlook.lane_d_m)
+            car = self.road_ahead.cross.coming(line, self.road_ahead.lane_d_m)
             if car is not None:
                 shape = car.body
-                body = Box(self.outlook.cross.pose(car), shape.length_m, shape.width_m, shape.height_m)
-                yield Peril(
+                body = Box(self.road_ahead.cross.pose(car), shape.length_m, shape.width_m, shape.height_m)
+                yield HazardSource(
                     kind="priority",
                     key=line.key,
                     distance_m=distance,
@@ -152,7 +154,9 @@ class Perils:
                     lit=True,
                 )
             return
-        yield Peril(kind="stop_line", key=line.key, distance_m=distance, begins=begins, body=self._mark(line), lit=True)
+        yield HazardSource(
+            kind="stop_line", key=line.key, distance_m=distance, begins=begins, body=self._mark(line), lit=True
+        )
 
     def _mark(self, line: Line) -> Box | None:
         """What tells of the line: the near head of its lights, or its sign, which headlamps light from afar."""
@@ -170,18 +174,18 @@ class Perils:
         )
 
     def _needs(self, distance_m: float, down_to_mps: float) -> bool:
-        speed = float(self.outlook.ego.speed)
+        speed = float(self.road_ahead.ego.speed)
         return (speed**2 - down_to_mps**2) / (2.0 * max(distance_m, 0.5)) > NEEDED_MPS2
 
     # Places ---------------------------------------------------------------------------------------------------------
 
-    def _at_schools(self) -> Iterator[Peril]:
-        front, speed = self.outlook.front_m, float(self.outlook.ego.speed)
+    def _at_schools(self) -> Iterator[HazardSource]:
+        front, speed = self.road_ahead.front_m, float(self.road_ahead.ego.speed)
         for number, school in enumerate(self.schools):
             distance = school.from_m - front
             if distance < SCHOOL_M and front < school.to_m and speed > school.limit_mps + TOLERANCE_MPS:
                 sign = self.route.near(school.from_m) * (self.route.kerb_m(school.from_m) + 0.55)
-                yield Peril(
+                yield HazardSource(
                     kind="school_zone",
                     key=number,
                     distance_m=distance,
@@ -190,12 +194,12 @@ class Perils:
                     lit=True,
                 )
 
-    def _water(self, film_mm: float) -> Iterator[Peril]:
-        front = self.outlook.front_m
-        floats = float(self.outlook.ego.speed) > tyres.aquaplaning_mps(film_mm)
+    def _water(self, film_mm: float) -> Iterator[HazardSource]:
+        front = self.road_ahead.front_m
+        floats = float(self.road_ahead.ego.speed) > tyres.aquaplaning_mps(film_mm)
         for number, water in enumerate(self.route.scenario.water):
-            if water.from_m <= front <= water.to_m + self.outlook.ego.LENGTH:
-                yield Peril(kind="deep_water", key=number, distance_m=0.0, begins=floats)
+            if water.from_m <= front <= water.to_m + self.road_ahead.ego.LENGTH:
+                yield HazardSource(kind="deep_water", key=number, distance_m=0.0, begins=floats)
 
 
 def _upright(pose: Pose, size: tuple[float, float, float, float]) -> Box:

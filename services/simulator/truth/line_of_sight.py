@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from services.simulator.scene.body import Box
 from services.simulator.scene.scene import FRONT, Pose, Scene, StaticWorld
-from services.simulator.truth.hazards import Peril
+from services.simulator.truth.hazards import HazardSource
 
 HALF = 0.5
 """A hazard is in sight when at least this share of it is."""
@@ -109,9 +109,9 @@ class Sight:
         self._actors = {actor.id: actor for actor in scene.actors if actor.kind != "pedestrian"}
         self._far_m, self._unlit_m = visibility_m, min(visibility_m, LIT_M if night else visibility_m)
 
-    def shows(self, peril: Peril) -> bool:
-        """Whether a peril can be perceived: seen, or felt where there is nothing to see."""
-        return peril.body is None or self.reaches(peril.actor_id, peril.body, peril.lit)
+    def shows(self, source: HazardSource) -> bool:
+        """Whether a source can be perceived: seen, or felt where there is nothing to see."""
+        return source.body is None or self.reaches(source.actor_id, source.body, source.lit)
 
     def reaches(self, own_id: int | None, body: Box, lit: bool) -> bool:
         """Whether at least half of a body is in sight; `own_id` is what it does not hide behind."""

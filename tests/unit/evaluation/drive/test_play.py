@@ -12,7 +12,7 @@ from drivemcp.errors import UserError
 from evaluation.drive.play import register
 from evaluation.drive.played import DECIDING, can_log_of
 from proto.services import BY_NAME
-from services.player.moments import Options
+from services.player.recording import Options
 from services.player.source import open_recording
 
 

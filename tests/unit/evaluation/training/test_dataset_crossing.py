@@ -7,8 +7,7 @@ import pytest
 
 from evaluation.training.dataset_crossing import FARTHEST_M, NEAREST_M, WIDE, with_crossing
 from services.simulator.render.random_stage.stage import FAMILIES, Split, random_stage
-from services.simulator.scene.scene import Actor, Scene
-from services.simulator.sensors.sensors import in_ego_frame
+from services.simulator.scene.scene import Actor, Scene, in_ego_frame
 
 SEEDS = range(12)
 

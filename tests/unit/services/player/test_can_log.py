@@ -14,7 +14,7 @@ from proto import topics
 from proto.vehicle import Ego
 from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
-from services.player.can_log import OUR_DBC, SpeedSignal, can_moments, check_log, log_beside, profile_of, speed_signal
+from services.player.can_log import OUR_DBC, SpeedSignal, can_messages, check_log, log_beside, profile_of, speed_signal
 from services.player.service import SERVICE, PlayerConfig
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.can_frames import FrameEncoder
@@ -145,10 +145,10 @@ def test_by_j1939_any_priority_and_sender_of_the_group_will_do(
 
 def test_frames_come_in_batches_counted_from_the_recordings_start(tmp_path: Path) -> None:
     log = write(tmp_path / "drive.asc", frames("ours", seconds=1.0))
-    moments = list(can_moments(log, 0.5))
-    assert moments[0].at_s == pytest.approx(0.0, abs=0.02)
-    assert moments[-1].at_s == pytest.approx(0.48, abs=0.01)
-    assert all(moment.topic is topics.CAN_RX for moment in moments)
+    messages = list(can_messages(log, 0.5))
+    assert messages[0].at_s == pytest.approx(0.0, abs=0.02)
+    assert messages[-1].at_s == pytest.approx(0.48, abs=0.01)
+    assert all(each.topic is topics.CAN_RX for each in messages)
 
 
 def test_a_log_without_the_signal_is_told(tmp_path: Path) -> None:

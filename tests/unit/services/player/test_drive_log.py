@@ -16,7 +16,7 @@ from proto.sensors import Calibration, CameraFrame
 from proto.vehicle import Ego
 from services.logger.service import SERVICE as LOGGER
 from services.logger.service import LoggerConfig
-from services.player.moments import Options
+from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
 
@@ -75,7 +75,7 @@ def logged(folder: Path, stamps_s: Sequence[float]) -> Path:
 
 
 def played_s(path: Path) -> list[float]:
-    return [moment.at_s for moment in open_recording(str(path), Options()).moments if moment.topic is topics.CAMERA]
+    return [each.at_s for each in open_recording(str(path), Options()).messages if each.topic is topics.CAMERA]
 
 
 @pytest.mark.parametrize("wrong", [1 << 60, 1 << 40, -(1 << 36)])
@@ -112,7 +112,7 @@ def test_stamps_that_others_bear_out_are_all_played(tmp_path: Path, stamps_s: li
 def test_a_speed_that_was_unknown_throughout_is_left_to_the_can_service(tmp_path: Path) -> None:
     recording = open_recording(str(drive(tmp_path, None)), Options())
     assert not recording.ego
-    assert topics.EGO not in {moment.topic for moment in recording.moments}
+    assert topics.EGO not in {each.topic for each in recording.messages}
 
 
 def test_a_log_that_was_cut_is_played_as_far_as_it_goes(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
-from services.player.moments import Options
+from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
 from services.player.webcam import live_pictures, webcam_number
@@ -64,9 +64,9 @@ def test_a_recording_that_breaks_off_says_why(folder: Path) -> None:
 
 def test_a_video_keeps_its_own_pace(video: Path) -> None:
     recording = open_recording(str(video), Options(max_rate_hz=10.0))
-    pictures = [moment for moment in recording.moments if isinstance(moment.message, CameraFrame)]
+    pictures = [each for each in recording.messages if isinstance(each.message, CameraFrame)]
     assert len(pictures) == 10
-    assert [moment.at_s for moment in pictures[:3]] == pytest.approx([0.0, 0.1, 0.2])
+    assert [each.at_s for each in pictures[:3]] == pytest.approx([0.0, 0.1, 0.2])
     first = pictures[0].message
     assert isinstance(first, CameraFrame)
     assert (first.height_px, first.width_px) == (480, 960)

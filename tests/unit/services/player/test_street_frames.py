@@ -14,7 +14,7 @@ from proto import topics
 from proto.sensors import Calibration, CameraFrame, LidarSweep
 from services.perception.checks.decoding import open_picture
 from services.perception.range.camera import Camera
-from services.player.moments import Options
+from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
 from services.player.street import read_frame
@@ -95,7 +95,7 @@ def test_frames_in_subfolders_are_played_by_their_stamps(tmp_path: Path) -> None
     write(tmp_path / "a", mount(0.0, 0.0, 0.0), timestamp_s=100.5)
     recording = open_recording(str(tmp_path), Options())
     assert not recording.ego
-    times = [moment.at_s for moment in recording.moments if isinstance(moment.message, LidarSweep | Calibration)]
+    times = [each.at_s for each in recording.messages if isinstance(each.message, LidarSweep | Calibration)]
     assert times == [0.0, 0.0, 0.5, 0.5]
 
 
@@ -138,9 +138,9 @@ def test_a_frame_that_is_shown_on_and_on_is_no_frozen_camera(tmp_path: Path) -> 
     folder = write(tmp_path, mount(0.0, 0.0, 0.0), ego={"speed_mps": 7.5})
     cv2.imwrite(str(folder / "front.jpg"), np.random.default_rng(1).integers(0, 255, (90, 160, 3), np.uint8))
     pictures = [
-        moment.message
-        for moment in open_recording(str(folder), Options(hold_s=1.0)).moments
-        if moment.topic is topics.CAMERA
+        each.message
+        for each in open_recording(str(folder), Options(hold_s=1.0)).messages
+        if each.topic is topics.CAMERA
     ]
     shown = [open_picture(picture) for picture in pictures if isinstance(picture, CameraFrame)]
     assert len(shown) == 10

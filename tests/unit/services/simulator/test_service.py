@@ -15,7 +15,7 @@ from services.simulator.realtime import RealTime
 from services.simulator.sensors.camera_process import Order, Studio, StudioError
 from services.simulator.service import SERVICE, SimulatorConfig
 from services.simulator.session import CAMERAS
-from services.simulator.truth.moment import Moment
+from services.simulator.truth.snapshot import Snapshot
 from services.simulator.world import World
 from tests.unit.services.simulator._scenes import scenario, scenario_text
 
@@ -138,7 +138,7 @@ def test_in_lockstep_stamps_are_the_simulation_s(file: str) -> None:
 def test_a_lockstep_drive_that_breaks_off_says_so_and_ends(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
     step = World.step
 
-    def breaking(world: World, *inputs: Any) -> Moment:
+    def breaking(world: World, *inputs: Any) -> Snapshot:
         if world.time_s > 0.5:
             raise ArithmeticError("a bug")
         return step(world, *inputs)
@@ -172,7 +172,7 @@ def test_a_drive_that_cannot_begin_says_why_and_ends(
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_drive_by_the_wall_clock_that_breaks_off_says_so_and_ends(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def breaking(*_: object) -> Moment:
+    def breaking(*_: object) -> Snapshot:
         raise ArithmeticError("a bug")
 
     monkeypatch.setattr(World, "step", breaking)

@@ -155,7 +155,7 @@ def test_a_drive_ends_after_its_seconds_or_at_the_end_of_the_route() -> None:
     assert short.scenario_state(1.0).finished
     route = session(scenario(length=300, speed=100), seconds=600.0)
     while not route.finished:
-        assert route.advance().moment.time_s < 30.0
+        assert route.advance().snapshot.time_s < 30.0
 
 
 def test_the_units_answer_a_request_for_the_speed() -> None:
@@ -172,9 +172,9 @@ def test_a_fault_of_the_scenario_begins_at_its_second_and_changes_the_drive() ->
     fault = '[[faults]]\npreset = "booster_lost"\nat_s = 1.0\nseverity = 0.9\n'
     sound, lost = (session(scenario(rest=rest, speed=70, road_class="urban")) for rest in (stop, stop + fault))
     before = zip(run(sound, 20), run(lost, 20), strict=True)
-    assert all(one.moment.ego == other.moment.ego for one, other in before)
+    assert all(one.snapshot.ego == other.snapshot.ego for one, other in before)
     assert not lost.state.stored_codes
-    ends = [run(drive, 220)[-1].moment.ego for drive in (sound, lost)]
+    ends = [run(drive, 220)[-1].snapshot.ego for drive in (sound, lost)]
     assert lost.state.stored_codes == ("C0021",)
     assert lost.state.brake_booster_fault
     assert ends[1].s_m > ends[0].s_m + 2.0
@@ -187,7 +187,7 @@ def test_the_same_seed_stops_later_for_a_braking_command_with_a_lost_circuit() -
         drive = session(scenario(rest=rest, speed=104))
         for _ in range(50):
             drive.brake(BrakeCommand(deceleration_mps2=6.0, jerk_mps3=10.0, grant_id="g"))
-            end = drive.advance().moment.ego
+            end = drive.advance().snapshot.ego
         ways.append(end.s_m)
     assert ways[1] > ways[0] + 3.0
 
@@ -195,7 +195,7 @@ def test_the_same_seed_stops_later_for_a_braking_command_with_a_lost_circuit() -
 def test_what_the_car_brakes_by_itself_moves_no_pedal() -> None:
     """Else whoever commands it would take its own braking for the driver's, and let go at once."""
     drive = session(scenario(speed=104))
-    foot = run(drive, 60)[-1].moment.wish
+    foot = run(drive, 60)[-1].snapshot.wish
     brake(drive, 20)
     state = drive.state
     assert state.acceleration_mps2 == pytest.approx(-4.0, abs=0.5)
@@ -205,8 +205,8 @@ def test_what_the_car_brakes_by_itself_moves_no_pedal() -> None:
 
 def test_nobody_steps_on_the_accelerator_to_keep_the_speed_as_the_car_brakes() -> None:
     drive = session(scenario(speed=50))
-    before = run(drive, 100)[-1].moment
-    after = brake(drive, 40).moment
+    before = run(drive, 100)[-1].snapshot
+    after = brake(drive, 40).snapshot
     assert after.ego.speed_mps < before.ego.speed_mps - 6.0
     assert after.wish.accelerator <= before.wish.accelerator
 

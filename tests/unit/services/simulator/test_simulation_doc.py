@@ -25,9 +25,9 @@ def test_the_example_of_the_page_drives() -> None:
     assert block is not None
     world = World(parse_scenario(block.group(1), "docs/simulation.md"), 1)
     for _ in range(100):
-        moment = world.step()
-    assert moment.ego.s_m > 80
-    assert not moment.fact.collision
+        snapshot = world.step()
+    assert snapshot.ego.s_m > 80
+    assert not snapshot.fact.collision
 
 
 def test_the_numbers_of_the_page_are_the_code_s() -> None:

@@ -15,21 +15,23 @@ from services.simulator.road.furniture import build_signs
 from services.simulator.road.route import Route
 from services.simulator.scenario.load import load_scenario
 from services.simulator.scenario.plan import BendPlan
-from services.simulator.truth.moment import Moment
+from services.simulator.truth.snapshot import Snapshot
 from services.simulator.world import WRECKED_S, Inputs, World
 from tests.unit.services.simulator._scenes import scenario
 
 SHIPPED = ("urb-rain", "cross-border", "dynamic-vsl")
 
 
-def drive(world: World, seconds: float, inputs: Inputs = Inputs()) -> list[Moment]:
+def drive(world: World, seconds: float, inputs: Inputs = Inputs()) -> list[Snapshot]:
     return [world.step(inputs) for _ in range(round(seconds * 20))]
 
 
 def fingerprint(name: str, seed: int, seconds: float = 5.0) -> str:
     world, digest = World(load_scenario(data(f"scenarios/{name}.toml")), seed), hashlib.sha256()
-    for moment in drive(world, seconds):
-        digest.update(repr((moment.ego, moment.movers, moment.fact, moment.scene.actors, moment.scene.panels)).encode())
+    for snapshot in drive(world, seconds):
+        digest.update(
+            repr((snapshot.ego, snapshot.movers, snapshot.fact, snapshot.scene.actors, snapshot.scene.panels)).encode()
+        )
     return digest.hexdigest()
 
 
@@ -42,16 +44,16 @@ def test_a_scenario_is_bit_identical_per_seed_and_differs_between_seeds(name: st
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_ego_stays_in_its_lane(name: str) -> None:
     world = World(load_scenario(data(f"scenarios/{name}.toml")), 2)
-    for moment in drive(world, 12.0):
-        assert abs(moment.ego.d_m - world.ego.lane.line.offset_at(moment.ego.s_m)) < 0.2
+    for snapshot in drive(world, 12.0):
+        assert abs(snapshot.ego.d_m - world.ego.lane.line.offset_at(snapshot.ego.s_m)) < 0.2
 
 
 def test_after_the_border_one_drives_on_the_left() -> None:
     rest = '[[signs]]\nat_m = 200\ncodes = ["border:GBR"]\n[[signs]]\nat_m = 420\ncodes = ["limit:40"]'
     plan = scenario(rest=rest, road="changeover_m = 300", speed=40)
-    moments = drive(World(plan, 1), 35.0)
-    before = [moment.ego.d_m for moment in moments if moment.ego.s_m < 200]
-    after = [moment.ego.d_m for moment in moments if moment.ego.s_m > 380]
+    snapshots = drive(World(plan, 1), 35.0)
+    before = [snapshot.ego.d_m for snapshot in snapshots if snapshot.ego.s_m < 200]
+    after = [snapshot.ego.d_m for snapshot in snapshots if snapshot.ego.s_m > 380]
     assert after
     assert max(before) < -1.3
     assert min(after) > 1.3
@@ -93,10 +95,10 @@ def test_signs_stand_on_the_side_on_which_one_drives_and_face_the_driver() -> No
 @pytest.mark.parametrize("rain", [0.0, 18.0])
 def test_no_braking_exceeds_what_the_road_gives(rain: float) -> None:
     rest = "[[crossers]]\nat_m = 70\nside = 'near'\nwalk_mps = 2.5\nwhen_ego_within_m = 45\nhazard = true"
-    moments = drive(World(scenario(rest=rest, rain=rain, speed=70), 4), 6.0)
-    hardest = min(moment.ego.acceleration_mps2 for moment in moments)
+    snapshots = drive(World(scenario(rest=rest, rain=rain, speed=70), 4), 6.0)
+    hardest = min(snapshot.ego.acceleration_mps2 for snapshot in snapshots)
     assert hardest < -3.0
-    assert all(moment.ego.acceleration_mps2 >= -moment.ego.mu * 9.81 - 1e-6 for moment in moments)
+    assert all(snapshot.ego.acceleration_mps2 >= -snapshot.ego.mu * 9.81 - 1e-6 for snapshot in snapshots)
 
 
 def test_worn_brakes_brake_less() -> None:
@@ -115,7 +117,7 @@ def test_the_driver_s_own_stop_is_longer_with_a_fault_of_the_brakes() -> None:
         drive(World(scenario(rest=rest, speed=70, road_class="urban"), 2), 14.0, Inputs(car=car))
         for car in (Ability(), Ability(effect=0.15))
     )
-    assert min(moment.ego.speed_mps for moment in lost) > min(moment.ego.speed_mps for moment in sound) + 3.0
+    assert min(snapshot.ego.speed_mps for snapshot in lost) > min(snapshot.ego.speed_mps for snapshot in sound) + 3.0
 
 
 def test_a_soft_tyre_lowers_the_grip_in_rain_and_pulls_a_little_to_its_side() -> None:
@@ -144,24 +146,24 @@ def test_a_braking_command_slows_the_car_and_lets_go_when_it_expires() -> None:
     after = drive(world, 1.0)
     assert held[-1].brake.applied_mps2 == pytest.approx(4.0)
     assert held[-1].ego.acceleration_mps2 == pytest.approx(-4.0, abs=0.01)
-    assert all(moment.brake.applied_mps2 == 0.0 for moment in after[5:])
+    assert all(snapshot.brake.applied_mps2 == 0.0 for snapshot in after[5:])
 
 
 def test_somebody_who_steps_out_is_a_hazard_with_an_onset_and_can_be_hit() -> None:
     rest = "[[crossers]]\nat_m = 70\nside = 'near'\nwalk_mps = 1.6\nwhen_ego_within_m = 30\nhazard = true"
-    moments = drive(World(scenario(rest=rest, speed=100, rain=15), 4), 5.0)
-    on = [moment for moment in moments if moment.fact.hazards]
+    snapshots = drive(World(scenario(rest=rest, speed=100, rain=15), 4), 5.0)
+    on = [snapshot for snapshot in snapshots if snapshot.fact.hazards]
     assert on
     assert on[0].fact.hazards[0].onset_s == pytest.approx(on[0].time_s, abs=0.06)
-    assert moments[-1].fact.collision
+    assert snapshots[-1].fact.collision
 
 
 def test_the_ego_stops_for_red_and_goes_on_at_green() -> None:
     rest = "[[lights]]\nat_m = 150\nred_on_approach_m = 90\nred_s = 6"
-    moments = drive(World(scenario(rest=rest, speed=50, road_class="urban"), 2), 30.0)
-    assert min(moment.ego.speed_mps for moment in moments) < 0.3
-    assert moments[-1].ego.s_m > 160
-    assert moments[-1].fact.infractions == 0 or all(m.fact.infraction != "red_light" for m in moments)
+    snapshots = drive(World(scenario(rest=rest, speed=50, road_class="urban"), 2), 30.0)
+    assert min(snapshot.ego.speed_mps for snapshot in snapshots) < 0.3
+    assert snapshots[-1].ego.s_m > 160
+    assert snapshots[-1].fact.infractions == 0 or all(m.fact.infraction != "red_light" for m in snapshots)
 
 
 def test_the_ego_holds_its_wheel_while_it_creeps_to_a_stand_in_a_bend() -> None:
@@ -169,7 +171,7 @@ def test_the_ego_holds_its_wheel_while_it_creeps_to_a_stand_in_a_bend() -> None:
     plan = scenario(rest=lights, speed=40, road_class="urban")
     bends = (BendPlan(length_m=60), BendPlan(length_m=120, radius_m=120), BendPlan(length_m=400))
     bent = msgspec.structs.replace(plan, road=msgspec.structs.replace(plan.road, bends=bends))
-    egos = [moment.ego for moment in drive(World(bent, 2), 30.0)]
+    egos = [snapshot.ego for snapshot in drive(World(bent, 2), 30.0)]
     swings = [
         abs(now.yaw_rate_radps - before.yaw_rate_radps)
         for before, now in pairwise(egos)
@@ -185,7 +187,7 @@ def test_a_drive_ends_soon_after_a_collision_with_a_vehicle() -> None:
     world.ego.crashed = True
     after = drive(world, 6.0)
     assert after[0].fact.collision
-    assert next(k for k, moment in enumerate(after) if moment.ended) == pytest.approx(WRECKED_S * 20, abs=2)
+    assert next(k for k, snapshot in enumerate(after) if snapshot.ended) == pytest.approx(WRECKED_S * 20, abs=2)
 
 
 def test_traffic_keeps_its_gaps_and_nobody_crashes() -> None:

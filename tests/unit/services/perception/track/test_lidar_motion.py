@@ -17,7 +17,7 @@ from services.perception.track.lidar_motion import NEAR_M, Movers
 from services.perception.track.road_user import EgoState, Sighting
 from services.simulator.scene.scene import FRONT
 from services.simulator.sensors import lidar
-from services.simulator.sensors.sensors import calibration
+from services.simulator.sensors.measurements import calibration
 from tests.unit.services.perception.pictures import taken
 
 SWEEP_S = 0.1

@@ -9,7 +9,7 @@ from services.simulator.scene.scene import Pose, Road, Scenery, SignFace, SignPo
 from services.simulator.scene.solids import SIGN_POLE_M, hung, solids
 from services.simulator.sensors import lidar
 from services.simulator.sensors.lidar import Reals
-from services.simulator.sensors.sensors import StaticBoxes
+from services.simulator.sensors.measurements import StaticBoxes
 
 PLACE = Pose(x_m=6.0, y_m=-1.0, yaw_rad=math.pi)
 POST = SignPost(id=1, pose=PLACE, faces=(SignFace(country="DEU", code="crossing"),), height_m=2.3)

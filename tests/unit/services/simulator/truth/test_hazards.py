@@ -9,23 +9,23 @@ from services.orchestrator.events import ETA
 from services.simulator.car.tyres import aquaplaning_mps
 from services.simulator.scenario.plan import Scenario
 from services.simulator.truth import hazard_sources
-from services.simulator.truth.hazards import HazardLog, Peril
-from services.simulator.truth.moment import Moment
+from services.simulator.truth.hazards import HazardLog, HazardSource
+from services.simulator.truth.snapshot import Snapshot
 from services.simulator.world import World
 from tests.unit.services.simulator._scenes import scenario
 
 
-def drive(plan: Scenario, seconds: float, seed: int = 1) -> list[Moment]:
+def drive(plan: Scenario, seconds: float, seed: int = 1) -> list[Snapshot]:
     world = World(plan, seed)
     return [world.step() for _ in range(round(seconds * 20))]
 
 
-def onsets(moments: Iterable[Moment]) -> dict[str, float]:
-    return {each.kind: each.onset_s for moment in moments for each in moment.fact.hazards}
+def onsets(snapshots: Iterable[Snapshot]) -> dict[str, float]:
+    return {each.kind: each.onset_s for snapshot in snapshots for each in snapshot.fact.hazards}
 
 
-def peril(begins: bool = True, key: int = 1) -> Peril:
-    return Peril(kind="pedestrian", key=key, distance_m=20.0, begins=begins)
+def source(begins: bool = True, key: int = 1) -> HazardSource:
+    return HazardSource(kind="pedestrian", key=key, distance_m=20.0, begins=begins)
 
 
 def test_thresholds_are_those_of_the_assistants_events() -> None:
@@ -36,24 +36,24 @@ def test_thresholds_are_those_of_the_assistants_events() -> None:
 def test_a_hazard_begins_when_its_threshold_is_crossed_and_it_is_in_sight_and_comes_once() -> None:
     log, seen = HazardLog(), [False]
 
-    def note(now: list[Peril], time_s: float) -> list[float]:
+    def note(now: list[HazardSource], time_s: float) -> list[float]:
         return [each.onset_s for each in log.note(now, lambda _: seen[0], time_s)]
 
-    assert note([peril()], 1.0) == [], "hidden"
+    assert note([source()], 1.0) == [], "hidden"
     seen[0] = True
-    assert note([peril(begins=False)], 2.0) == [], "below its threshold"
-    assert note([peril()], 3.0) == [3.0]
+    assert note([source(begins=False)], 2.0) == [], "below its threshold"
+    assert note([source()], 3.0) == [3.0]
     seen[0] = False
-    assert note([peril(begins=False), peril(key=2)], 4.0) == [3.0], "it stays on while it is there"
+    assert note([source(begins=False), source(key=2)], 4.0) == [3.0], "it stays on while it is there"
     assert note([], 5.0) == []
     seen[0] = True
-    assert note([peril(), peril(key=2)], 6.0) == [6.0], "the first is over for good; another is another"
+    assert note([source(), source(key=2)], 6.0) == [6.0], "the first is over for good; another is another"
 
 
 def test_a_braking_lead_is_a_hazard_below_four_seconds_to_collision() -> None:
     lead = "[[vehicles]]\nat_m = 60\nspeed_kmh = 60\nkeeps_kmh = 60\nhalts = [{ at_m = 250, hazard = true }]"
-    moments = drive(scenario(rest=lead, speed=60), 18.0)
-    (first,) = [m for m in moments if m.fact.hazards and m.time_s == m.fact.hazards[0].onset_s]
+    snapshots = drive(scenario(rest=lead, speed=60), 18.0)
+    (first,) = [m for m in snapshots if m.fact.hazards and m.time_s == m.fact.hazards[0].onset_s]
     gap, closing = first.fact.gap_m, first.fact.closing_mps
     assert gap is not None
     assert closing is not None
@@ -70,13 +70,13 @@ speed_kmh = 110
 heeds_limits = false
 lane_change = { to_lane = 1, when_ego_at_m = 250, paces_m = 55, then_kmh = 75, at_gap_m = 36, hazard = true }
 """
-    moments = drive(motorway(cut_in, 110), 24.0)
-    at_s = onsets(moments)["cut_in"]
-    onset = next(moment for moment in moments if moment.time_s == at_s)
+    snapshots = drive(motorway(cut_in, 110), 24.0)
+    at_s = onsets(snapshots)["cut_in"]
+    onset = next(snapshot for snapshot in snapshots if snapshot.time_s == at_s)
     assert onset.ego.s_m > 250.0
     assert onset.fact.gap_m is not None
     assert onset.fact.gap_m < 36.0
-    before = [moment.fact.gap_m for moment in moments if moment.ego.s_m < 250.0]
+    before = [snapshot.fact.gap_m for snapshot in snapshots if snapshot.ego.s_m < 250.0]
     assert set(before) == {None}, "it drives beside, not ahead"
 
 
@@ -89,8 +89,8 @@ speed_kmh = 0
 heeds_limits = false
 lane_change = { to_lane = 2, when_ego_at_m = 600, paces_m = 2 }
 """
-    moments = drive(motorway(pacing, 0), 60.0)
-    assert moments[-1].ego.s_m > 100.0, "behind one that waits, both would stand for good"
+    snapshots = drive(motorway(pacing, 0), 60.0)
+    assert snapshots[-1].ego.s_m > 100.0, "behind one that waits, both would stand for good"
 
 
 def test_nobody_cuts_in_where_another_drives() -> None:
@@ -155,13 +155,13 @@ def motorway(rest: str, speed: float) -> Scenario:
 
 
 def test_a_lorry_that_leaves_the_lane_lays_bare_what_stands_behind_it() -> None:
-    moments = drive(motorway(lorry_before_who_stands(330, when_ego_at_m=215), 80), 25.0)
-    onset = next(moment for moment in moments if moment.fact.hazards)
+    snapshots = drive(motorway(lorry_before_who_stands(330, when_ego_at_m=215), 80), 25.0)
+    onset = next(snapshot for snapshot in snapshots if snapshot.fact.hazards)
     (hazard,) = onset.fact.hazards
     assert hazard.kind == "stopped_lead"
     assert hazard.distance_m / onset.ego.speed_mps < 4.0
     assert onset.ego.s_m > 215.0
-    assert moments[-1].ego.speed_mps > 1.0, "it drives on in the end"
+    assert snapshots[-1].ego.speed_mps > 1.0, "it drives on in the end"
 
 
 def test_water_is_a_hazard_where_a_tyre_floats() -> None:
@@ -176,9 +176,9 @@ def test_water_is_a_hazard_where_a_tyre_floats() -> None:
 
 def test_grip_is_lost_in_the_water_and_found_behind_it() -> None:
     rest = "[[water]]\nfrom_m = 80\nto_m = 160\nfilm_mm = 8.0"
-    moments = drive(scenario(rest=rest, speed=95), 10.0)
-    inside = [m.ego.mu for m in moments if 90 < m.ego.s_m < 155]
-    outside = [m.ego.mu for m in moments if m.ego.s_m > 170]
+    snapshots = drive(scenario(rest=rest, speed=95), 10.0)
+    inside = [m.ego.mu for m in snapshots if 90 < m.ego.s_m < 155]
+    outside = [m.ego.mu for m in snapshots if m.ego.s_m > 170]
     assert max(inside) < 0.5 * min(outside)
 
 
@@ -205,7 +205,7 @@ keeps_kmh = 10
     world = World(motorway(rest, 120), 1)
     object.__setattr__(world.driver.profile, "reaction_s", 3.0)
     joined = next(iter(world.traffic.parts))
-    moments = [world.step() for _ in range(240)]
-    found = [hazard for moment in moments for hazard in moment.fact.hazards]
+    snapshots = [world.step() for _ in range(240)]
+    found = [hazard for snapshot in snapshots for hazard in snapshot.fact.hazards]
     assert {hazard.kind for hazard in found} == {"congestion_tail"}
     assert joined.number in {hazard.actor_id for hazard in found}

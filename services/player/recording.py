@@ -1,4 +1,4 @@
-"""A recording as moments: what is to be published, and when."""
+"""A recording as messages: what is to be published, and when."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -22,7 +22,7 @@ CALIBRATION_PERIOD = 10
 """A calibration goes with every tenth picture."""
 
 
-class Moment(NamedTuple):
+class TimedMessage(NamedTuple):
     """One message, and its time in seconds from the recording's start."""
 
     at_s: float
@@ -44,7 +44,7 @@ class Recording(NamedTuple):
     name: str
     pictures: int
     duration_s: float
-    moments: Iterator[Moment]
+    messages: Iterator[TimedMessage]
     ego: bool = False
     brings: str = "pictures"
 
@@ -60,13 +60,13 @@ class Options(NamedTuple):
     camera_height_m: float = 1.4
 
 
-def camera_moments(pictures: Iterable[Picture], options: Options) -> Iterator[Moment]:
+def camera_messages(pictures: Iterable[Picture], options: Options) -> Iterator[TimedMessage]:
     """Pictures of a camera that nobody measured, each as a message, with the calibration assumed of it."""
     for number, picture in enumerate(pictures):
         height, width = picture.bgr.shape[:2]
         if number % CALIBRATION_PERIOD == 0:
-            yield Moment(picture.at_s, topics.CALIBRATION, assumed_calibration(options, width, height), FRONT)
-        yield Moment(picture.at_s, topics.CAMERA, frame_of(picture.bgr, number), FRONT)
+            yield TimedMessage(picture.at_s, topics.CALIBRATION, assumed_calibration(options, width, height), FRONT)
+        yield TimedMessage(picture.at_s, topics.CAMERA, frame_of(picture.bgr, number), FRONT)
 
 
 def assumed_calibration(options: Options, width_px: int, height_px: int) -> Calibration:

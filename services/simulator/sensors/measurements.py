@@ -11,10 +11,10 @@ from services.simulator.car.state import Controls
 from services.simulator.environment.weather import Weather
 from services.simulator.road.route import Route
 from services.simulator.road.stop_lines import Line
-from services.simulator.scene.scene import CameraSpec, Pose, StaticWorld
+from services.simulator.scene.scene import CameraSpec, Pose, StaticWorld, in_ego_frame
 from services.simulator.scene.solids import Solid, solids
 from services.simulator.sensors import lidar
-from services.simulator.truth.moment import Moment
+from services.simulator.truth.snapshot import Snapshot
 
 LIDAR_REACH_M, STATIC_REACH_M = 90.0, 55.0
 CROSSING_M, ACROSS_MPS = 75.0, 2.0
@@ -41,13 +41,6 @@ class SensorNoise:
         return np.random.default_rng([self._seed, 50 + sensor, step])
 
 
-def in_ego_frame(ego: Pose, x_m: float, y_m: float) -> tuple[float, float]:
-    """A world point as seen from the ego: x forward, y left."""
-    c, s = math.cos(ego.yaw_rad), math.sin(ego.yaw_rad)
-    dx, dy = x_m - ego.x_m, y_m - ego.y_m
-    return dx * c + dy * s, dy * c - dx * s
-
-
 class StaticBoxes:
     """What stands still as boxes, and which of them are near."""
 
@@ -70,35 +63,35 @@ def _box(ego: Pose, pose: Pose, size: tuple[float, float, float], base_m: float 
     return lidar.BoxOnGround(x, y, pose.yaw_rad - ego.yaw_rad, *size, base_m)
 
 
-def lidar_sweep(moment: Moment, static: StaticBoxes, noise: SensorNoise) -> LidarSweep:
+def lidar_sweep(snapshot: Snapshot, static: StaticBoxes, noise: SensorNoise) -> LidarSweep:
     """The LiDAR's turn at a moment."""
-    ego = moment.ego.pose
+    ego = snapshot.ego.pose
     boxes = static.near(ego)
-    for actor in moment.scene.actors:
+    for actor in snapshot.scene.actors:
         box = _box(ego, actor.pose, (actor.length_m, actor.width_m, actor.height_m))
         if math.hypot(box.x_m, box.y_m) < LIDAR_REACH_M:
             boxes.append(box)
-    points = lidar.sweep(boxes, moment.weather.rain_mm_h, noise.at(1, moment.step))
+    points = lidar.sweep(boxes, snapshot.weather.rain_mm_h, noise.at(1, snapshot.step))
     return LidarSweep(points=points.astype("<f4").tobytes(), count=len(points), rings=lidar.RINGS)
 
 
-def somebody_crosses(moment: Moment) -> bool:
+def somebody_crosses(snapshot: Snapshot) -> bool:
     """Whether a vehicle that LiDAR may show drives across the ego's way, or turns into it."""
-    ego = moment.ego.pose
+    ego = snapshot.ego.pose
     near = {
         actor.id
-        for actor in moment.scene.actors
+        for actor in snapshot.scene.actors
         if actor.kind != "pedestrian" and math.hypot(actor.pose.x_m - ego.x_m, actor.pose.y_m - ego.y_m) < CROSSING_M
     }
     c, s = math.cos(ego.yaw_rad), math.sin(ego.yaw_rad)
     return any(
-        mover.actor_id in near and abs(c * mover.vy_mps - s * mover.vx_mps) > ACROSS_MPS for mover in moment.movers
+        mover.actor_id in near and abs(c * mover.vy_mps - s * mover.vx_mps) > ACROSS_MPS for mover in snapshot.movers
     )
 
 
-def gnss_fix(moment: Moment, noise: SensorNoise) -> GnssFix:
+def gnss_fix(snapshot: Snapshot, noise: SensorNoise) -> GnssFix:
     """A noisy position; the error drifts slowly, as a receiver's does."""
-    chance, pose, t = noise.at(2, moment.step), moment.ego.pose, moment.time_s
+    chance, pose, t = noise.at(2, snapshot.step), snapshot.ego.pose, snapshot.time_s
     drift = 0.4 * math.sin(t / 17.0), 0.4 * math.cos(t / 23.0)
     x, y = chance.normal(0.0, GNSS_SIGMA_M / 2, 2)
     heading = pose.yaw_rad + float(chance.normal(0.0, HEADING_SIGMA_RAD))
@@ -110,9 +103,9 @@ def gnss_fix(moment: Moment, noise: SensorNoise) -> GnssFix:
     )
 
 
-def weather_sensing(moment: Moment, noise: SensorNoise) -> WeatherSensing:
+def weather_sensing(snapshot: Snapshot, noise: SensorNoise) -> WeatherSensing:
     """What the rain sensor, thermometers and the road sensor report; never friction."""
-    return sensed(moment.weather, noise.at(3, moment.step))
+    return sensed(snapshot.weather, noise.at(3, snapshot.step))
 
 
 def sensed(weather: Weather, chance: np.random.Generator) -> WeatherSensing:
@@ -131,13 +124,13 @@ def sensed(weather: Weather, chance: np.random.Generator) -> WeatherSensing:
     )
 
 
-def map_view(moment: Moment, route: Route, lines: Sequence[Line]) -> MapView:
+def map_view(snapshot: Snapshot, route: Route, lines: Sequence[Line]) -> MapView:
     """Lanes, stop lines and the next junction; nothing of what signs say."""
-    ego, stretch = moment.ego, route.stretch_at(moment.ego.s_m)
+    ego, stretch = snapshot.ego, route.stretch_at(snapshot.ego.s_m)
     junction = next((at - ego.s_m for at in route.junctions() if 0.0 < at - ego.s_m < JUNCTION_SEEN_M), None)
     return MapView(
         segment_id=_segment(route, ego.s_m),
-        lanes=tuple(_lane_paths(moment, route)),
+        lanes=tuple(_lane_paths(snapshot, route)),
         stop_lines=tuple(_stop_lines(ego.s_m, route, lines)),
         junction_distance_m=junction,
         carriageways_separated=route.section.median_m > 1.0,
@@ -151,8 +144,8 @@ def _segment(route: Route, s_m: float) -> str:
     return f"{route.scenario.name}/{sum(1 for cut in cuts if cut <= s_m)}"
 
 
-def _lane_paths(moment: Moment, route: Route) -> Iterable[LanePath]:
-    ego, section = moment.ego, route.section
+def _lane_paths(snapshot: Snapshot, route: Route) -> Iterable[LanePath]:
+    ego, section = snapshot.ego, route.section
     low, high = max(0.0, ego.s_m - MAP_BEHIND_M), min(route.length_m, ego.s_m + MAP_AHEAD_M)
     s = np.linspace(low, high, max(2, int((high - low) / MAP_EVERY_M) + 1))
     c, sine = math.cos(ego.pose.yaw_rad), math.sin(ego.pose.yaw_rad)
@@ -180,18 +173,18 @@ def _stop_lines(s_m: float, route: Route, lines: Sequence[Line]) -> Iterable[Sto
             yield StopLine(distance_m=zebra.at_m - s_m - 2.5, kind="crossing")
 
 
-def car_controls(moment: Moment) -> Controls:
+def car_controls(snapshot: Snapshot) -> Controls:
     """What the car's control units are told."""
-    ego, weather, atmosphere = moment.ego, moment.weather, moment.scene.atmosphere
+    ego, weather, atmosphere = snapshot.ego, snapshot.weather, snapshot.scene.atmosphere
     dark = atmosphere.night or atmosphere.sun_elevation_deg < 4.0
     return Controls(
         speed_mps=ego.speed_mps,
         acceleration_mps2=ego.acceleration_mps2,
         yaw_rate_radps=ego.yaw_rate_radps,
         road_wheel_rad=ego.road_wheel_rad,
-        accelerator=moment.wish.accelerator,
-        brake=moment.wish.brake,
-        system_brake=min(1.0, moment.brake.applied_mps2 / 8.0),
+        accelerator=snapshot.wish.accelerator,
+        brake=snapshot.wish.brake,
+        system_brake=min(1.0, snapshot.brake.applied_mps2 / 8.0),
         abs_active=ego.abs_active,
         locked=ego.locked,
         mu=ego.mu,
