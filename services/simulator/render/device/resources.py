@@ -8,39 +8,37 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from services.simulator.render import shaders
 from services.simulator.render.device import overlays
 from services.simulator.render.device.context import open_context
 from services.simulator.render.device.face_atlas import FaceAtlas
 from services.simulator.render.models import buildings, plants, textures
 from services.simulator.render.models.actors import Model, build_model, model_key
 from services.simulator.render.models.mesh import VERTEX_FORMAT, VERTEX_NAMES, Builder, Mesh
-from services.simulator.render.shaders import common, flat, screen, upright
 from services.simulator.scene.scene import Actor
 from services.simulator.scene.solids import LAMP_HEIGHT_M
 
 MODEL_CACHE = 160
 Uniform = float | int | tuple[float, ...] | bytes
 
-OBJECT_SOURCES = (upright.OBJECT_VERTEX, upright.OBJECT_FRAGMENT)
-ID_SOURCES = (upright.OBJECT_VERTEX, upright.ID_FRAGMENT)
-GROUND_SOURCES = (flat.GROUND_VERTEX, flat.GROUND_FRAGMENT)
-PROGRAMS: dict[str, tuple[tuple[str, str], tuple[str, ...]]] = {
-    "object": (OBJECT_SOURCES, ()),
-    "plant": ((upright.LEAF_VERTEX, upright.LEAF_FRAGMENT), ()),
-    "furniture": (OBJECT_SOURCES, ("INSTANCED",)),
-    "id_object": (ID_SOURCES, ()),
-    "id_plant": ((upright.LEAF_VERTEX, upright.ID_FRAGMENT), ("LEAFY",)),
-    "id_furniture": (ID_SOURCES, ("INSTANCED",)),
-    "ground": (GROUND_SOURCES, ()),
-    "line": (GROUND_SOURCES, ("LINE",)),
-    "sky": ((flat.SKY_VERTEX, flat.SKY_FRAGMENT), ()),
-    "face": ((upright.FACE_VERTEX, upright.FACE_FRAGMENT), ()),
-    "id_face": ((upright.FACE_ID_VERTEX, upright.FACE_ID_FRAGMENT), ()),
-    "glow": ((screen.GLOW_VERTEX, screen.GLOW_FRAGMENT), ()),
-    "shade": ((flat.SHADE_VERTEX, flat.SHADE_FRAGMENT), ()),
-    "blob": ((flat.BLOB_VERTEX, flat.BLOB_FRAGMENT), ()),
-    "post": ((screen.POST_VERTEX, screen.POST_FRAGMENT), ()),
+PROGRAMS: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "object": ("object", "object", ()),
+    "plant": ("leaf", "leaf", ()),
+    "furniture": ("object", "object", ("INSTANCED",)),
+    "id_object": ("object", "id", ()),
+    "id_plant": ("leaf", "id", ("LEAFY",)),
+    "id_furniture": ("object", "id", ("INSTANCED",)),
+    "ground": ("ground", "ground", ()),
+    "line": ("ground", "ground", ("LINE",)),
+    "sky": ("sky", "sky", ()),
+    "face": ("face", "face", ()),
+    "id_face": ("face", "face_id", ("ID",)),
+    "glow": ("glow", "glow", ()),
+    "shade": ("shade", "shade", ()),
+    "blob": ("blob", "blob", ()),
+    "post": ("post", "post", ()),
 }
+"""Vertex stage, fragment stage and defines by program."""
 SAMPLERS = {"u_surfaces": 0, "u_faces": 1, "u_image": 2, "u_grain": 3, "u_streaks": 4, "u_drops": 5}
 FACE_DTYPE = np.dtype(
     [("centre", "<f4", 3), ("right", "<f4", 3), ("up", "<f4", 3), ("box", "<f4", 4), ("glow", "<f4", 3), ("id", "<f4")]
@@ -131,10 +129,10 @@ class Kit:
         """The compiled program of a key."""
         if key not in self._programs:
             name, *traits = key.split("|")
-            (vertex, fragment), defines = PROGRAMS[name]
+            vertex, fragment, defines = PROGRAMS[name]
             program = self.ctx.program(
-                vertex_shader=common.program(vertex, *defines, *traits),
-                fragment_shader=common.program(fragment, *defines, *traits),
+                vertex_shader=shaders.program(f"{vertex}.vert", *defines, *traits),
+                fragment_shader=shaders.program(f"{fragment}.frag", *defines, *traits),
             )
             members = {member: program[member] for member in program}
             self._members[key] = {k: m for k, m in members.items() if isinstance(m, moderngl.Uniform)}

@@ -1,17 +1,3 @@
-"""GLSL programs. Colours are squared before lighting and rooted after it (a gamma of 2).
-
-Software rasterising runs every branch of a shader: what night, wet roads and rain need is compiled in only for them
-(``NIGHT``, ``WET``, ``RAIN``). Flat ground, its shadows and the sky are drawn after all upright things, at fixed depths
-behind them (0.9999 the sky, 0.9996 and nearer by layer the ground, 0.9993 shadows), so that no pixel is shaded twice.
-
-The colour target's alpha holds the ground's shade (1 open, less in shadow); ``POST`` multiplies it in.
-"""
-
-from __future__ import annotations
-
-HEADER = "#version 330\n"
-
-COMMON = """
 uniform vec3 u_eye; uniform vec3 u_sun_dir; uniform vec3 u_sun; uniform vec3 u_sky; uniform vec3 u_earth;
 uniform vec3 u_fog; uniform float u_beta; uniform vec3 u_zenith; uniform vec3 u_horizon;
 uniform float u_wet;
@@ -41,9 +27,3 @@ vec3 street(vec3 p, vec3 n) {
 }
 #endif
 vec3 fogged(vec3 c, float dist) { return mix(u_fog, c, exp(-u_beta * dist)); }
-"""
-
-
-def program(source: str, *defines: str) -> str:
-    """A complete shader: version, defines, source."""
-    return HEADER + "".join(f"#define {name}\n" for name in defines) + source
