@@ -1,103 +1,39 @@
 """What the small reader can say of a crop: one class per whole sign, plate, gantry picture or light state.
 
-The trained network carries its own copy of this order in ``models/reader.json``; the service refuses a network whose
-classes it does not know.
+The classes stand in ``classes.toml``, in the order of the trained network, which carries its own copy of it in
+``models/reader.json``; the service refuses a network whose classes it does not know.
 """
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 OTHER = "other"
 
-LIMIT_VALUES = (5, 10, 15, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130)
-LED_VALUES = (20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120, 130)
-BOARD_VALUES = tuple(range(5, 90, 5))
-"""On the boards of the United States, mph."""
-SCHOOL_VALUES = (15, 20, 25, 30, 35)
-ZONE_VALUES = (20, 30, 40, 60)
+_TABLE: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("classes.toml").read_text(encoding="utf-8"))
+LIMIT_VALUES, LED_VALUES, BOARD_VALUES, SCHOOL_VALUES, ZONE_VALUES = (
+    tuple[int, ...](_TABLE["values"][head]) for head in ("limit", "led", "limit_board", "school_limit", "zone")
+)
 
-SIGNS: tuple[str, ...] = (
-    *(f"limit:{value}" for value in LIMIT_VALUES),
-    *(f"limit_board:{value}" for value in BOARD_VALUES),
-    *(f"school_limit:{value}" for value in SCHOOL_VALUES),
-    "school_end",
-    "general:50",
-    "general_end",
-    "no_vehicles",
-    "limit_end",
-    "all_end",
-    *(f"zone:{value}" for value in ZONE_VALUES),
-    "zone_end",
-    "national",
-    "stop",
-    "yield",
-    "priority_road",
-    "priority_road_end",
-    "priority_here",
-    "no_entry",
-    "no_overtaking",
-    "no_overtaking_end",
-    "one_way",
-    "keep_left",
-    "keep_right",
-    "ahead_only",
-    "roundabout",
-    "crossing",
-    "children",
-    "school",
-    "roadworks",
-    "slippery",
-    "danger",
-    "calm_street",
-    "town_entry:yellow",
-    "town_entry:white",
-    "town_entry:dark",
-    "town_exit:yellow",
-    "town_exit:white",
-    "town_exit:dark",
-    "motorway",
-    "motorway_end",
-    "border:DEU",
-    "border:GBR",
-    "border:AUT",
-    "border:FRA",
-    "border:NLD",
-    "border:POL",
-    "border:CHE",
-    "info:units_mph",
-    "info:units_kmh",
-    "info:side_left",
-    "info:side_right",
-    "info:interstate",
-)
-PLATES: tuple[str, ...] = (
-    "plate:when_wet:de",
-    "plate:when_wet:en",
-    "plate:when_wet:fr",
-    "plate:when_wet:nl",
-    "plate:when_wet:pl",
-    "plate:when_wet:drawn",
-    "plate:distance",
-    "plate:length",
-    "plate:time",
-    "plate:lorries",
-    "plate:end",
-    "plate:advisory",
-    "plate:arrow_left",
-    "plate:arrow_right",
-    "plate:arrow_ahead",
-)
-PANELS: tuple[str, ...] = (
-    *(f"led:{value}" for value in LED_VALUES),
-    "led:blank",
-    "led:lane_closed",
-    "led:lane_open",
-    "led:end",
-    "led:congestion",
-    "led:slippery",
-)
-ROUND_LIGHTS: tuple[str, ...] = ("light:red", "light:red_amber", "light:amber", "light:green", "light:off")
-ARROW_LIGHTS: tuple[str, ...] = tuple(
-    f"light:{colour}_{way}" for colour in ("red", "amber", "green") for way in ("left", "straight", "right")
-)
-LIGHTS: tuple[str, ...] = (*ROUND_LIGHTS, *ARROW_LIGHTS)
+
+def _expanded(kind: str) -> dict[str, str]:
+    """The classes of a kind, each with the words that say it: a row of numbers gives a class for each."""
+    return {
+        code.format(value): words.format(value)
+        for code, words in _TABLE[kind].items()
+        for value in (_TABLE["values"][code.partition(":")[0]] if "{}" in code else ("",))
+    }
+
+
+_ROUND, _ARROWS = _expanded("round_light"), _expanded("arrow_light")
+WORDS: Mapping[str, Mapping[str, str]] = {
+    **{kind: _expanded(kind) for kind in ("sign", "plate", "panel")},
+    "light": {**_ROUND, **_ARROWS},
+}
+"""Kind of box to class to the words that say it."""
+SIGNS, PLATES, PANELS, LIGHTS = (tuple(WORDS[kind]) for kind in ("sign", "plate", "panel", "light"))
+ROUND_LIGHTS, ARROW_LIGHTS = tuple(_ROUND), tuple(_ARROWS)
 
 READER_CLASSES: tuple[str, ...] = (OTHER, *SIGNS, *PLATES, *PANELS, *LIGHTS)
 
