@@ -1,12 +1,14 @@
 """Our own single-stroke letters: digits, capitals, small letters and the few marks that signs need.
 
 A glyph is an advance width and strokes on a grid whose cap height is 10 units (y down, baseline at 10, x-height at 3,
-descenders to 13). A stroke is a list of points; ``arc`` samples one. Weight, width and slant come from the style
-(see ``lettering``), so one table serves every face and no font file is needed.
+descenders to 13). A stroke is a list of points; ``arc`` samples one. The table is ``glyphs.toml``. Weight, width and
+slant come from the style (see ``lettering``), so one table serves every face and no font file is needed.
 """
 
 import math
-from typing import NamedTuple
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
 
 Point = tuple[float, float]
 Stroke = list[Point]
@@ -26,133 +28,17 @@ def arc(cx: float, cy: float, rx: float, ry: float, start_deg: float, end_deg: f
     return [(cx + rx * math.cos(a), cy + ry * math.sin(a)) for a in angles]
 
 
-def _digits() -> dict[str, Glyph]:
-    six = [[*[(4.6, 0.0), (0.5, 5.6)], *arc(3, 7, 3, 3, 205, -155)]]
-    nine = [[(6 - x, 10 - y) for x, y in stroke] for stroke in six]
-    return {
-        "0": Glyph(6, [[*arc(3, 3.2, 3, 3.2, 180, 360), *arc(3, 6.8, 3, 3.2, 0, 180), (0.0, 3.2)]]),
-        "1": Glyph(3.4, [[(0.0, 2.4), (2.9, 0.0), (2.9, 10.0)]]),
-        "2": Glyph(6, [[*arc(3, 2.9, 2.9, 2.9, 190, 400), (0.1, 10.0), (6.0, 10.0)]]),
-        "3": Glyph(6, [arc(2.8, 2.55, 2.7, 2.55, 195, 450), arc(2.8, 7.35, 3.1, 2.65, -90, 165)]),
-        "4": Glyph(6.4, [[(4.8, 10.0), (4.8, 0.0), (0.1, 7.2), (6.4, 7.2)]]),
-        "5": Glyph(6, [[(5.5, 0.0), (1.0, 0.0), (0.6, 4.7), *arc(2.9, 6.8, 3.1, 3.2, 225, 515)]]),
-        "6": Glyph(6, six),
-        "7": Glyph(6, [[(0.0, 0.0), (6.0, 0.0), (2.2, 10.0)]]),
-        "8": Glyph(6, [arc(3, 2.45, 2.6, 2.45, 90, 450), arc(3, 7.4, 3.0, 2.6, -90, 270)]),
-        "9": Glyph(6, nine),
-    }
+def _glyph(row: list[Any]) -> Glyph:
+    """A glyph from its row in the table: width, then strokes of points and arcs."""
+    width, *strokes = row
+    return Glyph(width, [_stroke(parts) for parts in strokes])
 
 
-def _capitals() -> dict[str, Glyph]:
-    bowl_top, bowl_low = arc(3, 2.5, 2.7, 2.5, -90, 90), arc(3, 7.4, 3, 2.6, -90, 90)
-    oval = [*arc(3.3, 3.3, 3.3, 3.3, 180, 360), *arc(3.3, 6.7, 3.3, 3.3, 0, 180), (0.0, 3.3)]
-    return {
-        "A": Glyph(6.4, [[(0.0, 10.0), (3.2, 0.0), (6.4, 10.0)], [(1.1, 6.8), (5.3, 6.8)]]),
-        "B": Glyph(
-            6, [[(3.0, 0.0), (0.0, 0.0), (0.0, 10.0), (3.0, 10.0)], bowl_top, [(0.0, 4.9), (3.0, 4.9)], bowl_low]
-        ),
-        "C": Glyph(6, [[*arc(3.2, 3.2, 3.2, 3.2, -20, -180), *arc(3.2, 6.8, 3.2, 3.2, 180, 20)]]),
-        "D": Glyph(6.2, [[(2.8, 0.0), (0.0, 0.0), (0.0, 10.0), (2.8, 10.0)], arc(2.8, 5, 3.4, 5, -90, 90)]),
-        "E": Glyph(5.2, [[(5.2, 0.0), (0.0, 0.0), (0.0, 10.0), (5.2, 10.0)], [(0.0, 4.9), (4.6, 4.9)]]),
-        "F": Glyph(5, [[(5.0, 0.0), (0.0, 0.0), (0.0, 10.0)], [(0.0, 4.9), (4.4, 4.9)]]),
-        "G": Glyph(
-            6.4, [[*arc(3.2, 3.2, 3.2, 3.2, -20, -180), *arc(3.2, 6.8, 3.2, 3.2, 180, 0), (6.4, 5.4), (3.8, 5.4)]]
-        ),
-        "H": Glyph(6.2, [[(0.0, 0.0), (0.0, 10.0)], [(6.2, 0.0), (6.2, 10.0)], [(0.0, 4.9), (6.2, 4.9)]]),
-        "I": Glyph(0.6, [[(0.3, 0.0), (0.3, 10.0)]]),
-        "J": Glyph(4.6, [[(4.6, 0.0), (4.6, 7.4), *arc(2.2, 7.4, 2.4, 2.6, 0, 160)]]),
-        "K": Glyph(6, [[(0.0, 0.0), (0.0, 10.0)], [(5.8, 0.0), (0.0, 6.0)], [(2.0, 4.2), (6.0, 10.0)]]),
-        "L": Glyph(5, [[(0.0, 0.0), (0.0, 10.0), (5.0, 10.0)]]),
-        "M": Glyph(7.6, [[(0.0, 10.0), (0.0, 0.0), (3.8, 6.4), (7.6, 0.0), (7.6, 10.0)]]),
-        "N": Glyph(6.2, [[(0.0, 10.0), (0.0, 0.0), (6.2, 10.0), (6.2, 0.0)]]),
-        "O": Glyph(6.6, [oval]),
-        "P": Glyph(
-            5.8, [[(0.0, 10.0), (0.0, 0.0), (3.0, 0.0)], arc(3, 2.75, 2.8, 2.75, -90, 90), [(3.0, 5.5), (0.0, 5.5)]]
-        ),
-        "Q": Glyph(6.6, [oval, [(4.0, 7.2), (6.6, 10.4)]]),
-        "R": Glyph(
-            6,
-            [
-                [(0.0, 10.0), (0.0, 0.0), (3.0, 0.0)],
-                arc(3, 2.7, 2.8, 2.7, -90, 90),
-                [(3.0, 5.4), (0.0, 5.4)],
-                [(3.0, 5.4), (6.0, 10.0)],
-            ],
-        ),
-        "S": Glyph(6, [[*arc(3, 2.6, 2.8, 2.6, -25, -240), *arc(3, 7.3, 3, 2.7, -60, 155)]]),
-        "T": Glyph(6, [[(0.0, 0.0), (6.0, 0.0)], [(3.0, 0.0), (3.0, 10.0)]]),
-        "U": Glyph(6.2, [[(0.0, 0.0), (0.0, 6.9), *arc(3.1, 6.9, 3.1, 3.1, 180, 0), (6.2, 0.0)]]),
-        "V": Glyph(6.4, [[(0.0, 0.0), (3.2, 10.0), (6.4, 0.0)]]),
-        "W": Glyph(8.8, [[(0.0, 0.0), (2.2, 10.0), (4.4, 1.4), (6.6, 10.0), (8.8, 0.0)]]),
-        "X": Glyph(6.2, [[(0.0, 0.0), (6.2, 10.0)], [(6.2, 0.0), (0.0, 10.0)]]),
-        "Y": Glyph(6.2, [[(0.0, 0.0), (3.1, 5.2), (6.2, 0.0)], [(3.1, 5.2), (3.1, 10.0)]]),
-        "Z": Glyph(6, [[(0.0, 0.0), (6.0, 0.0), (0.0, 10.0), (6.0, 10.0)]]),
-    }
-
-
-def _small() -> dict[str, Glyph]:
-    ring = arc(2.5, 6.5, 2.5, 3.5, 0, 360)
-    hump = [(0.0, 10.0), (0.0, 3.0)], [*arc(2.3, 5.4, 2.3, 2.4, 180, 360), (4.6, 10.0)]
-    return {
-        "a": Glyph(5, [ring, [(5.0, 3.0), (5.0, 10.0)]]),
-        "b": Glyph(5, [ring, [(0.0, 0.0), (0.0, 10.0)]]),
-        "c": Glyph(4.6, [arc(2.5, 6.5, 2.5, 3.5, -40, -320)]),
-        "d": Glyph(5, [ring, [(5.0, 0.0), (5.0, 10.0)]]),
-        "e": Glyph(5, [[(0.1, 6.5), (5.0, 6.5), *arc(2.5, 6.5, 2.5, 3.5, 0, -310)]]),
-        "f": Glyph(3.4, [[(3.4, 0.0), *arc(3.0, 2.2, 1.8, 2.2, -90, -180), (1.2, 10.0)], [(0.0, 3.2), (3.2, 3.2)]]),
-        "g": Glyph(5, [ring, [(5.0, 3.0), (5.0, 10.6), *arc(2.6, 10.6, 2.4, 2.4, 0, 150)]]),
-        "h": Glyph(4.8, [[(0.0, 0.0), (0.0, 10.0)], hump[1]]),
-        "i": Glyph(0.6, [[(0.3, 3.2), (0.3, 10.0)], [(0.3, 0.6), (0.3, 0.7)]]),
-        "j": Glyph(2.0, [[(1.7, 3.2), (1.7, 11.4), *arc(0.5, 11.4, 1.2, 1.4, 0, 110)], [(1.7, 0.6), (1.7, 0.7)]]),
-        "k": Glyph(4.6, [[(0.0, 0.0), (0.0, 10.0)], [(4.4, 3.2), (0.0, 7.2)], [(1.7, 5.7), (4.6, 10.0)]]),
-        "l": Glyph(1.6, [[(0.3, 0.0), (0.3, 8.8), (1.6, 10.0)]]),
-        "m": Glyph(
-            7.6,
-            [
-                hump[0],
-                [*arc(1.9, 5.2, 1.9, 2.2, 180, 360), (3.8, 10.0)],
-                [*arc(5.7, 5.2, 1.9, 2.2, 180, 360), (7.6, 10.0)],
-            ],
-        ),
-        "n": Glyph(4.8, [hump[0], hump[1]]),
-        "o": Glyph(5, [ring]),
-        "p": Glyph(5, [ring, [(0.0, 3.0), (0.0, 13.0)]]),
-        "q": Glyph(5, [ring, [(5.0, 3.0), (5.0, 13.0)]]),
-        "r": Glyph(3.2, [hump[0], arc(2.4, 5.4, 2.4, 2.4, 180, 290)]),
-        "s": Glyph(4.4, [[*arc(2.2, 4.8, 2.0, 1.8, -20, -240), *arc(2.2, 8.2, 2.2, 1.8, -60, 155)]]),
-        "t": Glyph(3.2, [[(1.2, 0.8), (1.2, 8.4), (2.2, 10.0), (3.2, 10.0)], [(0.0, 3.2), (3.2, 3.2)]]),
-        "u": Glyph(4.8, [[(0.0, 3.0), (0.0, 7.6), *arc(2.3, 7.6, 2.3, 2.4, 180, 0)], [(4.6, 3.0), (4.6, 10.0)]]),
-        "v": Glyph(4.8, [[(0.0, 3.0), (2.4, 10.0), (4.8, 3.0)]]),
-        "w": Glyph(7.2, [[(0.0, 3.0), (1.8, 10.0), (3.6, 3.6), (5.4, 10.0), (7.2, 3.0)]]),
-        "x": Glyph(4.8, [[(0.0, 3.0), (4.8, 10.0)], [(4.8, 3.0), (0.0, 10.0)]]),
-        "y": Glyph(4.8, [[(0.0, 3.0), (2.4, 10.0)], [(4.8, 3.0), (1.4, 13.0), (0.4, 13.0)]]),
-        "z": Glyph(4.6, [[(0.0, 3.0), (4.6, 3.0), (0.0, 10.0), (4.6, 10.0)]]),
-        "ß": Glyph(
-            5,
-            [
-                [
-                    (0.0, 10.0),
-                    (0.0, 2.4),
-                    *arc(2.3, 2.4, 2.3, 2.4, 180, 400),
-                    (2.2, 4.8),
-                    *arc(2.2, 7.4, 2.6, 2.6, -80, 130),
-                ]
-            ],
-        ),
-    }
-
-
-_MARKS = {
-    " ": Glyph(2.6, []),
-    "-": Glyph(3.4, [[(0.0, 6.0), (3.4, 6.0)]]),
-    ".": Glyph(0.8, [[(0.4, 9.6), (0.4, 9.7)]]),
-    ",": Glyph(0.8, [[(0.5, 9.6), (0.1, 11.2)]]),
-    ":": Glyph(0.8, [[(0.4, 4.4), (0.4, 4.5)], [(0.4, 9.2), (0.4, 9.3)]]),
-    "/": Glyph(3.6, [[(0.0, 10.6), (3.6, -0.6)]]),
-    "(": Glyph(2.0, [arc(3.6, 5, 3.4, 6, 235, 125)]),
-    ")": Glyph(2.0, [arc(-1.6, 5, 3.4, 6, -55, 55)]),
-    "'": Glyph(0.6, [[(0.3, 0.0), (0.3, 2.0)]]),
-}
+def _stroke(parts: list[list[float]]) -> Stroke:
+    points: Stroke = []
+    for part in parts:
+        points += arc(*part) if len(part) == 6 else [(part[0], part[1])]
+    return points
 
 
 def _with_marks_above(table: dict[str, Glyph]) -> dict[str, Glyph]:
@@ -172,19 +58,18 @@ def _with_marks_above(table: dict[str, Glyph]) -> dict[str, Glyph]:
     return built
 
 
+def _turned(glyph: Glyph) -> Glyph:
+    """A glyph turned upside down: a 6 becomes a 9."""
+    return Glyph(glyph.width, [[(6 - x, 10 - y) for x, y in stroke] for stroke in glyph.strokes])
+
+
 def _table() -> dict[str, Glyph]:
-    table = {**_digits(), **_capitals(), **_small(), **_MARKS}
+    table = {char: _glyph(row) for char, row in _ROWS["glyphs"].items()}
+    table["9"] = _turned(table["6"])
     return {**table, **_with_marks_above(table)}
 
 
+_ROWS = tomllib.loads(Path(__file__).with_name("glyphs.toml").read_text(encoding="utf-8"))
 GLYPHS: dict[str, Glyph] = _table()
-
-ALTERNATES: dict[str, Glyph] = {
-    "1": Glyph(4.4, [[(0.0, 2.2), (2.2, 0.0), (2.2, 10.0)], [(0.0, 10.0), (4.4, 10.0)]]),
-    "3": Glyph(6, [[(0.2, 0.0), (5.6, 0.0), (2.8, 4.3), *arc(2.8, 7.15, 3.1, 2.85, -90, 165)]]),
-    "4": Glyph(6.2, [[(2.4, 0.0), (0.2, 6.6), (6.2, 6.6)], [(4.4, 3.6), (4.4, 10.0)]]),
-    "6": Glyph(6, [[*arc(3.4, 3.2, 3.4, 3.2, -60, -180), *arc(3, 6.9, 3, 3.1, 180, -180)]]),
-    "7": Glyph(6, [[(0.0, 0.0), (6.0, 0.0), (2.2, 10.0)], [(1.6, 5.2), (5.4, 5.2)]]),
-    "9": Glyph(6, [[*arc(2.6, 6.8, 3.4, 3.2, 120, 0), *arc(3, 3.1, 3, 3.1, 0, -360)]]),
-}
+ALTERNATES: dict[str, Glyph] = {char: _glyph(row) for char, row in _ROWS["alternates"].items()}
 """Other shapes in which some digits are written."""
