@@ -6,8 +6,10 @@ Some set no code, as in real cars: hot discs are not measured by usual units, wo
 has no code, makers have their own.
 """
 
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from services.simulator.car.condition import SENSOR_KINDS, SOUND, WHEELS, Condition, SensorFault
@@ -18,8 +20,6 @@ OVERHEAT_GOAL_C, OVERHEAT_C_PER_S = 132.0, 4.0
 HOT_DISC_C, HOT_DISC_MORE_C, HOT_DISC_C_PER_S = 350.0, 300.0, 40.0
 FAST_LEAK_BAR_PER_MIN, SLOW_LEAK_BAR_PER_MIN = 6.0, 0.3
 SOFT_BAR, FLAT_BAR = 1.3, 0.8
-LEAK_TEST_S = 20.0
-"""Ours: a real car's second leak test comes with the next drive (two-trip logic of OBD-II)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,18 @@ class Active:
 
     severity: float
     for_s: float
+
+
+Breaks = Callable[[Condition, Active], Condition]
+Shows = Callable[[CarState, Active], CarState]
+
+
+def _sound(condition: Condition, active: Active) -> Condition:
+    return condition
+
+
+def _as_is(state: CarState, active: Active) -> CarState:
+    return state
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +52,8 @@ class Fault:
     description: str
     codes: tuple[str, ...] = ()
     lamps: frozenset[str] = frozenset()
-    breaks: Callable[[Condition, Active], Condition] = lambda condition, active: condition
-    shows: Callable[[CarState, Active], CarState] = lambda state, active: state
+    breaks: Breaks = _sound
+    shows: Shows = _as_is
     pending_s: float = 0.0
     """So long a unit looks before it believes: its codes are pending and no lamp is lit."""
 
@@ -66,21 +78,21 @@ def _hot_discs(condition: Condition, active: Active) -> Condition:
     return replace(condition, discs_at_least_c=min(goal_c, 20.0 + HOT_DISC_C_PER_S * active.for_s))
 
 
-def _leak(wheel: int, bar_per_min: float, to_bar: float) -> Callable[[Condition, Active], Condition]:
+def _leak(wheel: int, bar_per_min: float, to_bar: float) -> Breaks:
     def breaks(condition: Condition, active: Active) -> Condition:
         return condition.leaking(wheel, bar_per_min * active.severity, to_bar)
 
     return breaks
 
 
-def _silence(*messages: str, anti_lock: bool = True) -> Callable[[Condition, Active], Condition]:
+def _silence(*messages: str, anti_lock: bool = True) -> Breaks:
     def breaks(condition: Condition, active: Active) -> Condition:
         return replace(condition, silent=condition.silent.union(messages), anti_lock=condition.anti_lock and anti_lock)
 
     return breaks
 
 
-def _by_severity(name: str, left: float) -> Callable[[Condition, Active], Condition]:
+def _by_severity(name: str, left: float) -> Breaks:
     """That share of the condition falls to `left` at severity 1."""
 
     def breaks(condition: Condition, active: Active) -> Condition:
@@ -90,158 +102,72 @@ def _by_severity(name: str, left: float) -> Callable[[Condition, Active], Condit
     return breaks
 
 
-def _off(name: str) -> Callable[[Condition, Active], Condition]:
+def _off(name: str) -> Breaks:
     works: Any = False
     return lambda condition, active: replace(condition, **{name: works})
 
 
-def _flag(**shown: bool) -> Callable[[CarState, Active], CarState]:
+def _flag(**shown: bool) -> Shows:
     return lambda state, active: replace(state, **shown)  # type: ignore[arg-type]
 
 
-def _lamps(*names: str) -> frozenset[str]:
-    return frozenset(names)
+def _low_fuel(state: CarState, active: Active) -> CarState:
+    return replace(state, fuel_share=min(state.fuel_share, 0.04))
 
 
-_VEHICLE = (
-    Fault("overheat", 0xF001, "The engine overheats", ("P0217",), _lamps("coolant", "engine"), shows=_hot),
-    Fault(
-        "abs_fault",
-        0xF002,
-        "The wheel speed sensor front left fails: no anti-lock, no stability control; locked wheels slide",
-        ("C0035",),
-        _lamps("abs", "stability"),
-        _dead_sensor,
-        _no_abs,
+def _no_oil_pressure(state: CarState, active: Active) -> CarState:
+    return replace(state, oil_pressure_bar=state.oil_pressure_bar * 0.25 * (1.0 - active.severity))
+
+
+_BREAKS: Mapping[str, Breaks] = {
+    "abs_fault": _dead_sensor,
+    **{f"slow_leak_{wheel}": _leak(n, SLOW_LEAK_BAR_PER_MIN, FLAT_BAR) for n, wheel in enumerate(WHEELS)},
+    "low_tyre": _leak(3, FAST_LEAK_BAR_PER_MIN, SOFT_BAR),
+    "booster_lost": _by_severity("booster", 0.0),
+    "circuit_lost": _by_severity("circuits", 0.5),
+    "brakes_hot": _hot_discs,
+    "lining_worn": _by_severity("lining", 0.8),
+    "abs_unit": _off("anti_lock"),
+    "low_battery": _off("charging"),
+    "headlamps_out": _off("headlamps"),
+    "wipers_broken": _off("wipers"),
+    "brake_unit_silent": _silence(
+        "WheelSpeeds", "Motion", "StabilityControl", "Brakes", "BrakePedal", "BrakeTemperatures", anti_lock=False
     ),
-    Fault(
-        "low_fuel",
-        0xF003,
-        "The tank is nearly empty",
-        ("P0462",),
-        _lamps("fuel"),
-        shows=lambda state, active: replace(state, fuel_share=min(state.fuel_share, 0.04)),
-    ),
-    Fault(
-        "low_tyre",
-        0xF004,
-        "The rear right tyre loses air down to 1.3 bar",
-        ("C0765",),
-        _lamps("tyre"),
-        _leak(3, FAST_LEAK_BAR_PER_MIN, SOFT_BAR),
-    ),
-    Fault(
-        "booster_lost",
-        0xF005,
-        "The brake booster gives no assistance: the foot alone brakes",
-        ("C0021",),
-        _lamps("brake"),
-        _by_severity("booster", 0.0),
-        _flag(brake_booster_fault=True),
-    ),
-    Fault(
-        "circuit_lost",
-        0xF006,
-        "One of the two brake circuits is empty: half of the wheels brake, the pedal sinks",
-        ("C0267",),
-        _lamps("brake"),
-        _by_severity("circuits", 0.5),
-        _flag(brake_fluid_low=True),
-    ),
-    Fault("brakes_hot", 0xF007, "The brakes drag: discs rise to 650 degC and fade", breaks=_hot_discs),
-    Fault(
-        "lining_worn",
-        0xF008,
-        "The brake linings are worn",
-        breaks=_by_severity("lining", 0.8),
-        shows=_flag(brake_lining_worn=True),
-    ),
-    Fault(
-        "abs_unit",
-        0xF009,
-        "The brake control unit fails: no anti-lock, no stability control; locked wheels slide",
-        ("C0550",),
-        _lamps("abs", "stability"),
-        _off("anti_lock"),
-        _no_abs,
-    ),
-    Fault(
-        "stability_off",
-        0xF00A,
-        "Stability control is switched off",
-        lamps=_lamps("stability"),
-        shows=_flag(esc_off=True, esc_active=False),
-    ),
-    Fault("low_battery", 0xF00B, "The battery is no longer charged", ("P0562",), _lamps("battery"), _off("charging")),
-    Fault("headlamps_out", 0xF00C, "The headlamps stay dark", breaks=_off("headlamps")),
-    Fault("wipers_broken", 0xF00D, "The wipers stand still", breaks=_off("wipers")),
-    Fault(
-        "oil_pressure",
-        0xF00E,
-        "The oil pressure is gone",
-        ("P0524",),
-        _lamps("oil"),
-        shows=lambda state, active: replace(
-            state, oil_pressure_bar=state.oil_pressure_bar * 0.25 * (1.0 - active.severity)
-        ),
-    ),
-    Fault(
-        "steering_assist",
-        0xF00F,
-        "The steering assistance fails",
-        ("C0545",),
-        _lamps("steering"),
-        shows=_flag(steering_assist_fault=True),
-    ),
-    *(
-        Fault(
-            f"slow_leak_{wheel}",
-            0xF010 + number,
-            f"The tyre {wheel} loses 0.3 bar a minute; severity 0.17 is 0.05",
-            breaks=_leak(number, SLOW_LEAK_BAR_PER_MIN, FLAT_BAR),
+    "tyre_unit_silent": _silence("TyrePressures"),
+    "body_unit_silent": _silence("Body", "Surroundings", "WarningLamps"),
+}
+_SHOWS: Mapping[str, Shows] = {
+    "overheat": _hot,
+    "abs_fault": _no_abs,
+    "low_fuel": _low_fuel,
+    "booster_lost": _flag(brake_booster_fault=True),
+    "circuit_lost": _flag(brake_fluid_low=True),
+    "lining_worn": _flag(brake_lining_worn=True),
+    "abs_unit": _no_abs,
+    "stability_off": _flag(esc_off=True, esc_active=False),
+    "oil_pressure": _no_oil_pressure,
+    "steering_assist": _flag(steering_assist_fault=True),
+}
+
+
+def _table_faults() -> Iterator[Fault]:
+    """The faults of the table, each with what it breaks and shows."""
+    rows = tomllib.loads(Path(__file__).with_name("faults.toml").read_text(encoding="utf-8"))
+    for preset, row in rows.items():
+        yield Fault(
+            preset,
+            row["routine"],
+            row["description"],
+            tuple(row.get("codes", ())),
+            frozenset(row.get("lamps", ())),
+            _BREAKS.get(preset, _sound),
+            _SHOWS.get(preset, _as_is),
+            row.get("pending_s", 0.0),
         )
-        for number, wheel in enumerate(WHEELS)
-    ),
-    Fault(
-        "brake_unit_silent",
-        0xF014,
-        "The brake control unit falls silent: no wheel speeds, no motion, no anti-lock",
-        ("U0121",),
-        _lamps("abs", "stability", "brake"),
-        _silence(
-            "WheelSpeeds",
-            "Motion",
-            "StabilityControl",
-            "Brakes",
-            "BrakePedal",
-            "BrakeTemperatures",
-            anti_lock=False,
-        ),
-    ),
-    Fault(
-        "tyre_unit_silent",
-        0xF015,
-        "The tyre pressure monitor falls silent",
-        ("U0127",),
-        _lamps("tyre"),
-        _silence("TyrePressures"),
-    ),
-    Fault(
-        "body_unit_silent",
-        0xF016,
-        "The body control unit falls silent: no lamps, wipers, outside temperature",
-        ("U0140",),
-        breaks=_silence("Body", "Surroundings", "WarningLamps"),
-    ),
-    Fault(
-        "fuel_cap_loose",
-        0xF017,
-        "The filler cap is loose: fuel vapour escapes; pending for 20 s, then stored",
-        ("P0457",),
-        _lamps("engine"),
-        pending_s=LEAK_TEST_S,
-    ),
-)
+
+
+_VEHICLE = tuple(_table_faults())
 
 
 def _sensor_fault(number: int, sensor: str, kind_number: int) -> Fault:
