@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import msgspec
 
+from evaluation.gvqa.drivelm_json import from_drivelm
 from evaluation.gvqa.files import Row, load, rows
+from evaluation.gvqa.json_fields import UnreadableGraph
 from proto.scene import SceneGraph
 from services.drivelm.graph.answering import ask
-from services.drivelm.graph.drivelm_json import from_drivelm
-from services.drivelm.graph.json_fields import UnreadableGraph
 from services.drivelm.graph.templates import recognise
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 
 from evaluation.gvqa.files import load, rows
+from evaluation.gvqa.json_fields import UnreadableGraph
 from evaluation.gvqa.pairing import Oddities, pair
 from evaluation.gvqa.scores import Report, report
-from services.drivelm.graph.json_fields import UnreadableGraph
 
 TOLD = {
     "unanswered": "questions without an answer (score 0)",

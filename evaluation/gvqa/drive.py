@@ -18,6 +18,7 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.gvqa.answer import Answered, as_challenge, table
 from evaluation.gvqa.command import table as scores_table
+from evaluation.gvqa.drivelm_json import Scene, to_drivelm
 from evaluation.gvqa.files import rows
 from evaluation.gvqa.pairing import pair
 from evaluation.gvqa.scores import report
@@ -28,7 +29,6 @@ from proto.scene import SceneGraph
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph.answering import ask
-from services.drivelm.graph.drivelm_json import Scene, to_drivelm
 from services.drivelm.graph.recent_facts import RecentFacts
 from services.drivelm.graph.scene_graph import Seen, build
 from services.drivelm.graph.templates import recognise

@@ -12,9 +12,9 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
+from evaluation.gvqa.drivelm_json import Scene, to_drivelm
 from proto import topics
 from proto.scene import SceneGraph
-from services.drivelm.graph.drivelm_json import Scene, to_drivelm
 from services.logger.files import named
 from services.logger.reader import messages
 

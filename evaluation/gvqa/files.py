@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from drivemcp.errors import MALFORMED
-from services.drivelm.graph.json_fields import UnreadableGraph, as_list, as_object, as_text, field
+from evaluation.gvqa.json_fields import UnreadableGraph, as_list, as_object, as_text, field
 from services.drivelm.graph.templates import LAYERS
 
 

@@ -5,7 +5,7 @@ several processes may fill one folder with different seeds. Nothing of it is com
 
 Each stage gives some places along its road, each seen by the front and by the tele camera with jittered mounts, in
 weathers of its own; blur and JPEG compression follow as a real camera would add them. The split decides mesh family,
-font, plants and the stages' random stream (`services.simulator.render.random_stage.stage`): what "test" shows, "train" never did.
+font, plants and the stages' random stream (`evaluation.training.stages.stage`): what "test" shows, "train" never did.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 
 from evaluation.training.dataset_crossing import with_crossing
 from evaluation.training.dataset_people import with_people
+from evaluation.training.stages.stage import Split, random_stage
 from proto.perception import ObjectClass
 from services.simulator.render import Label, Renderer
-from services.simulator.render.random_stage.stage import Split, random_stage
 from services.simulator.scene.scene import FRONT, TELE, CameraSpec, Pose, Scene, SignPost
 from services.simulator.signart import CODES
 

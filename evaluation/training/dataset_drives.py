@@ -18,10 +18,10 @@ import numpy as np
 
 from drivemcp.paths import data
 from evaluation.training.dataset import Shot, jittered, shot_of, write_shard
+from evaluation.training.stages.road_course import FONTS
+from evaluation.training.stages.stage import random_stage
 from services.simulator.render import FAMILIES, Renderer
 from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES
-from services.simulator.render.random_stage.road_course import FONTS
-from services.simulator.render.random_stage.stage import random_stage
 from services.simulator.scenario.load import load_scenario
 from services.simulator.scene.scene import Actor, Scenery, SignPost, StaticWorld
 from services.simulator.session import CAMERAS, Session

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from services.simulator.render.random_stage.road_users import drawn
-from services.simulator.render.random_stage.stage import Split
+from evaluation.training.stages.road_users import drawn
+from evaluation.training.stages.stage import Split
 from services.simulator.scene.scene import Actor, Pose, Scene, in_ego_frame
 
 UPRIGHT = ("lamp", "post", "tree", "conifer")

@@ -254,7 +254,7 @@ def _split(frames: Frames) -> tuple[Frames, Frames]:
 
 def _rendered(folder: Path, count: int) -> Path:
     """Render `count` training pictures and a sixth as many for testing into a folder."""
-    from services.simulator.render.random_stage.stage import Split
+    from evaluation.training.stages.stage import Split
 
     shares: tuple[tuple[Split, int], ...] = (("train", count), ("test", max(count // 6, 60)))
     renderer = None
@@ -321,7 +321,7 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
         "classes": list(CLASSES),
         "ap50_target": TARGETS_AP50,
         "ignored": f"objects under {MIN_HEIGHT_PX:.0f} px high or less than {MIN_VISIBLE:.0%} visible",
-        "held_out": "mesh family, font, plants, stage seeds (services.simulator.render.random_stage.stage, split test)",
+        "held_out": "mesh family, font, plants, stage seeds (evaluation.training.stages.stage, split test)",
         "train_frames": len(training),
         "parameters": sum(p.numel() for p in net.parameters()),
         "steps": steps,

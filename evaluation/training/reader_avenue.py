@@ -12,10 +12,10 @@ import numpy as np
 from evaluation.observed.orders import orders
 from evaluation.training.reader_fonts import TEST_STYLES
 from evaluation.training.reader_texts import text_for
+from evaluation.training.stages.stage import random_stage
 from services.drivelm.reading.crops import Picture
 from services.drivelm.vocabulary.classes import LED_VALUES, LIGHTS, PANELS, PLATES, SIGNS
 from services.simulator.render import Label, Renderer
-from services.simulator.render.random_stage.stage import random_stage
 from services.simulator.scene.scene import (
     FRONT,
     TELE,

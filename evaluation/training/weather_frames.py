@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from evaluation.training.dataset import Shot, coded, further_along, jittered, write_shard
 from evaluation.training.dataset_drives import held_in, session_of
 from evaluation.training.lens import through_lens
+from evaluation.training.stages.stage import Split, random_stage
 from services.simulator.render import Renderer
 from services.simulator.render.drawing.light import KOSCHMIEDER, extinction_per_m, light_of
-from services.simulator.render.random_stage.stage import Split, random_stage
 from services.simulator.scene.scene import FRONT, Atmosphere, CameraSpec, Scene
 
 KINDS = ("clear", "overcast", "low_sun", "rain", "fog", "after_rain", "night", "night_wet", "night_rain", "night_fog")

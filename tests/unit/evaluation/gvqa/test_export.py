@@ -5,10 +5,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from evaluation.gvqa.drivelm_json import from_drivelm, to_drivelm
 from evaluation.gvqa.export import main
 from evaluation.gvqa.files import load
 from proto.scene import QA, SceneGraph
-from services.drivelm.graph.drivelm_json import from_drivelm, to_drivelm
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin, Record
 from services.logger.forms import json_form

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evaluation.training.dataset_crossing import FARTHEST_M, NEAREST_M, WIDE, with_crossing
-from services.simulator.render.random_stage.stage import FAMILIES, Split, random_stage
+from evaluation.training.stages.stage import FAMILIES, Split, random_stage
 from services.simulator.scene.scene import Actor, Scene, in_ego_frame
 
 SEEDS = range(12)

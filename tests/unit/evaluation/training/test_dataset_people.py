@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evaluation.training.dataset_people import FARTHEST_M, with_people
-from services.simulator.render.random_stage.stage import FAMILIES, Split, random_stage
+from evaluation.training.stages.stage import FAMILIES, Split, random_stage
 from services.simulator.scene.scene import Actor, Pose, Scene
 
 

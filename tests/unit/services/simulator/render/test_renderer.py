@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from evaluation.training.stages.stage import random_stage
 from services.simulator.render import Label, Renderer
 from services.simulator.render.drawing.view import View
 from services.simulator.render.models.actors import build_model, world_points
-from services.simulator.render.random_stage.stage import random_stage
 from services.simulator.scene.scene import (
     FRONT,
     TELE,

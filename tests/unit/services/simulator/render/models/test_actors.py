@@ -5,9 +5,9 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from evaluation.training.stages.stage import SIZES
 from services.simulator.render.models.actors import FAMILIES, build_model, lamp_levels, world_points
 from services.simulator.render.models.mesh import Material
-from services.simulator.render.random_stage.stage import SIZES
 from services.simulator.scene.scene import Actor, ActorKind, Indicator, Pose
 
 KINDS: tuple[ActorKind, ...] = get_args(ActorKind)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from services.simulator.render.random_stage.road_course import ROAD_M, Place
+from evaluation.training.stages.road_course import ROAD_M, Place
 from services.simulator.scene.scene import Lane, Marking, Patch, Road, StopLine, Strip, Zebra
 
 

@@ -7,8 +7,8 @@ What a file holds beside the graph (``C``, ``con_down``, ``cluster``, picture pa
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from evaluation.gvqa.json_fields import UnreadableGraph, as_box, as_list, as_object, as_text, field
 from proto.scene import QA, SceneGraph, SceneObject
-from services.drivelm.graph.json_fields import UnreadableGraph, as_box, as_list, as_object, as_text, field
 from services.drivelm.graph.nodes import CAMERA_TAGS, side_of_tag
 from services.drivelm.graph.templates import LAYERS
 

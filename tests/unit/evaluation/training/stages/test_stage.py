@@ -2,9 +2,9 @@
 
 import pytest
 
+from evaluation.training.stages.stage import FONTS, Split, random_stage
 from services.simulator.render.device.resources import TREES
 from services.simulator.render.models.actors import FAMILIES
-from services.simulator.render.random_stage.stage import FONTS, Split, random_stage
 from services.simulator.signart import CODES
 
 SEEDS = range(12)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from services.simulator.render.random_stage.road_course import Place, Split, font
+from evaluation.training.stages.road_course import Place, Split, font
 from services.simulator.scene.scene import Gantry, GantryPanel, LightState, SignFace, SignPost, TrafficLight
 from services.simulator.signart import CODES
 

@@ -1,4 +1,4 @@
-"""``python -m services.simulator.render FOLDER``: random stages as pictures, for looking at, with the time they took."""
+"""``python -m evaluation.training.stages FOLDER``: random stages as pictures, for looking at, with the time they took."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.training.stages.stage import random_stage
 from services.simulator.render.device.context import RendererUnavailable
 from services.simulator.render.drawing.labels import Label
-from services.simulator.render.random_stage.stage import random_stage
 from services.simulator.render.renderer import Renderer
 from services.simulator.scene.scene import FRONT, TELE, Road, StaticWorld
 
@@ -36,7 +36,7 @@ def boxed(picture: NDArray[np.uint8], labels: list[Label]) -> NDArray[np.uint8]:
 
 def main() -> int:
     """Write front and tele pictures side by side, one file per stage; 2 where there is no OpenGL."""
-    parser = argparse.ArgumentParser(prog="python -m services.simulator.render", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m evaluation.training.stages", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--stages", type=int, default=8)
     parser.add_argument("--seed", type=int, default=0, help="first stage")

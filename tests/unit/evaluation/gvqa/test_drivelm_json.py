@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.gvqa.drivelm_json import Scene, UnreadableGraph, from_drivelm, to_drivelm
 from evaluation.gvqa.files import load
 from proto.scene import QA, SceneGraph, SceneObject
-from services.drivelm.graph.drivelm_json import Scene, UnreadableGraph, from_drivelm, to_drivelm
 
 SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"

@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from services.simulator.render.random_stage.road_course import Place, Split, family
+from evaluation.training.stages.road_course import Place, Split, family
 from services.simulator.scene.scene import Actor, ActorKind, Atmosphere, Pose
 
 SIZES: dict[ActorKind, tuple[tuple[float, float], tuple[float, float], tuple[float, float]]] = {

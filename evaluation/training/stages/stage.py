@@ -12,12 +12,12 @@ import math
 
 import numpy as np
 
+from evaluation.training.stages.road import road
+from evaluation.training.stages.road_course import FONTS, Place, Split
+from evaluation.training.stages.road_users import SIZES, actors
+from evaluation.training.stages.signs import gantries, lights, signs
 from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES
 from services.simulator.render.models.actors import FAMILIES
-from services.simulator.render.random_stage.road import road
-from services.simulator.render.random_stage.road_course import FONTS, Place, Split
-from services.simulator.render.random_stage.road_users import SIZES, actors
-from services.simulator.render.random_stage.signs import gantries, lights, signs
 from services.simulator.scene.scene import Atmosphere, Pose, Scene, Scenery, SceneryKind, StaticWorld
 from services.simulator.signart import COUNTRIES
 
