@@ -4,11 +4,11 @@ import subprocess
 import sys
 from collections.abc import Callable
 
+from app.drive.summary import percentile
 from benchmarks.figures import median, table
 from benchmarks.subject import run_subject
 from benchmarks.workload import SLOW_MS
 from drivemcp.supervisor import free_port
-from evaluation.drive.summary import percentile
 
 ROUNDS = 3
 CALLS = 1500

@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from app.drive.summary import percentile
 from benchmarks.calls import endpoint
 from benchmarks.can_traffic import FRAMES_PER_S, Traffic, messages_of, others
 from benchmarks.figures import median, table
@@ -22,7 +23,6 @@ from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.received import Received
-from evaluation.drive.summary import percentile
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import Ego

@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from app.drive.summary import percentile
 from benchmarks.figures import table
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.testing import TestBus, bus
-from evaluation.drive.summary import percentile
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.can.buses import BusConfig

@@ -6,11 +6,11 @@ import threading
 import time
 from typing import Any
 
+from app.drive.stack import Stack, StackPlan
+from app.drive.summary import percentile
 from benchmarks.figures import table
 from drivemcp.node import Node
 from drivemcp.received import Received
-from evaluation.drive.stack import Stack, StackPlan
-from evaluation.drive.summary import percentile
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Tracks

@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from app.drive.summary import percentile
 from benchmarks.passages import JURISDICTION, embedded, meanings, passages, questions
 from drivemcp.health import resident_mb
-from evaluation.drive.summary import percentile
 from services.retrieval.corpus import Text
 from services.retrieval.encoders import Vectors
 from services.retrieval.index import Index

@@ -4,10 +4,10 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from app.drive.summary import percentile
 from benchmarks.calls import endpoint
 from benchmarks.figures import median, table
 from benchmarks.subject import LANGGRAPH, LANGGRAPH_PACKAGES, make_environment, run_subject
-from evaluation.drive.summary import percentile
 
 ROUNDS, DECISIONS, FRESH = 3, 300, 5
 

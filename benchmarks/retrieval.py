@@ -11,12 +11,12 @@ from pathlib import Path
 
 import msgspec
 
+from app.drive.summary import percentile
 from benchmarks.figures import machine_now, table
 from benchmarks.report import report
 from benchmarks.subject import ROOT, run_subject
 from drivemcp.errors import UserError
 from drivemcp.testing import TestBus, bus
-from evaluation.drive.summary import percentile
 from proto.rules import Retrieved
 from services.retrieval.encoders import load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library

@@ -11,13 +11,13 @@ from typing import Any
 
 import msgspec
 
+from app.replay.log import traces
 from drivemcp.bus import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import UserError
 from drivemcp.node import Node
 from drivemcp.registry import load_service
 from evaluation.methods import Method
-from evaluation.replay.log import traces
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
 from proto.services import BY_NAME
 from proto.tools import Outcome

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import msgspec
 
+from app.drive.summary import percentile
 from drivemcp.errors import UserError
-from evaluation.drive.summary import percentile
 from evaluation.evaluate.machine import machine
 from evaluation.methods import METHODS, Method
 from evaluation.metrics import At, Record, Scores, measure

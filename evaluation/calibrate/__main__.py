@@ -8,12 +8,12 @@ import argparse
 import sys
 from pathlib import Path
 
+from app.drive.precheck import check_folder_of, profile_of
 from drivemcp.errors import DriveMcpError, UserError
 from drivemcp.numbers import whole
 from evaluation.calibrate.feedback import from_truth, sequence, svg, swing
 from evaluation.calibrate.margins import approached, as_if_asked, decided, pooled, table
 from evaluation.calibrate.recordings import Recording, find, load
-from evaluation.drive.precheck import check_folder_of, profile_of
 from evaluation.evaluate.plan import DELTAS
 from services.arbiter.profiles import Profile
 

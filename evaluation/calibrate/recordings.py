@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import msgspec
 
+from app.replay.log import traces
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.evaluate.store import LOG, SPEC
 from evaluation.metrics import Record, from_log
 from evaluation.recorded import fault_of
-from evaluation.replay.log import traces
 from evaluation.run.spec import RunSpec
 from proto.decision import ArbitrationRequest
 from proto.tools import Outcome

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from app.replay import log as traces
 from drivemcp.codehash import code_hash
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.calibrate import again, bench, constants, recordings, score
@@ -17,7 +18,6 @@ from evaluation.calibrate.constants import ROWS, Candidate, scaled, shipped, unf
 from evaluation.calibrate.recordings import Recording, load
 from evaluation.calibrate.score import UNFIT, Counts, counts, objective, parts, pooled
 from evaluation.metrics.record import TRUTH_FILE
-from evaluation.replay import log as traces
 from evaluation.run import grant
 from services.arbiter.profiles import Profile
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from app.drive.screen import Screen, time_left
 from drivemcp.codehash import code_hash
 from drivemcp.errors import UserError
 from evaluation.calibrate import drives, files
@@ -23,7 +24,6 @@ from evaluation.calibrate.score import PARTS
 from evaluation.calibrate.search import Found, Trial, Trials, on_cores, optimiser, search
 from evaluation.calibrate.usable import CALIBRATION, usable
 from evaluation.calibrate.verdict import Closed, Verdict, closed, verdict
-from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate.machine import machine
 from evaluation.evaluate.store import Store
 from evaluation.evaluate.whole import interruptible

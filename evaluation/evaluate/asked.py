@@ -7,9 +7,9 @@ from typing import Any
 
 import msgspec
 
+from app.drive.precheck import check_services, check_settings
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
-from evaluation.drive.precheck import check_services, check_settings
 from evaluation.evaluate import published
 from evaluation.evaluate.names import QUICK_S, TABLES, TableName
 from evaluation.evaluate.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of

@@ -8,7 +8,7 @@ from typing import Literal
 import msgspec
 
 from evaluation.evaluate.names import TableName
-from evaluation.metrics.hazards import WORDS
+from services.simulator.truth.hazard_words import WORDS
 
 
 class Column(msgspec.Struct, frozen=True, kw_only=True):

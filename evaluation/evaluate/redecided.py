@@ -15,15 +15,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
+from app.drive.screen import Screen, time_left
+from app.replay.again import decide_again
+from app.replay.log import traces
 from drivemcp.errors import UserError
 from drivemcp.numbers import whole
-from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
 from evaluation.evaluate.published import Line, Redecided
 from evaluation.evaluate.store import LOG
 from evaluation.recorded import fault_of
-from evaluation.replay.again import decide_again
-from evaluation.replay.log import traces
 
 
 def redecided(log: Path) -> Redecided:

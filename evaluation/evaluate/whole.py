@@ -10,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
+from app.drive.screen import Screen, time_left
 from drivemcp.errors import UserError
-from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import alike, asked, files, page, published, report
 from evaluation.evaluate.alike import Group, Verdict
 from evaluation.evaluate.labelled import specs_of

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import msgspec
 
+from app.drive.summary import percentile
 from drivemcp.errors import MALFORMED, UserError
-from evaluation.drive.summary import percentile
 
 FEWEST = 5
 """A tool that was asked less often is left at the fixed latency."""

@@ -1,7 +1,7 @@
 """True hazards and the words for them: response time, time to collision at first escalation, hazards never told."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from evaluation.metrics.conflicts import conflict_s, gap_m, median_stop_m, person_ahead, ttc_s
@@ -9,23 +9,10 @@ from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.truth import TrueActor, TrueHazard, Truth
 from services.simulator.driver.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
+from services.simulator.truth.hazard_words import OF_A_LEAD, WORDS, names
 
 ESCALATES = ("warning", "alarm")
-_LEAD = frozenset({"closing_lead", "slow_traffic", "lead"})
-_PERSON = frozenset({"pedestrian", "person"})
-WORDS: Mapping[str, frozenset[str]] = {
-    "pedestrian": _PERSON,
-    "lead_brakes": _LEAD,
-    "stopped_lead": _LEAD,
-    "congestion_tail": _LEAD,
-    "cut_in": _LEAD,
-    "stop_line": frozenset({"red_light", "stop_sign", "stop"}),
-    "priority": frozenset({"priority", "give_way", "right_of_way", "yield"}) | _LEAD,
-    "school_zone": frozenset({"limit", "ahead", "overspeed", "school", "children"}),
-    "deep_water": frozenset({"friction", "deep_water", "low_friction"}),
-}
-"""A true hazard's kind, and the hazards or topics of messages that name it. Another kind is named by its own name alone."""
-OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == _LEAD)
+OF_SOMEBODY_AHEAD = frozenset(kind for kind, words in WORDS.items() if words == OF_A_LEAD)
 _OF_A_BODY = OF_SOMEBODY_AHEAD | {"pedestrian"}
 """What is met is the road user himself; of others a line, a sign or water."""
 
@@ -94,11 +81,6 @@ def by_kind(told: Sequence[Answer]) -> dict[str, tuple[Answer, ...]]:
     """The answers by their hazards' kinds, in alphabetical order."""
     kinds = sorted({each.episode.kind for each in told})
     return {kind: tuple(each for each in told if each.episode.kind == kind) for kind in kinds}
-
-
-def names(advisory: Advisory, kind: str) -> bool:
-    """Whether a message is about a hazard of that kind."""
-    return bool({advisory.hazard, advisory.topic} & WORDS.get(kind, frozenset({kind})))
 
 
 def _answer(record: Record, episode: Episode) -> Answer:

@@ -7,12 +7,13 @@ from itertools import pairwise
 from statistics import quantiles
 
 from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s, ttc_s
-from evaluation.metrics.hazards import names, on_now
+from evaluation.metrics.hazards import on_now
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
 from proto.truth import TrueActor, Truth
 from services.simulator.people.in_the_way import CORRIDOR_HALF_M, LOOKS_M, SOON_S
+from services.simulator.truth.hazard_words import names
 
 FORGOTTEN_S = 60.0
 """Ours: what was said longer ago may be said again."""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import msgspec
 
+from app.drive.screen import Screen, time_left
 from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
-from evaluation.drive.command import Screen, time_left
 from evaluation.evaluate import published
 from evaluation.evaluate.asked import settings_in_runs
 from evaluation.evaluate.command import MOST

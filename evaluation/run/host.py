@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from app.drive.start import start_settings
 from drivemcp.bus import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig, settings_of
 from drivemcp.errors import UserError
@@ -21,7 +22,6 @@ from evaluation.corruption.spec import read_spec
 from evaluation.observed.hosted import MODELLED, modelled
 from evaluation.run.ready import RunError, wait_for_tools
 from evaluation.run.spec import RunSpec
-from evaluation.run.start import start_settings
 from evaluation.scenarios import generate, read_place
 from evaluation.stand_ins.hosted import stood_in
 from proto import topics

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from app.play.render import read_log
 from evaluation.corruption.logged import logged_records
 from evaluation.corruption.record import read_records
-from evaluation.drive.render import read_log
 from proto.truth import Corrupted
 from tests.stack.test_drive import cli, traces, up
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from app.drive.stack import Stack, StackPlan
 from drivemcp.bus import wait_settled
 from drivemcp.node import Node
-from evaluation.drive.stack import Stack, StackPlan
 from proto import topics
 from proto.decision import Advisory
 
@@ -66,7 +66,7 @@ def test_two_lockstep_runs_decide_alike_and_replay_alike(tmp_path: Path) -> None
 
 def traces(log: Path) -> list[tuple[object, ...]]:
     """What each tick came to."""
-    from evaluation.drive.render import read_log
+    from app.play.render import read_log
 
     found: list[tuple[object, ...]] = []
     for record in read_log(log):

@@ -66,14 +66,14 @@ def play(recording: Path, folder: Path, *more: str) -> Any:
 
 def topics_of(log: Path) -> set[str]:
     """The topics of a log."""
-    from evaluation.drive.render import read_log
+    from app.play.render import read_log
 
     return {record.topic for record in read_log(log)}
 
 
 def tracked(log: Path) -> int:
     """How many different vehicles were tracked; the ego speed must be unknown throughout."""
-    from evaluation.drive.render import read_log
+    from app.play.render import read_log
 
     vehicles = set()
     for record in read_log(log):

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.replay.log import traces
 from drivemcp.errors import UserError
 from evaluation.methods import METHODS
 from evaluation.metrics import TRUTH_FILE, from_log, measure
 from evaluation.openloop import Answered, answers, waited_ms
 from evaluation.openloop_table import OPEN, main, markdown, rows
-from evaluation.replay.log import traces
-from tests.unit.evaluation.replay.drive import write_log
+from tests.unit.app.replay.drive import write_log
 
 
 def run(log: Path, label: str) -> list[Answered]:

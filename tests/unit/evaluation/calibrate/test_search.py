@@ -5,11 +5,11 @@ from types import ModuleType
 
 import pytest
 
+from app.replay import log as traces
 from evaluation.calibrate.constants import Candidate, shipped
 from evaluation.calibrate.score import UNFIT
 from evaluation.calibrate.search import TRIALS, Found, Trials, search
 from evaluation.metrics.record import TRUTH_FILE
-from evaluation.replay import log as traces
 from evaluation.run import grant
 from tests.unit.evaluation.calibrate.landscape import Landscape
 from tests.unit.services.arbiter.support import CALIBRATED

@@ -14,10 +14,10 @@ from evaluation.evaluate.published import Line, line_of, publish, read
 from evaluation.evaluate.redecided import main, redecided
 from evaluation.evaluate.store import LOG
 from proto.decision import TraceRecord
+from tests.unit.app.replay.drive import drive, write_log
 from tests.unit.evaluation.evaluate import test_alike as runs
 from tests.unit.evaluation.evaluate.test_alike import COMES_TO, DRAWN, FAMILIES, SPECS, evaluate, file
 from tests.unit.evaluation.evaluate.test_published import of_other_code
-from tests.unit.evaluation.replay.drive import drive, write_log
 
 __all__ = ["file"]
 replace = msgspec.structs.replace

@@ -1,4 +1,4 @@
-"""`drivemcp audit verify FILE...` and `drivemcp view FILE...`."""
+"""`drivemcp audit verify FILE...`: whether logs are as they were written."""
 
 import argparse
 import itertools
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, TypeVar
 import msgspec
 
 from drivemcp.errors import UserError
-from drivemcp.numbers import number
 from services.logger import chain, files, signing
 from services.logger.memory import kept_files, kept_head
 from services.logger.report import UNSEALED, Report
@@ -26,7 +25,7 @@ _HEX = re.compile(r"[0-9a-fA-F]{64}")
 """A public key, or a head."""
 
 
-def audit(subparsers: "Subparsers") -> None:
+def register(subparsers: "Subparsers") -> None:
     """Add `drivemcp audit`."""
     parser = subparsers.add_parser("audit", help="check that a log is as it was written")
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -158,46 +157,3 @@ def _ask_memory(folder: Path, memory: str | None, question: Callable[[Path], T],
         if memory:
             raise UserError(f"{database} cannot be read: {error}") from None
         return otherwise
-
-
-def view(subparsers: "Subparsers") -> None:
-    """Add `drivemcp view`."""
-    parser = subparsers.add_parser("view", help="show old logs in the viewer, or write them as a Rerun recording")
-    parser.add_argument(
-        "files", metavar="FILE", nargs="+", help="the logs (.mcap) of a drive in order, their folder, or the drive's"
-    )
-    parser.add_argument("--recording", metavar="FILE", default="", help="write a .rrd file instead of serving")
-    parser.add_argument(
-        "--bind", default="127.0.0.1", help="address to serve on; other than loopback shows it to the network"
-    )
-    parser.add_argument("--port", type=port, default=0, help="port of the page; a free one by default")
-    parser.add_argument(
-        "--image-hz", type=number(0.0, 1000.0), default=5.0, metavar="HZ", help="pictures a second and camera; 0: all"
-    )
-    parser.set_defaults(run=_view)
-
-
-def _view(flags: argparse.Namespace) -> int:
-    from services.logger.view.old import show  # the view's packages are large
-
-    return show(
-        files.named(flags.files),
-        recording=flags.recording,
-        bind=flags.bind,
-        web_port=flags.port,
-        image_hz=flags.image_hz,
-        say=_say,
-    )
-
-
-def port(given: str) -> int:
-    """The port that was given; argparse tells a wrong one by this name."""
-    value = int(given)
-    if not 0 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"a port is 0 to 65535, not {value}")
-    return value
-
-
-def _say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()

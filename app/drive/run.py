@@ -1,61 +1,32 @@
-"""`drivemcp up` and what it shares with `drivemcp play`: start, watch, stop, sum up, verify."""
+"""What every drive does, of a scenario or of a recording: start, watch, stop, sum up, verify."""
 
 import argparse
-import shutil
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from app.audit import broken_links
+from app.drive.options import options
+from app.drive.precheck import check_port, vehicle_of
+from app.drive.screen import Screen
+from app.drive.stack import Stack, StackPlan, folder_for
+from app.drive.summary import Summary, Tally
+from app.drive.words import live_line, spoken_line, summary_lines
 from drivemcp.config import settings_of
-from drivemcp.errors import UserError
-from drivemcp.models import find_model
 from drivemcp.node import Node
-from drivemcp.numbers import number, port
-from drivemcp.paths import data, has_data
-from evaluation.corruption.hosted import hosts
-from evaluation.corruption.record import CorruptionLog
-from evaluation.corruption.spec import CLEAN, read_spec
-from evaluation.drive.precheck import check_asked, check_faults, check_port, check_scenario, vehicle_of
-from evaluation.drive.stack import Stack, StackPlan, folder_for
-from evaluation.drive.summary import Summary, Tally
-from evaluation.drive.words import live_line, spoken_line, summary_lines
-from evaluation.run.start import start_settings
+from drivemcp.numbers import port
 from proto import topics
-from services.logger.commands import broken_links
 from services.logger.verify import verify
 
 LIVE_PERIOD_S = 0.25
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-
-def up(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `drivemcp up`."""
-    parser = subparsers.add_parser("up", help="start the whole stack and drive a scenario")
-    parser.add_argument(
-        "--scenario", default="urb-rain", metavar="NAME|FILE", help="urb-rain, cross-border, dynamic-vsl, or a file"
-    )
-    parser.add_argument("--seconds", type=number(1.0, 86_400.0), default=60.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="PRESET[:SEVERITY]@SECONDS",
-        help="a fault of the car: low_tyre@10",
-    )
-    parser.add_argument("--lockstep", action="store_true", help="deterministic: the simulation waits for the stack")
-    parser.add_argument(
-        "--detector", default="", metavar="NAME|FILE", help="another detector than ours (drivemcp models list)"
-    )
-    add_common(parser)
-    parser.set_defaults(run=command)
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
@@ -75,32 +46,8 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="one setting of one service"
     )
-    parser.add_argument(
-        "--corrupt", default=CLEAN, metavar="SPEC|FILE.toml", help="miss signs, lose actors, ...: sign_miss=0.2,seed=3"
-    )
-
-
-def command(flags: argparse.Namespace) -> int:
-    """Drive a scenario."""
-    check_asked(flags)
-    is_file = flags.scenario.endswith((".toml", ".json"))
-    if not is_file and not has_data(f"scenarios/{flags.scenario}.toml"):
-        raise UserError(
-            f"no scenario {flags.scenario!r}; there are urb-rain, cross-border, dynamic-vsl, or give a FILE.toml or .json"
-        )
-    if is_file and not Path(flags.scenario).is_file():
-        raise UserError(f"no such scenario file: {flags.scenario}")
-    found = check_scenario(Path(flags.scenario) if is_file else data(f"scenarios/{flags.scenario}.toml"))
-    flags.set = [*start_settings(found.country, found.driver_language), *flags.set]
-    check_faults(flags.fault)
-    if flags.detector:
-        flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
-    name = Path(flags.scenario).stem
-    scenario = str(Path(flags.scenario).resolve()) if is_file else flags.scenario
-    source = {"scenario": scenario, "seed": flags.seed, "seconds": flags.seconds, "autostart": True}
-    if flags.fault:
-        source["faults"] = flags.fault
-    return drive(flags, name, "simulator", source, lockstep=flags.lockstep)[0]
+    for option in options():
+        option.add_flag(parser)
 
 
 def drive(
@@ -136,7 +83,7 @@ def _drive(
     settings = settings_of(flags.set)
     check_port(flags.port)
     vehicle = vehicle_of(flags)
-    corruption = read_spec(flags.corrupt)
+    asked = [(option, hosts) for option in options() if (hosts := option.hosts(flags))]
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
@@ -144,15 +91,14 @@ def _drive(
     plan = StackPlan(
         folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep, "trusted_keys": flags.trust},
         without=tuple(flags.without), extra=tuple(flags.extra), vehicle=vehicle, port=flags.port,
-        hosts=hosts(corruption),
+        hosts={name: run for _, hosts in asked for name, run in hosts.items()},
     )  # fmt: skip
-    tally, corrupted = Tally(), CorruptionLog(Path(plan.folder)) if plan.hosts else None
+    tally, closing = Tally(), []
     screen.say(f"starting the stack in {plan.folder}")
     with Stack(plan, screen.say, stop) as stack:
         node = stack.start()
         follow(node, tally)
-        if corrupted is not None:
-            corrupted.follow(node)
+        closing = [option.follow(node, Path(plan.folder)) for option, _ in asked]
         if not stop.is_set():
             _watch(stack, tally, screen, stop, keep=flags.keep)
         restarts = stack.restarts()
@@ -160,8 +106,8 @@ def _drive(
     verified, complaint = _verify(logs)
     summary = tally.summary(restarts=restarts, log=str(logs[-1]) if logs else "", verified=verified)
     _print(summary, screen, as_json=flags.json)
-    if corrupted is not None:
-        screen.say(corrupted.line())
+    for line in closing:
+        screen.say(line())
     if complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
     problem = tally.scenario.problem if tally.scenario is not None else ""
@@ -180,7 +126,7 @@ def follow(node: Node, tally: Tally) -> None:
     node.subscribe(topics.SCENARIO, lambda message, _: tally.add_scenario(message))
 
 
-def _watch(stack: Stack, tally: Tally, screen: "Screen", stop: threading.Event, *, keep: bool) -> None:
+def _watch(stack: Stack, tally: Tally, screen: Screen, stop: threading.Event, *, keep: bool) -> None:
     stack.wait_for_source()
     viewer, gateway = "", ""
     ended_s: float | None = None
@@ -220,67 +166,9 @@ def _verify(logs: list[Path]) -> tuple[bool | None, str]:
     return not broken, "; ".join(broken)
 
 
-def _print(summary: Summary, screen: "Screen", *, as_json: bool) -> None:
+def _print(summary: Summary, screen: Screen, *, as_json: bool) -> None:
     for line in summary_lines(summary):
         screen.say(line)
     if as_json:
         sys.stdout.write(msgspec.json.encode(summary).decode() + "\n")
         sys.stdout.flush()
-
-
-def time_left(done: int, total: int, began_s: float) -> str:
-    """How long the rest will take by what was done since then (monotonic)."""
-    left_s = (time.monotonic() - began_s) / max(1, done) * max(0, total - done)
-    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
-    return f"about {f'{hours} h {minutes:.0f} min' if hours else f'{minutes:.1f} min'} left"
-
-
-def _to_terminal(text: str) -> None:
-    with suppress(OSError):  # a terminal that was closed; what there is to end is ended all the same
-        sys.stderr.write(text)
-        sys.stderr.flush()
-
-
-class Screen:
-    """A live line that is redrawn on a terminal, and printed now and then elsewhere."""
-
-    def __init__(self, write: Callable[[str], object] | None = None) -> None:
-        self._write = write if write is not None else _to_terminal
-        self._tty = sys.stderr.isatty()
-        self._last_s = 0.0
-        self._drawn = 0
-        self._lock = threading.Lock()
-
-    def say(self, text: str) -> None:
-        """A line that stays."""
-        with self._lock:
-            self._clear()
-            self._write(text + "\n")
-
-    def live(self, text: str) -> None:
-        """The live line."""
-        now_s = time.monotonic()
-        with self._lock:
-            if self._tty:
-                self._clear()
-                self._write(text)
-                self._drawn = len(text)
-            elif now_s - self._last_s >= 5.0:
-                self._last_s = now_s
-                self._write(text + "\n")
-
-    def width(self) -> int:
-        """Columns that a line may take."""
-        return max(40, shutil.get_terminal_size((160, 24)).columns - 1)
-
-    def end_live(self) -> None:
-        """Leave the live line where it is."""
-        with self._lock:
-            if self._drawn:
-                self._write("\n")
-                self._drawn = 0
-
-    def _clear(self) -> None:
-        if self._drawn:
-            self._write("\r" + " " * self._drawn + "\r")
-            self._drawn = 0

@@ -3,8 +3,8 @@
 import msgspec
 import pytest
 
-from evaluation.drive.summary import Tally, percentile, percentiles
-from evaluation.drive.words import live_line, summary_lines
+from app.drive.summary import Tally, percentile, percentiles
+from app.drive.words import live_line, summary_lines
 from proto.decision import Advisory
 from proto.rules import LegalLimit
 from proto.tools import CallRecord, CallRecords

@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 import pytest
 
+from app import up
 from drivemcp.cli import main
 from drivemcp.config import settings_of
-from evaluation.drive import command
 from evaluation.scenarios import generate
 
 
@@ -20,7 +20,7 @@ def started_with(monkeypatch: pytest.MonkeyPatch, *line: str) -> dict[str, Any]:
         found.append(settings_of(flags.set))
         return 0, Path()
 
-    monkeypatch.setattr(command, "drive", drive)
+    monkeypatch.setattr(up, "drive", drive)
     with pytest.raises(SystemExit):
         main(["up", *line])
     return found[0]

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator
 from itertools import zip_longest
 
-from evaluation.replay.again import Again
-from evaluation.replay.differences import Difference, differences
+from app.replay.again import Again
+from app.replay.differences import Difference, differences
 from proto.decision import TraceRecord
 
 COMPARED = ("tick", "stamp_ns", "cause", "events", "fused", "request", "decision", "advisory", "state_sha256")

@@ -10,6 +10,7 @@ from proto.decision import Advisory, Decision
 from proto.health import ServiceHealth
 from proto.tools import CallRecords
 from proto.truth import ScenarioState, Truth
+from services.simulator.truth.hazard_words import names
 
 _URGENT = ("warning", "alarm")
 SPOKEN = ("SPEAK", "ACT")
@@ -80,10 +81,11 @@ class Tally:
         self._snapshot_ms: list[float] = []
         self._misses: Counter[str] = Counter()
         self._calls: Counter[str] = Counter()
-        from evaluation.metrics.hazards import names  # numpy takes its time: every other command would wait for it
-        from services.simulator.driver.driver import WARNING_HOLDS_S
+        from services.simulator.driver.driver import (
+            WARNING_HOLDS_S,  # numpy takes its time: every other command would wait for it
+        )
 
-        self._names, self._holds_s = names, WARNING_HOLDS_S
+        self._holds_s = WARNING_HOLDS_S
         self._hazards: dict[str, float] = {}
         self._responses: dict[str, float] = {}
         self._ttc: float | None = None
@@ -133,12 +135,12 @@ class Tally:
     def _answered(self, advisory: Advisory) -> None:
         """A hazard counts as answered once something is said about it; what is said about another thing does not count."""
         for hazard, onset_s in self._hazards.items():
-            if self._names(advisory, hazard):
+            if names(advisory, hazard):
                 self._responses.setdefault(hazard, max(0.0, self.now_s - onset_s))
 
     def _answered_before(self, hazard: str, onset_s: float) -> None:
         """Who was warned just before the onset is warned."""
-        if any(said_s >= onset_s - self._holds_s and self._names(advisory, hazard) for said_s, advisory in self.spoken):
+        if any(said_s >= onset_s - self._holds_s and names(advisory, hazard) for said_s, advisory in self.spoken):
             self._responses.setdefault(hazard, 0.0)
 
     def _warned(self) -> None:

@@ -6,11 +6,11 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from app.drive.precheck import check_asked, check_folder_of
+from app.drive.run import drive
+from app.play.render import render_video
 from drivemcp.errors import UserError
 from drivemcp.models import find_model
-from evaluation.drive.command import drive
-from evaluation.drive.precheck import check_asked, check_folder_of
-from evaluation.drive.render import render_video
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
 from services.player.recording import Options, Recording

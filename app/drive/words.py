@@ -1,6 +1,6 @@
 """The live line and the summary in words."""
 
-from evaluation.drive.summary import Percentiles, Summary, Tally
+from app.drive.summary import Percentiles, Summary, Tally
 from proto.decision import Advisory
 
 _KMH = 3.6

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.drive.render import BANNER_PX, LINE_PX, MOST_LINES, draw, lines_of
+from app.play.render import BANNER_PX, LINE_PX, MOST_LINES, draw, lines_of
 from proto.decision import Advisory
-from tests.unit.evaluation.drive.test_summary import advisory
+from tests.unit.app.drive.test_summary import advisory
 
 LONG = "Hold 50 km/h. (StVO § 3 (3) no. 1: 50 km/h inside built-up areas; told by the town sign of Köln, 12 s ago, and by no other.)"
 

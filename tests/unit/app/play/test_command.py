@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
+from app.play.command import register
+from app.play.recording import DECIDING, can_log_of
 from drivemcp.cli import run
 from drivemcp.errors import UserError
-from evaluation.drive.play import register
-from evaluation.drive.played import DECIDING, can_log_of
 from proto.services import BY_NAME
 from services.player.recording import Options
 from services.player.source import open_recording

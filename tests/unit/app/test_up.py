@@ -10,11 +10,12 @@ from typing import Any, Self
 
 import pytest
 
+from app.drive import run as driving
+from app.drive.screen import Screen
+from app.drive.stack import Stack, StackPlan
 from drivemcp.cli import run
 from drivemcp.node import Node
 from drivemcp.testing import TestBus, bus
-from evaluation.drive import command
-from evaluation.drive.stack import Stack, StackPlan
 from proto import topics
 from proto.truth import ScenarioState
 
@@ -73,7 +74,7 @@ def up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[T
             def one_node(_: object, __: object, interrupted: threading.Event) -> Any:
                 return OneNode(stack.probe, lambda event: begin(stack, event), interrupted)
 
-            monkeypatch.setattr(command, "Stack", one_node)
+            monkeypatch.setattr(driving, "Stack", one_node)
             status = run(["up", "--headless", "--out", str(tmp_path)])
             assert not ended.is_set(), "it did not end by itself"
             return status
@@ -142,7 +143,7 @@ def test_a_stack_that_is_interrupted_as_it_starts_waits_for_nothing_more(tmp_pat
 def test_what_is_said_to_a_terminal_that_is_gone_is_lost_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
     with open("/dev/full", "w", buffering=1, encoding="utf-8") as gone:
         monkeypatch.setattr("sys.stderr", gone)
-        screen = command.Screen()
+        screen = Screen()
         screen.say("stopping")
         monkeypatch.undo()
         with pytest.raises(OSError, match="space"):

@@ -10,9 +10,9 @@ from typing import Literal
 
 import msgspec
 
+from app.replay.at_hand import AtHand, UnknownProfile
+from app.replay.differences import Difference, differences
 from drivemcp.errors import UserError
-from evaluation.replay.at_hand import AtHand, UnknownProfile
-from evaluation.replay.differences import Difference, differences
 from proto.decision import TraceRecord
 from services.arbiter import decide as arbiter
 from services.orchestrator.state import State, digest

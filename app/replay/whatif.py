@@ -9,10 +9,10 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
+from app.replay.again import LOCAL, SHIPPED, known_state
+from app.replay.at_hand import AtHand
+from app.replay.differences import Difference, differences
 from drivemcp.errors import UserError
-from evaluation.replay.again import LOCAL, SHIPPED, known_state
-from evaluation.replay.at_hand import AtHand
-from evaluation.replay.differences import Difference, differences
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
 from proto.rules import RulesAnswer, Situation
 from proto.tools import Outcome

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from app.audit import broken_links, gone_files
+from app.replay.again import Again, decide_again
+from app.replay.against import side_by_side
+from app.replay.at_hand import AtHand, UnknownProfile
+from app.replay.log import traces
+from app.replay.whatif import Change, Otherwise, otherwise
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
-from evaluation.replay.again import Again, decide_again
-from evaluation.replay.against import side_by_side
-from evaluation.replay.at_hand import AtHand, UnknownProfile
-from evaluation.replay.log import traces
-from evaluation.replay.whatif import Change, Otherwise, otherwise
 from proto.decision import TraceRecord
-from services.logger.commands import broken_links, gone_files
 from services.logger.files import named
 from services.logger.verify import verify
 from services.rules.book import RuleBook, load_book
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LISTED = 20
 
 
-def replay(subparsers: "Subparsers") -> None:
+def register(subparsers: "Subparsers") -> None:
     """Add `drivemcp replay`."""
     parser = subparsers.add_parser(
         "replay",

@@ -8,10 +8,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from app.drive.precheck import check_port, check_services, check_settings, profile_of, vehicle_of
 from drivemcp.cli import main
 from drivemcp.errors import UserError
 from drivemcp.grants import KeyPair, make_key, sign_grant
-from evaluation.drive.precheck import check_port, check_services, check_settings, profile_of, vehicle_of
 from proto import topics
 from proto.decision import Grant
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from evaluation.drive.precheck import profile_of
+from app.drive.precheck import profile_of
 from services.arbiter import profiles
 from services.arbiter.profiles import Profile
 

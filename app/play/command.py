@@ -2,8 +2,8 @@
 
 import argparse
 
+from app.drive.run import add_common
 from drivemcp.numbers import number
-from evaluation.drive.command import add_common
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -51,6 +51,6 @@ def _add_can(parser: argparse.ArgumentParser) -> None:
 
 def command(flags: argparse.Namespace) -> int:
     """Play, then render."""
-    from evaluation.drive.played import play  # OpenCV takes its time: every other command would wait for it
+    from app.play.recording import play  # OpenCV takes its time: every other command would wait for it
 
     return play(flags)

@@ -6,18 +6,18 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from app.replay.again import decide_again
+from app.replay.log import traces
+from app.replay.whatif import Change, otherwise
 from drivemcp.cli import make_parser
 from drivemcp.errors import UserError
 from drivemcp.paths import data
-from evaluation.replay.again import decide_again
-from evaluation.replay.log import traces
-from evaluation.replay.whatif import Change, otherwise
 from proto.decision import TraceRecord
 from proto.health import ChainHead
 from services.arbiter import profiles
 from services.logger.memory import MemoryStore
 from services.rules.book import load_book
-from tests.unit.evaluation.replay.drive import drive, write_log
+from tests.unit.app.replay.drive import drive, write_log
 
 replace = msgspec.structs.replace
 

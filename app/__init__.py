@@ -1,0 +1,1 @@
+"""The application: `drivemcp up`, `play`, `replay`, `audit`, `view` and `doctor`."""
