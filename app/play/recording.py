@@ -13,9 +13,9 @@ from drivemcp.errors import UserError
 from drivemcp.models import find_model
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
+from services.player.pictures import check_webcam, webcam_number
 from services.player.recording import Options, Recording
 from services.player.source import open_recording
-from services.player.webcam import check_webcam, webcam_number
 
 DECIDING = ("orchestrator", "arbiter", "rules", "retrieval", "weather", "gateway")
 """What `--record-only` does not start: player, CAN, perception, front end and logger remain."""

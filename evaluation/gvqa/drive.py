@@ -29,7 +29,7 @@ from proto.scene import SceneGraph
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph.answering import ask
-from services.drivelm.graph.recent_facts import RecentFacts
+from services.drivelm.graph.nodes import RecentFacts
 from services.drivelm.graph.scene_graph import Seen, build
 from services.drivelm.graph.templates import recognise
 from services.drivelm.reading.reader import Reader

@@ -14,10 +14,9 @@ from services.drivelm.guard.probes import Probe, Settled
 from services.drivelm.ocr.lettering import Lettering
 from services.drivelm.reading import plates, sign_position, zones
 from services.drivelm.reading.crops import Picture, Region, crop
-from services.drivelm.reading.doubted_lights import DoubtedLights
 from services.drivelm.reading.evidence import Evidence
 from services.drivelm.reading.facts import Here, fact_of
-from services.drivelm.reading.sign_tracks import CONTRARY_FRAMES, SignTrack
+from services.drivelm.reading.sign_tracks import CONTRARY_FRAMES, DoubtedLights, SignTrack
 from services.drivelm.vocabulary.classes import OTHER
 from services.drivelm.vocabulary.jurisdictions import has_boards
 from services.drivelm.vocabulary.sentences import QUESTIONS

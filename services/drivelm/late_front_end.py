@@ -9,18 +9,65 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
+import cv2
+import numpy as np
+
 from proto.perception import Box
 from proto.scene import Fact
-from services.drivelm.backends.agreement import Agreement
 from services.drivelm.backends.backend import Answer, Backend, SlowBackend
 from services.drivelm.backends.background_worker import Errand, Errands
-from services.drivelm.backends.views import enlarged, view
 from services.drivelm.front_end import FrontEnd, Look, Sighting
 from services.drivelm.guard.probes import Probe
 from services.drivelm.ocr.lettering import Lettering
 from services.drivelm.reading import zones
-from services.drivelm.reading.crops import Picture
+from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
+
+VIEW_PX = 224
+"""Longer side of the view."""
+
+
+def view(picture: Picture, region: Region, size_px: int = VIEW_PX) -> Picture | None:
+    """The region of a picture (uint8 H x W x 3 RGB), its longer side `size_px` long. None where `crop` gives none."""
+    square = crop(picture, region, size_px)
+    if square is None:
+        return None
+    scale = size_px / max(region.width_px, region.height_px)
+    width, height = (max(1, round(side * scale)) for side in (region.width_px, region.height_px))
+    return np.asarray(cv2.resize(square, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def enlarged(image: Picture, size_px: int = VIEW_PX) -> Picture:
+    """A small picture (a crop of the sign reader's) at the size of a view."""
+    return np.asarray(cv2.resize(image, (size_px, size_px), interpolation=cv2.INTER_LINEAR), np.uint8)
+
+
+AGREEING = 3
+"""Answers in a row, of different pictures of one thing, that must agree before one counts as clear."""
+AGREED = 0.8
+"""The score it then counts with: just clear (``evidence.CLEAR``, 0.75), so that belief takes one more of them."""
+Topic = tuple[object, ...]
+
+
+class Agreement:
+    """How often in a row the same was said of each thing, by answers whose score is a stated constant."""
+
+    def __init__(self) -> None:
+        self._runs: dict[Topic, tuple[str, int]] = {}
+
+    def weighed(self, topic: Topic, answer: Answer) -> Answer:
+        """The answer, its score raised from the third agreeing one on. Abstentions neither add nor break."""
+        if answer.measured or not answer.text:
+            return answer
+        said, count = self._runs.get(topic, ("", 0))
+        count = count + 1 if said == answer.text else 1
+        self._runs[topic] = (answer.text, count)
+        return answer._replace(score=max(answer.score, AGREED)) if count >= AGREEING else answer
+
+    def keep(self, topics: set[Topic]) -> None:
+        """Forget all others."""
+        self._runs = {topic: run for topic, run in self._runs.items() if topic in topics}
+
 
 CHANGING = ("light", "panel")
 CHANGES_NS = 2_000_000_000

@@ -22,13 +22,12 @@ from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.prompted import PromptedBackend
-from services.drivelm.calibrations import Calibrations
+from services.drivelm.cameras import Calibrations, RecentFrames
 from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
 from services.drivelm.country.surroundings import surroundings
-from services.drivelm.frames import RecentFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import answering as reader_of_graphs
-from services.drivelm.graph.recent_facts import RecentFacts
+from services.drivelm.graph.nodes import RecentFacts
 from services.drivelm.graph.scene_graph import Seen
 from services.drivelm.graph.scene_graph import build as build_graph
 from services.drivelm.late_front_end import LateFrontEnd

@@ -11,10 +11,9 @@ import numpy as np
 from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
-from services.perception.checks.dead_pictures import DeadPictures
 from services.perception.checks.decoding import Malformed, open_picture, open_sweep
 from services.perception.checks.doubtful_boxes import DOUBTED_SHARE, doubted, in_view, left_to_another, rides
-from services.perception.checks.stamps import Stamps
+from services.perception.checks.freshness import DeadPictures, Stamps
 from services.perception.detect.detection import Detection
 from services.perception.detect.detector import Detector
 from services.perception.lanes.lead_vehicle import lead_of, place

@@ -1,5 +1,8 @@
-"""Videos and folders of pictures."""
+"""Videos, folders of pictures, and cameras of this machine."""
 
+import re
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -42,3 +45,52 @@ def _every(capture: cv2.VideoCapture, stride: int, rate_hz: float) -> Iterator[P
                 yield Picture(shrink(bgr), number / rate_hz)
         number += 1
     capture.release()
+
+
+_NAMES = re.compile(r"^(?:webcam:|/dev/video)(\d{1,3})$")
+
+
+def webcam_number(source: str) -> int | None:
+    """The number in `webcam:0` or `/dev/video0`; None for what is no webcam."""
+    match = _NAMES.match(source)
+    return int(match[1]) if match else None
+
+
+def open_webcam(number: int, options: Options) -> Recording:
+    """Pictures as they come. Raises UserError where there is no such camera."""
+    capture = _capture(number)
+    pictures = live_pictures(capture, options.max_rate_hz)
+    return Recording(f"webcam:{number}", 0, 0.0, camera_messages(pictures, options))
+
+
+def check_webcam(number: int) -> None:
+    """That it opens now. Raises UserError."""
+    _capture(number).release()
+
+
+def live_pictures(capture: cv2.VideoCapture, max_rate_hz: float) -> Iterator[Picture]:
+    """At most so many a second, stamped by the monotonic clock as they are taken. Raises UserError when no more come."""
+    start_s, last_s = time.monotonic(), -1.0
+    try:
+        while capture.grab():
+            at_s = time.monotonic() - start_s
+            if at_s - last_s < 0.9 / max_rate_hz:
+                continue
+            read, bgr = capture.retrieve()
+            if read:
+                last_s = at_s
+                yield Picture(shrink(bgr), at_s)
+    finally:
+        capture.release()
+    raise UserError("the webcam gives no more pictures: was it unplugged, or is it in use elsewhere?")
+
+
+def _capture(number: int) -> cv2.VideoCapture:
+    device = Path(f"/dev/video{number}")
+    if sys.platform == "linux" and not device.exists():
+        there = ", ".join(sorted(str(path) for path in Path("/dev").glob("video[0-9]*"))) or "none"
+        raise UserError(f"no webcam {number}: there is no {device} (cameras here: {there})")
+    capture = cv2.VideoCapture(number)
+    if not capture.isOpened():
+        raise UserError(f"the webcam {number} does not open: is it in use, or not permitted to you?")
+    return capture

@@ -14,9 +14,9 @@ from proto import topics
 from proto.sensors import CanFrames
 from proto.truth import ScenarioState
 from services.player.can_log import rebased
+from services.player.pictures import webcam_number
 from services.player.recording import Options, Recording, TimedMessage
 from services.player.source import open_recording
-from services.player.webcam import webcam_number
 
 
 class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):

@@ -7,10 +7,9 @@ from drivemcp.errors import UserError
 from proto import topics
 from services.player.can_log import can_messages
 from services.player.drive_log import log_files, open_log
-from services.player.pictures import open_folder, open_video
+from services.player.pictures import open_folder, open_video, open_webcam, webcam_number
 from services.player.recording import Options, Recording
 from services.player.street import frame_files, open_street
-from services.player.webcam import open_webcam, webcam_number
 
 SAID_BY_CAN = (topics.EGO, topics.DEGRADATION)
 """Where a CAN log is given, the CAN service says these, and a recording's own are left out."""

@@ -12,9 +12,8 @@ from services.simulator.car.brake_receiver import Brake, Controls
 from services.simulator.car.braking import Ability, Braked, decelerate
 from services.simulator.car.kinematics import FREE, bend_speed_mps
 from services.simulator.driver.driver import Advice, Driver, View, pedals
-from services.simulator.driver.profile import draw_driver
+from services.simulator.driver.profile import draw_driver, understands
 from services.simulator.driver.road_ahead import RoadAhead
-from services.simulator.driver.understood_signs import understands
 from services.simulator.environment.scenery import build_parked, build_scenery
 from services.simulator.environment.weather import Weather, WeatherCourse, atmosphere
 from services.simulator.people.pedestrians import PERSON_IDS, Person, Surroundings, populate, step_person
@@ -27,8 +26,7 @@ from services.simulator.road.route import Route
 from services.simulator.road.stop_lines import Lights, LineKind, build_lines
 from services.simulator.scenario.law import Legal, build_law
 from services.simulator.scenario.plan import RoadClass, Scenario
-from services.simulator.scene.body import Box
-from services.simulator.scene.scene import Pose, Scene, StaticWorld
+from services.simulator.scene.scene import Box, Pose, Scene, StaticWorld
 from services.simulator.sensors import camera_scene
 from services.simulator.traffic.cars import Car, Ego
 from services.simulator.traffic.cross_traffic import CrossCar, CrossTraffic

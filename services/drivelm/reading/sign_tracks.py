@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field, replace
 
+import msgspec
+
+from proto.scene import Fact
 from services.drivelm.reading.crops import Region
 from services.drivelm.reading.evidence import Belief, Evidence, belief, fused
 from services.drivelm.reading.sign_position import Place
@@ -125,3 +128,32 @@ def is_nothing(best: Belief) -> bool:
 def _legible_px(kind: str, region: Region) -> float:
     """The size that decides how legible a crop is: the shorter side; a light is narrow, its three lamps lie along it."""
     return 0.8 * region.height_px if kind == "light" else min(region.height_px, region.width_px)
+
+
+Key = tuple[str, int]
+"""Camera and number of a track."""
+
+
+class DoubtedLights:
+    """What was last said of each light in sight. One that was ever believed is never taken back, nor one out of sight."""
+
+    def __init__(self) -> None:
+        self._last: dict[Key, Fact] = {}
+        self._believed: set[Key] = set()
+
+    def after(self, key: Key, track: SignTrack, facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        """What is to be said of a light after one more picture: its facts, or, once, that it is withdrawn."""
+        if facts:
+            self._last[key] = facts[0]
+            if any(fact.believed for fact in facts):
+                self._believed.add(key)
+            return facts
+        if key in self._believed or key not in self._last or not is_nothing(track.belief()):
+            return ()
+        doubted = self._last.pop(key)
+        return (msgspec.structs.replace(doubted, frame_stamp_ns=track.seen_ns, confidence=0.0, withdrawn=True),)
+
+    def forget(self, key: Key) -> None:
+        """The light is out of the pictures: what was told of it stands."""
+        self._last.pop(key, None)
+        self._believed.discard(key)

@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from services.perception.track.assignment import greedy
 from services.perception.track.kalman import Fix, Floats, correction, distance, rescaled
 from services.perception.track.road_user import Sighting, Tracked
+
+
+def greedy(pairs: Iterable[tuple[float, int, int]]) -> list[tuple[int, int]]:
+    """From (cost, left, right), pairs in the order of their cost, each left and each right at most once.
+
+    Greedy rather than optimal: gates are tight here and crowds small, so that the two hardly ever differ.
+    """
+    taken_left: set[int] = set()
+    taken_right: set[int] = set()
+    chosen = []
+    for _, left, right in sorted(pairs):
+        if left not in taken_left and right not in taken_right:
+            chosen.append((left, right))
+            taken_left.add(left)
+            taken_right.add(right)
+    return chosen
+
 
 GATE = 13.8
 """Squared Mahalanobis distance that one true fix in a thousand exceeds (chi-square, two degrees of freedom)."""

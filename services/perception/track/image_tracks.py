@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from proto.perception import ObjectClass
 from services.perception.detect.detection import Detection
-from services.perception.track.assignment import greedy
+from services.perception.track.association import greedy
 
 KEEP_S = 0.8
 """A track unseen for longer has ended: at 5 pictures a second three of them may fail."""

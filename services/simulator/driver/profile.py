@@ -28,6 +28,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from services.simulator.scenario.law import Post
+from services.simulator.scenario.plan import Scenario
+
 MEDIAN_REACTION_S, REACTION_SPREAD = 1.25, 0.26
 """Median, and standard deviation of the logarithm."""
 
@@ -105,3 +108,24 @@ class Dice:
     def says(self, probability: float, *what: int) -> bool:
         """Whether the event happens."""
         return bool(np.random.default_rng([self._seed, 23, *what]).random() < probability)
+
+
+_WORDS = {f"plate:when_wet:{language}": language for language in ("de", "en", "fr", "nl", "pl")}
+_FOREIGN_TO_BRITAIN = frozenset({"town_entry", "town_exit", "all_end", "limit_end"})
+_FOREIGN_TO_OTHERS = frozenset({"national"})
+
+
+def understands(scenario: Scenario, post: Post) -> bool:
+    """Whether he knows what the post wants of him; a plate that he cannot read makes the whole post unclear."""
+    return all(_known(scenario, post, code) for code in post.codes)
+
+
+def _known(scenario: Scenario, post: Post, code: str) -> bool:
+    if code in _WORDS:
+        return scenario.driver_language == _WORDS[code]
+    word = code.partition(":")[0]
+    if scenario.driver_country == "GBR":
+        return word not in _FOREIGN_TO_BRITAIN
+    # Numbers in miles per hour mean nothing to him; he would drive on as before.
+    miles = post.country == "GBR" and word in ("limit", "zone", "led")
+    return not miles and word not in _FOREIGN_TO_OTHERS

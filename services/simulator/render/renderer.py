@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from services.simulator.render.device.context import Picture, Targets
 from services.simulator.render.device.resources import Kit, Uniform
-from services.simulator.render.device.targets import Picture, Targets
 from services.simulator.render.drawing import frame, glow
 from services.simulator.render.drawing.annotate import annotate
 from services.simulator.render.drawing.frame import Cast

@@ -258,3 +258,19 @@ class Scene:
     lights: Mapping[int, LightState] = field(default_factory=dict)
     atmosphere: Atmosphere = Atmosphere()
     time_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A body that stands on the ground, in the world frame; `foot_m` is how high it begins."""
+
+    pose: Pose
+    length_m: float
+    width_m: float
+    height_m: float
+    foot_m: float = 0.0
+
+    @classmethod
+    def of(cls, actor: Actor) -> Box:
+        """The body of a road user."""
+        return cls(actor.pose, actor.length_m, actor.width_m, actor.height_m)

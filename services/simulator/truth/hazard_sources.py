@@ -15,8 +15,7 @@ from services.simulator.road.highway_env_road import to_pose
 from services.simulator.road.route import Route
 from services.simulator.road.stop_lines import Line
 from services.simulator.scenario.law import Law, Legal, read_post
-from services.simulator.scene.body import Box
-from services.simulator.scene.scene import Pose, StaticWorld
+from services.simulator.scene.scene import Box, Pose, StaticWorld
 from services.simulator.traffic.cars import Car
 from services.simulator.truth.hazards import HazardSource
 from services.simulator.truth.ledger import TOLERANCE_MPS

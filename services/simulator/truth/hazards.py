@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
-from services.simulator.scene.body import Box
+from services.simulator.scene.scene import Box
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

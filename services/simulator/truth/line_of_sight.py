@@ -10,8 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from services.simulator.scene.body import Box
-from services.simulator.scene.scene import FRONT, Pose, Scene, StaticWorld
+from services.simulator.scene.scene import FRONT, Box, Pose, Scene, StaticWorld
 from services.simulator.truth.hazards import HazardSource
 
 HALF = 0.5

@@ -5,8 +5,7 @@ import math
 
 from proto.truth import TrueActor, TrueHazard, Truth
 from services.simulator.road.stop_lines import Lights, Line, LineKind
-from services.simulator.scene.body import Box
-from services.simulator.scene.scene import Actor, StaticWorld, in_ego_frame
+from services.simulator.scene.scene import Actor, Box, StaticWorld, in_ego_frame
 from services.simulator.truth.line_of_sight import Boxes, share_in_sight
 from services.simulator.truth.snapshot import Snapshot
 

@@ -1,9 +1,9 @@
-"""The OpenGL context, software rendered, without a screen."""
+"""The OpenGL context, software rendered, without a screen, and its framebuffers by size: picture and labels."""
 
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -28,3 +28,41 @@ def open_context() -> moderngl.Context:
         raise RendererUnavailable(
             f"no OpenGL by EGL ({error}); on Debian or Ubuntu: apt-get install {PACKAGES}"
         ) from error
+
+
+class Picture(NamedTuple):
+    """The drawn frame, its colour and shade as a texture, and the developed picture."""
+
+    raw: moderngl.Framebuffer
+    colour: moderngl.Texture
+    final: moderngl.Framebuffer
+
+
+class Targets:
+    """Made on first use of a size and kept."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._pictures: dict[tuple[int, int], Picture] = {}
+        self._ids: dict[tuple[int, int], moderngl.Framebuffer] = {}
+
+    def picture(self, width_px: int, height_px: int) -> Picture:
+        """The drawn frame (colour, shade, depth) and the developed picture."""
+        size = (width_px, height_px)
+        if size not in self._pictures:
+            raw_colour = self._ctx.texture(size, 4)
+            raw_colour.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            raw_colour.repeat_x = raw_colour.repeat_y = False
+            raw = self._ctx.framebuffer([raw_colour], self._ctx.depth_renderbuffer(size))
+            final = self._ctx.framebuffer([self._ctx.texture(size, 4)])
+            self._pictures[size] = Picture(raw, raw_colour, final)
+        return self._pictures[size]
+
+    def ids(self, width_px: int, height_px: int) -> moderngl.Framebuffer:
+        """Two unsigned integers per pixel: instance id, distance in centimetres; with depth."""
+        size = (width_px, height_px)
+        if size not in self._ids:
+            colour = self._ctx.texture(size, 2, dtype="u4")
+            colour.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._ids[size] = self._ctx.framebuffer([colour], self._ctx.depth_renderbuffer(size))
+        return self._ids[size]

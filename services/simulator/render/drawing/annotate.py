@@ -10,8 +10,8 @@ import moderngl
 import numpy as np
 
 from proto.perception import ObjectClass
+from services.simulator.render.device.context import Targets
 from services.simulator.render.device.resources import Kit, Uniform
-from services.simulator.render.device.targets import Targets
 from services.simulator.render.drawing import frame
 from services.simulator.render.drawing.frame import Cast
 from services.simulator.render.drawing.labels import Box, Label, inside_share, visible_boxes

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from services.drivelm.backends.abstentions import UNMEASURED
-from services.drivelm.backends.agreement import AGREED, AGREEING, Agreement
 from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.backends.background_worker import MOST_WAITING, Errand, Errands
-from services.drivelm.backends.views import VIEW_PX, view
 from services.drivelm.front_end import Sighting
-from services.drivelm.late_front_end import CHANGES_NS, LateFrontEnd
+from services.drivelm.late_front_end import AGREED, AGREEING, CHANGES_NS, VIEW_PX, Agreement, LateFrontEnd, view
 from services.drivelm.reading.crops import Picture, Region
 from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, says

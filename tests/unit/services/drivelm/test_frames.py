@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from services.drivelm.frames import RecentFrames
+from services.drivelm.cameras import RecentFrames
 from services.player.street import numbered
 
 JPEG = bytes(cv2.imencode(".jpg", np.full((8, 8, 3), (0, 0, 250), np.uint8))[1].tobytes())

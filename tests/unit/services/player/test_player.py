@@ -10,10 +10,10 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
+from services.player.pictures import live_pictures, webcam_number
 from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
-from services.player.webcam import live_pictures, webcam_number
 
 
 @pytest.fixture

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.simulator.scene.body import Box
-from services.simulator.scene.scene import Actor, Pose, Scene, StaticWorld
+from services.simulator.scene.scene import Actor, Box, Pose, Scene, StaticWorld
 from services.simulator.scene.scene import Road as FlatRoad
 from services.simulator.truth.line_of_sight import LIT_M, Sight, boxes, share_in_sight
 

@@ -14,7 +14,7 @@ from proto import topics
 from proto.perception import Boxes
 from proto.scene import Fact
 from proto.sensors import Calibration, CameraFrame
-from services.drivelm.calibrations import Calibrations, scaled
+from services.drivelm.cameras import Calibrations, scaled
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.service import Bindings, DrivelmConfig
 from services.player.street import numbered
