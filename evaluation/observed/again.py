@@ -66,7 +66,7 @@ class Onlooker:
         if step.stamp_ns % SETTLE_NS == 0:
             self._say(self.front_end.settle(step.stamp_ns, step.ego.speed_mps), step.stamp_ns)
         if step.stamp_ns % SURROUNDINGS_NS == 0:
-            where = self.front_end.whereabouts
+            where = self.front_end.country_belief
             self._say(surroundings(where, self.front_end.road_type, step.stamp_ns), step.stamp_ns)
 
     def _see(self, look: Look, stamp_ns: int) -> None:
@@ -93,11 +93,11 @@ class Onlooker:
             self._watch.offer(look.camera, stamp_ns, look.frame, self.perception.measured(look.camera, look.frame))
 
     def _hear(self, tracks: Tracks) -> None:
-        where = self.front_end.whereabouts
+        where = self.front_end.country_belief
         for track in tracks.tracks:
             if seen_to_come(track, tracks.ego_speed_used_mps):
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
-        if where is not self.front_end.whereabouts:
+        if where is not self.front_end.country_belief:
             self.front_end.believe(where)
 
     def _say(self, facts: tuple[Fact, ...], stamp_ns: int) -> None:

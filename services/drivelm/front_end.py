@@ -7,7 +7,7 @@ from proto.perception import Box
 from proto.scene import Fact
 from proto.sensors import Calibration
 from services.drivelm.backends.backend import Answer, Backend
-from services.drivelm.country.country_belief import Whereabouts, cues_of
+from services.drivelm.country.country_belief import CountryBelief, cues_of
 from services.drivelm.guard import answer_checks, grounding
 from services.drivelm.guard.answer_checks import Readings, Shown
 from services.drivelm.guard.probes import Probe, Settled
@@ -84,10 +84,10 @@ class FrontEnd:
         self.reader_backend = reader_backend
         self.guard, self.guarded = grounding.Guard(), guarded
         self.tracks: dict[Key, SignTrack] = {}
-        self.heard: dict[Key, SignTrack] = {}
+        self.backend_tracks: dict[Key, SignTrack] = {}
         """The same tracks by what the backend says of them; without a sign reader beside it, none."""
-        self.whereabouts = Whereabouts.at_home(home)
-        self.here = Here(jurisdiction=self.whereabouts.believed)
+        self.country_belief = CountryBelief.at_home(home)
+        self.here = Here(jurisdiction=self.country_belief.believed)
         self.road_type: tuple[str, float] | None = None
         """The kind of road that the last deciding sign told of, and how sure that sign was."""
         self._ghosts = 0
@@ -138,7 +138,7 @@ class FrontEnd:
         """Take what the backend beside the sign reader says of looks (their pictures in the order of `_images`)."""
         for look, readings in zip(looks, self._readings(looks, answers, own=True), strict=True):
             if look.key in self.tracks:
-                self.heard[look.key] = self._with(look, readings, stamp_ns)
+                self.backend_tracks[look.key] = self._with(look, readings, stamp_ns)
         self._probe(looks, stamp_ns)
 
     def _readings(self, looks: Sequence[Look], answers: Sequence[Answer], *, own: bool) -> list[Readings]:
@@ -149,7 +149,7 @@ class FrontEnd:
         closer = [look for look in looks if look.closer is not None]
         every = [*looks, *closer]
         said = [
-            answer_checks.heard(answer, look.question, self.here.jurisdiction, look.shown)
+            answer_checks.checked(answer, look.question, self.here.jurisdiction, look.shown)
             for answer, look in zip(answer_checks.as_many(answers, len(every)), every, strict=True)
         ]
         near = {look.key: each.readings for look, each in zip(closer, said[len(looks) :], strict=True)}
@@ -161,7 +161,7 @@ class FrontEnd:
 
     def _with(self, look: Look, readings: Readings, stamp_ns: int) -> SignTrack:
         """A track by what the backend says of it, with one more frame's readings."""
-        known = self.heard.get(look.key)
+        known = self.backend_tracks.get(look.key)
         track = known or replace(self.tracks[look.key], evidence=Evidence(), plate=Evidence())
         if look.question == QUESTIONS["plate"]:
             return track.read_plate(readings, look.shown.region.width_px)
@@ -169,7 +169,7 @@ class FrontEnd:
 
     def _probe(self, looks: Sequence[Look], stamp_ns: int) -> None:
         """Probe the backend, if that is due, with a question whose answer is believed now."""
-        said = self.tracks if self.reader_backend is None else self.heard
+        said = self.tracks if self.reader_backend is None else self.backend_tracks
         sure = {look.key: look for look in looks if look.question != QUESTIONS["plate"] and look.key in said}
         best = {key: said[key].belief() for key in sure}
         settled = [
@@ -188,7 +188,7 @@ class FrontEnd:
     def _tried(self, probe: Probe, look: Look, answers: Sequence[Answer]) -> None:
         """Whether the answer changed with the picture. No answer at all shows nothing against the backend."""
         (answer,) = answer_checks.as_many(answers, 1)
-        readings = answer_checks.heard(answer, look.question, self.here.jurisdiction, look.shown).readings
+        readings = answer_checks.checked(answer, look.question, self.here.jurisdiction, look.shown).readings
         self.guard.probed(look.key, probe.what, changed=self.guard.probes.answered(probe, readings))
 
     def settle(self, now_ns: int, speed_mps: float | None) -> tuple[Fact, ...]:
@@ -214,7 +214,7 @@ class FrontEnd:
     def _forget(self, key: Key) -> SignTrack:
         self.guard.forget(key)
         self.lettering.forget(key)
-        self.heard.pop(key, None)
+        self.backend_tracks.pop(key, None)
         self._doubted_lights.forget(key)
         return self.tracks.pop(key)
 
@@ -298,8 +298,8 @@ class FrontEnd:
         self._ghosts += 1
         ghost = (track.camera, GHOST_IDS + self._ghosts)
         self.tracks[ghost] = replace(track, track_id=ghost[1], contrary=0, said=())
-        if (heard := self.heard.pop(look.key, None)) is not None:
-            self.heard[ghost] = heard
+        if (heard := self.backend_tracks.pop(look.key, None)) is not None:
+            self.backend_tracks[ghost] = heard
         self.guard.renamed(look.key, ghost)
         del self.tracks[look.key]
         self._open(look.key, track.kind, look.shown.region, stamp_ns)
@@ -322,16 +322,16 @@ class FrontEnd:
         if not track.believed(best):
             return
         if best.reading.startswith("border:"):
-            self.believe(self.whereabouts.past_border(key, best.reading.partition(":")[2]))
+            self.believe(self.country_belief.past_border(key, best.reading.partition(":")[2]))
             return
-        where = self.whereabouts.with_cue(key, cues_of(best.reading), best.reading)
+        where = self.country_belief.with_cue(key, cues_of(best.reading), best.reading)
         for plate in track.plates():
             where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate), plate)
         self.believe(where)
 
-    def believe(self, where: Whereabouts) -> None:
+    def believe(self, where: CountryBelief) -> None:
         """Take over a belief about the country."""
-        self.whereabouts = where
+        self.country_belief = where
         self.here = self.here._replace(jurisdiction=where.believed)
 
     def _facts(self, key: Key, *, passed: bool = False) -> tuple[Fact, ...]:
@@ -344,9 +344,9 @@ class FrontEnd:
         if self.reader_backend is None:
             own = self.guard.own(key, read) if self.guarded else read
             return () if own is None else (own,)
-        heard, best = self.heard.get(key, track), track.belief()
+        heard, best = self.backend_tracks.get(key, track), track.belief()
         mine = None
-        if key in self.heard:
+        if key in self.backend_tracks:
             said = replace(track, evidence=heard.evidence, plate=heard.plate, seen_ns=heard.seen_ns)
             mine = fact_of(said, self.here, passed=passed)
             mine = self.guard.own(key, mine) if self.guarded else mine

@@ -15,7 +15,7 @@ import numpy as np
 from proto.perception import Box
 from proto.scene import Fact
 from services.drivelm.backends.backend import Answer, Backend, SlowBackend
-from services.drivelm.backends.background_worker import Errand, Errands
+from services.drivelm.backends.background_worker import BackgroundWorker, PendingQuestion
 from services.drivelm.front_end import FrontEnd, Look, Sighting
 from services.drivelm.guard.probes import Probe
 from services.drivelm.ocr.lettering import Lettering
@@ -88,11 +88,11 @@ class LateFrontEnd(FrontEnd):
         self, backend: SlowBackend, reader: Backend, *, home: str = "", max_reads: int = 8,
         lettering: Lettering | None = None, outstanding: int = 2, max_age_s: float = 4.0, guarded: bool = True,
     ) -> None:  # fmt: skip
-        """`errands.ready` is to be set to what calls `arrive` on the worker thread."""
+        """`worker.ready` is to be set to what calls `arrive` on the worker thread."""
         super().__init__(
             backend, home=home, max_reads=max_reads, lettering=lettering, reader_backend=reader, guarded=guarded
         )
-        self.errands = Errands[Sent](backend, outstanding=outstanding, max_age_ns=int(max_age_s * 1e9))
+        self.worker = BackgroundWorker[Sent](backend, outstanding=outstanding, max_age_ns=int(max_age_s * 1e9))
         self._agreement = Agreement()
         self._picture: Picture | None = None
         self._seeing_ns = 0
@@ -107,33 +107,33 @@ class LateFrontEnd(FrontEnd):
     def arrive(self) -> None:
         """Take what the backend has answered since; it is said with the next picture, or when the thing is passed."""
         self._agreement.keep({(key, question) for key in self.tracks for question in KIND_OF_QUESTION})
-        for errand, answers in self.errands.collect():
-            look, probe = errand.subject
-            if not self._still_tells(errand):
+        for pending, answers in self.worker.collect():
+            look, probe = pending.subject
+            if not self._still_tells(pending):
                 continue
-            self._seeing_ns = errand.stamp_ns
+            self._seeing_ns = pending.stamp_ns
             if probe is None:
-                self._hear([look], self._weighed(look, answers), errand.stamp_ns)
+                self._hear([look], self._weighed(look, answers), pending.stamp_ns)
             elif answers[0].text:
                 self._tried(probe, look, answers)
 
     def _weighed(self, look: Look, answers: Sequence[Answer]) -> list[Answer]:
         return [self._agreement.weighed((look.key, look.question), answers[0]), *answers[1:]]
 
-    def _still_tells(self, errand: Errand[Sent]) -> bool:
-        key = errand.subject.look.key
-        track, heard = self.tracks.get(key), self.heard.get(key)
-        if track is None or errand.stamp_ns < track.first_ns:
+    def _still_tells(self, pending: PendingQuestion[Sent]) -> bool:
+        key = pending.subject.look.key
+        track, heard = self.tracks.get(key), self.backend_tracks.get(key)
+        if track is None or pending.stamp_ns < track.first_ns:
             return False
-        if track.kind not in CHANGING or errand.subject.probe is not None:
+        if track.kind not in CHANGING or pending.subject.probe is not None:
             return True
-        overtaken = heard is not None and errand.stamp_ns <= heard.seen_ns and heard.evidence.frames > 0
-        return not overtaken and track.seen_ns - errand.stamp_ns <= CHANGES_NS
+        overtaken = heard is not None and pending.stamp_ns <= heard.seen_ns and heard.evidence.frames > 0
+        return not overtaken and track.seen_ns - pending.stamp_ns <= CHANGES_NS
 
     def _forget_changed(self, now_ns: int) -> None:
-        for key, heard in list(self.heard.items()):
+        for key, heard in list(self.backend_tracks.items()):
             if heard.kind in CHANGING and now_ns - heard.seen_ns > CHANGES_NS:
-                del self.heard[key]
+                del self.backend_tracks[key]
 
     def _looks(self, sighting: Sighting, boxes: Sequence[Box], picture: Picture) -> list[Look]:
         self._picture = picture
@@ -152,8 +152,8 @@ class LateFrontEnd(FrontEnd):
     def _send(
         self, topic: tuple[object, ...], stamp_ns: int, images: Callable[[], Sequence[Picture]], sent: Sent
     ) -> None:
-        self.errands.send(
-            Errand(topic=topic, stamp_ns=stamp_ns, images=images, question=sent.look.question, subject=sent)
+        self.worker.send(
+            PendingQuestion(topic=topic, stamp_ns=stamp_ns, images=images, question=sent.look.question, subject=sent)
         )
 
 

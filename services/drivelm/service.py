@@ -102,8 +102,8 @@ def load_front_end(config: DrivelmConfig, node: Node, lettering: Lettering) -> F
         backend, load_reader(config), home=config.home, max_reads=config.max_reads, lettering=lettering,
         outstanding=config.outstanding, max_age_s=config.max_age_s, guarded=config.guard,
     )  # fmt: skip
-    late.errands.ready = lambda: node.run_soon(late.arrive)
-    node.on_close(late.errands.close)
+    late.worker.ready = lambda: node.run_soon(late.arrive)
+    node.on_close(late.worker.close)
     return late
 
 
@@ -183,11 +183,11 @@ class Bindings:
         self.say(self.front_end.see(sighting), info.stamp_ns, (time.perf_counter() - started) * 1e3)
 
     def on_tracks(self, message: Tracks, info: Received[Tracks]) -> None:
-        where = self.front_end.whereabouts
+        where = self.front_end.country_belief
         for track in message.tracks:
             if seen_to_come(track, message.ego_speed_used_mps):
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
-        if where is not self.front_end.whereabouts:
+        if where is not self.front_end.country_belief:
             self.front_end.believe(where)
 
     def settle(self) -> None:
@@ -204,7 +204,7 @@ class Bindings:
 
     def say_surroundings(self) -> None:
         now_ns = self.node.clock.now_ns()
-        facts = surroundings(self.front_end.whereabouts, self.front_end.road_type, now_ns)
+        facts = surroundings(self.front_end.country_belief, self.front_end.road_type, now_ns)
         if facts:
             self.node.publish(topics.FACTS, Facts(facts=facts, backend=self.front_end.backend.name), stamp_ns=now_ns)
 

@@ -14,10 +14,10 @@ MOST_WAITING = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Errand(Generic[T]):
-    """Pictures of one thing and the question about them. `topic` says which thing: a newer errand replaces an older one.
+class PendingQuestion(Generic[T]):
+    """Pictures of one thing and the question about them. `topic` says which thing: a newer question replaces an older one.
 
-    `images` makes the pictures on the asking thread, so that those of errands that are replaced are never made.
+    `images` makes the pictures on the asking thread, so that those of questions that are replaced are never made.
     """
 
     topic: tuple[object, ...]
@@ -28,24 +28,14 @@ class Errand(Generic[T]):
 
 
 @dataclass(slots=True)
-class Counts:
-    """What became of the errands."""
-
-    asked: int = 0
-    replaced: int = 0
-    too_old: int = 0
-    failed: int = 0
-
-
-@dataclass(slots=True)
 class _Shelf(Generic[T]):
-    waiting: dict[tuple[object, ...], Errand[T]] = field(default_factory=dict)
-    done: list[tuple[Errand[T], Sequence[Answer]]] = field(default_factory=list)
+    waiting: dict[tuple[object, ...], PendingQuestion[T]] = field(default_factory=dict)
+    done: list[tuple[PendingQuestion[T], Sequence[Answer]]] = field(default_factory=list)
     newest_ns: int = 0
     closed: bool = False
 
 
-class Errands(Generic[T]):
+class BackgroundWorker(Generic[T]):
     """At most `outstanding` questions are with the backend at any time. `ready` is called, on a thread of the runner,
     when there is something to `collect`."""
 
@@ -54,24 +44,22 @@ class Errands(Generic[T]):
     ) -> None:
         self._backend, self._max_age_ns, self.ready = backend, max_age_ns, ready
         self._shelf, self._changed = _Shelf[T](), threading.Condition()
-        self.counts = Counts()
         self.log = logging.getLogger("drivemcp.drivelm")
         for number in range(outstanding):
-            threading.Thread(target=self._work, name=f"errands-{number}", daemon=True).start()
+            threading.Thread(target=self._work, name=f"drivelm-worker-{number}", daemon=True).start()
 
-    def send(self, errand: Errand[T]) -> None:
-        """Leave an errand to be done; returns at once. Of one thing only the newest waits, of all the newest `MOST_WAITING`."""
+    def send(self, pending: PendingQuestion[T]) -> None:
+        """Leave a question to be asked; returns at once. Of one thing only the newest waits, of all the newest `MOST_WAITING`."""
         with self._changed:
             waiting, shelf = self._shelf.waiting, self._shelf
-            self.counts.replaced += waiting.pop(errand.topic, None) is not None
-            waiting[errand.topic] = errand
-            shelf.newest_ns = max(shelf.newest_ns, errand.stamp_ns)
+            waiting.pop(pending.topic, None)
+            waiting[pending.topic] = pending
+            shelf.newest_ns = max(shelf.newest_ns, pending.stamp_ns)
             if len(waiting) > MOST_WAITING:
                 del waiting[min(waiting.values(), key=lambda each: each.stamp_ns).topic]
-                self.counts.replaced += 1
             self._changed.notify()
 
-    def collect(self) -> list[tuple[Errand[T], Sequence[Answer]]]:
+    def collect(self) -> list[tuple[PendingQuestion[T], Sequence[Answer]]]:
         """What was answered since the last call, oldest picture first; at least one answer each, if only an abstention."""
         with self._changed:
             done, self._shelf.done = self._shelf.done, []
@@ -85,15 +73,15 @@ class Errands(Generic[T]):
             self._changed.notify_all()
 
     def _work(self) -> None:
-        while (errand := self._next()) is not None:
-            answers = self._asked(errand)
+        while (pending := self._next()) is not None:
+            answers = self._asked(pending)
             with self._changed:
                 if self._shelf.closed:
                     return
-                self._shelf.done.append((errand, answers))
+                self._shelf.done.append((pending, answers))
             self.ready()
 
-    def _next(self) -> Errand[T] | None:
+    def _next(self) -> PendingQuestion[T] | None:
         with self._changed:
             self._drop_old()
             while not self._shelf.waiting and not self._shelf.closed:
@@ -102,25 +90,22 @@ class Errands(Generic[T]):
             if self._shelf.closed:
                 return None
             newest = max(self._shelf.waiting.values(), key=lambda each: each.stamp_ns)  # the first of one picture
-            self.counts.asked += 1
             return self._shelf.waiting.pop(newest.topic)
 
     def _drop_old(self) -> None:
         oldest_ns = self._shelf.newest_ns - self._max_age_ns
         old = [topic for topic, each in self._shelf.waiting.items() if each.stamp_ns < oldest_ns]
-        self.counts.too_old += len(old)
         for topic in old:
             del self._shelf.waiting[topic]
 
-    def _asked(self, errand: Errand[T]) -> Sequence[Answer]:
+    def _asked(self, pending: PendingQuestion[T]) -> Sequence[Answer]:
         images: Sequence[Picture] = ()
         answers: Sequence[Answer] = ()
         try:
-            images = errand.images()
-            answers = self._backend.answer(images, errand.question) if images else ()
+            images = pending.images()
+            answers = self._backend.answer(images, pending.question) if images else ()
         except Exception:  # the runner of foreign code: one bad answer must not end the thread
             self.log.exception("%s: asking failed", self._backend.name)
         if answers and len(answers) == len(images):
             return answers
-        self.counts.failed += 1
         return [NO_ANSWER]

@@ -101,7 +101,7 @@ class Switch(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Whereabouts:
+class CountryBelief:
     """The belief about the country: log-scores, and the one believed now with its confidence."""
 
     scores: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(JURISDICTIONS, 0.0))
@@ -120,7 +120,7 @@ class Whereabouts:
         return self.believed is not None and not self.counted
 
     @classmethod
-    def at_home(cls, country: str) -> "Whereabouts":
+    def at_home(cls, country: str) -> "CountryBelief":
         """Start from a home setting: a weak prior that a single strong cue outweighs; empty: know nothing."""
         if country not in JURISDICTIONS:
             return cls()
@@ -147,7 +147,7 @@ class Whereabouts:
             return self.switch.evidence
         return _evidence(self.since, self.believed, None) if self.believed is not None else ()
 
-    def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "") -> "Whereabouts":
+    def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "") -> "CountryBelief":
         """With a cue from a track, of the sign `code`; a track already counted changes nothing."""
         if key in self.counted or not cues:
             return self
@@ -155,7 +155,7 @@ class Whereabouts:
         counted, since = (*self.counted, key)[-_REMEMBERED:], {**self.since, code: _sum(self.since.get(code, {}), cues)}
         return replace(self, scores=_levelled(scores), counted=counted, since=since)._decided()
 
-    def past_border(self, key: tuple[str, int], country: str) -> "Whereabouts":
+    def past_border(self, key: tuple[str, int], country: str) -> "CountryBelief":
         """A believed border sign was passed: that country, whatever was believed before."""
         if key in self.counted or country not in self.scores:
             return self
@@ -166,7 +166,7 @@ class Whereabouts:
             return passed
         return passed._switched(country, ((f"border:{country}", _BORDER),))
 
-    def _decided(self) -> "Whereabouts":
+    def _decided(self) -> "CountryBelief":
         best = max(self.scores, key=lambda country: (self.scores[country], country))
         if best != self.believed and self.posterior(best) >= TAKE_OVER:
             return self._switched(best, _evidence(self.since, best, self.believed or self.last))
@@ -174,7 +174,7 @@ class Whereabouts:
             return replace(self, believed=None, last=self.believed)
         return self
 
-    def _switched(self, country: str, evidence: Evidence) -> "Whereabouts":
+    def _switched(self, country: str, evidence: Evidence) -> "CountryBelief":
         former = self.believed or self.last
         return replace(self, believed=country, last=None, since={}, switch=Switch(former, evidence))
 

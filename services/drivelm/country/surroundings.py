@@ -5,14 +5,14 @@ from typing import get_args
 import msgspec
 
 from proto.scene import Candidate, Fact, FactKind, Unit
-from services.drivelm.country.country_belief import Whereabouts
+from services.drivelm.country.country_belief import CountryBelief
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS, Side
 
 BELIEVE = 0.8
 _MENTION = 0.05
 
 
-def surroundings(where: Whereabouts, road_type: tuple[str, float] | None, now_ns: int) -> tuple[Fact, ...]:
+def surroundings(where: CountryBelief, road_type: tuple[str, float] | None, now_ns: int) -> tuple[Fact, ...]:
     """One fact each; a doubtful one carries its candidates and is not believed. Nothing known, nothing said."""
     facts = []
     if where.believed is not None:
@@ -26,7 +26,7 @@ def surroundings(where: Whereabouts, road_type: tuple[str, float] | None, now_ns
     return tuple(facts)
 
 
-def _with_evidence(country: Fact, where: Whereabouts) -> Fact:
+def _with_evidence(country: Fact, where: CountryBelief) -> Fact:
     """With what the country is believed on, as codes with log-odds, and in a sentence."""
     told = ", ".join(f"{code} {weight:.1f}" for code, weight in where.evidence)
     if where.assumed:

@@ -32,7 +32,7 @@ _APART = re.compile(rf"(?<=[a-z])\s{_NAMED}(?=[ .]|$)")
 """A place after a word and before the next: taking it out must never join what stood apart."""
 
 
-class Spoken(NamedTuple):
+class CheckedAnswer(NamedTuple):
     """The readings of an answer, and what is wrong with it; empty: nothing."""
 
     readings: Readings = ()
@@ -47,7 +47,7 @@ class Shown(NamedTuple):
     height_px: int
 
 
-def heard(answer: Answer, question: str, jurisdiction: str | None, shown: Shown) -> Spoken:
+def checked(answer: Answer, question: str, jurisdiction: str | None, shown: Shown) -> CheckedAnswer:
     """An answer as readings with probabilities; what is not grounded, or what the parser refuses, is none.
 
     A sentence in a unit that the country does not use is refused too. A condition said in the sentence itself is not
@@ -56,12 +56,12 @@ def heard(answer: Answer, question: str, jurisdiction: str | None, shown: Shown)
     offered = _offered(answer)
     fault = next((wrong for text, _ in offered if (wrong := misplaced(text, shown))), "")
     if fault:
-        return Spoken((), fault)
+        return CheckedAnswer((), fault)
     kind = KIND_OF_QUESTION.get(question, "")
     readings = _readings(offered, jurisdiction)
     best = max(readings, key=lambda row: row[1], default=(OTHER, 0.0))[0]
     fitting = tuple(row for row in readings if answers(kind, row[0]))
-    return Spoken(fitting, "" if answers(kind, best) else OTHER_QUESTION)
+    return CheckedAnswer(fitting, "" if answers(kind, best) else OTHER_QUESTION)
 
 
 def as_many(answers: Sequence[Answer], count: int) -> list[Answer]:

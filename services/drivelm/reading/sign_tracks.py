@@ -7,7 +7,7 @@ import msgspec
 from proto.scene import Fact
 from services.drivelm.reading.crops import Region
 from services.drivelm.reading.evidence import Belief, Evidence, belief, fused
-from services.drivelm.reading.sign_position import Place
+from services.drivelm.reading.sign_position import SignPosition
 from services.drivelm.vocabulary.classes import OTHER
 
 BELIEVE = 0.98
@@ -44,7 +44,7 @@ class SignTrack:
     """When it was last read, not only seen."""
     evidence: Evidence = field(default_factory=Evidence)
     plate: Evidence = field(default_factory=Evidence)
-    place: Place | None = None
+    place: SignPosition | None = None
     travelled_m: float = 0.0
     """How far the ego went since the element was last seen."""
     moved_ns: int = 0

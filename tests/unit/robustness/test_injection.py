@@ -29,7 +29,7 @@ from services.drivelm.front_end import FrontEnd
 from services.drivelm.graph.answering import SILENT, ask
 from services.drivelm.graph.scene_graph import Seen
 from services.drivelm.graph.scene_graph import build as build_graph
-from services.drivelm.guard.answer_checks import Shown, heard
+from services.drivelm.guard.answer_checks import Shown, checked
 from services.drivelm.reading.crops import Picture, Region
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
 from services.drivelm.vocabulary.parser import parse
@@ -107,13 +107,13 @@ def one_line(text: str) -> bool:
 @pytest.mark.parametrize("text", FIXED)
 def test_no_attack_is_a_sentence_of_the_closed_language(text: str) -> None:
     for question in QUESTIONS.values():
-        assert heard(Answer(text, 1.0), question, "DEU", SHOWN).readings == ()
+        assert checked(Answer(text, 1.0), question, "DEU", SHOWN).readings == ()
 
 
 @many(600)
 @given(text=hostile(), score=st.floats(), country=st.sampled_from(["DEU", "GBR", None]))
 def test_an_answer_says_nothing_unless_it_is_one_known_sentence(text: str, score: float, country: str | None) -> None:
-    readings = heard(
+    readings = checked(
         Answer(text, score, ((text, score), (f"{text} ", 1.0))), QUESTIONS["sign"], country, SHOWN
     ).readings
     assert known(text) or not readings
@@ -131,7 +131,7 @@ def test_a_hostile_completion_is_an_abstention_that_leaves_one_line_in_the_log(
     log, lines = logging.Logger("hostile"), io.StringIO()
     log.addHandler(logging.StreamHandler(lines))
     replied = judged(said(body).text, question, score, Abstentions("openai", log))
-    assert replied is NO_ANSWER or not heard(replied, question, "DEU", SHOWN).readings or known(text)
+    assert replied is NO_ANSWER or not checked(replied, question, "DEU", SHOWN).readings or known(text)
     assert one_line(lines.getvalue().rstrip("\n"))
 
 
@@ -169,7 +169,7 @@ def test_a_hostile_backend_alone_makes_no_limit_that_the_country_has_not(attacke
             or each.reading in {code.partition(":")[0] for code in CODES}
             or each.value is not None
         )
-    assert front.whereabouts.believed in (home or None, home)
+    assert front.country_belief.believed in (home or None, home)
 
 
 @many(60)

@@ -8,7 +8,7 @@ import pytest
 
 from services.drivelm.backends.abstentions import UNMEASURED
 from services.drivelm.backends.backend import NO_ANSWER, Answer
-from services.drivelm.backends.background_worker import MOST_WAITING, Errand, Errands
+from services.drivelm.backends.background_worker import MOST_WAITING, BackgroundWorker, PendingQuestion
 from services.drivelm.front_end import Sighting
 from services.drivelm.late_front_end import AGREED, AGREEING, CHANGES_NS, VIEW_PX, Agreement, LateFrontEnd, view
 from services.drivelm.reading.crops import Picture, Region
@@ -64,114 +64,114 @@ class Bell:
             assert self.rung.acquire(timeout=WAIT_S)
 
 
-def _errand(topic: str, stamp_ns: int) -> Errand[str]:
-    return Errand(topic=(topic,), stamp_ns=stamp_ns, images=lambda: [SPOT], question="?", subject=f"{topic}@{stamp_ns}")
+def _pending(topic: str, stamp_ns: int) -> PendingQuestion[str]:
+    return PendingQuestion(
+        topic=(topic,), stamp_ns=stamp_ns, images=lambda: [SPOT], question="?", subject=f"{topic}@{stamp_ns}"
+    )
 
 
-def _errands(backend: Slow, bell: Bell, outstanding: int = 1, max_age_ns: int = 100) -> Errands[str]:
-    return Errands(backend, outstanding=outstanding, max_age_ns=max_age_ns, ready=bell)
+def _worker(backend: Slow, bell: Bell, outstanding: int = 1, max_age_ns: int = 100) -> BackgroundWorker[str]:
+    return BackgroundWorker(backend, outstanding=outstanding, max_age_ns=max_age_ns, ready=bell)
 
 
-def _done(errands: Errands[str]) -> list[str]:
-    return [errand.subject for errand, _ in errands.collect()]
+def _done(worker: BackgroundWorker[str]) -> list[str]:
+    return [pending.subject for pending, _ in worker.collect()]
 
 
 def test_no_more_are_outstanding_than_allowed() -> None:
     backend, bell = Slow(Answer("x", 0.9)), Bell()
-    errands = _errands(backend, bell, outstanding=2)
+    worker = _worker(backend, bell, outstanding=2)
     for number in range(6):
-        errands.send(_errand(f"t{number}", number))
+        worker.send(_pending(f"t{number}", number))
     backend.wait_asked(2)
-    assert (len(backend.asked), errands.collect()) == (2, [])
+    assert (len(backend.asked), worker.collect()) == (2, [])
     backend.let.release(6)
     bell.wait(6)
     assert backend.most_running == 2
-    assert len(_done(errands)) == 6
-    errands.close()
+    assert len(_done(worker)) == 6
+    worker.close()
     backend.let.release(100)
 
 
 def test_the_newest_picture_is_asked_first_and_replaces_older_ones_of_the_same_thing() -> None:
     backend, bell = Slow(Answer("x", 0.9)), Bell()
-    errands = _errands(backend, bell)
-    errands.send(_errand("first", 1))
+    worker = _worker(backend, bell)
+    worker.send(_pending("first", 1))
     backend.wait_asked(1)
     for topic, stamp_ns in (("a", 10), ("b", 20), ("a", 30), ("c", 30)):
-        errands.send(_errand(topic, stamp_ns))
+        worker.send(_pending(topic, stamp_ns))
     order = []
     for _ in range(4):
         backend.let.release()
         bell.wait()
-        order += _done(errands)
+        order += _done(worker)
     assert order == ["first@1", "a@30", "c@30", "b@20"]
-    assert errands.counts.replaced == 1
-    errands.close()
+    worker.close()
     backend.let.release(100)
 
 
 def test_what_is_too_old_is_not_asked_and_no_heap_grows() -> None:
     backend, bell = Slow(Answer("x", 0.9)), Bell()
-    errands = _errands(backend, bell, max_age_ns=100)
-    errands.send(_errand("first", 1))
+    worker = _worker(backend, bell, max_age_ns=100)
+    worker.send(_pending("first", 1))
     backend.wait_asked(1)
-    errands.send(_errand("old", 10))
+    worker.send(_pending("old", 10))
     for number in range(MOST_WAITING + 10):
-        errands.send(_errand(f"t{number}", 500 + number))
+        worker.send(_pending(f"t{number}", 500 + number))
     backend.let.release(MOST_WAITING + 1)
     bell.wait(MOST_WAITING + 1)
-    done = _done(errands)
+    done = _done(worker)
     assert len(done) == MOST_WAITING + 1
     assert "old@10" not in done
-    errands.close()
+    worker.close()
     backend.let.release(100)
 
 
 def test_a_backend_that_breaks_is_an_abstention_and_the_next_is_asked() -> None:
     backend, bell = Slow(Answer("fail", 0.9)), Bell()
-    errands = _errands(backend, bell)
+    worker = _worker(backend, bell)
     for number in range(2):
-        errands.send(_errand(f"t{number}", number))
+        worker.send(_pending(f"t{number}", number))
         backend.let.release()
         bell.wait()
-    assert [answers for _, answers in errands.collect()] == [[NO_ANSWER], [NO_ANSWER]]
-    assert errands.counts.failed == 2
-    errands.close()
+    assert [answers for _, answers in worker.collect()] == [[NO_ANSWER], [NO_ANSWER]]
+    worker.close()
     backend.let.release(100)
 
 
-def test_pictures_that_cannot_be_made_are_an_abstention_and_those_of_replaced_errands_are_never_made() -> None:
+def test_pictures_that_cannot_be_made_are_an_abstention_and_those_of_replaced_questions_are_never_made() -> None:
     backend, bell, made = Slow(Answer("x", 0.9)), Bell(), list[int]()
 
-    def errand(number: int) -> Errand[str]:
+    def pending(number: int) -> PendingQuestion[str]:
         def images() -> list[Picture]:
             made.append(number)
             return [SPOT] if number == 0 else []
 
-        return Errand(topic=("t",), stamp_ns=number, images=images, question="?", subject=str(number))
+        return PendingQuestion(topic=("t",), stamp_ns=number, images=images, question="?", subject=str(number))
 
-    errands = _errands(backend, bell)
-    errands.send(errand(0))
+    worker = _worker(backend, bell)
+    worker.send(pending(0))
     backend.wait_asked(1)
     for number in (1, 2, 3):
-        errands.send(errand(number))
+        worker.send(pending(number))
     backend.let.release()
     bell.wait(2)
-    assert [answers for _, answers in errands.collect()] == [[Answer("x", 0.9)], [NO_ANSWER]]
+    assert [answers for _, answers in worker.collect()] == [[Answer("x", 0.9)], [NO_ANSWER]]
     assert made == [0, 3]
-    errands.close()
+    worker.close()
 
 
 def test_after_closing_nothing_more_is_asked_or_heard() -> None:
     backend, bell = Slow(Answer("x", 0.9)), Bell()
-    errands = _errands(backend, bell)
-    errands.send(_errand("a", 1))
+    worker = _worker(backend, bell)
+    worker.send(_pending("a", 1))
     backend.wait_asked(1)
-    errands.send(_errand("b", 2))
-    errands.close()
+    worker.send(_pending("b", 2))
+    worker.close()
     backend.let.release(100)
     backend.let.release()
     assert not bell.rung.acquire(timeout=0.05)
-    assert errands.collect() == []
+    assert worker.collect() == []
     assert len(backend.asked) == 1
 
 
@@ -201,7 +201,7 @@ class Drive:
         self.backend, self.bell, self.stamp_ns, self.kind = Slow(answer), Bell(), NS, kind
         self.reader = Scripted(lambda question, number: says(read, 0.95))
         self.end = LateFrontEnd(self.backend, self.reader, home="DEU", outstanding=1)
-        self.end.errands.ready = self.bell
+        self.end.worker.ready = self.bell
 
     def see(self, distance_m: float = 30.0) -> None:
         box = box_at(distance_m, -3.5, kind=self.kind)  # type: ignore[arg-type]
@@ -223,7 +223,7 @@ class Drive:
 
     @property
     def heard(self) -> str:
-        heard = self.end.heard.get(("tele", 7))
+        heard = self.end.backend_tracks.get(("tele", 7))
         return "" if heard is None else heard.belief().reading
 
 
@@ -241,7 +241,7 @@ def begin() -> Iterator[Begin]:
 
     yield start
     for drive in begun:
-        drive.end.errands.close()
+        drive.end.worker.close()
         drive.backend.let.release(100)
 
 
@@ -254,14 +254,14 @@ def test_a_picture_is_seen_without_waiting_and_its_answer_counts_when_it_comes(b
     assert drive.heard == ""
     drive.let()
     assert drive.heard == "limit:80"
-    assert drive.end.heard["tele", 7].seen_ns == NS
+    assert drive.end.backend_tracks["tele", 7].seen_ns == NS
 
 
 def test_what_the_backend_believes_is_said_with_the_stamp_of_its_picture(begin: Begin) -> None:
     drive = begin(says("limit:80", 0.97))
     for _ in range(8):
         drive.see_and_hear()
-    answered_ns = drive.end.heard["tele", 7].seen_ns
+    answered_ns = drive.end.backend_tracks["tele", 7].seen_ns
     drive.stamp_ns += NS
     drive.see()
     facts = [fact for fact in drive.said if fact.reading == "limit:80"]
@@ -322,6 +322,6 @@ def test_three_agreeing_answers_without_probabilities_are_needed_before_any_coun
     clear = []
     for _ in range(AGREEING + 1):
         drive.see_and_hear()
-        clear.append(drive.end.heard["tele", 7].belief().clear_frames)
+        clear.append(drive.end.backend_tracks["tele", 7].belief().clear_frames)
     assert clear[: AGREEING - 1] == [0.0] * (AGREEING - 1)
     assert clear[-1] == 2.0

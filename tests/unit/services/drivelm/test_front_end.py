@@ -83,16 +83,16 @@ def test_a_border_changes_the_country_when_it_is_passed_not_before() -> None:
     end = _end("border:GBR", home="DEU")
     for _ in range(5):
         end.see(sighting(NS, box_at(40, -3.5)))
-    assert end.whereabouts.believed == "DEU"
+    assert end.country_belief.believed == "DEU"
     drive_past(end, start_ns=2 * NS, size_m=0.9)
-    assert end.whereabouts.believed == "GBR"
-    assert surroundings(end.whereabouts, None, NS)[0].text == "border:GBR 6.0"
+    assert end.country_belief.believed == "GBR"
+    assert surroundings(end.country_belief, None, NS)[0].text == "border:GBR 6.0"
 
 
 def test_signs_that_tell_the_country_are_told_with_their_weight() -> None:
     end = _end("national", plate="plate:when_wet:en", home="")
     drive_past(end)
-    country = surroundings(end.whereabouts, None, NS)[0]
+    country = surroundings(end.country_belief, None, NS)[0]
     assert (country.reading, country.believed) == ("GBR", True)
     assert country.sentence == "The signs are of GBR; for it spoke: national 3.0, plate:when_wet:en 1.7."
 
@@ -240,7 +240,7 @@ def test_a_track_that_jumps_to_another_sign_is_parted_in_two() -> None:
     passed = [fact for fact in facts if fact.passed]
     assert [fact.reading for fact in passed] == ["limit:30", "border:GBR"]
     assert passed[0].track_id == 7 != passed[1].track_id
-    assert end.whereabouts.believed == "GBR"
+    assert end.country_belief.believed == "GBR"
 
 
 def test_another_number_on_the_same_sign_is_doubt_and_no_second_sign() -> None:

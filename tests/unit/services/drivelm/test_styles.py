@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.drivelm.country.country_belief import Whereabouts, cues_of
+from services.drivelm.country.country_belief import CountryBelief, cues_of
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.reading import plates
 from services.drivelm.reading.crops import Region
@@ -69,7 +69,7 @@ def test_every_arrow_light_is_a_light_with_its_way() -> None:
 
 
 def test_boards_move_the_belief_to_the_united_states_and_rings_away_from_them() -> None:
-    abroad = Whereabouts.at_home("DEU")
+    abroad = CountryBelief.at_home("DEU")
     for number, value in enumerate((25, 35, 55)):
         abroad = abroad.with_cue(("tele", number), cues_of(f"limit_board:{value}"))
     assert abroad.believed == "USA"
@@ -77,7 +77,7 @@ def test_boards_move_the_belief_to_the_united_states_and_rings_away_from_them() 
     assert cues_of("limit:50")["USA"] < 0
     assert "DEU" not in cues_of("limit:50")
     assert cues_of("limit_board:55")["GBR"] < 0
-    once = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("limit_board:30"))
+    once = CountryBelief.at_home("DEU").with_cue(("tele", 1), cues_of("limit_board:30"))
     assert once.believed != "USA", "one board is not enough"
 
 
@@ -90,7 +90,7 @@ def test_the_language_of_a_plate_tells_of_all_who_write_it(language: str, countr
 
 def test_a_home_is_believed_but_weakly_however_many_countries_there_are() -> None:
     for home in JURISDICTIONS:
-        assert Whereabouts.at_home(home).posterior(home) == pytest.approx(0.816, abs=1e-3)
+        assert CountryBelief.at_home(home).posterior(home) == pytest.approx(0.816, abs=1e-3)
 
 
 def test_readers_numbers_are_posted_somewhere() -> None:

@@ -4,26 +4,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import COUNTRIES, Fact
-from services.drivelm.country.country_belief import Whereabouts, cues_of, oncoming_cue
+from services.drivelm.country.country_belief import CountryBelief, cues_of, oncoming_cue
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
 
 
-def _after(*readings: str, home: str = "DEU") -> Whereabouts:
-    where = Whereabouts.at_home(home)
+def _after(*readings: str, home: str = "DEU") -> CountryBelief:
+    where = CountryBelief.at_home(home)
     for number, reading in enumerate(readings):
         where = where.with_cue(("tele", number), cues_of(reading))
     return where
 
 
 def test_home_is_assumed_weakly_and_nothing_is_known_without_it() -> None:
-    assert Whereabouts.at_home("DEU").believed == "DEU"
-    assert Whereabouts.at_home("DEU").posterior("DEU") < 0.85
-    assert Whereabouts.at_home("").believed is None
+    assert CountryBelief.at_home("DEU").believed == "DEU"
+    assert CountryBelief.at_home("DEU").posterior("DEU") < 0.85
+    assert CountryBelief.at_home("").believed is None
 
 
 def test_a_home_is_said_to_be_assumed_until_something_was_seen() -> None:
-    home = Whereabouts.at_home("DEU")
+    home = CountryBelief.at_home("DEU")
     (country, *_) = surroundings(home, None, 1)
     assert country.assumed
     (country, *_) = surroundings(home.with_cue(("front", 1), cues_of("town_entry:yellow")), None, 1)
@@ -33,7 +33,7 @@ def test_a_home_is_said_to_be_assumed_until_something_was_seen() -> None:
 
 
 def test_a_passed_border_changes_the_country_at_once() -> None:
-    where = Whereabouts.at_home("DEU").past_border(("tele", 1), "GBR")
+    where = CountryBelief.at_home("DEU").past_border(("tele", 1), "GBR")
     assert where.believed == "GBR"
     assert where.of_unit("mph") > 0.95
     assert where.of_side("left") > 0.95
@@ -45,10 +45,10 @@ def test_one_contrary_cue_does_not_change_the_country_but_several_do() -> None:
 
 
 def test_the_same_sign_seen_again_counts_once() -> None:
-    where = Whereabouts.at_home("DEU")
+    where = CountryBelief.at_home("DEU")
     for _ in range(10):
         where = where.with_cue(("tele", 4), cues_of("keep_left"))
-    assert where == Whereabouts.at_home("DEU").with_cue(("tele", 4), cues_of("keep_left"))
+    assert where == CountryBelief.at_home("DEU").with_cue(("tele", 4), cues_of("keep_left"))
 
 
 def test_yellow_town_signs_confirm_germany_after_a_start_without_knowledge() -> None:
@@ -66,12 +66,12 @@ def test_oncoming_traffic_tells_the_side_only_when_clearly_aside() -> None:
     assert oncoming_cue(-3.5)["GBR"] > 0
 
 
-def _country(where: Whereabouts) -> Fact:
+def _country(where: CountryBelief) -> Fact:
     return surroundings(where, None, 1)[0]
 
 
 def test_a_change_of_country_says_on_what_evidence_it_was_made() -> None:
-    where = Whereabouts.at_home("DEU")
+    where = CountryBelief.at_home("DEU")
     for number, code in enumerate(["keep_left", "national", "limit:50", "plate:when_wet:en"]):
         where = where.with_cue(("tele", number), cues_of(code), code)
     changed = _country(where)
@@ -83,12 +83,12 @@ def test_a_change_of_country_says_on_what_evidence_it_was_made() -> None:
 
 
 def test_a_border_is_evidence_of_its_own() -> None:
-    where = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("keep_left"), "keep_left")
+    where = CountryBelief.at_home("DEU").with_cue(("tele", 1), cues_of("keep_left"), "keep_left")
     assert _country(where.past_border(("tele", 2), "GBR")).text == "border:GBR 6.0"
 
 
 def test_what_speaks_for_both_countries_is_no_evidence_of_the_change() -> None:
-    where = Whereabouts.at_home("GBR")
+    where = CountryBelief.at_home("GBR")
     for number, code in enumerate(["oncoming", "plate:when_wet:en", "limit_board:55", "limit_board:65", "school"]):
         cues = oncoming_cue(3.5) if code == "oncoming" else cues_of(code)
         where = where.with_cue(("tele", number), cues, code)
@@ -99,15 +99,15 @@ def test_what_speaks_for_both_countries_is_no_evidence_of_the_change() -> None:
 
 
 def test_a_home_that_signs_confirm_says_by_which() -> None:
-    assert _country(Whereabouts.at_home("DEU")).text == ""
-    assert "home setting" in _country(Whereabouts.at_home("DEU")).sentence
-    where = Whereabouts.at_home("DEU").with_cue(("tele", 1), cues_of("town_entry:yellow"), "town_entry:yellow")
+    assert _country(CountryBelief.at_home("DEU")).text == ""
+    assert "home setting" in _country(CountryBelief.at_home("DEU")).sentence
+    where = CountryBelief.at_home("DEU").with_cue(("tele", 1), cues_of("town_entry:yellow"), "town_entry:yellow")
     assert _country(where).text == "town_entry:yellow 2.0"
     assert "no longer" not in _country(where).sentence
 
 
 def test_a_country_given_up_before_is_named_as_the_former_one() -> None:
-    where = Whereabouts.at_home("DEU")
+    where = CountryBelief.at_home("DEU")
     for number, code in enumerate(["keep_left", "town_entry:white", "limit:50", "national", "info:side_left"]):
         where = where.with_cue(("tele", number), cues_of(code), code)
     assert "GBR, no longer of DEU" in _country(where).sentence
@@ -126,7 +126,7 @@ def test_posteriors_stay_probabilities(readings: list[str]) -> None:
 
 
 def test_a_hundred_oncoming_cars_do_not_wash_out_which_right_hand_country_it_is() -> None:
-    where = Whereabouts.at_home("DEU")
+    where = CountryBelief.at_home("DEU")
     for number in range(100):
         where = where.with_cue(("oncoming", number), oncoming_cue(3.5))
     assert where.believed == "DEU"

@@ -195,8 +195,8 @@ def test_the_embedded_reader_stands_its_probes(label: str) -> None:
     ],
 )
 def test_an_answer_is_of_the_place_and_the_thing_asked_about(text: str, fault: str) -> None:
-    said = answer_checks.heard(Answer(text, 0.9), QUESTIONS["sign"], "DEU", SHOWN)
-    assert said == answer_checks.Spoken((), fault) if fault else said.readings == (("limit:80", 0.9),)
+    said = answer_checks.checked(Answer(text, 0.9), QUESTIONS["sign"], "DEU", SHOWN)
+    assert said == answer_checks.CheckedAnswer((), fault) if fault else said.readings == (("limit:80", 0.9),)
 
 
 def test_one_that_names_places_outside_says_nothing_and_leaves_its_track_in_doubt() -> None:
@@ -311,13 +311,13 @@ def test_a_limit_too_high_for_the_road_of_the_map_is_held() -> None:
 def test_a_held_border_changes_no_country() -> None:
     front = beside("border:GBR", "limit:80")
     drive_past(front, size_m=0.9)
-    assert front.whereabouts.believed == "DEU"
+    assert front.country_belief.believed == "DEU"
 
 
 def test_nothing_is_remembered_of_tracks_that_are_gone() -> None:
     front = beside("limit:130", "limit:80")
     drive_past(front)
-    assert not front.heard
+    assert not front.backend_tracks
     assert not front.guard.grounds
 
 
