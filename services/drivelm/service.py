@@ -35,8 +35,6 @@ from services.drivelm.ocr.lettering import Lettering, load_lettering
 from services.drivelm.reading.reader import Reader
 
 M = TypeVar("M", bound=msgspec.Struct)
-STALE_NS = 1_000_000_000
-"""Boxes older than this tell of no scene of now."""
 
 
 class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -56,6 +54,8 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     max_reads: int = 8
     """Crops read per picture at most; what the frame's share of the processor allows."""
     graph_camera: str = "front"
+    stale_ms: float = 1000.0
+    """Boxes older than this give no scene graph."""
     read_names: bool = False
     """Read names of towns on large signs, where `rapidocr` is installed; never in lockstep (a thread's timing)."""
     read_plates: bool = False
@@ -212,7 +212,7 @@ class Bindings:
         """The scene as last seen, with its picture's stamp; of a camera that has gone silent there is none."""
         now_ns = self.node.clock.now_ns()
         stamp_ns, boxes = self.boxes.get(self.config.graph_camera, (0, None))
-        if boxes is None or abs(now_ns - stamp_ns) > STALE_NS:
+        if boxes is None or abs(now_ns - stamp_ns) > self.config.stale_ms * 1e6:
             self.graph = None
             return
         tracks, ego = self._alive(topics.TRACKS), self._alive(topics.EGO)

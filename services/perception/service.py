@@ -23,8 +23,6 @@ from services.perception.track.untracked import tracker_of
 from services.perception.weather.camera_weather import WeatherModel
 from services.perception.weather.watch import WeatherWatch
 
-STALE_NS = 1_000_000_000
-
 
 class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
     """`detector`: an ONNX file, ours by default; a YOLOX file for photographs."""
@@ -34,6 +32,8 @@ class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
     score_floor: float = 0.3
     late_ms: float = 300.0
     """Pictures that waited longer than this for their turn are dropped and counted, so that a backlog never builds up."""
+    stale_ms: float = 1000.0
+    """Tracks of an older picture are no answer to `list_tracks`."""
     closer_ms: float = 10.0
     """A picture that waited longer than this is not looked at more closely: what is told soon counts more than what is far."""
     tracking: bool = True
@@ -122,7 +122,7 @@ def build(config: PerceptionConfig, node: Node) -> None:
         Fails where no picture was understood within the last second.
         """
         known = latest.get("tracks")
-        if known is None or node.clock.now_ns() - known[0] > STALE_NS:
+        if known is None or node.clock.now_ns() - known[0] > config.stale_ms * 1e6:
             raise ToolFailed("no picture was understood within the last second; check the cameras")
         return known[1]
 

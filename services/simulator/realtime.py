@@ -14,12 +14,8 @@ from proto import topics
 from proto.sensors import CameraFrame, CanFrame, CanFrames
 from proto.truth import ScenarioState
 from services.simulator.sensors.camera_process import Order, Studio
-from services.simulator.session import CAMERAS, STEP_NS, Batch, Outgoing, Session, Shot
+from services.simulator.session import CAMERAS, Batch, Outgoing, Session, Shot
 
-AHEAD_NS = 4 * STEP_NS
-"""How much earlier than its instant a step is computed: long enough to draw its pictures."""
-STALE_NS = 150_000_000
-"""Sensors whose instant is longer past than this are dropped; only state goes out late."""
 MOST_ORDERS = 6
 _KEPT_IF_STALE = frozenset({topics.CLOCK.name, topics.TRUTH.name, topics.SCENARIO.name, topics.CAN_RX.name})
 Publish = Callable[[Outgoing, int], None]
@@ -35,9 +31,23 @@ class _Due:
 
 
 class RealTime:
-    """A thread that drives one session. `publish(message, stamp_ns)` must not block."""
+    """A thread that drives one session. `publish(message, stamp_ns)` must not block.
 
-    def __init__(self, session: Session, studio: Studio | None, publish: Publish, now_ns: Callable[[], int]) -> None:
+    `ahead_ns`: how much earlier than its instant a step is computed. `stale_ns`: sensors whose instant is longer past than
+    this are dropped; only state goes out late.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        studio: Studio | None,
+        publish: Publish,
+        now_ns: Callable[[], int],
+        *,
+        ahead_ns: int,
+        stale_ns: int,
+    ) -> None:
+        self._ahead_ns, self._stale_ns = ahead_ns, stale_ns
         self.session, self._studio, self._publish, self._now_ns = session, studio, publish, now_ns
         self._due: list[_Due] = []
         self._numbers, self._wake, self._stop = 0, threading.Event(), threading.Event()
@@ -49,7 +59,7 @@ class RealTime:
 
     def start(self) -> None:
         """Begin; the session's epoch is the wall's present."""
-        self.session.epoch_ns = self._now_ns() + AHEAD_NS
+        self.session.epoch_ns = self._now_ns() + self._ahead_ns
         self._thread.start()
 
     def stop(self) -> None:
@@ -78,14 +88,14 @@ class RealTime:
         while not self._stop.is_set() and not (self.session.finished and not self._due):
             self._handle_mail()
             self._send_due()
-            if not self.session.finished and self.session.next_stamp_ns - AHEAD_NS <= self._now_ns():
-                self._take_in(self.session.advance(AHEAD_NS / 1e9))
+            if not self.session.finished and self.session.next_stamp_ns - self._ahead_ns <= self._now_ns():
+                self._take_in(self.session.advance(self._ahead_ns / 1e9))
             else:
                 self._sleep()
         self.completed = True
 
     def _sleep(self) -> None:
-        next_step = self.session.next_stamp_ns - AHEAD_NS if not self.session.finished else None
+        next_step = self.session.next_stamp_ns - self._ahead_ns if not self.session.finished else None
         wakes = [at for at in (next_step, self._due[0].at_ns if self._due else None) if at is not None]
         wait_s = (min(wakes) - self._now_ns()) / 1e9 if wakes else 0.0
         if wait_s > 0.0:
@@ -126,7 +136,7 @@ class RealTime:
             due = heapq.heappop(self._due)
             if isinstance(due.what, Shot):
                 self._send_picture(due.what, due)
-            elif self._now_ns() - due.at_ns < STALE_NS or due.what.topic.name in _KEPT_IF_STALE:
+            elif self._now_ns() - due.at_ns < self._stale_ns or due.what.topic.name in _KEPT_IF_STALE:
                 self._publish(self._up_to_date(due.what), due.at_ns)
 
     def _up_to_date(self, out: Outgoing) -> Outgoing:
@@ -137,7 +147,7 @@ class RealTime:
 
     def _send_picture(self, shot: Shot, due: _Due) -> None:
         picture = self._studio.take(due.number) if self._studio is not None else None
-        if picture is None or not picture.jpeg or self._now_ns() - due.at_ns > STALE_NS:
+        if picture is None or not picture.jpeg or self._now_ns() - due.at_ns > self._stale_ns:
             self.session.late_frames += 1
             if self._studio is not None:
                 self._studio.forget(due.number)

@@ -48,6 +48,10 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     dbc: str = "vehicles/sim/sim.dbc"
     faults: tuple[str, ...] = ()
     """Faults of the car beside the scenario's own: PRESET@SECONDS or PRESET:SEVERITY@SECONDS."""
+    ahead_ms: float = 200.0
+    """How much earlier than its instant a step is computed: long enough to draw its pictures. Not in lockstep."""
+    stale_ms: float = 150.0
+    """What sensors measured longer ago than this is dropped; only state goes out late. Not in lockstep."""
     camera_niceness: int = 0
     """How far the process that draws stands back for the others."""
 
@@ -113,7 +117,14 @@ class Simulator:
                 self._drive = Conductor(session, studio, self._publish, self._conduct)
                 self._node.run_soon(self._step)
             else:
-                drive = RealTime(session, studio, self._publish, self._node.clock.now_ns)
+                drive = RealTime(
+                    session,
+                    studio,
+                    self._publish,
+                    self._node.clock.now_ns,
+                    ahead_ns=round(self._config.ahead_ms * 1e6),
+                    stale_ns=round(self._config.stale_ms * 1e6),
+                )
                 drive.start()
                 self._drive = drive  # once it lives: `report` takes one that does not for one that broke off
             self._node.log.info("driving %s, seed %d, %.0f s", scenario.name, seed, session.seconds)

@@ -37,15 +37,15 @@ class Prompts(NamedTuple):
     sha256: str
 
 
-def load() -> Prompts:
+def load(folder: Path = FOLDER) -> Prompts:
     """The prompts of all questions. Raises OSError or msgspec.ValidationError where a file is missing or malformed."""
-    texts = {question: _filled(kind, question) for kind, question in QUESTIONS.items()}
+    texts = {question: _filled(folder / f"{kind}.toml", kind, question) for kind, question in QUESTIONS.items()}
     canonical = msgspec.json.encode(sorted(texts.items()))
     return Prompts(MappingProxyType(texts), hashlib.sha256(canonical).hexdigest())
 
 
-def _filled(kind: str, question: str) -> str:
-    file = msgspec.toml.decode((FOLDER / f"{kind}.toml").read_bytes(), type=PromptFile)
+def _filled(path: Path, kind: str, question: str) -> str:
+    file = msgspec.toml.decode(path.read_bytes(), type=PromptFile)
     named = [label for label in OFFERED[kind] if not _is_counted(label)]
     sentences = "\n".join(SENTENCES[label] for label in named)
     return file.ask.strip().format(question=question, sentences=sentences, abstention=SENTENCES[OTHER])

@@ -37,21 +37,19 @@ def test_prompts_are_short() -> None:
     assert all(len(text) < 3200 for text in prompts.load().texts.values())
 
 
-def test_the_hash_follows_the_text_that_is_sent(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_hash_follows_the_text_that_is_sent(tmp_path: Path) -> None:
     before = prompts.load().sha256
     assert before == prompts.load().sha256
     assert re.fullmatch("[0-9a-f]{64}", before)
     for file in prompts.FOLDER.glob("*.toml"):
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    monkeypatch.setattr(prompts, "FOLDER", tmp_path)
-    assert prompts.load().sha256 == before
+    assert prompts.load(tmp_path).sha256 == before
     light = tmp_path / "light.toml"
     light.write_text(light.read_text().replace("Look at", "Look well at"))
-    assert prompts.load().sha256 != before
+    assert prompts.load(tmp_path).sha256 != before
 
 
-def test_a_prompt_file_without_a_version_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_prompt_file_without_a_version_is_refused(tmp_path: Path) -> None:
     (tmp_path / "sign.toml").write_text("ask = '{question}'")
-    monkeypatch.setattr(prompts, "FOLDER", tmp_path)
     with pytest.raises(msgspec.ValidationError, match="version"):
-        prompts.load()
+        prompts.load(tmp_path)

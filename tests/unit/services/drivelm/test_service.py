@@ -4,7 +4,6 @@ from contextlib import suppress
 
 import cv2
 import numpy as np
-import pytest
 
 from drivemcp.testing import Collected, TestBus, bus
 from proto import topics
@@ -12,8 +11,7 @@ from proto.perception import Box, Boxes, Track, Tracks
 from proto.scene import Fact, SceneGraph
 from proto.sensors import CameraFrame
 from proto.vehicle import Ego
-from services.drivelm import service
-from services.drivelm.service import SERVICE
+from services.drivelm.service import SERVICE, DrivelmConfig
 from services.simulator.signart import draw_face
 from tests.unit.services.drivelm.approach import NS, TELE, box_at
 
@@ -31,10 +29,9 @@ def _picture(distance_m: float) -> bytes:
     return bytes(cv2.imencode(".jpg", picture)[1].tobytes())
 
 
-def test_a_drive_past_a_sign_gives_a_believed_fact_and_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(service, "STALE_NS", 60 * NS)
+def test_a_drive_past_a_sign_gives_a_believed_fact_and_an_answer() -> None:
     with bus() as b:
-        b.start(SERVICE)
+        b.start(SERVICE, DrivelmConfig(stale_ms=60_000))
         probe, said = b.probe, b.collect(topics.FACTS)
         graphs = b.collect(topics.GRAPH)
         probe.publish(topics.CALIBRATION, TELE, id="tele")

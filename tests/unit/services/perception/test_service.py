@@ -8,7 +8,6 @@ from proto import topics
 from proto.health import ServiceHealth
 from proto.sensors import Calibration, CameraFrame, LidarSweep
 from proto.weather import CameraWeather
-from services.perception import service
 from services.perception.service import SERVICE, PerceptionConfig
 
 REAR_M = 18.0
@@ -20,11 +19,10 @@ def rear_sweep() -> LidarSweep:
 
 
 def test_pictures_become_boxes_tracks_and_lanes_with_the_pictures_stamp(
-    street_frame: CameraFrame, front_calibration: Calibration, monkeypatch: pytest.MonkeyPatch
+    street_frame: CameraFrame, front_calibration: Calibration
 ) -> None:
-    monkeypatch.setattr(service, "STALE_NS", 60 * 10**9)
     with bus() as b:
-        b.start(SERVICE, PerceptionConfig(late_ms=60_000))
+        b.start(SERVICE, PerceptionConfig(late_ms=60_000, stale_ms=60_000))
         boxes, lanes, tracks = b.collect(topics.BOXES), b.collect(topics.LANES), b.collect(topics.TRACKS)
         start_ns = b.probe.clock.now_ns()
         for k in range(6):

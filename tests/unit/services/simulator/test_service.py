@@ -31,12 +31,11 @@ def config(file: str, **changes: Any) -> SimulatorConfig:
     return SimulatorConfig(**{"scenario": file, "cameras": (), "seconds": 1.5, **changes})
 
 
-def test_a_drive_by_the_wall_clock_publishes_its_sensors_and_ends(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("services.simulator.realtime.STALE_NS", 3600 * 10**9)  # a machine that stalls drops nothing
+def test_a_drive_by_the_wall_clock_publishes_its_sensors_and_ends(file: str) -> None:
     with bus() as stack:
         states, fixes = stack.collect(topics.SCENARIO), stack.collect(topics.GNSS)
         sweeps, frames = stack.collect(topics.LIDAR, id="top"), stack.collect(topics.CAN_RX, id="can0")
-        stack.start(SERVICE, config(file))
+        stack.start(SERVICE, config(file, stale_ms=3600e3))  # a machine that stalls drops nothing
         end = states.wait(lambda state: state.finished)
         assert end.scenario == "test"
         assert len(fixes.messages) == 15
@@ -235,13 +234,10 @@ def test_the_studio_draws_what_is_ordered_and_leaves_what_is_too_late() -> None:
         studio.close()
 
 
-def test_a_drive_with_cameras_publishes_pictures_and_counts_the_late_ones(
-    file: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("services.simulator.realtime.AHEAD_NS", 2 * 10**9)  # ordered so long before they are due
+def test_a_drive_with_cameras_publishes_pictures_and_counts_the_late_ones(file: str) -> None:
     with bus() as stack:
         states, pictures = stack.collect(topics.SCENARIO), stack.collect(topics.CAMERA, id="front")
-        stack.start(SERVICE, config(file, cameras=("front",), seconds=2.0))
+        stack.start(SERVICE, config(file, cameras=("front",), seconds=2.0, ahead_ms=2000.0))
         while not any(state.time_s > 0.0 for state in states.messages):
             answer = stack.call("scenario_state")
             if answer.status == "tool_error":

@@ -12,8 +12,8 @@ from services.simulator.car.faults import FAULTS, Active
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.driver.driver import ADVICE_HOLDS_S, WARNING_HOLDS_S
 from services.simulator.environment.weather import friction
-from services.simulator.realtime import AHEAD_NS
 from services.simulator.scenario.load import parse_scenario
+from services.simulator.service import SimulatorConfig
 from services.simulator.world import World
 from tests.unit.services.simulator._braking import stopping_m
 
@@ -31,7 +31,7 @@ def test_the_example_of_the_page_drives() -> None:
 
 
 def test_the_numbers_of_the_page_are_the_code_s() -> None:
-    assert f"{AHEAD_NS // 1_000_000} ms ahead" in PAGE
+    assert f"{SimulatorConfig().ahead_ms:.0f} ms ahead" in PAGE
     assert f"after {ADVICE_HOLDS_S:.0f} s" in PAGE
     assert f"after {WARNING_HOLDS_S:.0f} s" in PAGE
     assert friction(0.0) == pytest.approx(0.85)
