@@ -10,13 +10,14 @@ ARGS   ?=
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test stack bench evaluate clean
+.PHONY: help demo install check format test replay stack bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
 	@echo "make install  the full environment, all extras, in $(VENV)"
 	@echo "make check    format, lint, types, layers"
 	@echo "make test     all tests but those that make stack runs"
+	@echo "make replay   what the stack decides and sees beside the behaviour lock (ARGS=--update locks anew)"
 	@echo "make stack    whole processes and containers (needs a Docker engine for the latter)"
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
@@ -63,6 +64,10 @@ format: $(VENV)/.full
 test: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m 'not stack' $(SIDE_BY_SIDE) $(ARGS)
+
+replay: $(VENV)/.full
+	@scripts/system-packages $(BIN)/python
+	$(BIN)/python -m tests.replay $(ARGS)
 
 stack: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python

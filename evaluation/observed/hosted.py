@@ -28,7 +28,7 @@ from proto.weather import CameraWeather, Within
 from services.drivelm.service import Bindings, DrivelmConfig
 from services.perception.detect.detection import Detection
 from services.perception.pipeline import Perception
-from services.perception.service import STALE_NS, PerceptionConfig
+from services.perception.service import PerceptionConfig
 from services.simulator.session import CAMERA_STEPS
 from services.simulator.world import STEP_S
 
@@ -65,7 +65,7 @@ class ModelledPerception:
     """Boxes, tracks, lanes and the camera's weather, at the rates and stamps of pictures."""
 
     def __init__(self, config: ModelledPerceptionConfig, node: Node) -> None:
-        self._node, self._seed = node, config.seed
+        self._node, self._seed, self._stale_ns = node, config.seed, config.stale_ms * 1e6
         card = read_card(data(config.observed))
         node.detail["detector"] = "modelled"
         self._weather, self._frames = card.weather, dict.fromkeys(config.cameras, 0)
@@ -85,7 +85,7 @@ class ModelledPerception:
 
         Fails where no picture was understood within the last second.
         """
-        if self._latest is None or self._node.clock.now_ns() - self._latest[0] > STALE_NS:
+        if self._latest is None or self._node.clock.now_ns() - self._latest[0] > self._stale_ns:
             raise ToolFailed("no picture was understood within the last second; check the cameras")
         return self._latest[1]
 
