@@ -22,7 +22,7 @@ from services.perception.range.box_range import ProjectedSweep, Range, find_rang
 from services.perception.range.camera import Camera, Floats
 from services.perception.range.levelling import Levelling
 from services.perception.track.image_tracks import Approach, ImageTracker
-from services.perception.track.lidar_motion import ACROSS_SIGMA_MPS, Movers
+from services.perception.track.lidar_motion import ACROSS_SIGMA_MPS, LidarMotion
 from services.perception.track.road_user import EgoState, Sighting
 from services.perception.track.sightings import Lag, distance_m, sighting_of
 from services.perception.track.sweep_speed import Sweeps, turned
@@ -36,7 +36,7 @@ OTHERS_WAIT_NS = 300_000_000
 BODY_UP_M = 0.8
 """Where a road user's middle is above the road."""
 ASIDE_M = 8.0
-"""Nobody there drives in our lanes."""
+"""Further aside than this no road user is in our lanes."""
 STILL: frozenset[ObjectClass] = frozenset({"sign", "panel", "light"})
 
 
@@ -78,7 +78,7 @@ class Perception:
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
     _sweep_before: tuple[int, Floats] | None = None
-    _by_lidar: Movers = field(default_factory=Movers)
+    _by_lidar: LidarMotion = field(default_factory=LidarMotion)
     _movers: tuple[int, tuple[Sighting, ...]] = 0, ()
     """In the sweep of that instant, until they were taken in."""
     _ego: tuple[int, Ego] | None = None

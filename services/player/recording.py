@@ -61,7 +61,7 @@ class Options(NamedTuple):
 
 
 def camera_messages(pictures: Iterable[Picture], options: Options) -> Iterator[TimedMessage]:
-    """Pictures of a camera that nobody measured, each as a message, with the calibration assumed of it."""
+    """Pictures of an uncalibrated camera, each as a message, with the calibration assumed of it."""
     for number, picture in enumerate(pictures):
         height, width = picture.bgr.shape[:2]
         if number % CALIBRATION_PERIOD == 0:

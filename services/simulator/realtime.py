@@ -121,7 +121,7 @@ class RealTime:
         for shot in batch.shots:  # before the messages of the instant, so that the state counts a picture that is late
             number = self._put(batch.stamp_ns, shot)
             if self._studio is None or self._studio.waiting >= MOST_ORDERS:
-                continue  # nobody draws it: it will be missing at its instant, and counted
+                continue  # it is not drawn: it will be missing at its instant, and counted
             self._studio.order(Order(number, shot.camera, shot.scene, batch.stamp_ns))
         for message in batch.messages:
             self._put(batch.stamp_ns, message)

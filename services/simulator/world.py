@@ -51,7 +51,7 @@ SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "mot
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """What reached the car since the last step: spoken advice, braking commands; and what it brings to a braking."""
+    """Input to a step: spoken advice and braking commands since the last one, and the car's ability to brake."""
 
     advice: tuple[Advice, ...] = ()
     brakes: tuple[BrakeCommand, ...] = ()
@@ -280,7 +280,7 @@ class World:
         )
 
     def _sight(self, scene: Scene, weather: Weather) -> tuple[Hazard, ...]:
-        """The hazards that are on. Who comes out of a side road is noted as seen, too: before, nobody can heed him."""
+        """The hazards that are on. Also marks a car from a side road as seen: until then no driver can react to it."""
         sight = Sight(self.houses, scene, weather.visibility_m, self._night)
         for car in self.cross.cars:
             near = car.started and not car.seen and abs(car.s_m - self.ego.s_m) < SEES_CROSS_M

@@ -1,4 +1,4 @@
-"""Which country we drive in, told by its signs: cues add up, and a change of mind needs clear evidence (hysteresis)."""
+"""The belief about the country, by its signs: cues add up, and a change of belief needs clear evidence (hysteresis)."""
 
 import math
 from collections.abc import Mapping
@@ -223,6 +223,6 @@ def oncoming_cue(lateral_m: float) -> Cues:
 
 
 def _levelled(scores: Mapping[str, float]) -> dict[str, float]:
-    """The best at 0 and nobody further behind than the cap: old certainty can always be overcome by new cues."""
+    """The best at 0 and no other further behind than the cap: old certainty can always be overcome by new cues."""
     top = max(scores.values())
     return {country: max(score - top, -_CAP) for country, score in scores.items()}

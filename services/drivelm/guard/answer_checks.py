@@ -1,4 +1,4 @@
-"""What a backend said, checked against the picture it speaks of, before anything is believed of it.
+"""Checks a backend's answer against the picture it is about, before anything in it is believed.
 
 An answer may name places as DriveLM does (`<c1,CAM_FRONT,x,y>`, or `(x, y)` in pixels of the whole picture). A place
 outside the picture, or where nothing is tracked, is a thing invented; so is an answer to another question. Such an
@@ -33,7 +33,7 @@ _APART = re.compile(rf"(?<=[a-z])\s{_NAMED}(?=[ .]|$)")
 
 
 class CheckedAnswer(NamedTuple):
-    """The readings of an answer, and what is wrong with it; empty: nothing."""
+    """The readings of an answer, and its fault; empty: no fault."""
 
     readings: Readings = ()
     fault: str = ""
@@ -48,7 +48,7 @@ class Shown(NamedTuple):
 
 
 def checked(answer: Answer, question: str, jurisdiction: str | None, shown: Shown) -> CheckedAnswer:
-    """An answer as readings with probabilities; what is not grounded, or what the parser refuses, is none.
+    """An answer as readings with probabilities; what is not grounded, or what the parser refuses, gives no reading.
 
     A sentence in a unit that the country does not use is refused too. A condition said in the sentence itself is not
     kept: conditions come from plates, and without one a limit counts always, which is the careful side.
@@ -65,7 +65,7 @@ def checked(answer: Answer, question: str, jurisdiction: str | None, shown: Show
 
 
 def as_many(answers: Sequence[Answer], count: int) -> list[Answer]:
-    """One answer per picture, whatever the backend returned; with another number nobody knows which is whose."""
+    """One answer per picture, whatever the backend returned; with another number they cannot be assigned."""
     return list(answers) if len(answers) == count else [NO_ANSWER] * count
 
 

@@ -153,7 +153,7 @@ def held(fact: Fact, why: str, candidates: tuple[Candidate, ...] = ()) -> Fact:
 
 
 def unsure(fact: Fact, why: str) -> Fact:
-    """Believed enough to lower something; a condition that nobody confirmed makes it no weaker."""
+    """Believed enough to lower something; an unconfirmed condition makes it no weaker."""
     scope = "permanent" if fact.scope == "when_wet" else fact.scope
     confidence = min(fact.confidence, UNSURE)
     return remarked(msgspec.structs.replace(fact, confidence=confidence, scope=scope, plates=()), why)

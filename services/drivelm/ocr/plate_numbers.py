@@ -1,4 +1,4 @@
-"""The numbers on plates, in a closed grammar: hours of the day, distances and lengths; anything else is none.
+"""The numbers on plates, in a closed grammar: hours of the day, distances and lengths; any other text gives no number.
 
 What is read here is read out of letters that a machine guessed from a picture: a text is taken whole and in one of these
 forms, with numbers that plates show, or the plate stays unread.

@@ -1,6 +1,6 @@
-"""The one line of dark letters on a bright plate: where it is, or that there is none, or more than one, or not all of it.
+"""Finds the line of dark letters on a bright plate, unless the plate has no line, several, or one that is cut off.
 
-Letters are what is dark and wholly surrounded by the plate's bright ground; what touches its border is none.
+Letters are what is dark and wholly surrounded by the plate's bright ground; what touches its border is no letter.
 """
 
 from collections.abc import Sequence

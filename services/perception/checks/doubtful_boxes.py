@@ -1,4 +1,4 @@
-"""When to doubt a box: a doubted one counts for less, so that it confirms a track later, if at all.
+"""Boxes to be doubted: their score counts for less, so that they confirm a track later, if at all.
 
 What is tiny in one camera while another looks closer at the same place makes no track here: size and feet of a dozen
 pixels give ranges wrong by half, always to the same side. Nor does the second box of one body. The box itself is

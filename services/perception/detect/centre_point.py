@@ -18,7 +18,7 @@ CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 STRIDE_PX = 4
 """The same number stands in `evaluation/training/detector_net.py`, held by a test."""
 AS_IT_IS = (1.0, 0.0)
-"""Slope and offset of a class whose scores nobody calibrated."""
+"""Slope and offset of a class whose scores are not calibrated."""
 CANVAS_PX = (384, 640)
 """Height and width of what a net for pictures of any size is given."""
 _MOST = 100

@@ -9,7 +9,7 @@
 | one, (1, 84, cells) | YOLOv8 style | RGB 0..1 |
 
 `cells` are the places at strides 8, 16 and 32. 85 is a box, an objectness and COCO's 80 classes; 84 has no objectness. Offsets
-and pixels are told apart by running the model once on a grey picture: centres in pixels reach across it, offsets do not.
+and pixels are distinguished by running the model once on a grey picture: centres in pixels reach across it, offsets do not.
 Models with their own suppression, other classes or several outputs are refused.
 """
 
@@ -111,7 +111,7 @@ def _on_grey(session: Any, side_px: int, path: Path) -> FloatArray:
 
 
 def _layout(output: FloatArray, side_px: int) -> Layout | None:
-    """The layout of what a model says about a grey picture; None where it is none that we know."""
+    """The layout of a model's output for a grey picture; None: an unknown layout."""
     places, plain, with_objectness = cells(side_px), 4 + COCO_CLASSES, 5 + COCO_CLASSES
     if output.shape == (1, places, with_objectness):
         return YOLOX_DECODED if np.ptp(output[0, :, :2]) > side_px / 2 else YOLOX

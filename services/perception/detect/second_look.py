@@ -1,4 +1,4 @@
-"""Who may be a person is looked at once more, large and with what is around: a surer verdict and a better box."""
+"""A second network looks at each box that may be a person, enlarged and with its surroundings: better score, better edges."""
 
 from __future__ import annotations
 

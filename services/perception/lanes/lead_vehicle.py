@@ -1,4 +1,4 @@
-"""Who drives before us: the next vehicle in the ego's path along its lane, not the nearest one anywhere."""
+"""The lead vehicle: the next vehicle in the ego's path along its lane, not the nearest one anywhere."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EGO_WIDTH_M = 1.9
 MARGIN_M = 0.25
 """Room beside the ego that belongs to its path."""
 FADED = 0.5
-"""Who is less sure leads only where nobody surer does: an established track falls below it after 0.6 s unseen."""
+"""A track below this confidence is the lead only if no surer one is: an established track falls below it after 0.6 s unseen."""
 CUT_IN_S = 1.0
 """A body that will reach into the path within this time, at its lateral speed now, is in it."""
 STEEPEST = 0.5

@@ -1,4 +1,4 @@
-"""Which sighting is of which track: gating, by the squared Mahalanobis distance, and the cost of each pair."""
+"""Assigns sightings to tracks: gating, by the squared Mahalanobis distance, and the cost of each pair."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ SWERVE_GATE, SWERVE_M = 60.0, 2.5
 harder than its noise allows for. Squared Mahalanobis distance, and metres. After a drop-out only where no two bodies
 could stand: else it would take what stands beside it."""
 BEFORE_M, BEFORE_S, BEFORE_SIGMAS, BEFORE_SIGMA_M = 2.5, 0.5, 3.0, 0.1
-"""Nobody on foot leaps nearer from picture to picture: a range that much short at a known person's bearing is of a post before him, and for
+"""A pedestrian does not leap nearer from picture to picture: a range that much short at a known person's bearing is
+of a post before him, and for
 so long his bearing alone counts. How well the two bearings agree; and what is added to the across sigma, since they are not the eye's."""
 SURE_SHARE = 0.03
 """A fix with a smaller sigma than this share of its range is a measured one; those by size or ground are not."""

@@ -16,7 +16,7 @@ REACH_SIZES, REACH_PX = 0.5, 3.0
 """How far from its expected place a box may lie, in box sizes and in pixels. Faces stacked on
 one post lie a whole size apart: where the approach is known, one never takes the other's track."""
 BLIND_SIZES, BLIND_PX = 1.2, 6.0
-"""The same for a track seen once, whose approach nobody knows."""
+"""The same for a track seen once, whose approach is unknown."""
 REACH_GROWTH_PER_S = 0.5
 SIZE_RATIO = 1.8
 POSITION_GAIN, VELOCITY_GAIN = 0.8, 0.5

@@ -1,4 +1,4 @@
-"""Who moves, by LiDAR alone: what stands now where a moment ago rays passed through.
+"""Moving objects by LiDAR alone: returns where rays passed freely a moment ago.
 
 A car that comes from the side, on a course that meets ours, stays under one bearing, and that is often wider than the front
 camera's view. Two sweeps some tenths of a second apart show it: free space that is taken since can only be taken by who
@@ -51,7 +51,7 @@ ACROSS_SIGMA_MPS = 8.0
 """Of its speed across, which nothing tells at first."""
 
 FIRST_STEP_M, SIGMAS = 3.0, 3.0
-"""Where it was before is looked for so far about, where nobody else can have been; or, where a velocity is known already, so many
+"""Where it was before is looked for so far about, where no other road user can have been; or, where a velocity is known already, so many
 sigmas of that."""
 PART_M = 0.6
 """So much less or more of a thing may show: returns lie that far from each other."""
@@ -83,7 +83,7 @@ class _Swept:
 
 
 @dataclass(slots=True)
-class Movers:
+class LidarMotion:
     """Give it every sweep in order; it remembers half a second of them."""
 
     _past: deque[_Swept] = field(default_factory=deque)

@@ -25,7 +25,7 @@ CUT_SIGMA_SHARE, HIDDEN_SIGMA_SHARE = 0.5, 0.2
 another one hides (of 1,900 parked cars 0.15 m in the median, nine in ten by less than 0.5 m). What comes into the picture grows, and
 seems to cut in."""
 NARROW_SHARE = 0.75
-"""Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, nobody knows on which side."""
+"""Of its width: a vehicle of which less shows, at a measured range, is hidden by something that has no box, on an unknown side."""
 WIDEST_PERSON_M = 0.8
 """With arms and luggage: who stands nearer to the picture's end may go on beyond it, wherever his box ends."""
 CUT_SHARE = 0.08

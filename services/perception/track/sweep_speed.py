@@ -1,4 +1,4 @@
-"""Where a thing was one sweep ago: two sweeps tell the speed of what was known by guessed ranges alone."""
+"""Speed from two LiDAR sweeps, for a track whose ranges were estimates so far: where it was one sweep ago."""
 
 from __future__ import annotations
 

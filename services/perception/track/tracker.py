@@ -210,7 +210,7 @@ def _born(track_id: int, sighting: Sighting, now_ns: int, ego: EgoState) -> Trac
     covariance = np.zeros((4, 4))
     covariance[:2, :2] = sighting.fix.covariance
     covariance[2, 2], covariance[3, 3] = sigma**2, sighting.across_sigma_mps**2
-    # a range from a moment ago: where it is now depends on the speed that nobody knows yet
+    # a range from a moment ago: where it is now depends on a speed that is not known yet
     age_s, (x, y) = sighting.fix.age_s, sighting.fix.place.tolist()
     covariance[0, 0] += (age_s * sigma) ** 2
     covariance[0, 2] = covariance[2, 0] = age_s * sigma**2

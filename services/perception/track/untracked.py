@@ -1,4 +1,4 @@
-"""A tracker that remembers nothing, for the evaluation's ablation: what tracking is worth shows where there is none."""
+"""A tracker without memory, for the evaluation's ablation of tracking."""
 
 from collections.abc import Callable, Sequence
 

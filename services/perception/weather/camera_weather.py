@@ -67,7 +67,7 @@ class Card(msgspec.Struct, frozen=True, kw_only=True):
     confidence: float
     """Share of intervals that held the truth on pictures kept back from growing the trees; aimed at."""
     clear_m: float
-    """From here on visibility is not told apart."""
+    """Visibilities above this are not distinguished."""
     usual_low: tuple[float, ...]
     usual_high: tuple[float, ...]
     unusual_share: float

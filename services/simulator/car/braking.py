@@ -1,4 +1,4 @@
-"""What the brakes give for what is asked of them.
+"""The deceleration that the brakes give for the one asked for.
 
 * booster: without it the foot alone must give 2.44 m/s2 (UN R13-H, annex 3, 2.3: failure of the assistance); a driver
   who stops a sound car at the limit of a dry road (8.3 m/s2) then gets 2.5.
@@ -42,7 +42,7 @@ class Ability:
 
 @dataclass(frozen=True, slots=True)
 class Braked:
-    """What came of it: deceleration (m/s2, positive), and what the wheels do."""
+    """The result of braking: deceleration (m/s2, positive), and what the wheels do."""
 
     mps2: float
     at_limit: bool = False

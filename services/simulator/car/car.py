@@ -12,12 +12,12 @@ from services.simulator.car.state import CarModel, CarState, Controls, parked
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the car says after a step."""
+    """The car's messages after a step."""
 
     frames: CarState
     """For its cyclic frames; what is missing is not a number."""
     silent: frozenset[str]
-    """Messages that nobody sends."""
+    """Messages that are not sent."""
     units: CarState
     """For answers of its control units."""
 

@@ -1,4 +1,4 @@
-"""What is broken in the car, as numbers that its physics reads. Tuples are FL, FR, RL, RR."""
+"""Faults of the car, as numbers that its physics reads. Tuples are FL, FR, RL, RR."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -27,7 +27,7 @@ LAMP_SHARE = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What follows from a sensor that is not believed."""
+    """The consequences of a sensor that is not believed."""
 
     code: str
     lamps: frozenset[str]

@@ -1,4 +1,4 @@
-"""What the car's sensors tell of its state: noise as sound ones have it, and what faulty ones do to it.
+"""The car's own sensors: the noise of sound ones, and the errors of faulty ones.
 
 A value that is missing is not a number; the frames say "not available" for it.
 """

@@ -68,7 +68,7 @@ class View:
     wet: bool
     bend_mps: float = FREE
     sense_mps: float = FREE
-    """What anybody would drive at most on a road that looks like this, signs or not."""
+    """The highest speed that drivers choose on a road that looks like this, signs or not."""
     gap_m: float | None = None
     lead_mps: float = 0.0
     stop: StopAhead | None = None
@@ -141,7 +141,9 @@ class Driver:
         wanted = self._bounded(self._demand(view), view)
         jerk = JERK_EMERGENCY_MPS3 if wanted < -4.0 else JERK_DOWN_MPS3 if wanted < self._acceleration else JERK_UP_MPS3
         change = min(max(wanted - self._acceleration, -jerk * dt), jerk * dt)
-        if view.car_brakes:  # his foot stays where it is, or he brakes too: nobody steps on it to keep the speed
+        if (
+            view.car_brakes
+        ):  # the foot stays where it is, or brakes too: a driver does not accelerate against the brakes
             change = min(change, 0.0)
         self._acceleration += change
         return pedals(self._acceleration)

@@ -1,4 +1,4 @@
-"""What drivers have in front of them: vehicles in the path, lines at which to stop, people on the road."""
+"""The road ahead of a driver: vehicles in the path, lines at which to stop, people on the road."""
 
 import math
 from dataclasses import dataclass, field
@@ -120,7 +120,7 @@ class RoadAhead:
     # For the other cars ----------------------------------------------------------------------------------------------------
 
     def stop_mps2(self, car: Car) -> float:
-        """What lines and people demand of a car."""
+        """The deceleration that lines and people demand of a car."""
         return min(self._for_lines(car), self._for_people(car))
 
     def _for_lines(self, car: Car) -> float:

@@ -1,4 +1,4 @@
-"""What simulated control units remember of trouble codes: the state when each was set, what stays permanent, and what
+"""The trouble codes that simulated control units remember: the state when each was set, what stays permanent, and what
 ran since the codes were cleared.
 """
 

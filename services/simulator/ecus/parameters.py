@@ -1,4 +1,4 @@
-"""What each simulated control unit can say of the car's state: parameters by SAE J1979's formulas, inverted."""
+"""The parameters of each simulated control unit, by SAE J1979's formulas, inverted."""
 
 from collections.abc import Callable, Mapping
 
@@ -103,7 +103,7 @@ OWN: Mapping[int, Mapping[int, Say]] = {
     },
 }
 LOCKED = frozenset({0x0100})
-"""Coding: read after security access only, which is given to nobody."""
+"""Coding: read after security access only, which is never given."""
 
 
 def code_bytes(code: str) -> bytes:

@@ -1,4 +1,4 @@
-"""What lies on the road second by second, and the friction that comes of it, on a road drawn by the seed.
+"""Water, snow and ice on the road second by second, and the friction that follows, on a road drawn by the seed.
 
 The numbers are ours, chosen after the published ranges (see docs/weather.md), and not those that Weather estimates
 with: another shape, another road per seed, a tread that Weather does not know. A road here is the whole route.
@@ -50,7 +50,7 @@ def draw_road(seed: int) -> Road:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sky:
-    """What falls on the road, and how warm it is there."""
+    """Precipitation on the road, and its temperature."""
 
     rain_mm_h: float = 0.0
     snow_mm_h: float = 0.0
@@ -61,7 +61,7 @@ class Sky:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cover:
-    """What lies on the road, in millimetres of water."""
+    """Cover of the road, in millimetres of water."""
 
     film_mm: float = 0.0
     snow_mm: float = 0.0

@@ -1,4 +1,4 @@
-"""What stands beside the road for the eye: trees, houses, lamps, posts; and parked cars. All drawn from the seed."""
+"""Scenery beside the road: trees, houses, lamps, posts; and parked cars. All drawn from the seed."""
 
 import math
 from collections.abc import Callable, Iterator

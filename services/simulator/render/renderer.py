@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.simulator.render.device.context import Picture, Targets
-from services.simulator.render.device.resources import Kit, Uniform
+from services.simulator.render.device.resources import Resources, Uniform
 from services.simulator.render.drawing import frame, glow
 from services.simulator.render.drawing.annotate import annotate
 from services.simulator.render.drawing.frame import Cast
@@ -36,15 +36,15 @@ class Renderer:
     """
 
     def __init__(self, static: StaticWorld, seed: int = 0) -> None:
-        self._kit, self._seed = Kit(), seed
-        self._world = World(self._kit, static)
-        self._targets = Targets(self._kit.ctx)
-        self._drops = self._kit.drops(seed)
+        self._resources, self._seed = Resources(), seed
+        self._world = World(self._resources, static)
+        self._targets = Targets(self._resources.ctx)
+        self._drops = self._resources.drops(seed)
 
     def load(self, static: StaticWorld) -> None:
         """Replace the static world."""
         self._world.release()
-        self._world = World(self._kit, static)
+        self._world = World(self._resources, static)
 
     def render(self, scene: Scene, camera: CameraSpec) -> NDArray[np.uint8]:
         """The camera's picture, RGB (height_px, width_px, 3)."""
@@ -59,52 +59,52 @@ class Renderer:
         """All labelled objects with at least one visible pixel, nearest first."""
         cast = self._cast(scene, camera)
         shared = frame.common(cast, self._world)
-        return annotate(self._kit, self._world, cast, self._targets, shared)
+        return annotate(self._resources, self._world, cast, self._targets, shared)
 
     def close(self) -> None:
         """Free the graphics context; the renderer is of no use afterwards."""
-        self._kit.close()
+        self._resources.close()
 
     def _cast(self, scene: Scene, camera: CameraSpec) -> Cast:
         if scene.static is not self._world.static:
             self.load(scene.static)
         light = light_of(scene.atmosphere)
         traits = {"NIGHT": light.night > 0, "WET": light.wet > 0.02, "RAIN": scene.atmosphere.rain_mm_h > 0}
-        self._kit.use(frozenset(name for name, holds in traits.items() if holds))
-        return frame.cast(self._kit, self._world, scene, View.of(camera, scene.ego), light)
+        self._resources.use(frozenset(name for name, holds in traits.items() if holds))
+        return frame.cast(self._resources, self._world, scene, View.of(camera, scene.ego), light)
 
     def _draw(self, cast: Cast, target: moderngl.Framebuffer) -> None:
-        kit, world, ctx = self._kit, self._world, self._kit.ctx
+        resources, world, ctx = self._resources, self._world, self._resources.ctx
         shared = frame.common(cast, world)
         target.use()
         fog = np.sqrt(cast.light.fog)
         target.clear(float(fog[0]), float(fog[1]), float(fog[2]), 1.0, depth=1.0)
-        kit.surfaces.use(0)
-        kit.faces.texture.use(1)
+        resources.surfaces.use(0)
+        resources.faces.texture.use(1)
         ctx.disable(moderngl.CULL_FACE | moderngl.BLEND)
         ctx.enable(moderngl.DEPTH_TEST)
         self._solids(cast, shared)
         ctx.enable(moderngl.BLEND)
         ctx.blend_func = BLEND
-        frame.draw_ground(kit, world, cast, shared)
+        frame.draw_ground(resources, world, cast, shared)
         self._shade(cast, shared)
         ctx.disable(moderngl.BLEND)
-        frame.draw_sky(kit, cast, shared)
+        frame.draw_sky(resources, cast, shared)
         ctx.enable(moderngl.BLEND)
         ctx.blend_func = BLEND
-        frame.draw_faces(kit, frame.face_rows(kit, cast, 1), "face", shared)
+        frame.draw_faces(resources, frame.face_rows(resources, cast, 1), "face", shared)
         self._glare(cast, target, shared)
 
     def _shade(self, cast: Cast, shared: dict[str, Uniform]) -> None:
         """Shadows go to the target's alpha by minimum, so that overlaps do not add up; white leaves the colours."""
-        kit, ctx = self._kit, self._kit.ctx
+        resources, ctx = self._resources, self._resources.ctx
         ctx.blend_equation = LEAST
-        count = glow.upload_blobs(kit, glow.blobs(self._world, cast))
+        count = glow.upload_blobs(resources, glow.blobs(self._world, cast))
         if count:
-            kit.set("blob", shared)
-            kit.blob_sprites.vao("blob").render(moderngl.TRIANGLE_STRIP, instances=count)
+            resources.set("blob", shared)
+            resources.blob_sprites.vao("blob").render(moderngl.TRIANGLE_STRIP, instances=count)
         if cast.light.shadow > 0.05:
-            kit.set("shade", shared | {"u_shade": cast.light.shadow})
+            resources.set("shade", shared | {"u_shade": cast.light.shadow})
             near = [
                 a
                 for a in cast.actors
@@ -112,36 +112,36 @@ class Renderer:
             ]
             for actor in near:
                 if actor.kind != "pedestrian":
-                    frame.draw_actor(kit, actor, cast, "shade")
+                    frame.draw_actor(resources, actor, cast, "shade")
         ctx.blend_equation = SUM
 
     def _solids(self, cast: Cast, shared: dict[str, Uniform]) -> None:
-        kit, world = self._kit, self._world
-        kit.set("object", shared)
+        resources, world = self._resources, self._world
+        resources.set("object", shared)
         for actor in cast.actors:
-            frame.draw_actor(kit, actor, cast, "object")
+            frame.draw_actor(resources, actor, cast, "object")
         for item in cast.lights:
-            frame.draw_light(kit, item, "object")
-        frame.draw_solid(kit, world, cast, "object", shared)
-        frame.draw_plants(kit, world, cast, "", shared)
+            frame.draw_light(resources, item, "object")
+        frame.draw_solid(resources, world, cast, "object", shared)
+        frame.draw_plants(resources, world, cast, "", shared)
 
     def _glare(self, cast: Cast, target: moderngl.Framebuffer, shared: dict[str, Uniform]) -> None:
-        kit, spec = self._kit, cast.view.spec
-        count = glow.upload_glows(kit, glow.glows(self._world, cast))
+        resources, spec = self._resources, cast.view.spec
+        count = glow.upload_glows(resources, glow.glows(self._world, cast))
         if not count:
             return
-        kit.ctx.blend_func = ADD
+        resources.ctx.blend_func = ADD
         target.depth_mask = False
         target.use()
         aspect = (2 * spec.focal_px / spec.width_px, 2 * spec.focal_px / spec.height_px)
-        kit.set("glow", shared | {"u_aspect": aspect})
-        kit.glow_sprites.vao("glow").render(moderngl.TRIANGLE_STRIP, instances=count)
+        resources.set("glow", shared | {"u_aspect": aspect})
+        resources.glow_sprites.vao("glow").render(moderngl.TRIANGLE_STRIP, instances=count)
         target.depth_mask = True
         target.use()
 
     def _develop(self, cast: Cast, picture: Picture) -> None:
         """From the drawn frame to the sensor's picture: shadows, blur, rain, drops, vignette, noise."""
-        kit, light, scene = self._kit, cast.light, cast.scene
+        resources, light, scene = self._resources, cast.light, cast.scene
         stamp = zlib.crc32(f"{self._seed}/{cast.view.spec.id}/{scene.time_s:.4f}".encode())
         rng = np.random.default_rng(stamp)
         rain = float(np.clip(scene.atmosphere.rain_mm_h / 14, 0, 1)) ** 0.6
@@ -149,10 +149,10 @@ class Renderer:
         spots = np.random.default_rng((self._seed & 0xFFFFFFFF, int(wipe))).uniform(size=2)
         streak = np.sqrt(np.clip(np.array(light.fog) * 1.15 + 0.02, 0, 1))
         picture.final.use()
-        kit.ctx.disable(moderngl.DEPTH_TEST | moderngl.BLEND)
-        for unit, texture in ((2, picture.colour), (3, kit.grain), (4, kit.streaks), (5, self._drops)):
+        resources.ctx.disable(moderngl.DEPTH_TEST | moderngl.BLEND)
+        for unit, texture in ((2, picture.colour), (3, resources.grain), (4, resources.streaks), (5, self._drops)):
             texture.use(unit)
-        kit.set(
+        resources.set(
             "post",
             {
                 "u_texel": (1 / picture.raw.width, 1 / picture.raw.height),
@@ -165,4 +165,4 @@ class Renderer:
                 "u_gain": light.gain,
             },
         )
-        kit.screen.vao("post").render(moderngl.TRIANGLE_STRIP)
+        resources.screen.vao("post").render(moderngl.TRIANGLE_STRIP)

@@ -1,4 +1,4 @@
-"""What stands at the road for drivers: sign posts, gantries and traffic lights, on the side on which one drives."""
+"""Road furniture for drivers: sign posts, gantries and traffic lights, on the side on which one drives."""
 
 import math
 from collections.abc import Iterator

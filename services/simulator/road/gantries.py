@@ -1,4 +1,4 @@
-"""What gantries show: their programme, or less where traffic downstream is slow; never flickering."""
+"""The display of gantries: their programme, or less where traffic downstream is slow; never flickering."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ CLEARANCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """A running light: the plan, and when the first approach made it leave green (None: nobody has come yet)."""
+    """A running light: the plan, and when the first approach made it leave green (None: no car has approached yet)."""
 
     plan: LightPlan
     begun_s: float | None = None
@@ -35,7 +35,7 @@ class Cycle:
         raise AssertionError(f"phase beyond the cycle of {plan}")
 
     def opposing(self, time_s: float) -> LightState:
-        """What those see who may only go while this direction has red (other side of a changeover, side road)."""
+        """The state for traffic that may only go while this direction has red (other side of a changeover, side road)."""
         phase, plan = self._phase(time_s), self.plan
         if phase is None:
             return "red"

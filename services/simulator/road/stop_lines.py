@@ -1,4 +1,4 @@
-"""Lines: at lights one stops while they say so, at stop signs until one has stood, where one gives way for who comes."""
+"""Stop lines: at lights a car stops while they say so, at stop signs until it has stood, at give way signs for traffic that comes."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -71,7 +71,7 @@ class Lights:
 
 @dataclass(slots=True)
 class Stood:
-    """Who has stood at which stop sign: driver's number to line key."""
+    """Which driver has stood at which stop sign: driver's number to line key."""
 
     since_s: dict[tuple[int, int], float] = field(default_factory=dict)
     served: set[tuple[int, int]] = field(default_factory=set)

@@ -1,4 +1,4 @@
-"""The limit that is really in force along the route, from the signs that the scenario places. Truth only: nobody drives by it.
+"""The limit that is really in force along the route, from the signs that the scenario places. Truth only: the driver does not know it.
 
 Statutory speeds outside signs: DEU § 3 StVO, GBR Highway Code rule 124; the others likewise from their codes.
 """
@@ -25,7 +25,7 @@ WITHOUT_WET_LIMITS = frozenset({"GBR"})
 
 
 class Legal(msgspec.Struct, frozen=True, kw_only=True):
-    """What the law says at a place: limits in m/s, None where there is none."""
+    """The law at a place: limits in m/s; None: no limit."""
 
     country: str
     road_class: RoadClass

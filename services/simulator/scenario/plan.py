@@ -1,4 +1,4 @@
-"""What a scenario file may say: frozen structs, distances along the route in metres, times in seconds since the start."""
+"""The fields of a scenario file: frozen structs, distances along the route in metres, times in seconds since the start."""
 
 from typing import Annotated, Literal
 

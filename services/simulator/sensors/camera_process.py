@@ -29,7 +29,7 @@ class StudioError(DriveMcpError, RuntimeError):
 class Order:
     """One picture wanted: which camera, of what, and the number by which it is known.
 
-    After the wall's instant `until_ns` nobody wants it any more; 0: it is always wanted.
+    After the wall-clock instant `until_ns` it is not drawn any more; 0: it is always drawn.
     """
 
     number: int
@@ -135,7 +135,7 @@ def _work(pipe: Connection, cameras: Mapping[str, CameraSpec], seed: int, nicene
 
 
 class _Desk:
-    """What the child holds."""
+    """The state of the child process."""
 
     def __init__(self, cameras: Mapping[str, CameraSpec], seed: int) -> None:
         self._cameras, self._seed = cameras, seed

@@ -1,4 +1,4 @@
-"""What the sensors deliver of a moment: LiDAR, position, weather sensing, the map's view, the car's own state."""
+"""Measurements of a snapshot: LiDAR, position, weather sensing, the map's view, the car's own state."""
 
 import math
 from collections.abc import Iterable, Sequence

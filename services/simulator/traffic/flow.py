@@ -21,7 +21,7 @@ FASTER_PER_LANE = 0.05
 """With each lane towards the median one drives this much faster."""
 NEAR_M = 80.0
 LEAST_GAP = 0.8
-"""Nobody cuts in with less than this share of the gap that his part says."""
+"""The least share of the scripted gap at which a car cuts in."""
 BESIDE_M, BESIDE_S = 4.0, 1.5
 """Nor where another car of that lane is so near, bumper to bumper, or closes up within so long."""
 LEAVES_MPS2 = 4.0

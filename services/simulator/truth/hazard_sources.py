@@ -1,4 +1,4 @@
-"""What can become a hazard for the ego at this instant, and whether the truth has crossed the event's threshold.
+"""Sources of hazards for the ego at this instant, and whether the truth has crossed the event's threshold.
 
 Thresholds are those of the assistant's events (`services/orchestrator/events.py`; a test holds the two together): a
 time to collision below 4 s, more than 0.4 m/s2 needed to stop at a line or to come down to a school's limit. Water is
@@ -28,7 +28,7 @@ LEAVES_S = 0.8
 """A cut-in is over when the gap is longer than this and opens."""
 QUEUE_SLOWER_MPS = 3.0
 CREEPS_MPS, JOINED_M = 7.0, 120.0
-"""Who is so slow so near behind a queue has joined it."""
+"""A car this slow this near behind a queue has joined it."""
 _LIGHT = (0.3, 0.35, 0.9, 2.3)
 _FACE = (0.05, 0.75, 0.75, 2.05)
 """Length, width, height and foot of what one sees of lights and of a sign."""

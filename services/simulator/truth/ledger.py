@@ -1,4 +1,4 @@
-"""Keeping the books of what really happens: limits broken, lines run over, hazards begun, collisions. For evaluation."""
+"""The ledger of a drive, for evaluation: limits broken, stop lines crossed, hazards, collisions."""
 
 from dataclasses import dataclass, field, replace
 

@@ -1,4 +1,4 @@
-"""What is in line of sight: how much of a body can be seen past houses, parked cars and lorries, on flat ground.
+"""Line of sight: how much of a body can be seen past houses, parked cars and lorries, on flat ground.
 
 The road has no crests: what hides a hazard is a bend with houses, a row of parked cars, or a vehicle ahead.
 """

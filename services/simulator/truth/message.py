@@ -27,7 +27,7 @@ def truth_of(
     brake_share: float,
     driver_language: str,
 ) -> Truth:
-    """What is really so. `faults` are the presets that are on, `brake_share` what the car brakes of what the road gives."""
+    """The truth of a snapshot. `faults` are the presets that are on, `brake_share` what the car brakes of what the road gives."""
     fact, ego = snapshot.fact, snapshot.ego
     oldest = fact.hazards[0] if fact.hazards else None
     line = next((each for each in lines if each.kind == "light" and 0.0 < each.at_m - ego.s_m < LIGHT_WITHIN_M), None)

@@ -62,34 +62,36 @@ class Drawable:
 
     def __init__(
         self,
-        kit: Kit,
+        resources: Resources,
         content: list[tuple[object, ...]],
         indices: moderngl.Buffer | None = None,
         instances: moderngl.Buffer | None = None,
         model: Model | None = None,
     ) -> None:
-        self._kit, self._content, self._indices = kit, content, indices
+        self._resources, self._content, self._indices = resources, content, indices
         self._vaos: dict[str, moderngl.VertexArray] = {}
         self.instances, self.model = instances, model
 
     def vao(self, name: str) -> moderngl.VertexArray:
-        """The vertex array for a program in the kit's present traits."""
-        key = self._kit.key(name)
+        """The vertex array for a program in the present traits."""
+        key = self._resources.key(name)
         if key not in self._vaos:
-            program = self._kit.program(key)
-            self._vaos[key] = self._kit.ctx.vertex_array(program, self._content, self._indices, skip_errors=True)
+            program = self._resources.program(key)
+            self._vaos[key] = self._resources.ctx.vertex_array(program, self._content, self._indices, skip_errors=True)
         return self._vaos[key]
 
     def release(self) -> None:
         """Free the device memory; corner buffers that others share stay."""
         for vao in self._vaos.values():
             vao.release()
-        for buffer in {entry[0] for entry in self._content if entry[0] is not self._kit.corners} | {self._indices}:
+        for buffer in {entry[0] for entry in self._content if entry[0] is not self._resources.corners} | {
+            self._indices
+        }:
             if isinstance(buffer, moderngl.Buffer):
                 buffer.release()
 
 
-class Kit:
+class Resources:
     """Everything that is made once per process; several renderers may share one (on one thread)."""
 
     def __init__(self) -> None:

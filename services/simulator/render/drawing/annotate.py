@@ -11,7 +11,7 @@ import numpy as np
 
 from proto.perception import ObjectClass
 from services.simulator.render.device.context import Targets
-from services.simulator.render.device.resources import Kit, Uniform
+from services.simulator.render.device.resources import Resources, Uniform
 from services.simulator.render.drawing import frame
 from services.simulator.render.drawing.frame import Cast
 from services.simulator.render.drawing.labels import Box, Label, inside_share, visible_boxes
@@ -32,19 +32,21 @@ class Candidate:
     label: Label
 
 
-def annotate(kit: Kit, world: World, cast: Cast, targets: Targets, shared: dict[str, Uniform]) -> list[Label]:
+def annotate(
+    resources: Resources, world: World, cast: Cast, targets: Targets, shared: dict[str, Uniform]
+) -> list[Label]:
     """Labels of everything with a visible pixel, nearest first. Instance ids count from 1 in candidate order."""
     spec = cast.view.spec
-    candidates = _candidates(kit, cast, shared)
+    candidates = _candidates(resources, cast, shared)
     target = targets.ids(spec.width_px, spec.height_px)
-    ids = _draw_all(kit, world, cast, target, candidates, shared)
+    ids = _draw_all(resources, world, cast, target, candidates, shared)
     seen = visible_boxes(ids)
     labels = [_label(cast, target, candidates[k - 1], seen[k]) for k in sorted(seen)]
     return sorted(labels, key=lambda label: label.distance_m)
 
 
 def _draw_all(
-    kit: Kit,
+    resources: Resources,
     world: World,
     cast: Cast,
     target: moderngl.Framebuffer,
@@ -53,20 +55,20 @@ def _draw_all(
 ) -> np.ndarray:
     target.use()
     target.clear(depth=1.0)
-    kit.surfaces.use(0)
-    kit.faces.texture.use(1)
-    kit.ctx.disable(moderngl.BLEND | moderngl.CULL_FACE)
-    kit.ctx.enable(moderngl.DEPTH_TEST)
-    kit.set("id_object", shared)
+    resources.surfaces.use(0)
+    resources.faces.texture.use(1)
+    resources.ctx.disable(moderngl.BLEND | moderngl.CULL_FACE)
+    resources.ctx.enable(moderngl.DEPTH_TEST)
+    resources.set("id_object", shared)
     for candidate in candidates:
         candidate.draw()
-    frame.draw_solid(kit, world, cast, "id_object", shared)
-    frame.draw_plants(kit, world, cast, "id_", shared)
+    frame.draw_solid(resources, world, cast, "id_object", shared)
+    frame.draw_plants(resources, world, cast, "id_", shared)
     data = np.frombuffer(target.read(components=2, dtype="u4", alignment=1), dtype="<u4")
     return data.reshape(target.height, target.width, 2)[::-1, :, 0]
 
 
-def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candidate]:
+def _candidates(resources: Resources, cast: Cast, shared: dict[str, Uniform]) -> list[Candidate]:
     out: list[Candidate] = []
     for actor in cast.actors:
         number = len(out) + 1
@@ -78,7 +80,7 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
         out.append(
             Candidate(
-                partial(frame.draw_actor, kit, actor, cast, "id_object", number),
+                partial(frame.draw_actor, resources, actor, cast, "id_object", number),
                 points,
                 points.mean(axis=0),
                 label,
@@ -88,12 +90,12 @@ def _candidates(kit: Kit, cast: Cast, shared: dict[str, Uniform]) -> list[Candid
         number, centre = len(out) + 1, np.array(light_centre(item[0]))
         points = _box_points(centre, item[0].pose.yaw_rad, *LIGHT_HEAD_M)
         label = _blank(item[0].id, "light", code=item[2])
-        out.append(Candidate(partial(frame.draw_light, kit, item, "id_object", number), points, centre, label))
-    return out + _face_candidates(kit, cast, len(out) + 1, shared)
+        out.append(Candidate(partial(frame.draw_light, resources, item, "id_object", number), points, centre, label))
+    return out + _face_candidates(resources, cast, len(out) + 1, shared)
 
 
-def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform]) -> list[Candidate]:
-    rows, out = frame.face_rows(kit, cast, first), []
+def _face_candidates(resources: Resources, cast: Cast, first: int, shared: dict[str, Uniform]) -> list[Candidate]:
+    rows, out = frame.face_rows(resources, cast, first), []
     for k, (spot, code) in enumerate(cast.faces):
         centre, right, up = (rows[k][name].astype(np.float64) for name in ("centre", "right", "up"))
         points = np.array([centre + a * right + b * up for a in (-1, 1) for b in (-1, 1)])
@@ -103,7 +105,7 @@ def _face_candidates(kit: Kit, cast: Cast, first: int, shared: dict[str, Uniform
             spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc
         )
         row = rows[k : k + 1]
-        out.append(Candidate(partial(frame.draw_faces, kit, row, "id_face", shared), points, centre, label))
+        out.append(Candidate(partial(frame.draw_faces, resources, row, "id_face", shared), points, centre, label))
     return out
 
 

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from services.simulator.render.device.face_atlas import FaceKey
-from services.simulator.render.device.resources import FACE_DTYPE, Drawable, Kit, Uniform
+from services.simulator.render.device.resources import FACE_DTYPE, Drawable, Resources, Uniform
 from services.simulator.render.drawing.light import HEADLIGHT_GAIN, Light
 from services.simulator.render.drawing.static_world import FaceSpot, World, fill_instances
 from services.simulator.render.drawing.view import View
@@ -43,7 +43,7 @@ class Cast:
     solid: np.ndarray
 
 
-def cast(kit: Kit, world: World, scene: Scene, view: View, light: Light) -> Cast:
+def cast(resources: Resources, world: World, scene: Scene, view: View, light: Light) -> Cast:
     """Cull a scene to what the view may show; actors nearest first."""
     actors = _seen_actors(scene, view)
     return Cast(
@@ -51,7 +51,7 @@ def cast(kit: Kit, world: World, scene: Scene, view: View, light: Light) -> Cast
         view,
         light,
         actors,
-        {actor.id: kit.model(actor) for actor in actors},
+        {actor.id: resources.model(actor) for actor in actors},
         [
             (item, drawable, scene.lights.get(item.id, item.state))
             for item, drawable in world.lights
@@ -126,14 +126,14 @@ def _near_lamps(world: World, view: View) -> tuple[Floats, int]:
     return out, len(useful)
 
 
-def draw_sky(kit: Kit, cast_: Cast, shared: dict[str, Uniform]) -> None:
+def draw_sky(resources: Resources, cast_: Cast, shared: dict[str, Uniform]) -> None:
     """The gradient with clouds over the whole target."""
     view, light = cast_.view, cast_.light
     half_u = view.spec.width_px / 2 / view.spec.focal_px
     half_v = view.spec.height_px / 2 / view.spec.focal_px
     rays = np.stack([view.axes[0] * half_u, -view.axes[1] * half_v, view.axes[2]], axis=1)
-    kit.set("sky", shared)
-    kit.set(
+    resources.set("sky", shared)
+    resources.set(
         "sky",
         {
             "u_rays": np.ascontiguousarray(rays.T, dtype="<f4").tobytes(),
@@ -144,15 +144,15 @@ def draw_sky(kit: Kit, cast_: Cast, shared: dict[str, Uniform]) -> None:
             "u_low": max(-1.0, min(1.0, view.horizon_ndc() - 0.08)),
         },
     )
-    kit.screen.vao("sky").render(moderngl.TRIANGLE_STRIP)
+    resources.screen.vao("sky").render(moderngl.TRIANGLE_STRIP)
 
 
-def draw_ground(kit: Kit, world: World, cast_: Cast, shared: dict[str, Uniform]) -> None:
+def draw_ground(resources: Resources, world: World, cast_: Cast, shared: dict[str, Uniform]) -> None:
     """Surfaces from the uppermost layer down, each pixel shaded once; then the lines, blended over them."""
     view, pieces = cast_.view, world.ground
     still = {"u_shift": (0.0, 0.0)}
-    kit.set("ground", shared | still)
-    kit.set("line", shared | still)
+    resources.set("ground", shared | still)
+    resources.set("line", shared | still)
     runs = pieces.runs(view.sees(pieces.centres, pieces.radii, 500.0)) if pieces.drawable is not None else []
     for wanted in (False, True):
         for first, count, line in runs if wanted else reversed(runs):
@@ -160,17 +160,17 @@ def draw_ground(kit: Kit, world: World, cast_: Cast, shared: dict[str, Uniform])
                 pieces.drawable.vao("line" if line else "ground").render(vertices=count, first=first)
         if not wanted:
             shift = (float(np.round(view.eye[0] / 50) * 50), float(np.round(view.eye[1] / 50) * 50))
-            kit.set("ground", {"u_shift": shift})
+            resources.set("ground", {"u_shift": shift})
             world.meadow.vao("ground").render()
 
 
-def draw_plants(kit: Kit, world: World, cast_: Cast, prefix: str, shared: dict[str, Uniform]) -> None:
+def draw_plants(resources: Resources, world: World, cast_: Cast, prefix: str, shared: dict[str, Uniform]) -> None:
     """Plants and furniture by instancing."""
     focal, near_focal = cast_.view.spec.focal_px, 457.0
     levels = np.zeros(16, dtype="<f4")
     levels[Material.STREET] = 2.0 * cast_.light.night
     for program, groves in (("plant", world.plants), ("furniture", world.furniture)):
-        kit.set(prefix + program, shared | {"u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": 0})
+        resources.set(prefix + program, shared | {"u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": 0})
         for grove in groves:
             seen = cast_.view.sees(grove.centres, grove.radii, grove.reach_m)
             far = np.linalg.norm(grove.centres - cast_.view.eye, axis=1) * near_focal > COARSE_FROM_M * focal
@@ -180,19 +180,19 @@ def draw_plants(kit: Kit, world: World, cast_: Cast, prefix: str, shared: dict[s
                     drawable.vao(prefix + program).render(instances=count)
 
 
-def draw_solid(kit: Kit, world: World, cast_: Cast, name: str, shared: dict[str, Uniform]) -> None:
+def draw_solid(resources: Resources, world: World, cast_: Cast, name: str, shared: dict[str, Uniform]) -> None:
     """Houses, gantries and posts."""
     if world.solid.drawable is None:
         return
-    kit.set(name, shared | {"u_model": IDENTITY, "u_lamp": bytes(64), "u_phase": 0.0, "u_id": 0})
+    resources.set(name, shared | {"u_model": IDENTITY, "u_lamp": bytes(64), "u_phase": 0.0, "u_id": 0})
     for first, count, _ in world.solid.runs(cast_.solid):
         world.solid.drawable.vao(name).render(vertices=count, first=first)
 
 
-def draw_actor(kit: Kit, actor: Actor, cast_: Cast, name: str, instance: int = 0) -> None:
+def draw_actor(resources: Resources, actor: Actor, cast_: Cast, name: str, instance: int = 0) -> None:
     """One actor with a program whose shared uniforms are set."""
     levels = lamp_levels(actor, cast_.scene.time_s, cast_.light.night > 0).astype("<f4")
-    kit.set(
+    resources.set(
         name,
         {
             "u_model": np.ascontiguousarray(actor_matrix(actor).T, dtype="<f4").tobytes(),
@@ -204,7 +204,9 @@ def draw_actor(kit: Kit, actor: Actor, cast_: Cast, name: str, instance: int = 0
     cast_.models[actor.id].vao(name).render()
 
 
-def draw_light(kit: Kit, item: tuple[TrafficLight, Drawable, LightState], name: str, instance: int = 0) -> None:
+def draw_light(
+    resources: Resources, item: tuple[TrafficLight, Drawable, LightState], name: str, instance: int = 0
+) -> None:
     """One traffic light with its lamps lit as its state says."""
     light, drawable, state = item
     levels = np.zeros(16, dtype="<f4")
@@ -213,7 +215,7 @@ def draw_light(kit: Kit, item: tuple[TrafficLight, Drawable, LightState], name: 
     c, s = np.cos(light.pose.yaw_rad), np.sin(light.pose.yaw_rad)
     matrix = np.array([[c, -s, 0, light.pose.x_m], [s, c, 0, light.pose.y_m], [0, 0, 1, light.pose.z_m], [0, 0, 0, 1]])
     model = np.ascontiguousarray(matrix.T, dtype="<f4").tobytes()
-    kit.set(name, {"u_model": model, "u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": instance})
+    resources.set(name, {"u_model": model, "u_lamp": levels.tobytes(), "u_phase": 0.0, "u_id": instance})
     drawable.vao(name).render()
 
 
@@ -222,7 +224,7 @@ def face_key(spot: FaceSpot, code: str) -> FaceKey:
     return FaceKey(spot.country, code, spot.text, spot.font, spot.seed)
 
 
-def face_rows(kit: Kit, cast_: Cast, first_id: int) -> np.ndarray:
+def face_rows(resources: Resources, cast_: Cast, first_id: int) -> np.ndarray:
     """The instance table of all visible faces; ids count up from ``first_id``."""
     rows = np.zeros(len(cast_.faces), dtype=FACE_DTYPE)
     for k, (spot, code) in enumerate(cast_.faces):
@@ -230,16 +232,16 @@ def face_rows(kit: Kit, cast_: Cast, first_id: int) -> np.ndarray:
         rows[k]["centre"] = spot.centre
         rows[k]["right"] = (-s * spot.width_m / 2, c * spot.width_m / 2, 0.0)
         rows[k]["up"] = (0.0, 0.0, spot.height_m / 2)
-        rows[k]["box"] = kit.faces.box(face_key(spot, code))
+        rows[k]["box"] = resources.faces.box(face_key(spot, code))
         rows[k]["glow"] = (1.15 if spot.led else 0.0, 0.0 if spot.led else 1.0, 0.0)
         rows[k]["id"] = first_id + k
     return rows
 
 
-def draw_faces(kit: Kit, rows: np.ndarray, name: str, shared: dict[str, Uniform]) -> None:
+def draw_faces(resources: Resources, rows: np.ndarray, name: str, shared: dict[str, Uniform]) -> None:
     """All sign and panel faces, farthest first."""
     if not len(rows):
         return
-    kit.set(name, shared)
-    kit.face_buffer.write(rows[:1024].tobytes())
-    kit.face_sprites.vao(name).render(moderngl.TRIANGLE_STRIP, instances=min(len(rows), 1024))
+    resources.set(name, shared)
+    resources.face_buffer.write(rows[:1024].tobytes())
+    resources.face_sprites.vao(name).render(moderngl.TRIANGLE_STRIP, instances=min(len(rows), 1024))

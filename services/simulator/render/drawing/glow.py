@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from services.simulator.render.device.resources import Kit
+from services.simulator.render.device.resources import Resources
 from services.simulator.render.drawing.frame import LIT, Cast
 from services.simulator.render.drawing.static_world import World, light_centre
 from services.simulator.render.models.actors import Lamp, lamp_levels
@@ -142,17 +142,17 @@ def _plant_blobs(world: World, cast_: Cast) -> list[tuple[float, ...]]:
     return rows
 
 
-def upload_glows(kit: Kit, rows: Floats) -> int:
+def upload_glows(resources: Resources, rows: Floats) -> int:
     """Write the table for the glow program; returns the number of sprites."""
-    rows = rows[: kit.glow_buffer.size // 36]
+    rows = rows[: resources.glow_buffer.size // 36]
     if len(rows):
-        kit.glow_buffer.write(rows.astype("<f4").tobytes())
+        resources.glow_buffer.write(rows.astype("<f4").tobytes())
     return len(rows)
 
 
-def upload_blobs(kit: Kit, rows: Floats) -> int:
+def upload_blobs(resources: Resources, rows: Floats) -> int:
     """Write the table for the blob program; returns the number of sprites."""
-    rows = rows[: kit.blob_buffer.size // 32]
+    rows = rows[: resources.blob_buffer.size // 32]
     if len(rows):
-        kit.blob_buffer.write(rows.astype("<f4").tobytes())
+        resources.blob_buffer.write(rows.astype("<f4").tobytes())
     return len(rows)

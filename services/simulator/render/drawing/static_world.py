@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES, Drawable, Kit
+from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES, Drawable, Resources
 from services.simulator.render.drawing import ground
 from services.simulator.render.models import buildings
 from services.simulator.render.models.mesh import Builder, Floats, Mesh, grid_triangles, merge, moved
@@ -70,13 +70,13 @@ class Grove:
     reach_m: float
 
 
-def _pieces(kit: Kit, meshes: list[Mesh], lines: list[bool]) -> Pieces:
+def _pieces(resources: Resources, meshes: list[Mesh], lines: list[bool]) -> Pieces:
     counts = np.array([len(mesh.indices) for mesh in meshes], dtype=int)
     firsts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(int) if len(counts) else counts
     boxes = [(mesh.vertices["pos"].min(axis=0), mesh.vertices["pos"].max(axis=0)) for mesh in meshes]
     centres = np.array([(low + high) / 2 for low, high in boxes]).reshape(-1, 3)
     radii = np.array([float(np.linalg.norm(high - low)) / 2 for low, high in boxes])
-    drawable = kit.upload(merge(meshes)) if meshes else None
+    drawable = resources.upload(merge(meshes)) if meshes else None
     return Pieces(drawable, firsts, counts, centres.astype(np.float64), radii, np.array(lines, dtype=bool))
 
 
@@ -192,20 +192,20 @@ def _meadow() -> Mesh:
 class World:
     """The device side of a ``StaticWorld``."""
 
-    def __init__(self, kit: Kit, static: StaticWorld) -> None:
+    def __init__(self, resources: Resources, static: StaticWorld) -> None:
         self.static = static
         parts = ground.chunks(static.road)
-        self.ground = _pieces(kit, [part.mesh for part in parts], [part.line for part in parts])
-        self.meadow = kit.upload(_meadow())
+        self.ground = _pieces(resources, [part.mesh for part in parts], [part.line for part in parts])
+        self.meadow = resources.upload(_meadow())
         solid = [_house(item) for item in static.scenery if item.kind in ("house", "tower")]
         solid += [_gantry(gantry) for gantry in static.gantries] + [_post(post) for post in static.signs]
         solid += [_pole(light) for light in static.lights]
-        self.solid = _pieces(kit, solid, [False] * len(solid))
-        self.lights = [(light, kit.upload(light_mesh(light))) for light in static.lights]
+        self.solid = _pieces(resources, solid, [False] * len(solid))
+        self.lights = [(light, resources.upload(light_mesh(light))) for light in static.lights]
         self.faces = [spot for post in static.signs for spot in post_faces(post)]
         self.faces += [spot for gantry in static.gantries for spot in gantry_faces(gantry)]
-        self.plants = _groves(kit, static)
-        self.furniture = _furniture(kit, static)
+        self.plants = _groves(resources, static)
+        self.furniture = _furniture(resources, static)
         self.street_lamps = _street_lamps(static)
         self.buildings = [item for item in static.scenery if item.kind in ("house", "tower")]
 
@@ -216,7 +216,7 @@ class World:
                 drawable.release()
 
 
-def _groves(kit: Kit, static: StaticWorld) -> list[Grove]:
+def _groves(resources: Resources, static: StaticWorld) -> list[Grove]:
     counts = {"tree": TREES, "conifer": CONIFERS, "hedge": HEDGES}
     rows: dict[tuple[str, int], list[list[float]]] = {}
     for item in static.scenery:
@@ -224,7 +224,8 @@ def _groves(kit: Kit, static: StaticWorld) -> list[Grove]:
             rows.setdefault((item.kind, item.look_seed % counts[item.kind]), []).append(_plant_row(item))
     heights = {"tree": TREE_HEIGHT_M, "conifer": CONIFER_HEIGHT_M, "hedge": 2.0}
     return [
-        _grove(*kit.plants[kind][variant], values, heights[kind], 280.0) for (kind, variant), values in rows.items()
+        _grove(*resources.plants[kind][variant], values, heights[kind], 280.0)
+        for (kind, variant), values in rows.items()
     ]
 
 
@@ -240,12 +241,12 @@ def _plant_row(item: Scenery) -> list[float]:
     return [item.pose.x_m, item.pose.y_m, item.pose.z_m, item.pose.yaw_rad, wide, high, warm, cold]
 
 
-def _furniture(kit: Kit, static: StaticWorld) -> list[Grove]:
+def _furniture(resources: Resources, static: StaticWorld) -> list[Grove]:
     out = []
     for kind, natural in (("lamp", LAMP_HEIGHT_M), ("post", POST_HEIGHT_M)):
         rows = [_upright_row(item, natural) for item in static.scenery if item.kind == kind]
         if rows:
-            out.append(_grove(kit.furniture[kind], kit.furniture[kind], rows, natural, 180.0))
+            out.append(_grove(resources.furniture[kind], resources.furniture[kind], rows, natural, 180.0))
     return out
 
 

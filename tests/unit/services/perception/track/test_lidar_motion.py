@@ -13,7 +13,7 @@ from proto.vehicle import Ego
 from services.perception.detect.detection import Detection
 from services.perception.detect.detector import Picture
 from services.perception.pipeline import Perception
-from services.perception.track.lidar_motion import NEAR_M, Movers
+from services.perception.track.lidar_motion import NEAR_M, LidarMotion
 from services.perception.track.road_user import EgoState, Sighting
 from services.simulator.scene.scene import FRONT
 from services.simulator.sensors import lidar
@@ -39,7 +39,7 @@ def seen_from(ego: tuple[float, float, float], places: Sequence[Place]) -> list[
 def movers(worlds: Sequence[Sequence[Place]], speed: float, yaw_rate: float, rain: float = 0.0) -> list[Sighting]:
     """All sightings while the ego drives among these places, a sweep each."""
     told: list[Sighting] = []
-    watch, ego = Movers(), (0.0, 0.0, 0.0)
+    watch, ego = LidarMotion(), (0.0, 0.0, 0.0)
     for number, places in enumerate(worlds):
         points = lidar.sweep(seen_from(ego, places), rain, np.random.default_rng(number))
         told += watch.step(int(number * SWEEP_S * 1e9), points.astype(np.float64), EgoState(speed, yaw_rate))
@@ -149,14 +149,14 @@ def test_where_two_may_have_been_it_no_velocity_is_told() -> None:
 
 @pytest.mark.parametrize("ego", [EgoState(None, 0.0), EgoState(10.0, None), EgoState()])
 def test_with_the_egos_motion_unknown_nothing_is_told(ego: EgoState) -> None:
-    watch = Movers()
+    watch = LidarMotion()
     for number, places in enumerate(crossing(9.0, 25.0, -30.0, 8)):
         points = lidar.sweep(seen_from((0.0, 0.0, 0.0), places), 0.0, np.random.default_rng(number))
         assert watch.step(int(number * SWEEP_S * 1e9), points.astype(np.float64), ego) == ()
 
 
 def test_an_empty_sweep_and_stamps_that_jump_or_fall_back_tell_nothing() -> None:
-    watch, ego = Movers(), EgoState(0.0, 0.0)
+    watch, ego = LidarMotion(), EgoState(0.0, 0.0)
     (places,) = crossing(9.0, 25.0, -20.0, 1)
     points = lidar.sweep(seen_from((0.0, 0.0, 0.0), places), 0.0, np.random.default_rng(1)).astype(np.float64)
     for stamp_ns in (0, 100_000_000, 5_000_000_000, 4_000_000_000, 4_000_000_000, 4_100_000_000):
