@@ -26,10 +26,10 @@ from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles import Profile
 from services.arbiter.service import ArbiterConfig
 from services.arbiter.state import ArbiterState, fresh
-from services.orchestrator.ask import Recorded, within_budget
-from services.orchestrator.inputs import Method as How
-from services.orchestrator.inputs import Observations
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.ask import Recorded, within_budget
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Method as How
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.service import OrchestratorConfig
 from services.orchestrator.state import State
 from services.orchestrator.tick import tick

@@ -18,9 +18,9 @@ from proto.rules import RulesAnswer, Situation
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs, decide
 from services.arbiter.state import ArbiterState
-from services.orchestrator.ask import Recorded
-from services.orchestrator.inputs import Observations
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.ask import Recorded
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 from services.rules.book import RuleBook

@@ -20,9 +20,9 @@ from services.arbiter.act import Permission
 from services.arbiter.decide import decide
 from services.arbiter.profiles import Profile
 from services.arbiter.state import ArbiterState, fresh
-from services.orchestrator import legal
-from services.orchestrator.inputs import Observations
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.law import rules_question
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import tick
 
@@ -59,7 +59,7 @@ class _Ask:
         return verdict.decision
 
     def _answer(self, call: Call) -> Outcome:
-        rows = self._answers.get((call.tool, legal.key(call.arguments)), ())
+        rows = self._answers.get((call.tool, rules_question.key(call.arguments)), ())
         if not rows:
             return Outcome(tool=call.tool, status="unavailable", error="not in the log", arguments=call.arguments)
         return min(rows, key=lambda row: abs(row[0] - self.number))[1]

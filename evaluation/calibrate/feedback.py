@@ -21,7 +21,7 @@ from proto.decision import Feedback
 from services.arbiter.adapt import learn, relax, within_bounds
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Adapted
-from services.orchestrator.ratelimit import Given, admit
+from services.orchestrator.driver.feedback_rate import Given, admit
 
 
 class Moved(NamedTuple):

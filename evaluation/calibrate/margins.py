@@ -24,7 +24,7 @@ from services.arbiter.decide import Inputs
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Latest, read
 from services.arbiter.state import fresh
-from services.orchestrator.inputs import Method, Observations, Stamped
+from services.orchestrator.observations.inputs import Method, Observations, Stamped
 
 M = TypeVar("M", bound=msgspec.Struct)
 

@@ -16,8 +16,8 @@ from proto.decision import ArbitrationRequest
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs
 from services.logger import chain, container
-from services.orchestrator import legal
-from services.orchestrator.inputs import Observations
+from services.orchestrator.law import rules_question
+from services.orchestrator.observations.inputs import Observations
 
 LOCAL = "local"
 """The profile of a decision that the orchestrator took itself, the arbiter being away."""
@@ -82,7 +82,7 @@ def load(log: Path) -> Recording:
             raise UserError(f"{log}: tick {number} does not fit this version: {error}") from None
         steps.append(Step(times.get(trace.tick, number / 10), seen, own, trace.request))
         for call in trace.calls:
-            answers.setdefault((call.tool, legal.key(call.arguments)), []).append((trace.tick, call))
+            answers.setdefault((call.tool, rules_question.key(call.arguments)), []).append((trace.tick, call))
     spec = spec_of(log)
     return Recording(
         f"{spec.scenario} seed {spec.seed}" if spec is not None else str(log),

@@ -10,7 +10,7 @@ from evaluation.metrics.spans import Span, spans
 from evaluation.metrics.truth_events import TOLERANCES, Expected, Tolerance
 from proto.truth import Truth
 from services.orchestrator.events import TOOLS
-from services.orchestrator.routing import TOOL_TABLE
+from services.orchestrator.experts.routing import TOOL_TABLE
 
 GRACE_S = 1.0
 """From when an event must be on until its tools must have answered: ten ticks."""

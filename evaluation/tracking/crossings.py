@@ -25,7 +25,7 @@ from evaluation.tracking.recording import Step, drive_of, kept
 from evaluation.tracking.seeing import View, glances, views
 from proto.perception import Track
 from proto.truth import TrueActor
-from services.orchestrator.actors import crosses, well_seen
+from services.orchestrator.world.actors import crosses, well_seen
 from services.perception.detect.detector import Detector
 from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable

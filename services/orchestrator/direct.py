@@ -15,19 +15,19 @@ from proto.decision import Event, Fused, Reason, Urgency
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
-from services.orchestrator.announcements import OVER_MPS
-from services.orchestrator.answers import results, typed
-from services.orchestrator.ask import Ask
 from services.orchestrator.direct_context import context, shows_limit, signs_ahead
 from services.orchestrator.events import new
-from services.orchestrator.fusion import is_new
-from services.orchestrator.inputs import Method, Observations
-from services.orchestrator.local import PAUSE_S
-from services.orchestrator.matter import Advised, Matter, limit_key
-from services.orchestrator.messages import say, toned
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.answers import results, typed
+from services.orchestrator.experts.ask import Ask
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Method, Observations
+from services.orchestrator.speech.candidate import Advised, Matter, limit_key
+from services.orchestrator.speech.candidates.limits_ahead import OVER_MPS
+from services.orchestrator.speech.fusion import is_new
+from services.orchestrator.speech.local import PAUSE_S
+from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import Direct, SignAhead, State, Told
-from services.orchestrator.targets import Law, Target, cautious_mps
+from services.orchestrator.target.target import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text, to_mps
 

@@ -2,12 +2,12 @@
 
 from proto.scene import PromptAnswer
 from services.orchestrator import direct
-from services.orchestrator.answers import degraded, failed, results
-from services.orchestrator.ask import Ask
-from services.orchestrator.inputs import Method
-from services.orchestrator.messages import say
-from services.orchestrator.question import Subject
-from services.orchestrator.question_answer import Answer, used
+from services.orchestrator.driver.answer import Answer, used
+from services.orchestrator.driver.question import Subject
+from services.orchestrator.experts.answers import degraded, failed, results
+from services.orchestrator.experts.ask import Ask
+from services.orchestrator.observations.inputs import Method
+from services.orchestrator.speech.wording import say
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
 

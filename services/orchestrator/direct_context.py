@@ -12,10 +12,10 @@ import msgspec
 from proto.observed import Observed
 from proto.rules import PostedLimit
 from proto.world import EgoState, WorldState
-from services.orchestrator.actors import Way, lead, pedestrian
-from services.orchestrator.limits import may_be_ours
+from services.orchestrator.signs.limits import may_be_ours
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.units import shown
+from services.orchestrator.world.actors import Way, lead, pedestrian
 
 MOST_CHARS = 7000
 _SIGN = {"limit": "speed limit sign", "zone": "speed limit zone sign", "led": "speed limit"}

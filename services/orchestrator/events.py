@@ -5,13 +5,22 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from proto.decision import Event
-from services.orchestrator import legal
-from services.orchestrator.actors import clear, confirmed, met, pedestrian, people, stands, surely_nears, well_seen
-from services.orchestrator.faults import named, shown
-from services.orchestrator.limits_ahead import places_ahead
+from services.orchestrator.law import rules_question
+from services.orchestrator.law.limits_ahead import places_ahead
+from services.orchestrator.observations.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
 from services.orchestrator.state import Onset, SignAhead, State
-from services.orchestrator.stops import needed_mps2, stops
-from services.orchestrator.validity import EXPERT_VALID_NS, UNSET_AFTER, VALID_NS
+from services.orchestrator.world.actors import (
+    clear,
+    confirmed,
+    met,
+    pedestrian,
+    people,
+    stands,
+    surely_nears,
+    well_seen,
+)
+from services.orchestrator.world.car_faults import named, shown
+from services.orchestrator.world.stops import needed_mps2, stops
 
 FRESH_NS = 1_500_000_000
 """For how long a change counts as news; longer than a lost tick, shorter than a message."""
@@ -202,7 +211,7 @@ def _overspeed(state: State, before: State, query: str) -> Signal:
     speed, answer = state.world.ego.speed_mps, state.held.legal
     if speed is None or answer is None or answer.limit is None or answer.limit.advisory:
         return NOTHING
-    if answer.confidence < legal.LAW_KNOWN:
+    if answer.confidence < rules_question.LAW_KNOWN:
         return NOTHING  # nobody drives too fast by a law that is a guess; the target is careful all the same
     confidence = min(speed.confidence, answer.confidence)
     return Signal(speed.value / max(0.5, answer.limit.mps) - 1.0, f"{answer.limit.value:g}", confidence)
@@ -218,7 +227,9 @@ def _stale(state: State, before: State, query: str) -> Signal:
         },
     }
     shares = {name: _share(stamp, valid, state.now_ns) for name, (stamp, valid) in ages.items()}
-    if state.held.legal is None or state.held.legal_key != legal.key(legal.situation_arguments(state)):
+    if state.held.legal is None or state.held.legal_key != rules_question.key(
+        rules_question.situation_arguments(state)
+    ):
         shares["legal_limit"] = UNSET_AFTER
     name = max(shares, key=lambda each: shares[each])
     stale = sorted(each for each, share in shares.items() if share > 1.0)

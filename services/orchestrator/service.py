@@ -19,15 +19,24 @@ from proto.perception import Tracks
 from proto.scene import Facts, Unit
 from proto.tools import Outcome
 from proto.topics import Topic
-from services.orchestrator.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.direct_answer import direct_answer
+from services.orchestrator.driver.answer import Answer, answer
+from services.orchestrator.driver.feedback_rate import Given, admit
+from services.orchestrator.driver.preferences import changed, remembered
+from services.orchestrator.driver.question import calls_for, in_language, subject_of
 from services.orchestrator.events import new, out_of_bounds
-from services.orchestrator.inputs import Cause, M, Method, Observations, Stamped, clean, experts, road_ahead
-from services.orchestrator.preferences import changed, remembered
-from services.orchestrator.question import calls_for, in_language, subject_of
-from services.orchestrator.question_answer import Answer, answer
-from services.orchestrator.ratelimit import Given, admit
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import (
+    Cause,
+    M,
+    Method,
+    Observations,
+    Stamped,
+    clean,
+    experts,
+    road_ahead,
+)
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
 from services.orchestrator.tick import Ticked, tick, trace_of

@@ -11,20 +11,21 @@ import msgspec
 from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
 from proto.tools import Outcome
 from proto.world import WorldState
-from services.orchestrator import answers, direct
-from services.orchestrator.actors import lead, pedestrian
-from services.orchestrator.ask import Ask, Recorded
+from services.orchestrator import direct
 from services.orchestrator.events import detect_events
-from services.orchestrator.fusion import advise
-from services.orchestrator.inputs import Observations
-from services.orchestrator.local import decide_locally, silent
-from services.orchestrator.matter import Advised, Matter
-from services.orchestrator.memory import remember, seconds_since_spoken
-from services.orchestrator.messages import say, toned
-from services.orchestrator.observe import observe
-from services.orchestrator.routing import Call, failing, route
-from services.orchestrator.set_back import on_this_clock
+from services.orchestrator.experts import answers
+from services.orchestrator.experts.ask import Ask, Recorded
+from services.orchestrator.experts.routing import Call, failing, route
+from services.orchestrator.observations.clock_set_back import on_this_clock
+from services.orchestrator.observations.inputs import Observations
+from services.orchestrator.speech.candidate import Advised, Matter
+from services.orchestrator.speech.fusion import advise
+from services.orchestrator.speech.local import decide_locally, silent
+from services.orchestrator.speech.memory import remember, seconds_since_spoken
+from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import State, digest
+from services.orchestrator.world.actors import lead, pedestrian
+from services.orchestrator.world.observe import observe
 
 
 class Ticked(NamedTuple):

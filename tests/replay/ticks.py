@@ -12,9 +12,9 @@ from proto.tools import Outcome
 from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles import load
 from services.arbiter.state import ArbiterState, fresh
-from services.orchestrator import legal
-from services.orchestrator.inputs import Observations
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.law import rules_question
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 from tests.replay.files import Parts
@@ -47,12 +47,12 @@ class FromLog:
 
     def __init__(self, entry: LoggedTick, state: ArbiterState | None) -> None:
         self._entry, self.state = entry, state
-        self._outcomes = {(each.tool, legal.key(each.arguments)): each for each in entry.calls}
+        self._outcomes = {(each.tool, rules_question.key(each.arguments)): each for each in entry.calls}
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         """A question that the log does not hold is answered `unavailable`."""
         return tuple(
-            self._outcomes.get((call.tool, legal.key(call.arguments)))
+            self._outcomes.get((call.tool, rules_question.key(call.arguments)))
             or Outcome(tool=call.tool, status="unavailable", error="not in the log", arguments=call.arguments)
             for call in calls
         )

@@ -7,7 +7,7 @@ import pytest
 from proto.perception import Tracks
 from proto.sensors import CameraFrame
 from proto.vehicle import Ego
-from services.orchestrator.inputs import Stamped
+from services.orchestrator.observations.inputs import Stamped
 from services.perception.checks.decoding import Malformed
 from services.perception.pipeline import Perception
 from tests.unit.services.orchestrator.support import TICK, Drive

@@ -40,9 +40,9 @@ from services.logger.file import DiskFile, LogFile, Origin
 from services.logger.forms import LOGGED, record
 from services.logger.reader import messages
 from services.logger.verify import verify
-from services.orchestrator.inputs import OWN_TOOLS
-from services.orchestrator.question import calls_for, subject_of
-from services.orchestrator.question_answer import answer
+from services.orchestrator.driver.answer import answer
+from services.orchestrator.driver.question import calls_for, subject_of
+from services.orchestrator.observations.inputs import OWN_TOOLS
 from services.orchestrator.tick import redecide, trace_of
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup import lookup_rule

@@ -22,8 +22,8 @@ from services.arbiter.state import fresh
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin, Record
 from services.logger.forms import json_form
-from services.orchestrator.inputs import Observations, Stamped
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Observations, Stamped
 from services.orchestrator.state import State
 from services.orchestrator.tick import tick, trace_of
 from services.rules.book import RuleBook, load_book

@@ -12,7 +12,7 @@ from evaluation.calibrate.recordings import Recording, Step
 from evaluation.metrics import Record
 from proto import topics
 from proto.perception import Tracks
-from services.orchestrator.inputs import Method, Observations, Stamped
+from services.orchestrator.observations.inputs import Method, Observations, Stamped
 from tests.unit.services.arbiter.support import CALIBRATED, SECOND, track
 
 NEVER = 1.0

@@ -24,7 +24,7 @@ from evaluation.metrics.record import TRUTH_FILE
 from evaluation.scenarios import FAMILIES
 from services.arbiter.profiles import load as load_profile
 from services.logger.reader import messages
-from services.orchestrator.inputs import Method
+from services.orchestrator.observations.inputs import Method
 from tests.unit.evaluation.calibrate.landscape import Landscape
 from tests.unit.services.arbiter.support import CALIBRATED
 

@@ -11,7 +11,7 @@ from proto import topics
 from proto.scene import Candidate, Fact, Facts
 from proto.truth import Corrupted
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
-from services.orchestrator.signs import consistent, known_code, plausible_value
+from services.orchestrator.signs.signs import consistent, known_code, plausible_value
 from tests.unit.evaluation.corruption.worlds import ORIGIN, SOME, TICK, drive, facts_after, limit, post, said, truth
 
 SEEDS = st.integers(0, 10**6)

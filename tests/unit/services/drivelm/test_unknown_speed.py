@@ -11,9 +11,9 @@ from proto.scene import Fact
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.vocabulary.classes import LIGHTS, OTHER
 from services.drivelm.vocabulary.sentences import SENTENCES
-from services.orchestrator.limits import enters_a_slower_town, in_force, value_kmh
-from services.orchestrator.motion import Motion
-from services.orchestrator.signs import update
+from services.orchestrator.observations.motion import Motion
+from services.orchestrator.signs.limits import enters_a_slower_town, in_force, value_kmh
+from services.orchestrator.signs.signs import update
 from services.orchestrator.state import Believed, InForce, Signs
 from tests.unit.services.drivelm.approach import NS, Scripted, box_at, says, sighting
 

@@ -5,10 +5,10 @@ from typing import TypeVar
 from proto.observed import Observed
 from proto.perception import Track
 from proto.world import EgoState, WorldState
-from services.orchestrator import legal
-from services.orchestrator.matters import matters
+from services.orchestrator.law import rules_question
+from services.orchestrator.speech.candidates.candidates import matters
 from services.orchestrator.state import Held, State
-from services.orchestrator.targets import target
+from services.orchestrator.target.target import target
 from tests.unit.services.orchestrator.support import START, limit_answer, replace
 
 T = TypeVar("T")
@@ -19,7 +19,7 @@ def seen(*tracks: Track, speed_mps: float | None = 13.0) -> State:
     speed = None if speed_mps is None else observed(speed_mps)
     world = WorldState(stamp_ns=START, tick=60, ego=EgoState(speed_mps=speed), actors=observed(tracks))
     state = State(tick=60, now_ns=START, world=world)
-    key = legal.key(legal.situation_arguments(state))
+    key = rules_question.key(rules_question.situation_arguments(state))
     return replace(state, held=Held(legal=limit_answer(130), legal_key=key, legal_ns=START))
 
 

@@ -6,7 +6,7 @@ from proto.perception import Track
 from proto.scene import Fact
 from proto.sensors import StopLine
 from proto.vehicle import Degradation
-from services.orchestrator.inputs import Observations
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.tick import Ticked, tick
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (

@@ -14,8 +14,8 @@ from proto.sensors import StopLine
 from proto.tools import Outcome
 from proto.vehicle import Degradation, Ego, VehicleHealth
 from proto.weather import Conditions
-from services.orchestrator.inputs import Observations, RoadAhead, Stamped
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 from services.orchestrator.units import to_mps

@@ -8,10 +8,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Decision, Preferences
-from services.orchestrator.evidence import items, kept
-from services.orchestrator.limits import in_force
-from services.orchestrator.limits_ahead import limits_ahead
-from services.orchestrator.local import silent
+from services.orchestrator.law.limits_ahead import limits_ahead
+from services.orchestrator.signs.border_evidence import items, kept
+from services.orchestrator.signs.limits import in_force
+from services.orchestrator.speech.local import silent
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile

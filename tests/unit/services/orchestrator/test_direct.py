@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from proto.decision import ArbitrationRequest, Decision
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
-from services.orchestrator.inputs import Method
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Method
 from services.orchestrator.tick import redecide, trace_of
 from tests.unit.services.orchestrator.support import Drive, Played, actor, limit_sign
 

@@ -11,8 +11,8 @@ from proto.tools import Outcome
 from proto.world import Environment, SeenSign, WorldState
 from services.drivelm.whole_prompts import Asked, answered, load
 from services.orchestrator.direct_context import MOST_CHARS, as_json, summary
-from services.orchestrator.inputs import Method
-from services.orchestrator.routing import Call
+from services.orchestrator.experts.routing import Call
+from services.orchestrator.observations.inputs import Method
 from services.orchestrator.tick import redecide, trace_of
 from tests.unit.services.orchestrator.support import KMH, Drive, Played, actor, doubted, fact, limit_sign
 

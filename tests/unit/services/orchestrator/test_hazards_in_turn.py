@@ -11,7 +11,7 @@ from proto.vehicle import Degradation
 from services.arbiter.decide import Inputs, decide, request_view
 from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import fresh
-from services.orchestrator.local import decide_locally
+from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import PROFILE
 from tests.unit.services.orchestrator.support import (
     EXPERTS,

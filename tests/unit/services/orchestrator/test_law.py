@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.targets import CAUTIOUS_MPS, law_of
+from services.orchestrator.target.target import CAUTIOUS_MPS, law_of
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     FEW,

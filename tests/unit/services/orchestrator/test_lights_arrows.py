@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from proto.scene import Fact
 from tests.unit.services.orchestrator.support import FEW, Drive
-from tests.unit.services.orchestrator.test_lights import at_red, lamp, state
+from tests.unit.services.orchestrator.world.test_lights import at_red, lamp, state
 
 WAYS = ("left", "straight", "right")
 

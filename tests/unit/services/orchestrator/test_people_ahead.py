@@ -7,10 +7,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.perception import Track
-from services.orchestrator.actors import crosses
-from services.orchestrator.matters import matters
+from services.orchestrator.speech.candidates.candidates import matters
 from services.orchestrator.state import Memory, Spoken, State
-from services.orchestrator.targets import target
+from services.orchestrator.target.target import target
+from services.orchestrator.world.actors import crosses
 from tests.unit.services.orchestrator.near import car, hazards, observed, seen
 from tests.unit.services.orchestrator.support import START, replace
 

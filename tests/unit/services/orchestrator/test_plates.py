@@ -5,9 +5,9 @@ from hypothesis import given
 
 from drivemcp.paths import data
 from proto.rules import PostedLimit, Situation
-from services.orchestrator.legal import situation
-from services.orchestrator.limits import in_force
-from services.orchestrator.signs import known_plate
+from services.orchestrator.law.rules_question import situation
+from services.orchestrator.signs.limits import in_force
+from services.orchestrator.signs.signs import known_plate
 from services.rules.book import load_book
 from services.rules.limit_answer import applicable_limit
 from tests.unit.robustness.hostile import hostile

@@ -2,8 +2,8 @@
 
 import pytest
 
-from services.orchestrator.legal import ROAD_TYPES, situation
-from services.orchestrator.targets import CAUTIOUS_MPS, PLAUSIBLE_KMH
+from services.orchestrator.signs.limits import ROAD_TYPES, situation
+from services.orchestrator.target.target import CAUTIOUS_MPS, PLAUSIBLE_KMH
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
     Drive,

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.actors import FLOOR
-from services.orchestrator.inputs import Observations
+from services.orchestrator.observations.inputs import Observations
+from services.orchestrator.world.actors import FLOOR
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.scenes import acts, next_seen, one, scenes, target
 from tests.unit.services.orchestrator.support import (

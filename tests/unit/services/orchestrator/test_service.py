@@ -19,8 +19,8 @@ from proto.vehicle import Degradation, DtcText, Ego, VehicleHealth
 from proto.weather import Conditions
 from services.arbiter.service import SERVICE as ARBITER
 from services.arbiter.service import ArbiterConfig
-from services.orchestrator import question as question_module
 from services.orchestrator import service
+from services.orchestrator.driver import question as question_module
 from services.orchestrator.service import SERVICE, OrchestratorConfig
 from services.orchestrator.state import State
 from services.orchestrator.tick import redecide

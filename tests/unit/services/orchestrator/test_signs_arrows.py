@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.limits import in_force
+from services.orchestrator.signs.limits import in_force
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
 
 ARROWS = ("plate:arrow_left", "plate:arrow_right", "plate:arrow_ahead")

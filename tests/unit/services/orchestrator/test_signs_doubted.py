@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.limits import SURE, in_force
-from services.orchestrator.stops import stops
+from services.orchestrator.signs.limits import SURE, in_force
+from services.orchestrator.world.stops import stops
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, end_sign, fact, limit_sign
 
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.limits import SURE, in_force
-from services.orchestrator.targets import law_of
+from services.orchestrator.signs.limits import SURE, in_force
+from services.orchestrator.target.target import law_of
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, Played, end_sign, limit_sign
 
 

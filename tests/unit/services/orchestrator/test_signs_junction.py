@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.limits import in_force
+from services.orchestrator.signs.limits import in_force
 from tests.unit.services.orchestrator.support import FEW, KMH, TICK, Drive, limit_sign
 
 STEP_S = TICK / 1e9

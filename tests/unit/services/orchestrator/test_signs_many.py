@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.scene import Fact
-from services.orchestrator.limits import in_force
-from services.orchestrator.signs import MOST_AHEAD
-from services.orchestrator.stops import stops
+from services.orchestrator.signs.limits import in_force
+from services.orchestrator.signs.signs import MOST_AHEAD
+from services.orchestrator.world.stops import stops
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, fact, limit_sign
 
 IDLE = ("info", "danger", "children", "slippery", "roadworks", "no_overtaking", "keep_right", "one_way", "ahead_only")

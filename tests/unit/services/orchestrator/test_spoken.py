@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.rules import RulesAnswer
-from services.orchestrator.local import decide_locally
+from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,

@@ -13,8 +13,9 @@ from drivemcp.service import Service
 from drivemcp.testing import bus
 from drivemcp.toolclient import DEFAULT_MODELLED_MS
 from proto import topics
-from services.orchestrator import ask, direct
-from services.orchestrator.routing import Call
+from services.orchestrator import direct
+from services.orchestrator.experts import ask
+from services.orchestrator.experts.routing import Call
 from services.orchestrator.service import SERVICE, LiveAsk, OrchestratorConfig
 from tests.unit.services.orchestrator.test_service import Road, start_car
 

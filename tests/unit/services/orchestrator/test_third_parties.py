@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.tools import Effect
-from services.orchestrator.inputs import Expert
+from services.orchestrator.observations.inputs import Expert
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.scenes import acts, hostile, next_seen, one, scenes, target
 from tests.unit.services.orchestrator.support import (

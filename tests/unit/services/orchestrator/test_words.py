@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from proto.decision import Preferences
 from proto.rules import LegalLimit
-from services.orchestrator.messages import FOLDER, LANGUAGES, say, toned
-from services.orchestrator.preferences import changed, remembered
-from services.orchestrator.ratelimit import MOST, Given, admit
+from services.orchestrator.driver.feedback_rate import MOST, Given, admit
+from services.orchestrator.driver.preferences import changed, remembered
+from services.orchestrator.speech.wording import FOLDER, LANGUAGES, say, toned
 from services.orchestrator.text import plain
 from services.orchestrator.units import limit_text, shown, told_target
 

@@ -17,7 +17,7 @@ from services.drivelm.guard.answer_checks import Shown
 from services.drivelm.reading.crops import Picture, Region
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
-from services.orchestrator.inputs import Observations
+from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from services.simulator.signart import draw_face

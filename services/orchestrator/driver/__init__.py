@@ -1,0 +1,1 @@
+"""The driver's questions, preferences and labels."""

@@ -1,0 +1,1 @@
+"""Which tools a tick asks, and what their answers change."""

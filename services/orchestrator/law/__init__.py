@@ -1,0 +1,1 @@
+"""The question to the Rules, and the limits that begin ahead."""

@@ -1,0 +1,1 @@
+"""Signs seen, the limits that they set, and what ends a limit."""

@@ -1,0 +1,272 @@
+"""Signs seen become limits in force: pure, from facts and the way travelled.
+
+A limit comes into force when its sign is passed; see `limits` for what it does there. What is doubted never comes into
+force; see `targets` for what it does.
+"""
+
+import math
+import re
+from collections.abc import Callable
+
+import msgspec
+
+from proto.scene import COUNTRIES, Fact
+from services.orchestrator.observations.motion import Motion
+from services.orchestrator.signs.border_evidence import kept
+from services.orchestrator.signs.duplicate_tracks import with_its_plates, without_earlier_tracks
+from services.orchestrator.signs.limits import (
+    ENDS,
+    ROAD_TYPES,
+    SURE,
+    TOLD,
+    apply,
+    enters_a_slower_town,
+    in_another_country,
+    in_force,
+    is_unknown_country,
+    lowers,
+    shows_limit,
+    value_kmh,
+    without_country,
+)
+from services.orchestrator.signs.turning_off import turned_off
+from services.orchestrator.state import Believed, SignAhead, Signs
+
+DOUBTED = 0.5
+"""What is left of the confidence in a reading once its track is read otherwise: less than `SURE`."""
+LOST_S = 6.0
+"""A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
+FORGOTTEN_S = 30.0
+MOST_AHEAD = 12
+HEADS = frozenset(
+    {
+        "limit", "limit_end", "all_end", "zone", "zone_end", "national", "led", "stop", "yield", "priority_road",
+        "priority_road_end", "priority_here", "no_entry", "no_vehicles", "no_overtaking", "no_overtaking_end", "one_way",
+        "keep_left", "keep_right", "ahead_only", "roundabout", "crossing", "children", "roadworks", "slippery", "danger",
+        "calm_street", "town_entry", "town_exit", "motorway", "motorway_end", "border", "info", "school", "school_end",
+        "expressway", "expressway_end",
+    }
+)  # fmt: skip
+"""Codes, without what follows their colon."""
+PLATES = frozenset(
+    {
+        "plate:when_wet:de", "plate:when_wet:en", "plate:when_wet:fr", "plate:when_wet:nl", "plate:when_wet:pl",
+        "plate:when_wet:drawn", "plate:distance", "plate:length", "plate:time", "plate:lorries", "plate:end",
+        "plate:school", "plate:arrow_left", "plate:arrow_right", "plate:arrow_ahead",
+    }
+)  # fmt: skip
+_WITH_NUMBERS = ("plate:time", "plate:distance", "plate:length")
+_HOUR = r"(?:1?[0-9]|2[0-4])"
+_NUMBERED = re.compile(
+    rf"plate:time:{_HOUR}-{_HOUR} h|plate:(?:distance|length):(?:[1-9][0-9]{{0,3}}|[1-9]\.[0-9]|[13]/[24]) (?:m|km|yds|miles|ft)"
+)
+"""Plates with what is written on them: hours of the day, ways."""
+GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
+STATEMENTS: dict[str, frozenset[str]] = {
+    "jurisdiction": COUNTRIES, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
+    "road_type": ROAD_TYPES,
+}  # fmt: skip
+"""What may be stated; a jurisdiction is one of `COUNTRIES`, or leaves the country unknown."""
+
+
+def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Signs:
+    """The signs after a tick; facts in the order in which they came."""
+    signs = _move(signs, motion)
+    for fact in facts:
+        signs = _take(signs, fact, motion, now_ns)
+    signs = _pass_reached(signs, motion, now_ns)
+    return turned_off(signs, motion, now_ns)
+
+
+# -- facts -----------------------------------------------------------------------------------------------------------
+
+
+def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
+    if not (math.isfinite(fact.confidence) and len(fact.reading) <= 64):
+        return signs
+    if fact.kind in _STATED:
+        return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
+    if fact.kind not in ("limit", "sign", "message") or not plausible_value(fact.value):
+        return signs
+    if not known_code(fact.reading) or not consistent(fact):
+        return signs
+    of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
+    others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
+    sign = with_its_plates(_merge(signs, fact, motion), next(iter(of_track), None), others)
+    others = tuple(with_its_plates(each, None, (sign,)) for each in others)
+    read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
+    if not fact.passed:
+        return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))
+    signs = msgspec.structs.replace(signs, ahead=without_earlier_tracks(sign, others))
+    for each in read:
+        signs = apply(signs, each, now_ns)
+    return signs
+
+
+def known_code(reading: str) -> bool:
+    """A sign code of the readers' table. Anything else is text from the world, and text does nothing."""
+    head, _, tail = reading.partition(":")
+    return head in HEADS and (tail == "" or (len(tail) <= 12 and tail.replace("_", "").isalnum() and tail.isascii()))
+
+
+def known_plate(plate: str) -> str:
+    """A plate's code of the readers' table, with its number where that is of a form of theirs; empty: none.
+
+    A number that is none leaves the plate, which restricts its sign, and is dropped.
+    """
+    if plate in PLATES or (len(plate) <= 32 and _NUMBERED.fullmatch(plate)):
+        return plate
+    return next((each for each in _WITH_NUMBERS if plate.startswith(f"{each}:")), "")
+
+
+def consistent(fact: Fact) -> bool:
+    """Whether number and code agree: a code with a number is that number, one without has none."""
+    tail = fact.reading.partition(":")[2]
+    return fact.value == (float(tail) if tail.isascii() and tail.isdigit() else None)
+
+
+def plausible_value(value: float | None) -> bool:
+    """A number that a sign can show: none, or one from 5 to 140."""
+    return value is None or (math.isfinite(value) and 5.0 <= value <= 140.0)
+
+
+def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
+    known = next((each for each in signs.ahead if each.track_id == fact.track_id), None)
+    distance = fact.distance_m if fact.distance_m is not None and math.isfinite(fact.distance_m) else None
+    return SignAhead(
+        track_id=fact.track_id,
+        kind=fact.kind,
+        reading=fact.reading,
+        scope=fact.scope,
+        value=fact.value,
+        unit=fact.unit,
+        confidence=min(1.0, max(0.0, fact.confidence)),
+        believed=fact.believed,
+        distance_m=distance if distance is not None or known is None else known.distance_m,
+        seen_m=distance if distance is not None or known is None else known.seen_m,
+        seen_ns=fact.frame_stamp_ns,
+        first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
+        candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
+        plates=tuple(filter(None, map(known_plate, fact.plates[:4]))),
+        text=fact.text[:120],
+        own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
+    )
+
+
+def _most_important(ahead: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
+    """As many as are remembered; the least important goes first, of equals the oldest."""
+    by_importance = sorted(range(len(ahead)), key=lambda at: (*_importance(ahead[at]), at))
+    return tuple(ahead[at] for at in sorted(by_importance[-MOST_AHEAD:]))
+
+
+def _importance(sign: SignAhead) -> tuple[int, float]:
+    """What lowers before what may, then what ends or gives way; the lower the limit, the more important."""
+    if sign.reading == "stop":
+        return 3, 0.0
+    if shows_limit(sign) and sign.kind == "limit":
+        counts = sign.believed and sign.own_lane and sign.confidence >= TOLD
+        return 3 if counts else 2, -value_kmh(sign.value or 0.0, sign.unit)
+    head = sign.reading.partition(":")[0]
+    return int(head in ENDS or sign.reading in ENDS or head in GIVE_WAY), 0.0
+
+
+def _outlives(known: SignAhead, sign: SignAhead) -> bool:
+    """Whether what was believed of a track stands beside its new reading, which is a doubt."""
+    if not known.believed or known.confidence < TOLD or (sign.believed and sign.confidence >= SURE):
+        return False
+    return not sign.believed or sign.confidence < TOLD or _shown(sign) != _shown(known)
+
+
+def _doubted(known: SignAhead, sign: SignAhead) -> SignAhead:
+    """What was believed and is in doubt: no longer sure, so that it lowers and ends or raises nothing."""
+    near = min((each for each in (known.distance_m, sign.distance_m) if each is not None), default=None)
+    confidence = min(known.confidence, DOUBTED)
+    return msgspec.structs.replace(known, confidence=confidence, distance_m=near, seen_ns=sign.seen_ns)
+
+
+def _shown(sign: SignAhead) -> tuple[object, ...]:
+    return sign.reading, sign.scope, sign.unit, sign.plates, sign.own_lane
+
+
+def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
+    def state(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+        known: Believed | None = getattr(signs, field)
+        if not _may_be_stated(field, fact.reading):
+            return signs
+        if fact.confidence < SURE:
+            return signs
+        if known is not None and known.value == fact.reading:
+            seen_now = known.assumed and not fact.assumed
+            return msgspec.structs.replace(signs, **{field: _seen(known, fact)}) if seen_now else signs
+        believed = Believed(
+            value=fact.reading,
+            confidence=min(1.0, fact.confidence),
+            since_ns=now_ns,
+            assumed=fact.assumed,
+            evidence=kept(fact.text),
+        )
+        return msgspec.structs.replace(signs, **{field: believed})
+
+    return state
+
+
+def _seen(known: Believed, fact: Fact) -> Believed:
+    return msgspec.structs.replace(known, confidence=min(1.0, fact.confidence), assumed=False, evidence=kept(fact.text))
+
+
+def _may_be_stated(field: str, value: str) -> bool:
+    return value in STATEMENTS[field]
+
+
+def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+    if fact.confidence >= SURE and is_unknown_country(fact.reading):
+        return without_country(signs, now_ns)
+    after = _state("jurisdiction")(signs, fact, now_ns)
+    before, now = signs.jurisdiction, after.jurisdiction
+    if before is None or now is None or before.value == now.value:
+        return after
+    # Another country's signs, believed: the border is behind us even if its sign was missed.
+    return msgspec.structs.replace(in_another_country(after, now_ns), former_jurisdiction=before.value, crossed=True)
+
+
+_STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
+    "jurisdiction": _jurisdiction,
+    "units": _state("units"),
+    "traffic_side": _state("traffic_side"),
+    "road_type": _state("road_type"),
+}
+
+
+# -- passing ---------------------------------------------------------------------------------------------------------
+
+
+def _move(signs: Signs, motion: Motion) -> Signs:
+    ahead = tuple(
+        msgspec.structs.replace(each, distance_m=each.distance_m - motion.travelled_m)
+        if each.distance_m is not None
+        else each
+        for each in signs.ahead
+    )
+    return msgspec.structs.replace(signs, ahead=ahead)
+
+
+def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
+    for sign in sorted(signs.ahead, key=lambda each: (each.first_ns, each.track_id)):
+        unseen_s = (now_ns - sign.seen_ns) / 1e9
+        # A range is a few metres off: what lowers counts at the post, what raises well behind it.
+        reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
+        kept = _open(signs, sign)
+        lost = sign.distance_m is None and unseen_s > LOST_S and not kept
+        forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or not (kept or sign.reading == "stop"))
+        if reached or lost or forgotten:
+            left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
+            signs = msgspec.structs.replace(signs, ahead=left)
+            # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
+            if reached or lowers(signs, sign) or (not motion.known and enters_a_slower_town(signs, sign)):
+                signs = apply(signs, sign, now_ns)
+    return signs
+
+
+def _open(signs: Signs, sign: SignAhead) -> bool:
+    """Whether it is open what a believed limit would do: it may lower what no sign set. Till its post it only bounds."""
+    return sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)

@@ -1,0 +1,1 @@
+"""Makers of candidates: each finds what could be said about one matter."""

@@ -1,0 +1,369 @@
+"""What could be said in this tick, the weightiest first."""
+
+import math
+from collections.abc import Iterator
+
+from proto.decision import Event
+from proto.rules import LegalLimit
+from proto.vehicle import Degradation
+from services.orchestrator.events import foreign_plate
+from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
+from services.orchestrator.law.rules_question import LAW_KNOWN
+from services.orchestrator.speech.candidate import OVERSPEED_TOLD_S, Maker, Matter, limit_key, over_key, told_within
+from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
+from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
+from services.orchestrator.speech.wording import drive, evidence_in_words, say, speed, word
+from services.orchestrator.state import Believed, State
+from services.orchestrator.target.target import KMH, Target, factors
+from services.orchestrator.text import sentences
+from services.orchestrator.units import limit_text
+from services.orchestrator.world.car_faults import covered, said_of
+
+
+def matters(state: State, target: Target, events: tuple[Event, ...], degraded: tuple[str, ...]) -> tuple[Matter, ...]:
+    """All of them, in the order of the table."""
+    by_kind = {event.kind: event for event in events}
+    return tuple(matter for make in MAKERS for matter in make(state, target, by_kind, degraded))
+
+
+# -- the car -----------------------------------------------------------------------------------------------------------
+
+
+def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("vehicle_fault")
+    if event is None:
+        return
+    health = said_of(state.held)
+    drive_on = health.safe_to_drive if health is not None else "with_care"
+    phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
+    phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
+    slow = _slow_for_a_motorway(state, target)
+    if slow and phrase == "vehicle_with_care":
+        phrase = "vehicle_leave"
+    known = covered(state.held) and health is not None and health.advice
+    told = sentences(health.advice if health is not None and known else event.detail or f"h {event.g:.2f}")
+    yield Matter(
+        topic="vehicle",
+        key=f"{phrase} {told}",
+        phrase=phrase,
+        urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
+        values={"fault": told, "target": drive(state.preferences, target.mps)},
+        why=("fault", "slow") if slow else ("fault",),
+        hazard="vehicle_fault" if drive_on == "stop_now" else "",
+        first_since_ns=event.since_ns,
+        repeat_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else REPEAT_S,
+        confidence=health.confidence if health is not None else 0.7,
+        names=tuple(event.detail.split()),
+    )
+
+
+_VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
+REPEAT_S, REPEAT_MILD_S = 300.0, 1800.0
+MOTORWAY_LEAST_MPS = 60 * KMH
+"""Vehicles that cannot go faster have no place on a motorway (StVO § 18 Abs. 1; the Austrian StVO § 46 Abs. 1 alike)."""
+
+
+def _slow_for_a_motorway(state: State, target: Target) -> bool:
+    """Whether the car's state asks for less than whoever comes from behind reckons with: nobody here looks back.
+
+    Told so, it stays so for a while: a target that wavers around the bound is no news each time.
+    """
+    road, limit, (_, vehicle, _) = state.world.environment.road_type, target.law.limit, factors(state)
+    if road is None or road.value != "motorway" or vehicle >= 1.0:
+        return False
+    if limit is not None and limit.mps <= MOTORWAY_LEAST_MPS:
+        return False
+    told = state.memory.last("vehicle")
+    if told is not None and told.key.startswith("vehicle_leave") and told_within(state, "vehicle", REPEAT_S):
+        return True
+    return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD) < MOTORWAY_LEAST_MPS
+
+
+def _ahead_of_the_lamp(car: Degradation | None) -> str:
+    """The phrase where nothing but a trend or a doubted sensor is to be told."""
+    if car is None or car.dtcs or car.warning_lamps or any(each.name != "sensors_faulty" for each in car.indicators):
+        return ""
+    return "vehicle_trend" if car.trends else "vehicle_sensor" if car.sensor_faults else ""
+
+
+# -- the law -----------------------------------------------------------------------------------------------------------
+
+
+def _overspeed(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
+    if event is None or limit is None or ego is None or target.law.basis == "unknown":
+        return
+    if target.law.confidence < LAW_KNOWN or _starting(state):
+        return  # where the limit is a guess the target is low, and nobody is told that they break a law
+    if ego.value <= limit.mps:
+        return  # another limit than the one that the event was about
+    far = ego.value > 1.2 * limit.mps
+    yield Matter(
+        topic="limit",
+        key=_overspeed_key(state, limit, far=far),
+        phrase="overspeed_safe" if _safe_below(target, limit) else "overspeed",
+        urgency="warning" if far else "advice",
+        values={
+            "limit": limit_text(limit, state.preferences.unit),
+            "speed": speed(state.preferences, ego.value),
+            "target": drive(state.preferences, target.mps),
+        },
+        why=("overspeed",),
+        first_since_ns=event.since_ns,
+        repeat_s=OVERSPEED_TOLD_S,
+        confidence=target.law.confidence,
+        kind="overspeed",
+        tells=("limit", _limit_key(limit)),
+        limit_mps=_binding_mps(limit),
+    )
+
+
+def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
+    """Whoever was told that he drives far too fast hears no calmer word on it."""
+    over = limit_key(limit.value, limit.unit)
+    grave = over_key(over, far=True)
+    told = any(each.topic == "overspeed" and each.key == grave for each in state.memory.spoken)
+    return over_key(over, far=far or told)
+
+
+def _limit_key(limit: LegalLimit) -> str:
+    return limit_key(limit.value, limit.unit) + (" advisory" if limit.advisory else "")
+
+
+def _binding_mps(limit: LegalLimit | None) -> float | None:
+    return limit.mps if limit is not None and not limit.advisory else None
+
+
+def _safe_below(target: Target, limit: LegalLimit) -> bool:
+    """Whether road, weather or car ask for less than the law does, and are to be told with the limit."""
+    return target.mps < 0.9 * limit.mps and target.bounds[0].why in OF_THE_ROAD
+
+
+def _starting(state: State) -> bool:
+    """The first moments of a drive, while nobody has said yet what the weather is; later, its silence is a reason for care."""
+    conditions = state.held.conditions
+    return state.tick < STARTING_TICKS and (conditions is None or conditions.confidence <= 0.0)
+
+
+def _border(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The country that begins, until it is told: where limits follow closely the budget may keep it for some seconds."""
+    here = state.signs.jurisdiction
+    if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
+        return
+    limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
+    told = evidence_in_words(state.preferences, here.evidence)
+    lower = lowest(limits_ahead(state), limit)  # nobody is told to drive faster than a sign in sight allows
+    shown = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else limit
+    yield Matter(
+        topic="border",
+        key=here.value,
+        phrase="border" if lower is None else "border_ahead",
+        urgency="advice",
+        values={
+            "country": here.value,
+            "limit": limit_text(shown, state.preferences.unit) if shown is not None else "?",
+            "unit": unit.value if unit is not None else limit.unit if limit is not None else "?",
+            "side": say(state.preferences, "justification", "border_side", side=word(state.preferences, side.value))
+            if side is not None and side.value in ("left", "right")
+            else "",
+            "evidence": told,
+        },
+        why=("border_told" if told else "border",),
+        repeat_s=600.0,
+        confidence=here.confidence,
+        tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
+        ahead_mps=lower.mps if lower is not None else None,
+        limit_mps=_binding_mps(limit) if lower is None else None,
+    )
+
+
+BORDER_NEWS_S = 20.0
+"""For so long a border is worth a word: until the budget has long filled up again."""
+
+
+def _border_untold(state: State, here: Believed) -> bool:
+    crossed = state.signs.crossed and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
+    told = state.memory.last("border")
+    return crossed and (told is None or told.stamp_ns < here.since_ns)
+
+
+def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The limit in force, once for each that is in force; as a gantry's where a gantry changed it.
+
+    Not while a sign ahead shows less: nobody is to speed up for the last metres before it.
+    """
+    limit = target.law.limit
+    if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
+        return
+    if lowest(binding_ahead(state), limit) is not None:
+        return
+    safe = _safe_below(target, limit)
+    gantry = "gantry" if "dynamic_limit_update" in events else "limit"
+    gantry = "limit_advisory" if limit.advisory else gantry
+    ended = bool(state.signs.ended) and "speed_limit_change" in events
+    yield Matter(
+        topic="limit",
+        key=_limit_key(limit),
+        phrase=f"{gantry}_safe" if safe else gantry,
+        urgency="advice" if gantry == "gantry" else "info",
+        values={
+            "limit": limit_text(limit, state.preferences.unit),
+            "target": drive(state.preferences, target.mps),
+        },
+        why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
+        repeat_s=3600.0,
+        confidence=target.law.confidence,
+        limit_mps=_binding_mps(limit),
+    )
+
+
+def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    meaning = state.held.meaning
+    if "foreign_sign" not in events or meaning is None:
+        return
+    sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
+    if sign is None or meaning.reading != sign.reading:
+        return
+    yield Matter(
+        topic="foreign",
+        key=f"{sign.reading} {' '.join(sign.plates)}",
+        phrase="foreign",
+        urgency="advice",
+        values={"meaning": meaning.meaning, "reading": sign.reading},
+        why=("foreign",),
+        repeat_s=120.0,
+        confidence=min(meaning.confidence, sign.confidence),
+    )
+
+
+def _doubt(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("uncertain_sign")
+    if event is None or not any(bound.why == "doubt" for bound in target.bounds):
+        return
+    sign = next((s for s in state.signs.ahead if not s.believed and f"track {s.track_id}" == event.detail), None)
+    if sign is None or sign.distance_m is None or sign.distance_m > 25.0:
+        return  # it may still become readable; the target comes down meanwhile
+    names = word(state.preferences, "or").join(c.reading.partition(":")[2] or c.reading for c in sign.candidates[:3])
+    yield Matter(
+        topic="doubt",
+        key=event.detail,
+        phrase="doubt",
+        urgency="advice",
+        values={"target": drive(state.preferences, target.mps), "candidates": names or sign.reading},
+        why=("doubt",),
+        confidence=1.0 - sign.confidence,
+    )
+
+
+# -- the road and ourselves --------------------------------------------------------------------------------------------
+
+
+def _friction(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    event = events.get("low_friction")
+    if event is None:
+        return
+    if event.detail != "severe" and told_within(state, "limit", FRICTION_TOLD_S):
+        return  # the limit was told with the safe target and its reason
+    if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
+        return  # till then whoever keeps to the target is slower than the road asks for
+    # What a lead or a stop asks for now is not what the road does.
+    road_mps = min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
+    yield Matter(
+        topic="friction",
+        key=_gravest(state, event.detail),
+        phrase="friction",
+        urgency="warning" if event.detail == "severe" else "advice",
+        values={"target": drive(state.preferences, road_mps)},
+        repeat_s=FRICTION_REPEAT_S,
+        confidence=event.confidence,
+    )
+
+
+OF_THE_ROAD = ("law", "sight")
+PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
+GRAVE = ("high", "severe")
+SLIPPERY = ("low", "moderate", *GRAVE)
+"""Levels of risk, the gravest last; an unknown one is none of them."""
+FRICTION_REPEAT_S = 180.0
+
+
+def _gravest(state: State, level: str) -> str:
+    """The level, or a graver one that was told of late: where grip wavers between two, neither is news again."""
+    told = state.memory.last("friction")
+    if told is None or not told_within(state, "friction", FRICTION_REPEAT_S) or not {told.key, level} <= set(SLIPPERY):
+        return level
+    return max(told.key, level, key=SLIPPERY.index)
+
+
+def _expert(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    for limiter in state.held.limiters:
+        lowers = limiter.target_mps is not None or limiter.speed_factor < 1.0 or limiter.headway_factor > 1.0
+        if lowers:
+            yield Matter(
+                topic=f"expert:{limiter.tool}",
+                key=limiter.tool,
+                phrase="expert",
+                urgency="advice",
+                values={
+                    "target": drive(state.preferences, target.mps),
+                    "tool": limiter.tool,
+                    "text": limiter.text,
+                },
+                why=("expert",) if limiter.text else (),
+                confidence=limiter.confidence,
+            )
+
+
+def _degraded(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """Each service or topic that goes missing is told once; what comes and goes is not told again for a while."""
+    long = {o.kind.split("/")[0] for o in state.missing if state.now_ns - o.since_ns >= MISSING_NS}
+    names = tuple(sorted(long - QUIET))
+    if not names or state.tick < SETTLED_TICKS:
+        return
+    yield Matter(
+        topic="degraded",
+        key=" ".join(names),
+        phrase="degraded",
+        urgency="info",
+        values={"names": ", ".join(names)},
+        why=("degraded",),
+        first_since_ns=0,
+        repeat_s=120.0,
+    )
+
+
+def _old_rules(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """That a country's rulepack is too old, or not in force: told once in a drive, and never again."""
+    answers = [answer for answer in (state.held.legal, state.held.right_of_way) if answer is not None]
+    stale = next((answer for answer in answers if STALE in answer.degraded), None)
+    if stale is None or state.tick < SETTLED_TICKS:
+        return
+    pack = stale.rulepack_version.partition("@")[0]
+    yield Matter(
+        topic=f"rules:{pack}",
+        key=pack,
+        phrase="old_rules",
+        urgency="info",
+        values={"pack": stale.rulepack_version.partition("#")[0].replace("@", " ")},
+        why=("old_rules",),
+        first_since_ns=0,
+        repeat_s=math.inf,
+        confidence=stale.confidence,
+    )
+
+
+STALE = "stale_rulepack"
+"""What the Rules call an answer from a pack that is older than the configuration expects, or not in force."""
+STARTING_TICKS = 20
+SETTLED_TICKS = 50
+"""While a drive begins, services are still coming up."""
+MISSING_NS = 2_000_000_000
+"""A gap shorter than this is not worth a word."""
+FRICTION_TOLD_S = 45.0
+QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
+"""Their absence costs the driver nothing."""
+MAKERS: tuple[Maker, ...] = (
+    person, lead, stop, give_way, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, approach, ahead, _expert,
+    _degraded, _old_rules,
+)  # fmt: skip
+"""In order of weight."""

@@ -1,0 +1,129 @@
+"""Lower limits ahead: announced while there is time, and told to slow down for while they can still be kept."""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from proto.decision import Event
+from proto.rules import LegalLimit
+from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
+from services.orchestrator.speech.candidate import Matter, limit_key, told_within
+from services.orchestrator.state import Spoken, State
+from services.orchestrator.target.target import Target
+from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
+
+OVER_MPS = 0.5
+"""So much above a limit ahead the speed has to fall."""
+SPEEDS_UP_MPS2 = 0.3
+"""More than a foot held still gives on a slope or by noise of the speed's signal."""
+SPARE_S = 1.0
+"""With less time to lose nobody is first told calmly."""
+EXPLAINED_S = 5.0
+"""For so long after a foreign sign was explained its limit is not announced as well."""
+FIRM_MPS2, FAR_OVER = 3.0, 1.05
+"""Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is so far above it that
+it would be an overspeed at its sign."""
+FLICKERS_S = 5.0
+"""A gantry or a sign that was announced may be read otherwise for so long without being another one."""
+_FIRMLY = " firmly"
+
+
+def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
+    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    lower = lowest(binding_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    if lower is None or ego is None:
+        return
+    if told_within(state, "ahead", REACTION_S) or told_within(state, "foreign", REACTION_S):
+        return  # let him act on what he was told
+    if change is not None and -change.value * 2.0 * _room_m(lower) >= ego.value**2 - lower.mps**2:
+        return  # he does already
+    announced = _announced(lower)
+    told = state.memory.last("ahead")
+    known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
+    slow = announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
+    if _told_in_vain(state, slow, lower, ego.value):
+        yield slow._replace(key=_firm(slow.key), urgency="warning")
+    elif _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
+        yield slow
+
+
+def _told_in_vain(state: State, slow: Matter, lower: LimitAhead, speed_mps: float) -> bool:
+    """Whether he was told to slow down, of late, and has to do so firmly now; once told firmly he hears no calmer word on it."""
+    told = state.memory.last(slow.slot)
+    if told is None or not told_within(state, slow.slot, slow.repeat_s):
+        return False
+    late = speed_mps > FAR_OVER * lower.mps and _spare_s(lower, speed_mps, FIRM_MPS2) <= 0.0
+    return told.key == _firm(slow.key) or (told.key == slow.key and late)
+
+
+def _firm(key: str) -> str:
+    return key + _FIRMLY
+
+
+def without_past(spoken: tuple[Spoken, ...], state: State) -> tuple[Spoken, ...]:
+    """What was said, without announcements of limits that no sign ahead shows any more: one of the same limit, later on, is news.
+
+    The sign was passed, or a gantry shows something else by now. One that flickers is not announced anew each time.
+    """
+    shown = {limit_key(each.value, each.unit) for each in limits_ahead(state)}
+    past_ns = state.now_ns - FLICKERS_S * 1e9
+    return tuple(
+        each
+        for each in spoken
+        if each.topic not in ("ahead", "approach") or each.key.removesuffix(_FIRMLY) in shown or each.stamp_ns > past_ns
+    )
+
+
+def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The lowest limit ahead that the ego drives faster than, or will before a word at its sign is acted on."""
+    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
+    gain_mps2 = change.value if change is not None and change.value >= SPEEDS_UP_MPS2 else 0.0
+    faster = (
+        each
+        for each in limits_ahead(state)
+        if ego is None or _reached_mps(each, ego.value, gain_mps2) > each.mps + OVER_MPS
+    )
+    lower = lowest(faster, target.law.limit)
+    if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
+        yield _announced(lower)
+
+
+def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: float | None = None) -> LimitAhead | None:
+    """The lowest of limits ahead, if it is below the one in force, and the speed, where one is given, above it."""
+    lower = (
+        each
+        for each in found
+        if each.sign.distance_m is not None
+        and limit is not None
+        and each.mps < limit.mps - OVER_MPS
+        and (speed_mps is None or speed_mps > each.mps + OVER_MPS)
+    )
+    return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
+
+
+def _announced(lower: LimitAhead) -> Matter:
+    return Matter(
+        topic="ahead",
+        key=limit_key(lower.value, lower.unit),
+        phrase="limit_ahead",
+        urgency="info",
+        values={"limit": limit_key(lower.value, lower.unit), "gap": f"{_room_m(lower):.0f}"},
+        why=("ahead",) if lower.law is None else ("place_ahead",),
+        confidence=lower.confidence,
+        ahead_mps=lower.mps,
+        law=lower.law,
+    )
+
+
+def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
+    """Until one who has still to react must be told, to come down to the limit at its sign."""
+    return (_room_m(lower) - to_be_told_m(speed_mps, lower.mps, slowing_mps2)) / max(speed_mps, 1.0)
+
+
+def _reached_mps(lower: LimitAhead, speed_mps: float, change_mps2: float) -> float:
+    """How fast one is who goes on speeding up until he acts on a word that he hears at the sign."""
+    return math.sqrt(speed_mps**2 + 2.0 * change_mps2 * _room_m(lower)) + change_mps2 * REACTION_S
+
+
+def _room_m(lower: LimitAhead) -> float:
+    return max(0.0, lower.sign.distance_m or 0.0)

@@ -1,0 +1,215 @@
+"""Whom one might run into, and where one has to stop."""
+
+from collections.abc import Iterator
+
+from proto.decision import Event, Urgency
+from services.orchestrator.speech.candidate import Matter, told_within
+from services.orchestrator.speech.wording import drive, speed, word
+from services.orchestrator.state import State
+from services.orchestrator.target.target import Target
+from services.orchestrator.world.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
+from services.orchestrator.world.giving_way import READY_MPS
+from services.orchestrator.world.stops import Stop, needed_mps2, stops
+
+HAZARD_TTC_S = 4.0
+ALARM_TTC_S = 2.0
+ADVISED_M = 50.0
+"""A person farther away is spoken of only where it is urgent."""
+FIRM_MPS2 = 1.5
+"""A stop that needs more than this is a hazard: it should have begun."""
+STOP_TOLD_S = 20.0
+RED_S = 120.0
+"""No red light lasts much longer."""
+QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
+
+
+def person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """People in or near the path, as urgent as the most urgent of them."""
+    judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state.gaps, way)]
+    found = [(way, urgency) for way, urgency in judged if _worth_a_word(state, way, urgency)]
+    if not found:
+        return
+    # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
+    way, urgency = min(found, key=lambda each: GRAVEST.index(each[1]))
+    yield Matter(
+        topic="person",
+        key=f"{way.track.track_id} {urgency}",
+        phrase="person",
+        urgency=urgency,
+        values={"gap": f"{max(0.0, way.gap_m):.0f}"},
+        why=("person",),
+        hazard="pedestrian" if urgency != "advice" else "",
+        repeat_s=4.0,
+        confidence=way.track.confidence,
+    )
+
+
+def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
+    """An alarm never waits; anything else waits until the person is certain or confirmed; advice is for who does not heed him yet."""
+    if urgency == "alarm":
+        return True
+    advised = way.gap_m <= ADVISED_M and not _heeds(state, way)
+    return confirmed(state.gaps, way) and (urgency == "warning" or advised)
+
+
+def _heeds(state: State, way: Way) -> bool:
+    """Whether the ego stands; or its driver, who was told of a person of late, brakes as hard as this one needs."""
+    of_late = told_within(state, "person", HEEDED_S)
+    return stands(state.world) or (of_late and _brakes(state, _person_needs_mps2(state, way)))
+
+
+HEEDED_S = 10.0
+"""A word on a person counts for so long."""
+GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
+
+
+def _person_needs_mps2(state: State, way: Way) -> float:
+    ego = state.world.ego.speed_mps
+    return ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+
+
+def _person_urgency(state: State, way: Way) -> Urgency:
+    need = _person_needs_mps2(state, way)
+    if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S:
+        return "alarm"
+    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
+    return "warning" if near or need > FIRM_MPS2 else "advice"
+
+
+def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The vehicle that is met soonest, if soon: one that drives before us, or across our way."""
+    if stands(state.world):
+        return
+    way = next((way for way in met(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
+    if way is None or way.ttc_s is None:
+        return
+    close, side = way.ttc_s < HAZARD_TTC_S, comes_from(way)
+    known_as = "lead" if close else "slow_traffic"
+    phrase = known_as if side is None else "crossing"
+    yield Matter(
+        topic="lead",
+        key=f"{way.track.track_id} {known_as}",
+        phrase=phrase,
+        urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
+        values={
+            "gap": f"{max(0.0, way.gap_m):.0f}",
+            "closing": speed(state.preferences, way.closing_mps),
+            "ttc": f"{way.ttc_s:.1f}",
+            **({"side": word(state.preferences, side)} if side is not None else {}),
+        },
+        why=(phrase,),
+        hazard="closing_lead" if close else "slow_traffic",
+        repeat_s=4.0,
+        confidence=way.track.confidence,
+    )
+
+
+def _soon_met(way: Way) -> bool:
+    if way.ttc_s is None or not surely_nears(way):
+        return False
+    return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
+
+
+def stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The nearest red light or stop sign; and who drives off below a light that he alone can see shall look at it."""
+    due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
+    if due:
+        yield _stop_matter(state, due[0])
+    elif state.light is not None and state.light.lost_at_line and not stands(state.world):
+        values = {"state": _lamp(state, state.light.state)}
+        yield Matter(
+            topic="stop", key="light_lost", phrase="light_lost", urgency="advice", values=values, why=("light_lost",),
+            confidence=0.3,
+        )  # fmt: skip
+
+
+def _stop_matter(state: State, stop: Stop) -> Matter:
+    ego = state.world.ego.speed_mps
+    need = needed_mps2(stop, ego.value) if ego is not None else 0.0
+    told = _told_firmly(state, stop)
+    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _brakes(state, need))
+    light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
+    return Matter(
+        topic="stop",
+        key=f"{_hazard(stop)} {'firm' if firm or told else 'ahead'}",
+        phrase=stop.why,
+        urgency="warning" if firm else "advice",
+        values={
+            "gap": f"{max(0.0, stop.room_m):.0f}",
+            "state": _lamp(state, light),
+        },
+        why=(stop.why,),
+        hazard=_hazard(stop) if firm else "",
+        repeat_s=STOP_TOLD_S,
+        confidence=stop.confidence,
+    )
+
+
+def _lamp(state: State, light: str) -> str:
+    return word(state.preferences, light if light in ("red", "red_amber", "amber") else "red")
+
+
+def _hazard(stop: Stop) -> str:
+    """A line is no other hazard once its sign is read."""
+    return "stop_sign" if stop.why == "stop_line" else stop.why
+
+
+def _told_firmly(state: State, stop: Stop) -> bool:
+    """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
+    told = state.memory.last("stop")
+    if told is None or told.key != f"{_hazard(stop)} firm":
+        return False
+    return state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
+
+
+def _brakes(state: State, need_mps2: float) -> bool:
+    """Whether the ego slows down as hard as the stop needs."""
+    change = state.world.ego.acceleration_mps2
+    return change is not None and -change.value >= need_mps2
+
+
+def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """The light before which one was told to stop is green; a word of longer ago than a red phase was about another one."""
+    told = state.memory.last("stop")
+    light = state.light
+    if (
+        told is None
+        or not told_within(state, "stop", RED_S)
+        or not told.key.startswith("red_light")
+        or light is None
+        or light.state != "green"
+    ):
+        return
+    yield Matter(
+        topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence
+    )
+
+
+def give_way(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+    """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
+    here, ego = target.place, state.world.ego.speed_mps
+    if here is None:
+        return
+    if ego is not None:
+        slow_enough = ego.value < READY_MPS + OVER_MPS or here.room_m > here.begins_m(ego.value)
+        if slow_enough or _brakes(state, _to_be_ready_mps2(ego.value, here.room_m)):
+            return
+    yield Matter(
+        topic="give_way",
+        key=here.why,
+        phrase=here.why,
+        urgency="advice",
+        values={"target": drive(state.preferences, READY_MPS), "gap": f"{max(0.0, here.room_m):.0f}"},
+        why=(here.why,),
+        repeat_s=GIVE_WAY_TOLD_S,
+        confidence=here.confidence,
+    )
+
+
+OVER_MPS = 1.0
+GIVE_WAY_TOLD_S = 10.0
+"""By then one is past it, or stands before it."""
+
+
+def _to_be_ready_mps2(speed_mps: float, room_m: float) -> float:
+    return (speed_mps**2 - READY_MPS**2) / (2.0 * max(0.5, room_m))

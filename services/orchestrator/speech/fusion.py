@@ -1,0 +1,243 @@
+"""One piece of advice out of everything: target, the matter worth saying, its reasons, and how sure all of it is.
+
+The confidence of the advice is the minimum over what it rests on: the matter itself, the law behind the limit, and,
+where they lower the target, weather and the car; times `DEGRADED` where a routed tool did not answer.
+"""
+
+from typing import Any
+
+from proto.decision import Event, Fused, Reason
+from proto.rules import Citation, SignMeaning
+from services.orchestrator.experts.answers import degraded
+from services.orchestrator.experts.routing import right_of_way
+from services.orchestrator.speech.candidate import OVERSPEED_TOLD_S, Matter, over_lower
+from services.orchestrator.speech.candidates.candidates import matters
+from services.orchestrator.speech.wording import drive, say, toned, word
+from services.orchestrator.state import State
+from services.orchestrator.target.target import Bound, Law, Target, target
+from services.orchestrator.text import plain
+from services.orchestrator.units import limit_text
+
+DEGRADED = 0.9
+MOST_CITATIONS = 4
+PLACE = "jurisdiction"
+"""What the Rules miss where country or part of it are unknown: their note says whose law it is, and where it is lower."""
+SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
+"""How many reasons a justification holds, by verbosity."""
+
+
+def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Matter | None, Target]:
+    """The advice, the matter that it speaks of, and the target with its bounds; without the tools that failed."""
+    goal = target(state)
+    missing = degraded(state, failed)
+    chosen = choose(matters(state, goal, events, missing), state)
+    reasons = _reasons(state, goal, chosen)
+    conditions = state.held.conditions
+    preferences = state.preferences
+    directive = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
+    fused = Fused(
+        target_mps=goal.mps,
+        legal_limit=goal.law.limit,
+        headway_factor=goal.headway_factor,
+        directive=toned(preferences, directive, chosen.urgency if chosen is not None else "info"),
+        justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
+        confidence=_confidence(state, goal, chosen, failed),
+        urgency=chosen.urgency if chosen is not None else "info",
+        topic=chosen.topic if chosen is not None else "",
+        hazard=chosen.hazard if chosen is not None else "",
+        reasons=reasons,
+        citations=_citations(reasons),
+        mu_low=conditions.mu_low if conditions is not None else None,
+        mu_high=conditions.mu_high if conditions is not None else None,
+        language=preferences.language,
+        unit=preferences.unit,
+        degraded=missing,
+        new_information=chosen is not None and is_new(chosen, state),
+        first_notice=chosen is not None and owes_first_notice(chosen, state),
+        muted=preferences.muted,
+        ahead_mps=chosen.ahead_mps if chosen is not None else None,
+        told_limit_mps=chosen.limit_mps if chosen is not None else None,
+        target_why=goal.bounds[0].why,
+    )
+    return fused, chosen, goal
+
+
+def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
+    """A new hazard that the driver was not told of lately, else a first notice that is owed, else a new hazard, else a
+    standing one, else what is new, else the weightiest.
+
+    One was told of a hazard lately whoever it was: the arbiter says it again in its time only, and till then another waits
+    for nothing.
+    """
+    hazards = [matter for matter in found if matter.hazard]
+    owed = [matter for matter in found if owes_first_notice(matter, state)]
+    news = [matter for matter in found if is_new(matter, state)]
+    fresh = [matter for matter in hazards if matter in news]
+    untold = [matter for matter in fresh if not told_of(matter, state)]
+    for group in (untold, owed, fresh, hazards, news, list(found)):
+        if group:
+            return group[0]
+    return None
+
+
+def told_of(matter: Matter, state: State) -> bool:
+    """Whether the driver was told of such a hazard, or of a graver one of the same road user, lately and as gravely."""
+    names = (matter.hazard, *GRAVER.get(matter.hazard, ()))
+    return any(
+        each.hazard in names and state.now_ns - each.stamp_ns <= TOLD_NS and (each.alarm or matter.urgency != "alarm")
+        for each in state.memory.spoken
+    )
+
+
+GRAVER = {"slow_traffic": ("closing_lead",)}
+TOLD_NS = 10_000_000_000
+"""A word on a hazard counts for so long: as the arbiter reckons."""
+
+
+def is_new(matter: Matter, state: State) -> bool:
+    """Whether the topic says something else than last time, or it was said long ago."""
+    told = state.memory.last(matter.slot)
+    if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= matter.repeat_s:
+        return True
+    # A calmer word on a hazard just told is no news.
+    return told.key != matter.key and (matter.hazard != "" or (state.now_ns - told.stamp_ns) / 1e9 >= LEAST_PAUSE_S)
+
+
+LEAST_PAUSE_S = 1.0
+"""Between two messages on one topic, hazards apart."""
+EPISODE_PAUSE_S = 10.0
+"""A degradation that comes and goes within this time is one episode; a fault that was never told is another at once."""
+
+
+def owes_first_notice(matter: Matter, state: State) -> bool:
+    """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew,
+    and of a lower one though the driver was too fast for the one before, too."""
+    if matter.first_since_ns is None:
+        return False
+    told = state.memory.last(matter.slot)
+    if told is None:
+        return True
+    if matter.slot == "overspeed":
+        same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
+        long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
+        another = told.stamp_ns < matter.first_since_ns and (long_ago or not same)
+        return another or over_lower(matter.key, told.key)
+    pause_s = LEAST_PAUSE_S if set(matter.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
+    return told.key != matter.key and state.now_ns - told.stamp_ns >= pause_s * 1e9
+
+
+# -- reasons -----------------------------------------------------------------------------------------------------------
+
+
+def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason, ...]:
+    preferences = state.preferences
+    found = []
+    if chosen is not None:
+        found += [
+            Reason(
+                source=chosen.topic,
+                text=say(preferences, "justification", phrase, **chosen.values),
+                confidence=chosen.confidence,
+            )
+            for phrase in chosen.why
+        ]
+    found.append(_law_reason(state, goal.law))
+    meaning = _meaning(state, chosen) if chosen is not None else None
+    if meaning is not None:
+        found[-1:-1] = [
+            Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
+        ]
+    if chosen is not None and chosen.law is not None:
+        law = chosen.law
+        found[-1:-1] = [
+            Reason(source="rules", text=plain(law.meaning), confidence=law.confidence, citations=law.citations)
+        ]
+    doubted = goal.law.answer
+    if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
+        found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
+    way = right_of_way(state)
+    if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
+        found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
+    safety = _safety_reason(state, goal)
+    if safety is not None:
+        found.append(safety)
+    if goal.headway_factor >= 1.15:
+        text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
+        found.append(Reason(source="weather", text=text))
+    return tuple(reason for reason in found if reason.text)
+
+
+def _meaning(state: State, chosen: Matter) -> SignMeaning | None:
+    """What the Rules say of the sign that is spoken of; not what they said of another one."""
+    meaning = state.held.meaning
+    if meaning is None or chosen.topic not in ("foreign", "doubt"):
+        return None
+    doubted = {s.reading for s in state.signs.ahead if f"track {s.track_id}" == chosen.key}
+    return meaning if chosen.topic == "foreign" or meaning.reading in doubted else None
+
+
+def _law_reason(state: State, law: Law) -> Reason:
+    preferences = state.preferences
+    if law.limit is None:
+        text = say(preferences, "justification", "law_none")
+        return Reason(source="rules", text=text, confidence=law.confidence)
+    limit = limit_text(law.limit, preferences.unit)
+    if law.citations and law.citations[0].section:
+        limit = f"{limit} ({law.citations[0].section})"
+    phrase = {"held": "law_held", "sign": "law_sign"}.get(law.basis, "law_advisory" if law.limit.advisory else "law")
+    text = say(preferences, "justification", phrase, limit=limit)
+    return Reason(source="rules", text=text, confidence=law.confidence, citations=law.citations)
+
+
+def _safety_reason(state: State, goal: Target) -> Reason | None:
+    """What recommends less than the law allows; both are said."""
+    law_mps, bound = goal.law.mps, goal.bounds[0]
+    if law_mps is None or goal.mps >= law_mps - 0.5:
+        return None
+    why = _why(state, bound)
+    text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
+    return Reason(source=bound.source, text=text, confidence=bound.confidence)
+
+
+def _why(state: State, bound: Bound) -> str:
+    preferences = state.preferences
+    if bound.why != "law":
+        return say(preferences, "why", bound.why, tool=bound.source)
+    parts = []
+    conditions = state.held.conditions
+    if conditions is None or conditions.speed_factor < 0.98:
+        wet = None if conditions is None else conditions.wet
+        mu = conditions.mu_low if conditions is not None else 0.0
+        values: dict[str, Any] = {
+            "mu": word(preferences, "little" if mu < 0.35 else "reduced" if mu < 0.7 else "full"),
+            "surface": word(preferences, "unknown" if wet is None else "wet" if wet else "dry"),
+        }
+        parts.append(say(preferences, "why", "weather", **values))
+    car = state.held.degradation
+    if car is None or (car.h or 0.0) > 0.1:
+        parts.append(say(preferences, "why", "vehicle"))
+    parts += [limiter.tool for limiter in state.held.limiters if limiter.speed_factor < 1.0]
+    return word(preferences, "and").join(parts) or say(preferences, "why", "unknown")
+
+
+def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
+    seen: dict[tuple[str, int, int], Citation] = {}
+    for reason in reasons:
+        for citation in reason.citations:
+            seen.setdefault((citation.document, citation.start, citation.end), citation)
+    return tuple(seen.values())[:MOST_CITATIONS]
+
+
+# -- confidence ----------------------------------------------------------------------------------------------------------
+
+
+def _confidence(state: State, goal: Target, chosen: Matter | None, failed: tuple[str, ...]) -> float:
+    rests_on = [chosen.confidence] if chosen is not None else []
+    if chosen is None or not chosen.hazard:
+        # A hazard rests on the actor alone; everything else on the law, and on what scales it.
+        rests_on.append(goal.law.confidence)
+        if goal.factor < 0.98:
+            conditions = state.world.environment.conditions
+            rests_on.append(conditions.confidence if conditions is not None else 0.3)
+    least = min(rests_on, default=0.0)
+    return max(0.0, min(1.0, least * (DEGRADED if failed else 1.0)))

@@ -1,0 +1,1 @@
+"""The target speed and its bounds."""
