@@ -4,7 +4,7 @@ import os
 import statistics
 from collections.abc import Sequence
 
-from evaluation.evaluate.machine import machine
+from evaluation.campaign.machine import machine
 
 
 def median(values: Sequence[float]) -> float:

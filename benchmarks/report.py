@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from evaluation.evaluate.replacing import write_whole, writing
+from evaluation.campaign.replacing import write_whole, writing
 
 REMEDIES: Mapping[type[Exception], str] = {
     subprocess.CalledProcessError: "a package index has to be in reach",

@@ -10,13 +10,13 @@ import msgspec
 from app.drive.precheck import check_services, check_settings
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
-from evaluation.evaluate import published
-from evaluation.evaluate.names import QUICK_S, TABLES, TableName
-from evaluation.evaluate.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of
-from evaluation.evaluate.plots import figure_of
-from evaluation.evaluate.published import Line
-from evaluation.methods import ABLATIONS, METHODS
+from evaluation.campaign import published
+from evaluation.campaign.names import QUICK_S, TABLES, TableName
+from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of, rows_of
+from evaluation.campaign.published import Line
+from evaluation.report.plots import figure_of
 from evaluation.run.host import NOT_NEEDED
+from evaluation.run.methods import ABLATIONS, METHODS
 from proto.services import SERVICES
 
 
@@ -87,7 +87,11 @@ def check_again(flags: argparse.Namespace, lines: Mapping[str, Line], wanted: Co
     """Raises UserError for a run that would not be driven again."""
     for key in flags.again:
         if key != published.ALL and key not in wanted:
-            code = "" if key not in lines or lines[key].of_today else "; it is of other code, and has another key today"
+            code = (
+                ""
+                if key not in lines or lines[key].of_today
+                else "; it is of other behaviour, and has another key today"
+            )
             raise UserError(f"--again {key}: none of these tables' runs{code}")
 
 
@@ -117,5 +121,4 @@ def command_line(flags: argparse.Namespace) -> str:
     words += ["--latencies", flags.latencies] if flags.latencies != FIXED else []
     words += [word for setting in flags.set for word in ("--set", setting)]
     words += ["--published", flags.published] if flags.published else []
-    words += ["--alike", f"{flags.alike}"] if flags.alike else []
     return shlex.join(words)

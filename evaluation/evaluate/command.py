@@ -4,7 +4,7 @@ import argparse
 
 from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
-from evaluation.evaluate.names import QUICK_S, TABLES
+from evaluation.campaign.names import QUICK_S, TABLES
 
 MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
@@ -16,7 +16,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "evaluate",
         help="drive and measure the paper's tables",
         description="Drives what is missing, measures it, and writes CSV, JSON and one HTML report beside the paper's numbers. "
-        "Finished runs are kept by code, configuration and models; interrupted, the same command goes on. "
+        "Finished runs are kept by spec, models and behaviour lock; interrupted, the same command goes on. "
         "Exit status: 0 all runs are there, 1 some failed or came out otherwise than published, 130 interrupted.",
     )
     parser.add_argument("table", choices=(*TABLES, "all"), metavar="TABLE", help=", ".join((*TABLES, "all")))
@@ -67,15 +67,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "--published",
         default="",
         metavar="FILE",
-        help="runs that were driven before or elsewhere: those that fit this code are not driven again",
-    )
-    parser.add_argument(
-        "--alike",
-        type=whole(1, MOST),
-        default=0,
-        metavar="N",
-        help="runs of other code in --published count as well, once N of each family, drawn by their keys, are driven by today's code, "
-        "too, and came out alike, to the bit",
+        help="runs that were driven before or elsewhere: those of this behaviour and these models are not driven again",
     )
     parser.add_argument(
         "--again",

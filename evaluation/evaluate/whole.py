@@ -12,19 +12,21 @@ import msgspec
 
 from app.drive.screen import Screen, time_left
 from drivemcp.errors import UserError
-from evaluation.evaluate import alike, asked, files, page, published, report
-from evaluation.evaluate.alike import Group, Verdict
-from evaluation.evaluate.labelled import specs_of
-from evaluation.evaluate.machine import cores
-from evaluation.evaluate.one import run_one
-from evaluation.evaluate.plan import Row, Run, latencies_of, runs_of
-from evaluation.evaluate.pool import Done, Job, Pool
-from evaluation.evaluate.published import Line
-from evaluation.evaluate.replacing import check_writable, write_whole
-from evaluation.evaluate.spread import Spread
-from evaluation.evaluate.store import Store
-from evaluation.evaluate.tables import Ran, Table, table_of
+from evaluation.campaign import published
+from evaluation.campaign.feedback import specs_of
+from evaluation.campaign.machine import cores
+from evaluation.campaign.one import run_one
+from evaluation.campaign.plan import Row, Run, latencies_of, runs_of
+from evaluation.campaign.pool import Done, Job, Pool
+from evaluation.campaign.published import Line
+from evaluation.campaign.replacing import check_writable, write_whole
+from evaluation.campaign.spread import Spread
+from evaluation.campaign.store import Store
+from evaluation.evaluate import asked
+from evaluation.report import page, report
 from evaluation.run.spec import RunSpec
+from evaluation.tables import files
+from evaluation.tables.tables import Ran, Table, table_of
 
 REPORT = "report.html"
 
@@ -34,40 +36,34 @@ def evaluate(flags: argparse.Namespace) -> int:
     screen, folder = Screen(), Path(flags.out)
     _check_files(flags)
     lines = _published(flags)
-    others = alike.groups(lines) if flags.alike else ()
-    also = {key for group in others for key in group.lines}
-    store = Store(folder / "runs", published.taken(lines, flags.again, also))
+    store = Store(folder / "runs", published.taken(lines, flags.again))
     asked.check(flags)
     rows = [row for name in asked.tables_of(flags.table) for row in asked.rows(name, flags)]
     if not rows:
         raise UserError(f"--method: the table {flags.table} has no row of {', '.join(flags.method)}")
     runs = runs_of(rows, asked.amount(flags))
     if flags.published:
-        screen.say(f"{flags.published}: {published.fit(lines, asked_alike=bool(flags.alike))}")
-    verdicts: list[Verdict] = []
+        screen.say(f"{flags.published}: {published.fit(lines)}")
     asked.check_again(flags, lines, _by_key(runs, store))
     with store.alone():
         try:
             with interruptible():
-                verdicts += _alike(others, runs, lines, store, flags, screen)
                 _drive_in_turn(runs, store, flags, screen)
         finally:
             specs = {store.key(spec): spec for spec in specs_of(runs, store).values()}
             tables = _measured(rows, runs, _keys(runs, store), store)
-            taken = published.told(flags.published, lines, specs, store, asked_alike=bool(flags.alike))
-            of_others = alike.sentences(lines, verdicts) if flags.alike else ()
+            taken = published.told(flags.published, lines, specs, store)
             try:  # first what took hours to drive
-                otherwise = _publish(specs, {**_counted(verdicts), **lines}, store, flags, screen)
+                otherwise = _publish(specs, lines, store, flags, screen)
             finally:
-                _write(tables, folder, store, flags, screen, " ".join([taken, *of_others]))
+                _write(tables, folder, store, flags, screen, taken)
     return int(bool(otherwise) or any(row.missing for table in tables for row in table.rows))
 
 
 def _check_files(flags: argparse.Namespace) -> None:
     """What cannot be read, kept or written is told now, not after hours. Raises UserError."""
-    for flag in ("alike", "again"):
-        if getattr(flags, flag) and not flags.published:
-            raise UserError(f"--{flag} is about runs of --published; name the file")
+    if flags.again and not flags.published:
+        raise UserError("--again is about runs of --published; name the file")
     if flags.publish:
         check_writable("--publish", Path(flags.publish))
     if flags.docs:
@@ -100,34 +96,6 @@ def _publish(
         elsewhere = [line for key, line in lines.items() if key in specs and store.here(key) is None]
         screen.say(f"{published.publish(Path(flags.publish), [*here, *elsewhere])} runs are new in {flags.publish}")
     return otherwise
-
-
-def _alike(
-    others: Sequence[Group],
-    runs: Sequence[Run],
-    lines: Mapping[str, Line],
-    store: Store,
-    flags: argparse.Namespace,
-    screen: Screen,
-) -> list[Verdict]:
-    """Drive what is drawn of other code's runs, and say whether the rest of them counts. What one group has counted is none that
-    another's draw may do without.
-    """
-    wanted = _by_key(runs, store)
-    draws = [(group, draw) for group in others if (draw := alike.drawn(group, wanted, flags.alike))]
-    if draws:
-        _drive({key: wanted[key] for _, draw in draws for key in draw}, store, flags, screen)
-    verdicts = [alike.judged(group, draw, store, lines) for group, draw in draws]
-    odd = alike.contradicted(verdicts)
-    for verdict in verdicts:
-        screen.say(verdict.told())
-        store.count(alike.counted(verdict, {*flags.again, *odd}))
-    return verdicts
-
-
-def _counted(verdicts: Iterable[Verdict]) -> dict[str, Line]:
-    """The lines of other code that count, by the keys that today's code gives them."""
-    return {key: line for verdict in verdicts if verdict.counts for key, line in verdict.group.lines.items()}
 
 
 @contextmanager

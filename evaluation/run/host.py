@@ -19,7 +19,7 @@ from drivemcp.service import Service
 from evaluation.corruption.chance import chance
 from evaluation.corruption.hosted import hosted, hosts
 from evaluation.corruption.spec import read_spec
-from evaluation.observed.hosted import MODELLED, modelled
+from evaluation.modelled_sensors.hosted import MODELLED, modelled
 from evaluation.run.ready import RunError, wait_for_tools
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import generate, read_place

@@ -1,32 +1,20 @@
 """What one run is: everything that decides how it comes out, and a key made of it."""
 
 import hashlib
-from collections.abc import Mapping
 from typing import Any, Literal
 
 import msgspec
 
-from drivemcp.codehash import code_hash
 from evaluation.corruption.spec import CLEAN
+from evaluation.run.behaviour import behaviour
 
 Sensors = Literal["rendered", "model"]
 StandIn = Literal["truth", "sound_car"]
 """`truth`: actors and key facts from truth in place of those perceived. `sound_car`: the car says that nothing ails it."""
-PACKAGES = (
-    "proto",
-    "drivemcp",
-    "services",
-    "evaluation.corruption",
-    "evaluation.run",
-    "evaluation.scenarios",
-    "evaluation.stand_ins",
-)
-
-_SENSING: Mapping[Sensors, tuple[str, ...]] = {"rendered": (), "model": ("evaluation.observed",)}
 
 
 class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One run. Equal specs come out alike; `key` says so for equal code and models too."""
+    """One run. Equal specs come out alike by the same models and behaviour; `run_key` holds all three."""
 
     scenario: str
     """`family/split/number` (see `evaluation.scenarios`), a shipped scenario's name, or the path of a TOML file."""
@@ -43,14 +31,14 @@ class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     stand_ins: tuple[StandIn, ...] = ()
     """What is published in place of what the services would (`evaluation/stand_ins`)."""
     modelled_ms: dict[str, float] = {}
-    """Tool -> what each of its calls takes, ms (`evaluation.latencies`). Tools not named, and without it all: fixed, 4 ms."""
+    """Tool -> what each of its calls takes, ms (`evaluation.run.latencies`). Tools not named, and without it all: fixed, 4 ms."""
     method: str = "DriveMCP"
-    """A label; what it means is in `settings`, `without` and `stand_ins` (`evaluation.methods`)."""
+    """A label; what it means is in `settings`, `without` and `stand_ins` (`evaluation.run.methods`)."""
 
 
 def run_key(spec: RunSpec, models: str = "") -> str:
-    """16 hex digits of the spec, the code and the digests of the models."""
-    return key_of(encoded(spec), driven_by(spec.sensors, models))
+    """16 hex digits of the spec, the digest of the models, and the behaviour lock."""
+    return key_of(encoded(spec), driven_by(models))
 
 
 def encoded(spec: RunSpec) -> bytes:
@@ -58,11 +46,11 @@ def encoded(spec: RunSpec) -> bytes:
     return msgspec.json.encode(spec, order="deterministic")
 
 
-def driven_by(sensors: Sensors, models: str = "") -> str:
-    """What drives such runs: a digest of the code, then that of the models."""
-    return f"{code_hash(*PACKAGES, *_SENSING[sensors])}-{models}"
+def driven_by(models: str = "") -> str:
+    """What drives runs: the behaviour lock's digest, then that of the models."""
+    return f"{behaviour()}-{models}"
 
 
 def key_of(spec: bytes, driver: str) -> str:
-    """The key of an encoded spec, whichever code it is of: `driver` is what `driven_by` said there."""
+    """The key of an encoded spec; `driver` is what `driven_by` said where it was driven."""
     return hashlib.sha256(spec + b"\0" + driver.encode()).hexdigest()[:16]

@@ -1,7 +1,7 @@
 """How much braking friction water, cold and snow leave: bounds of the peak coefficient mu that a car with an anti-lock
 system can use.
 
-Sources of the relations; what is called ours is provisional and held by `evaluation.weather` alone.
+Sources of the relations; what is called ours is provisional and held by `studies.weather` alone.
 
 * dry, snow and ice: Wallman and Åström, Friction measurement methods and the correlation between road friction and
   traffic safety, VTI meddelande 911A (2001): dry bare 0.8 to 1.0, wet bare 0.7 to 0.8, packed snow 0.20 to 0.30, loose

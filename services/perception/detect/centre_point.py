@@ -16,7 +16,7 @@ from services.perception.detect.second_look import ASKS_FROM, SecondLook
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
 STRIDE_PX = 4
-"""The same number stands in `evaluation/training/detector_net.py`, held by a test."""
+"""The same number stands in `training/detector/net.py`, held by a test."""
 AS_IT_IS = (1.0, 0.0)
 """Slope and offset of a class whose scores are not calibrated."""
 CANVAS_PX = (384, 640)

@@ -12,7 +12,7 @@ from services.perception.detect.detection import FloatArray
 from services.perception.detect.detector import Picture
 
 SIDE_PX = 64
-"""The pictures that the network is given; the same number stands in `evaluation/training/people_net.py`, held by a test."""
+"""The pictures that the network is given; the same number stands in `training/people/net.py`, held by a test."""
 AROUND = 2.2
 """Their side as a multiple of the box's longer one: what hides a person tells where the rest of them is."""
 LEAST_PX = 4.0

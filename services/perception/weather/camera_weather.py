@@ -1,6 +1,6 @@
 """The weather from one camera's pictures: visibility, rain, wet road, night, each with how sure it is, or unknown.
 
-Boosted trees over `weather_features` judge single pictures (`evaluation.training.weather` grows them); the pictures of some
+Boosted trees over `weather_features` judge single pictures (`training.weather.train` grows them); the pictures of some
 seconds are weighed together, because weather stays while traffic and lens change. What the pictures cannot tell is left
 unset: visibility by night, where lamps reach further than contrast; snow, of which no picture was learned from; and
 everything in pictures unlike all that were learned from.

@@ -5,11 +5,11 @@ from typing import Any
 
 import msgspec
 
-from evaluation.evaluate.moments import Moment
-from evaluation.evaluate.names import TableName
-from evaluation.evaluate.plan import Row, rows_of, with_settings
-from evaluation.evaluate.store import Kept
-from evaluation.evaluate.tables import Ran, Table, table_of
+from evaluation.campaign.moments import Moment
+from evaluation.campaign.names import TableName
+from evaluation.campaign.plan import Row, rows_of, with_settings
+from evaluation.campaign.store import Kept
+from evaluation.tables.tables import Ran, Table, table_of
 
 NUMBERS: dict[str, Any] = {
     "distance_m": 2000.0, "seconds": 120.0, "ticks": 1200, "infractions_total": 1, "overspeed_inferred_pct": 0.5,

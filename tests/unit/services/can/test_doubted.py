@@ -3,14 +3,14 @@
 from itertools import islice
 
 from drivemcp.paths import data
-from evaluation.carfaults.courses import draw_course
-from evaluation.carfaults.drives import Onset, drive
 from proto.sensors import CanFrame
 from services.can import health
 from services.can.dbc import Dbc
 from services.can.dtc import DtcBook
 from services.can.profile import Profile
 from services.can.vehicle import Vehicle
+from studies.car_faults.courses import draw_course
+from studies.car_faults.drives import Onset, drive
 
 SEED, ONSET_S, STEPS = 20_500, 20.0, 1800
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from evaluation.trends.drives import NOMINAL_BAR, Leak, drive, in_time
 from services.can.ratios import TYRES
 from services.can.trends import QUIET_S, RULES, Trends, compensated, in_words, judged, theil_sen
+from studies.trends.drives import NOMINAL_BAR, Leak, drive, in_time
 
 NS = 1_000_000_000
 BATTERY = next(rule for rule in RULES if rule.name == "battery_sinking")

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from evaluation.gvqa.drivelm_json import from_drivelm
-from evaluation.gvqa.files import load
 from proto.perception import Box, Track
 from proto.scene import Fact, SceneGraph
 from proto.vehicle import Ego
 from services.drivelm.graph.answering import COUNTED, EXTRACTED, IN_FORM, SILENT, ask
 from services.drivelm.graph.scene_graph import Seen, build
 from services.drivelm.graph.templates import FORMS, SIDES, UNANSWERED, recognise
+from studies.gvqa.drivelm_json import from_drivelm
+from studies.gvqa.files import load
 
 SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"

@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
-from evaluation.training.stages.stage import random_stage
 from proto.sensors import Calibration
 from proto.weather import CameraWeather
 from services.perception.range.camera import Camera
 from services.perception.weather.camera_weather import NS, OPEN_M, SUREST, WeatherModel, WeatherWindow, weigh
 from services.simulator.render import Renderer, RendererUnavailable
 from services.simulator.scene.scene import FRONT, Atmosphere
+from training.stages.stage import random_stage
 
 MODEL = WeatherModel(data("models/weather.onnx"))
 STAGES = range(40, 46)

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from evaluation.training.stages.stage import random_stage
 from services.simulator.render import Label, Renderer
 from services.simulator.render.drawing.view import View
 from services.simulator.render.models.actors import build_model, world_points
@@ -25,6 +24,7 @@ from services.simulator.scene.scene import (
     StaticWorld,
     TrafficLight,
 )
+from training.stages.stage import random_stage
 
 EGO = Pose(x_m=0.0, y_m=0.0)
 

@@ -5,10 +5,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from evaluation.training.stages.stage import SIZES
 from services.simulator.render.models.actors import FAMILIES, build_model, lamp_levels, world_points
 from services.simulator.render.models.mesh import Material
 from services.simulator.scene.scene import Actor, ActorKind, Indicator, Pose
+from training.stages.stage import SIZES
 
 KINDS: tuple[ActorKind, ...] = get_args(ActorKind)
 

@@ -1,0 +1,1 @@
+"""The report: HTML page, page of the docs, plots."""

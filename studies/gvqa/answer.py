@@ -1,0 +1,85 @@
+"""`python -m studies gvqa.answer FILE.json OUT.json`: what the embedded backend answers of a DriveLM file's questions.
+
+It is given the file's objects and nothing else: no picture, no annotated answer, no description of the scene. Its answers
+go to OUT.json in the challenge's form, for `python -m studies gvqa OUT.json FILE.json`; the table tells, for each
+family of questions, how many it answers and how many not.
+"""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from proto.scene import SceneGraph
+from services.drivelm.graph.answering import ask
+from services.drivelm.graph.templates import recognise
+from studies.gvqa.drivelm_json import from_drivelm
+from studies.gvqa.files import Row, load, rows
+from studies.gvqa.json_fields import UnreadableGraph
+
+
+class Answered(NamedTuple):
+    """A question, its family ("other forms" where it has none), and the answer; empty: abstained."""
+
+    id: str
+    question: str
+    family: str
+    answer: str
+
+
+def answers(document: object) -> list[Answered]:
+    """An answer or none to each question of a file. Raises ``UnreadableGraph``."""
+    graphs = {
+        (name, key): msgspec.structs.replace(graph, qa=(), description="")
+        for name, scene in from_drivelm(document).items()
+        for key, graph in scene.frames.items()
+    }
+    return [_answer(row, graphs) for row in rows(document)]
+
+
+def _answer(row: Row, graphs: Mapping[tuple[str, str], SceneGraph]) -> Answered:
+    place, asked = row.place, recognise(row.place.question)
+    found = ask(graphs[place.scene, place.frame], place.question)
+    number = f"{place.scene}_{place.frame}_{row.number}"
+    return Answered(
+        number, place.question, asked.family if asked else "other forms", found.text if found.score > 0 else ""
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Answer a file. Exit status: 0 answered, 2 it cannot be read."""
+    parser = argparse.ArgumentParser(prog="python -m studies gvqa.answer", description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("out", type=Path)
+    flags = parser.parse_args(arguments)
+    try:
+        found = answers(load(flags.file))
+    except UnreadableGraph as error:
+        sys.stderr.write(f"studies.gvqa.answer: {error}\n")
+        return 2
+    flags.out.write_bytes(as_challenge(found))
+    sys.stdout.write(table(found))
+    return 0
+
+
+def as_challenge(found: Sequence[Answered]) -> bytes:
+    """The answers as JSON in the challenge's form, abstentions left out."""
+    given = [{"id": one.id, "question": one.question, "answer": one.answer} for one in found if one.answer]
+    return msgspec.json.format(msgspec.json.encode(given))
+
+
+def table(found: Sequence[Answered]) -> str:
+    """Answered and abstained by family, and over all."""
+    answered, asked = Counter(one.family for one in found if one.answer), Counter(one.family for one in found)
+    lines = [f"{'family':<20} {'answered':>9} {'abstained':>10}"]
+    counted = sorted(asked, key=lambda name: (-answered[name], name))
+    lines += [f"{name:<20} {answered[name]:>9} {asked[name] - answered[name]:>10}" for name in counted]
+    return "\n".join([*lines, f"{'all':<20} {answered.total():>9} {asked.total() - answered.total():>10}"]) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,100 @@
+"""The two files: a reference of DriveLM's form, and predictions as DriveLM's file or as its challenge's list of answers."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from drivemcp.errors import MALFORMED
+from services.drivelm.graph.templates import LAYERS
+from studies.gvqa.json_fields import UnreadableGraph, as_list, as_object, as_text, field
+
+
+class Place(NamedTuple):
+    """Where a question stands: the `nth` of these words in its frame, and its number over all layers there."""
+
+    scene: str
+    frame: str
+    question: str
+    nth: int
+
+    def __str__(self) -> str:
+        return f"{self.scene}/{self.frame}: {self.question}"
+
+
+class Row(NamedTuple):
+    """One question with its answer. `tags` are the challenge's metric numbers, where the file gives them."""
+
+    place: Place
+    number: int
+    layer: str
+    answer: str
+    tags: tuple[int, ...] = ()
+
+
+class Given(NamedTuple):
+    """One row of a challenge list: the question's id, its words where they are given, the answer."""
+
+    id: str
+    question: str | None
+    answer: str
+
+
+def load(path: Path) -> Any:
+    """The JSON value of a file. Raises ``UnreadableGraph``."""
+    try:
+        return msgspec.json.decode(path.read_bytes())
+    except OSError as error:
+        raise UnreadableGraph(f"{path}: {error.strerror}") from None
+    except MALFORMED as error:
+        raise UnreadableGraph(f"{path}: not JSON: {error}") from None
+
+
+def rows(document: Any) -> list[Row]:
+    """Every question of a file of DriveLM's form, frames with questions and pictures alone included."""
+    found: list[Row] = []
+    for scene, body in as_object(document, "the file").items():
+        frames, where = field(as_object(body, scene), "key_frames", scene)
+        for frame, value in as_object(frames, where).items():
+            place = f"{where}.{frame}"
+            questions, asked = field(as_object(value, place), "QA", place)
+            found += _frame(scene, frame, as_object(questions, asked), asked)
+    return found
+
+
+def _frame(scene: str, frame: str, questions: Mapping[str, Any], where: str) -> Iterator[Row]:
+    seen = Counter[str]()
+    for number, (layer, value, place) in enumerate(_values(questions, where)):
+        row = as_object(value, place)
+        question, answer = as_text(*field(row, "Q", place)), as_text(*field(row, "A", place))
+        yield Row(Place(scene, frame, question, seen[question]), number, layer, answer, _tags(row, place))
+        seen[question] += 1
+
+
+def _values(questions: Mapping[str, Any], where: str) -> Iterator[tuple[str, Any, str]]:
+    for layer in LAYERS:
+        for number, value in enumerate(as_list(questions.get(layer, []), f"{where}.{layer}")):
+            yield layer, value, f"{where}.{layer}[{number}]"
+
+
+def _tags(row: Mapping[str, Any], where: str) -> tuple[int, ...]:
+    tags = as_list(row.get("tag", []), f"{where}.tag")
+    if not all(type(tag) is int and 0 <= tag <= 3 for tag in tags):
+        raise UnreadableGraph(f"{where}.tag: expected numbers 0 to 3, found {tags!r:.80}")
+    return tuple(tags)
+
+
+def given(values: list[Any]) -> tuple[list[Given], int]:
+    """The rows of a challenge list, and how many are of a wrong form."""
+    read = [_given(value) for value in values]
+    kept = [one for one in read if one is not None]
+    return kept, len(read) - len(kept)
+
+
+def _given(value: Any) -> Given | None:
+    if not isinstance(value, dict) or not isinstance(value.get("id"), str) or not isinstance(value.get("answer"), str):
+        return None
+    question = value.get("question")
+    return Given(value["id"], question if isinstance(question, str) else None, value["answer"])

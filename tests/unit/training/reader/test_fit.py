@@ -1,0 +1,58 @@
+"""Fitting and exporting the reader, on a handful of crops; skipped where torch is not installed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("onnxscript")
+
+
+def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -> None:
+    import warnings
+
+    import onnxruntime
+    import torch
+
+    from services.drivelm.vocabulary.classes import READER_CLASSES
+    from training.reader import fit
+
+    chance = np.random.default_rng(0)
+    crops, labels = chance.integers(0, 255, (64, 48, 48, 3)).astype(np.uint8), np.arange(64) % 5
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # torch's exporter warns of its own future
+        network = fit.fit((crops, labels), None, 3, 16, seed=1)
+        fit.export(network, 1.7, tmp_path / "reader.onnx")
+    session = onnxruntime.InferenceSession(str(tmp_path / "reader.onnx"), providers=["CPUExecutionProvider"])
+    batch = np.ascontiguousarray(crops[:5].transpose(0, 3, 1, 2), dtype=np.float32)
+    got = session.run(None, {"crops": batch})[0]
+    with torch.no_grad():
+        expected = torch.softmax(network(torch.from_numpy(batch)) / 1.7, dim=1).numpy()
+    assert got.shape == (5, len(READER_CLASSES))
+    assert np.allclose(got, expected, atol=1e-4)
+    with torch.no_grad():
+        resumed = fit.resumed(tmp_path / "reader.onnx", crops)(torch.from_numpy(batch))
+    assert np.allclose(torch.softmax(resumed / 1.7, dim=1).numpy(), got, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("true", "read", "costly"),
+    [
+        ("light:red", "light:green", True), ("light:red_left", "light:green_left", True), ("light:green", "light:red", False),
+        ("limit:30", "limit:80", True), ("limit:80", "limit:30", False), ("limit:30", "limit_board:80", False),
+        ("limit:30", "other", False), ("led:100", "led:120", True), ("limit:50", "limit:50", False),
+    ],
+)  # fmt: skip
+def test_dangerous_mistakes_cost_more_than_others(true: str, read: str, costly: bool) -> None:
+    import torch
+
+    from services.drivelm.vocabulary.classes import READER_CLASSES
+    from training.reader.fit import loss_of
+
+    label = torch.tensor([READER_CLASSES.index(true)])
+    scores = torch.zeros(1, len(READER_CLASSES))
+    scores[0, READER_CLASSES.index(read)] = 6.0
+    plain = torch.nn.functional.cross_entropy(scores, label)
+    some = 0.1  # every class keeps a little probability, dangerous ones too
+    assert (float(loss_of(scores, label) - plain) > some) == costly

@@ -1,0 +1,1 @@
+"""Rendered pictures with labels, kept as shards."""

@@ -1,0 +1,158 @@
+"""Batches for the detector: scaled and shifted crops with changed light, made on a thread beside the training."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from services.perception.detect.centre_point import CLOSER_PX
+from training.dataset.shards import CLASSES, Frames, counted
+from training.detector.targets import Targets, encode
+from training.lens import through_lens
+
+
+class Crops(NamedTuple):
+    """The pictures of a batch: height and width in px, how many there are, and how much they may be enlarged."""
+
+    height: int
+    width: int
+    pictures: int
+    scales: tuple[float, float]
+
+
+SCALES = (0.7, 1.5)
+CROPS = (
+    Crops(288, 448, 12, SCALES),
+    Crops(288, 448, 12, SCALES),
+    Crops(384, 640, 6, SCALES),
+    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
+    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
+)
+"""One is drawn for each batch. The last two are what the closer look shows, in which people are found or missed."""
+SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
+"""Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
+SOUGHT_SHARE = 0.5
+FIXED_FACES = (CLASSES.index("sign"), CLASSES.index("panel"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """Pictures (N, 3, H, W) uint8 and their stacked targets."""
+
+    pictures: NDArray[np.uint8]
+    targets: Targets
+
+
+def batches(frames: Frames, seed: int, ahead: int = 4) -> Iterator[Batch]:
+    """Endless batches, the same for the same seed. The thread that makes them ends with the program."""
+    ready: queue.Queue[Batch] = queue.Queue(ahead)
+
+    def fill() -> None:
+        rng = np.random.default_rng(seed)
+        showing = [_showing(frames, kind) for kind in range(len(CLASSES))]
+        while True:
+            ready.put(_batch(frames, showing, rng))
+
+    threading.Thread(target=fill, name="batches", daemon=True).start()
+    while True:
+        yield ready.get()
+
+
+def _showing(frames: Frames, kind: int) -> NDArray[np.int64]:
+    """Indices of the frames with an object of the class that counts; all frames where none has."""
+    those = [i for i, objects in enumerate(frames.objects) if (counted(objects) & (objects[:, 0] == kind)).any()]
+    return np.array(those or range(len(frames)), dtype=np.int64)
+
+
+def _batch(frames: Frames, showing: list[NDArray[np.int64]], rng: np.random.Generator) -> Batch:
+    height, width, count, scales = CROPS[int(rng.integers(len(CROPS)))]
+    pictures, targets = [], []
+    for _ in range(count):
+        kind = int(rng.choice(len(CLASSES), p=[SOUGHT[each] for each in CLASSES]))
+        sought = kind if rng.uniform() < SOUGHT_SHARE else None
+        index = int(rng.integers(len(frames)) if sought is None else rng.choice(showing[kind]))
+        picture, objects = augmented(
+            frames.pictures[index], frames.objects[index], (height, width), rng, sought, scales
+        )
+        pictures.append(picture)
+        targets.append(encode(objects, height, width))
+    stacked = Targets(*(np.stack([getattr(t, name) for t in targets]) for name in ("heat", "mask", "sides", "weight")))
+    return Batch(np.stack(pictures).transpose(0, 3, 1, 2), stacked)
+
+
+def augmented(
+    picture: NDArray[np.uint8],
+    objects: NDArray[np.float32],
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+    sought: int | None = None,
+    scales: tuple[float, float] = SCALES,
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """A crop of `shape` (height, width) around some object, mostly of the sought class if one is, scaled, relit; objects follow.
+
+    Mirrored only where no sign's or panel's face is in the picture: there are no mirrored signs.
+    """
+    scale = float(np.exp(rng.uniform(*np.log(scales))))
+    left, top = _corner(picture, _candidates(objects, sought), shape, scale, rng)
+    move = np.array([[scale, 0.0, -left * scale], [0.0, scale, -top * scale]])
+    between = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_LINEAR
+    crop = cv2.warpAffine(picture, move, (shape[1], shape[0]), flags=between).astype(np.uint8, copy=False)
+    moved = _moved(objects, scale, left, top, shape)
+    if rng.uniform() < 0.5 and not np.isin(moved[:, 0], FIXED_FACES).any():
+        crop = crop[:, ::-1]
+        moved[:, [1, 3]] = shape[1] - moved[:, [3, 1]]
+    return through_lens(_relit(crop, rng), rng), moved
+
+
+def _candidates(objects: NDArray[np.float32], sought: int | None) -> NDArray[np.float32]:
+    fitting = objects[counted(objects) & (objects[:, 0] == sought)] if sought is not None else objects
+    return fitting if len(fitting) else objects
+
+
+def _corner(
+    picture: NDArray[np.uint8],
+    objects: NDArray[np.float32],
+    shape: tuple[int, int],
+    scale: float,
+    rng: np.random.Generator,
+) -> tuple[float, float]:
+    high, wide = shape[0] / scale, shape[1] / scale
+    left = rng.uniform(0, max(picture.shape[1] - wide, 0.0))
+    top = rng.uniform(0, max(picture.shape[0] - high, 0.0))
+    if len(objects) and rng.uniform() < 0.7:
+        box = objects[int(rng.integers(len(objects))), 1:5]
+        left = (box[0] + box[2]) / 2 - rng.uniform(0.1, 0.9) * wide
+        top = (box[1] + box[3]) / 2 - rng.uniform(0.1, 0.9) * high
+    left = np.clip(left, 0.0, max(picture.shape[1] - wide, 0.0))
+    top = np.clip(top, 0.0, max(picture.shape[0] - high, 0.0))
+    return float(left), float(top)
+
+
+def _moved(
+    objects: NDArray[np.float32], scale: float, left: float, top: float, shape: tuple[int, int]
+) -> NDArray[np.float32]:
+    moved = objects.copy()
+    moved[:, [1, 3]] = (objects[:, [1, 3]] - left) * scale
+    moved[:, [2, 4]] = (objects[:, [2, 4]] - top) * scale
+    whole = np.maximum((moved[:, 3] - moved[:, 1]) * (moved[:, 4] - moved[:, 2]), 1e-3)
+    moved[:, 1:5] = np.clip(moved[:, 1:5], 0.0, np.array([shape[1], shape[0]] * 2, dtype=np.float32))
+    inside = (moved[:, 3] - moved[:, 1]) * (moved[:, 4] - moved[:, 2])
+    moved[:, 5] *= inside / whole
+    return moved[inside > 1.0]
+
+
+def _relit(crop: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Gain, offset and a tint by a table per channel."""
+    levels = np.arange(256, dtype=np.float32)[:, None]
+    gain = np.exp(rng.normal(0, 0.2)) * np.exp(rng.normal(0, 0.06, size=3))
+    curve = 255.0 * (levels / 255.0) ** np.exp(rng.normal(0, 0.15))
+    table = np.clip(curve * gain + rng.normal(0, 8), 0, 255).astype(np.uint8)
+    relit: NDArray[np.uint8] = cv2.LUT(np.ascontiguousarray(crop), table[None]).astype(np.uint8, copy=False)
+    return relit

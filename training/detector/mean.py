@@ -1,0 +1,82 @@
+"""The mean of two trained detectors, weight by weight.
+
+`python -m training detector.mean BEFORE AFTER --cache DIR` writes `models/detector-float.onnx` and its eight-bit form.
+AFTER is a network (`detector-float.onnx`, its card `detector.json` beside it) that was trained on from BEFORE, briefly and on
+pictures of another kind: it finds what is new in them and has lost a little of the rest; the mean has both (Wortsman et al. 2022).
+`python -m training detector.train --only-measure ...` then chooses its floors and measures it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import onnx
+from onnx import numpy_helper
+
+from drivemcp.errors import UserError
+from drivemcp.paths import data
+from training.dataset.shards import load_frames
+from training.detector.int8 import FLOAT, origin, quantise
+
+MEAN_OF = "mean_of"
+OF_A_RUN = ("train_frames", "steps", "minutes", "seed", "recipe", "command")
+
+
+def mean(before: onnx.ModelProto, after: onnx.ModelProto) -> onnx.ModelProto:
+    """A network of the two's graph with the mean of their weights. Raises UserError where their weights do not match."""
+    out = onnx.ModelProto()
+    out.CopyFrom(before)
+    pairs = list(zip(_tensors(out), _tensors(after), strict=False))
+    if len(pairs) != sum(1 for _ in _tensors(after)) or any(one.dims != other.dims for one, other in pairs):
+        raise UserError("the two networks are of different shapes; AFTER must have begun as BEFORE (--start)")
+    for one, other in pairs:
+        values = numpy_helper.to_array(one)
+        if values.dtype.kind == "f" and values.size > 1:
+            half = (0.5 * values + 0.5 * numpy_helper.to_array(other)).astype(values.dtype)
+            one.CopyFrom(numpy_helper.from_array(half, one.name))
+    return out
+
+
+def _tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
+    yield from model.graph.initializer
+    for node in model.graph.node:
+        yield from (attribute.t for attribute in node.attribute if attribute.HasField("t"))
+
+
+def card_of(before: Path, after: Path, exported: Path) -> dict[str, Any]:
+    """The later run's card, with what it says of a run for each of the two; of what is a mean itself, its own two."""
+    cards = [json.loads((path.parent / "detector.json").read_text(encoding="utf-8")) for path in (before, after)]
+    made = [
+        {key: card[key] for key in ((MEAN_OF,) if MEAN_OF in card else OF_A_RUN)}
+        | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        for card, path in zip(cards, (before, after), strict=True)
+    ]
+    kept = {key: value for key, value in cards[1].items() if key not in (*OF_A_RUN, MEAN_OF)}
+    return kept | {MEAN_OF: made, "eight_bits": origin(exported)}
+
+
+def main() -> None:
+    """Average, and make the eight-bit form."""
+    parser = argparse.ArgumentParser(prog="python -m training detector.mean")
+    parser.add_argument("before", type=Path)
+    parser.add_argument("after", type=Path)
+    parser.add_argument("--cache", type=Path, required=True, help="folder of shards with the split train")
+    parser.add_argument("--frames", type=int, default=600, help="training pictures to draw ranges from at most")
+    parser.add_argument("--out", type=Path, default=data("models/detector.onnx"))
+    flags = parser.parse_args()
+    exported = flags.out.with_name(FLOAT)
+    onnx.save(mean(onnx.load(flags.before), onnx.load(flags.after)), exported)
+    quantise(exported, flags.out, load_frames(flags.cache, "train", flags.frames))
+    card = card_of(flags.before, flags.after, exported) | {"sha256": hashlib.sha256(flags.out.read_bytes()).hexdigest()}
+    flags.out.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    sys.stdout.write(f"{flags.out}: {flags.out.stat().st_size / 1e3:.0f} kB\n")
+
+
+if __name__ == "__main__":
+    main()

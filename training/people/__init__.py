@@ -1,0 +1,1 @@
+"""The second look at people: crops, network, training."""

@@ -1,0 +1,139 @@
+"""What the second look learns from: who the detector takes for people in training pictures, rightly or not, cut out with room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.perception.detect.detection import FloatArray, overlaps
+from services.perception.detect.detector import Detector, Picture
+from services.perception.detect.second_look import SIDE_PX, cut, shapes, windows
+from services.simulator.scene.scene import FRONT
+from training.dataset.shards import CLASSES, counted, shard_frames
+from training.detector.scores import inside
+from training.detector.targets import TRAIN_HEIGHT_PX
+from training.lens import through_lens
+
+PERSON = CLASSES.index("pedestrian")
+CROP_PX = 88
+ROOM = CROP_PX / SIDE_PX
+"""Crops are kept so much larger than they are looked at: each time they are met they are moved and scaled."""
+THERE, ABSENT, KNOWN = 0.4, 0.3, 0.25
+"""IoU from which a box is one of a person, below which it is one of nobody, and from which it teaches where their edges are."""
+IGNORED_SHARE = 0.3
+DRAWN, DRAWN_SPREAD = 2, 0.13
+"""Boxes drawn anew about each person, beside the detector's own, and how far off their edges are, in their sizes."""
+SCALES, SHIFT = (0.85, 1.18), 0.07
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Crops:
+    """`pictures` (N, 88, 88, 3); `boxes` (N, 4) asked about and `people` (N, 4) who is there (zeros: nobody), px;
+    `kinds` (N): 1 a person, 0 nobody, -1 neither surely."""
+
+    pictures: NDArray[np.uint8]
+    boxes: FloatArray
+    people: FloatArray
+    kinds: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+
+def joined(parts: Sequence[Crops]) -> Crops:
+    """All of them."""
+    return Crops(*(np.concatenate([getattr(part, name) for part in parts]) for name in Crops.__slots__))
+
+
+class Batch(NamedTuple):
+    """`pictures` (N, 88, 88, 3); `looks` (N, 3): shift right and down and scale by which to look at them; `sizes` (N, 2) of the
+    boxes asked about, in shares of the side looked at; `kinds` (N) as above; `known` (N): whether the edges count;
+    `sides` (N, 4): the person's edges from the look's middle, in shares of its side."""
+
+    pictures: NDArray[np.uint8]
+    looks: FloatArray
+    sizes: FloatArray
+    kinds: FloatArray
+    known: NDArray[np.bool_]
+    sides: FloatArray
+
+
+def collected(paths: Sequence[Path], detector: Detector, seed: int) -> Crops:
+    """All that some shards give, each picture as it is and once more through a dirty lens."""
+    rng = np.random.default_rng([seed, 88])
+    parts = []
+    for path in paths:
+        for picture, rows, note in shard_frames(path):
+            for seen in (picture, through_lens(picture, rng, share=1.0)):
+                found = detector.detect(seen, closer=note["camera"] == FRONT.id)
+                asked = [each.box_px for each in found if each.kind == "pedestrian"]
+                boxes = np.concatenate([np.array(asked, np.float32).reshape(-1, 4), drawn(rows, rng)])
+                parts.append(cropped(seen, boxes, rows))
+    return joined(parts)
+
+
+def drawn(rows: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Boxes (M, 4) about each person that counts, off as a detector's might be."""
+    boxes = np.repeat(_people(rows)[0], DRAWN, axis=0)
+    sizes = np.tile(boxes[:, 2:] - boxes[:, :2], 2)
+    moved = boxes + sizes * rng.normal(0, DRAWN_SPREAD, boxes.shape).astype(np.float32)
+    kept: FloatArray = moved[((moved[:, 2:] - moved[:, :2]) >= 3.0).all(axis=1)]
+    return kept
+
+
+def cropped(picture: Picture, boxes: FloatArray, rows: FloatArray) -> Crops:
+    """What each box (N, 4) shows, and who is there by the picture's labels."""
+    people, ignored = _people(rows)
+    overlap = overlaps(boxes, people)
+    best = overlap.max(axis=1, initial=0.0)
+    theirs = np.zeros_like(boxes)
+    if len(people):
+        theirs[best >= KNOWN] = people[overlap.argmax(axis=1)][best >= KNOWN]
+    kinds = np.where(best >= THERE, 1, np.where(best < ABSENT, 0, -1))
+    kinds[(best < THERE) & (inside(boxes, ignored).max(axis=1, initial=0.0) >= IGNORED_SHARE)] = -1
+    room = windows(boxes) * np.array([1.0, 1.0, ROOM], np.float32)
+    return Crops(cut(picture, room, CROP_PX), boxes, theirs, kinds)
+
+
+def _people(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Boxes of those who are to be found, and of those who count neither way."""
+    mine = rows[rows[:, 0] == PERSON]
+    wanted = counted(mine, TRAIN_HEIGHT_PX)
+    return mine[wanted, 1:5], mine[~wanted, 1:5]
+
+
+def batches(crops: Crops, count: int, seed: int) -> Iterator[Batch]:
+    """Endless batches, the same for the same seed; half of each shows people."""
+    rng = np.random.default_rng([seed, 89])
+    people = np.flatnonzero(crops.kinds == 1)
+    others = np.flatnonzero((crops.kinds == 0) | ((crops.kinds < 0) & (crops.people[:, 2] > 0)))
+    while True:
+        some = np.concatenate([rng.choice(people, count // 2), rng.choice(others, count - count // 2)])
+        yield _met(crops, some, rng)
+
+
+def _met(crops: Crops, some: NDArray[np.int64], rng: np.random.Generator) -> Batch:
+    """Moved and scaled, as if the box had been another one of the same shape; who is there is judged anew."""
+    asked, people = crops.boxes[some], crops.people[some]
+    squares = windows(asked)
+    scale = np.exp(rng.uniform(math.log(SCALES[0]), math.log(SCALES[1]), (len(some), 1)))
+    shift = rng.uniform(-SHIFT, SHIFT, (len(some), 2))
+    middle, side = squares[:, :2] + shift * squares[:, 2:], squares[:, 2:] * scale
+    half = (asked[:, 2:] - asked[:, :2]) / 2 * scale
+    overlap = overlaps(np.concatenate([middle - half, middle + half], axis=1), people).diagonal()
+    kinds = crops.kinds[some].copy()
+    kinds[(kinds == 1) & (overlap < THERE)] = -1
+    return Batch(
+        pictures=crops.pictures[some],
+        looks=np.concatenate([shift, scale], axis=1).astype(np.float32),
+        sizes=shapes(asked),
+        kinds=kinds.astype(np.float32),
+        known=(people[:, 2] > 0) & (overlap >= KNOWN),
+        sides=((people - np.tile(middle, 2)) / side).astype(np.float32),
+    )

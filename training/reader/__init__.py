@@ -1,0 +1,1 @@
+"""The reader of signs and lights: samples, network, training, scores."""

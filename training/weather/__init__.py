@@ -1,0 +1,1 @@
+"""The trees that judge a picture's weather."""
