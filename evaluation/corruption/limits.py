@@ -7,8 +7,8 @@ import msgspec
 from evaluation.corruption.chance import chance, ranked
 from evaluation.corruption.spec import CorruptionSpec
 from proto.scene import Candidate, Fact, Unit
+from services.drivelm.vocabulary.classes import SENTENCES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits, unit_of
-from services.drivelm.vocabulary.sentences import SENTENCES
 
 LEAST = 20
 """Lower numbers are on the lists, and hardly on roads."""

@@ -19,9 +19,8 @@ from services.drivelm.backends.backend import Answer
 from services.drivelm.front_end import FrontEnd, Key, Look, Sighting
 from services.drivelm.guard.answer_checks import Readings, Shown, inside
 from services.drivelm.reading.crops import Picture, Region
-from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
+from services.drivelm.vocabulary.classes import BY_KIND, KIND_OF_QUESTION, OTHER, READER_CLASSES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
 from services.simulator.session import CAMERAS
 
 NO_PICTURE: Picture = np.zeros((1, 1, 3), np.uint8)

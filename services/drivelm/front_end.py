@@ -12,14 +12,13 @@ from services.drivelm.guard import answer_checks, grounding
 from services.drivelm.guard.answer_checks import Readings, Shown
 from services.drivelm.guard.probes import Probe, Settled
 from services.drivelm.ocr.lettering import Lettering
-from services.drivelm.reading import plates, sign_position, zones
+from services.drivelm.reading import plates, sign_position
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.reading.evidence import Evidence
 from services.drivelm.reading.facts import Here, fact_of
 from services.drivelm.reading.sign_tracks import CONTRARY_FRAMES, DoubtedLights, SignTrack
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.classes import OTHER, QUESTIONS
 from services.drivelm.vocabulary.jurisdictions import has_boards
-from services.drivelm.vocabulary.sentences import QUESTIONS
 
 MIN_PX = 9.0
 """Boxes lower than this are not worth reading."""
@@ -157,7 +156,9 @@ class FrontEnd:
             self.guard.probes.asked += len(every)
             for look, each in zip(looks, said, strict=False):
                 self.guard.note(look.key, each.fault)
-        return [zones.sharpened(each.readings, near.get(look.key, ())) for look, each in zip(looks, said, strict=False)]
+        return [
+            plates.sharpened(each.readings, near.get(look.key, ())) for look, each in zip(looks, said, strict=False)
+        ]
 
     def _with(self, look: Look, readings: Readings, stamp_ns: int) -> SignTrack:
         """A track by what the backend says of it, with one more frame's readings."""
@@ -266,8 +267,8 @@ class FrontEnd:
         return [Look(key, QUESTIONS[kind], image, shown, closer)]
 
     def _closer(self, key: Key, picture: Picture, region: Region) -> Picture | None:
-        is_zone = self.tracks[key].belief().reading.startswith(zones.HEAD)
-        return crop(picture, zones.ring(region)) if is_zone else None
+        is_zone = self.tracks[key].belief().reading.startswith(plates.HEAD)
+        return crop(picture, plates.ring(region)) if is_zone else None
 
     def _open(self, key: Key, kind: str, region: Region, stamp_ns: int) -> None:
         if key not in self.tracks:

@@ -19,9 +19,9 @@ from services.drivelm.backends.background_worker import BackgroundWorker, Pendin
 from services.drivelm.front_end import FrontEnd, Look, Sighting
 from services.drivelm.guard.probes import Probe
 from services.drivelm.ocr.lettering import Lettering
-from services.drivelm.reading import zones
+from services.drivelm.reading import plates
 from services.drivelm.reading.crops import Picture, Region, crop
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION
 
 VIEW_PX = 224
 """Longer side of the view."""
@@ -160,6 +160,6 @@ class LateFrontEnd(FrontEnd):
 def _views(picture: Picture, look: Look) -> list[Picture]:
     """One for the look and one for its closer look, if it has one; none where one of them cannot be cut out."""
     region = look.shown.region
-    regions = (region,) if look.closer is None else (region, zones.ring(region))
+    regions = (region,) if look.closer is None else (region, plates.ring(region))
     images = [image for each in regions if (image := view(picture, each)) is not None]
     return images if len(images) == len(regions) else []

@@ -21,7 +21,7 @@ from services.drivelm import whole_prompts
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
-from services.drivelm.backends.prompted import PromptedBackend
+from services.drivelm.backends.prompts import PromptedBackend
 from services.drivelm.cameras import Calibrations, RecentFrames
 from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
 from services.drivelm.country.surroundings import surroundings

@@ -21,9 +21,8 @@ from services.simulator.road.furniture import build_gantries, build_lights, buil
 from services.simulator.road.gantries import LOOKS_AHEAD_M, at_start, decide
 from services.simulator.road.highway_env_road import build_road, direction_of, lane_index, to_pose
 from services.simulator.road.layout import build_flat
-from services.simulator.road.light_cycle import Cycle
 from services.simulator.road.route import Route
-from services.simulator.road.stop_lines import Lights, LineKind, build_lines
+from services.simulator.road.stop_lines import Cycle, Lights, LineKind, build_lines
 from services.simulator.scenario.law import Legal, build_law
 from services.simulator.scenario.plan import RoadClass, Scenario
 from services.simulator.scene.scene import Box, Pose, Scene, StaticWorld

@@ -7,9 +7,9 @@ from proto.scene import Fact, SceneGraph
 from proto.truth import TrueActor
 from services.drivelm.graph.scene_graph import Seen, build
 from services.drivelm.reading.facts import public_code
+from services.drivelm.vocabulary.classes import SENTENCES
 from services.drivelm.vocabulary.jurisdictions import unit_of
 from services.drivelm.vocabulary.parser import statement_of
-from services.drivelm.vocabulary.sentences import SENTENCES
 from services.simulator.render import Label
 from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.simulator.render.device.context import RendererUnavailable
-from services.simulator.render.drawing.labels import Label
+from services.simulator.render.drawing.annotate import Label
 from services.simulator.render.renderer import Renderer
 from services.simulator.scene.scene import FRONT, TELE, Road, StaticWorld
 from training.stages.stage import random_stage

@@ -6,15 +6,16 @@ from collections import Counter
 from collections.abc import Sequence
 
 from services.drivelm.backends.backend import NO_ANSWER, Answer
-from services.drivelm.backends.prompts import OFFERED
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, OTHER, WORDS
 from services.drivelm.vocabulary.parser import parse
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
 from services.drivelm.vocabulary.text import cleaned
+
+OFFERED = {kind: tuple(classes) for kind, classes in WORDS.items()}
+"""Kind of box to the classes that an answer about it may name, besides `other`."""
 
 UNMEASURED = 0.5
 """Score of an answer without token probabilities. Below what makes a frame count as clear (``evidence.CLEAR``, 0.75)
-and below the orchestrator's SURE (0.6): by itself it can never make a reading believed; see ``late.Agreement``."""
+and below the orchestrator's SURE (0.6): by itself it can never make a reading believed; see ``late_front_end.Agreement``."""
 _SAID_CHARS = 60
 _HEADS = {kind: frozenset(label.partition(":")[0] for label in labels) for kind, labels in OFFERED.items()}
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from services.drivelm.reading.crops import CROP_PX, Picture
 from services.drivelm.reading.reader import Reader
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION, SENTENCES
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, SENTENCES
 
 
 class Answer(NamedTuple):

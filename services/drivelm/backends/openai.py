@@ -22,8 +22,7 @@ from services.drivelm.backends import chat
 from services.drivelm.backends.abstentions import judged
 from services.drivelm.backends.backend import Answer
 from services.drivelm.backends.config import OpenaiConfig
-from services.drivelm.backends.prompted import PromptedBackend
-from services.drivelm.backends.prompts import Prompts
+from services.drivelm.backends.prompts import PromptedBackend, Prompts
 from services.drivelm.reading.crops import Picture
 from services.drivelm.vocabulary.text import cleaned
 

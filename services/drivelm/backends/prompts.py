@@ -4,21 +4,21 @@ What is hashed is the text that is sent, so a changed sentence changes the hash 
 """
 
 import hashlib
-from collections.abc import Mapping
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
 import msgspec
 
-from services.drivelm.vocabulary.classes import LIGHTS, OTHER, PANELS, PLATES, SIGNS
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.backends.abstentions import OFFERED, UNMEASURED, Abstentions
+from services.drivelm.backends.backend import Answer
+from services.drivelm.reading.crops import Picture
+from services.drivelm.vocabulary.classes import OTHER, QUESTIONS, SENTENCES
 
 FOLDER = Path(__file__).parent.parent / "prompts"
-OFFERED: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"sign": SIGNS, "plate": PLATES, "panel": PANELS, "light": LIGHTS}
-)
-"""Kind of box to the classes that an answer about it may name, besides `other`."""
 _COUNTED = ("limit", "zone", "led", "limit_board")
 """Classes said by number: the file gives their form once."""
 
@@ -54,3 +54,43 @@ def _filled(path: Path, kind: str, question: str) -> str:
 def _is_counted(label: str) -> bool:
     head, _, tail = label.partition(":")
     return head in _COUNTED and tail.isdigit()
+
+
+class PromptedBackend(ABC):
+    """A `SlowBackend` that sends a question's prompt with each picture."""
+
+    def __init__(self, label: str, prompts: Prompts) -> None:
+        self._label, self._prompts = label, prompts
+        self._abstentions = Abstentions(label, logging.getLogger("drivemcp.drivelm"))
+
+    @property
+    def name(self) -> str:
+        """Backend and model, and the first digits of the SHA-256 of the prompts; it is in every trace."""
+        return f"{self._label} prompts:{self._prompts.sha256[:12]}"
+
+    @property
+    def prompts(self) -> str:
+        """SHA-256 of the prompts in use."""
+        return self._prompts.sha256
+
+    def answer(self, images: Sequence[Picture], question: str) -> Sequence[Answer]:
+        """One sentence or abstention per picture."""
+        prompt = self._prompts.texts.get(question)
+        if prompt is None:
+            return [self._abstentions.note("no prompt for this question", question) for _ in images]
+        return self._prompted(images, prompt, question)
+
+    @abstractmethod
+    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
+        """One sentence or abstention per picture, all asked with the prompt of the question."""
+
+    def free(self, image: Picture, prompt: str) -> tuple[str, float]:
+        """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
+        text, score, reason = self._free(image, prompt)
+        if reason:
+            return self._abstentions.note(reason).text, 0.0
+        return text, UNMEASURED if score is None else score
+
+    @abstractmethod
+    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
+        """Text, probability (None: not told), and why there is none."""

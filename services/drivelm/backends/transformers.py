@@ -19,8 +19,7 @@ from drivemcp.errors import ConfigError
 from services.drivelm.backends.abstentions import judged, probability
 from services.drivelm.backends.backend import Answer
 from services.drivelm.backends.config import TransformersConfig
-from services.drivelm.backends.prompted import PromptedBackend
-from services.drivelm.backends.prompts import Prompts
+from services.drivelm.backends.prompts import PromptedBackend, Prompts
 from services.drivelm.reading.crops import Picture
 from services.drivelm.vocabulary.text import cleaned
 

@@ -9,7 +9,7 @@ from proto.vehicle import Ego
 from services.drivelm.graph import plan_rules
 from services.drivelm.graph.tags import points
 from services.drivelm.graph.templates import SIDES
-from services.drivelm.vocabulary.sentences import SENTENCES
+from services.drivelm.vocabulary.classes import SENTENCES
 
 CAMERA_TAGS: Mapping[str, str] = {"front": "CAM_FRONT", "tele": "CAM_FRONT_TELE"}
 ELEMENT = "Traffic element"

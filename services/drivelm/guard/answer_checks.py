@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.reading.crops import Region
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, OTHER
 from services.drivelm.vocabulary.jurisdictions import unit_of
 from services.drivelm.vocabulary.parser import parse
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION
 
 Readings = tuple[tuple[str, float], ...]
 OUTSIDE = "names a place outside the picture"

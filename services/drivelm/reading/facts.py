@@ -5,10 +5,9 @@ from typing import NamedTuple
 from proto.scene import Candidate, Fact, Scope
 from services.drivelm.reading.evidence import Belief
 from services.drivelm.reading.sign_tracks import SignTrack
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.classes import OTHER, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import unit_of_sign
 from services.drivelm.vocabulary.parser import Statement, admitted, statement_of
-from services.drivelm.vocabulary.sentences import SENTENCES
 
 LANE_WIDTH_M = 3.5
 

@@ -4,39 +4,8 @@ from typing import NamedTuple
 
 from proto.sensors import Calibration
 from services.drivelm.reading.crops import Region
+from services.drivelm.vocabulary.classes import HEIGHTS_M
 
-# Usual heights of faces in metres; what is not listed is taken as a disc. Larger ones exist on motorways: the distance
-# is then too short, which makes a sign count sooner.
-_HEIGHTS_M = {
-    "stop": 0.75,
-    "yield": 0.79,
-    "children": 0.79,
-    "roadworks": 0.79,
-    "slippery": 0.79,
-    "danger": 0.79,
-    "priority_here": 0.79,
-    "priority_road": 0.85,
-    "priority_road_end": 0.85,
-    "one_way": 0.30,
-    "limit_board": 0.76,
-    "school_limit": 1.07,
-    "school_end": 0.76,
-    "school": 0.76,
-    "general": 0.84,
-    "general_end": 0.84,
-    "calm_street": 0.65,
-    "town_entry": 0.65,
-    "town_exit": 0.65,
-    "motorway": 0.84,
-    "motorway_end": 0.84,
-    "zone": 0.84,
-    "zone_end": 0.84,
-    "border": 0.90,
-    "info": 0.75,
-    "plate": 0.33,
-    "led": 1.2,
-    "light": 1.10,
-}
 _DISC_M = 0.6
 
 
@@ -49,7 +18,7 @@ class SignPosition(NamedTuple):
 
 def height_m(reading: str) -> float:
     """The usual height of a face."""
-    return _HEIGHTS_M.get(reading.partition(":")[0], _DISC_M)
+    return HEIGHTS_M.get(reading.partition(":")[0], _DISC_M)
 
 
 def place(region: Region, reading: str, calibration: Calibration, range_m: float | None = None) -> SignPosition:

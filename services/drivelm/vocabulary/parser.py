@@ -10,9 +10,8 @@ import re
 from typing import NamedTuple
 
 from proto.scene import FactKind, Scope, Unit
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.vocabulary.classes import OTHER, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
-from services.drivelm.vocabulary.sentences import SENTENCES
 from services.drivelm.vocabulary.text import cleaned, number_in
 
 

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from services.simulator.render.device.context import Picture, Targets
 from services.simulator.render.device.resources import Resources, Uniform
 from services.simulator.render.drawing import frame, glow
-from services.simulator.render.drawing.annotate import annotate
+from services.simulator.render.drawing.annotate import Label, annotate
 from services.simulator.render.drawing.frame import Cast
-from services.simulator.render.drawing.labels import Label
 from services.simulator.render.drawing.light import light_of
 from services.simulator.render.drawing.static_world import World
 from services.simulator.render.drawing.view import View

@@ -1,12 +1,77 @@
-"""Stop lines: at lights a car stops while they say so, at stop signs until it has stood, at give way signs for traffic that comes."""
+"""Stop lines and traffic lights.
+
+At lights a car stops while they say so, at stop signs until it has stood, at give way signs for traffic that comes. A light
+is a cycle in time, begun by a car that approaches where the scenario says so.
+"""
 
 from dataclasses import dataclass, field
 from typing import Literal
 
 from services.simulator.road.layout import opposite_line_m
-from services.simulator.road.light_cycle import Cycle
 from services.simulator.road.route import Route
+from services.simulator.scenario.plan import LightPlan
 from services.simulator.scene.scene import LightState
+
+CLEARANCE_S = 2.0
+"""Between the end of one direction's amber and the other's green."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """A running light: the plan, and when the first approach made it leave green (None: no car has approached yet)."""
+
+    plan: LightPlan
+    begun_s: float | None = None
+
+    def approached(self, time_s: float, distance_m: float) -> "Cycle":
+        """The light after a car has been seen that far before it."""
+        trigger = self.plan.red_on_approach_m
+        if trigger is None or self.begun_s is not None or not 0.0 < distance_m <= trigger:
+            return self
+        return Cycle(self.plan, time_s)
+
+    def state(self, time_s: float) -> LightState:
+        """What cars see."""
+        plan, phase = self.plan, self._phase(time_s)
+        if phase is None:
+            return "green"
+        for length, state in self._course():
+            if phase < length:
+                return state
+            phase -= length
+        raise AssertionError(f"phase beyond the cycle of {plan}")
+
+    def opposing(self, time_s: float) -> LightState:
+        """The state for traffic that may only go while this direction has red (other side of a changeover, side road)."""
+        phase, plan = self._phase(time_s), self.plan
+        if phase is None:
+            return "red"
+        opens, closes = plan.amber_s + CLEARANCE_S, plan.amber_s + plan.red_s - CLEARANCE_S - plan.amber_s
+        if opens <= phase < closes:
+            return "green"
+        return "amber" if closes <= phase < closes + plan.amber_s and closes > opens else "red"
+
+    def _course(self) -> tuple[tuple[float, LightState], ...]:
+        plan = self.plan
+        return (
+            (plan.amber_s, "amber"),
+            (plan.red_s, "red"),
+            (plan.red_amber_s, "red_amber"),
+            (plan.green_s + 1e-6, "green"),
+        )
+
+    def _phase(self, time_s: float) -> float | None:
+        """Seconds into the cycle, which starts with amber."""
+        plan = self.plan
+        if plan.red_on_approach_m is None:
+            begun = plan.offset_s
+        elif self.begun_s is None:
+            return None
+        else:
+            begun = self.begun_s
+        whole = plan.amber_s + plan.red_s + plan.red_amber_s + plan.green_s
+        return (time_s - begun) % whole
+
 
 STANDS_BELOW_MPS, STANDS_FOR_S, STANDS_WITHIN_M = 0.25, 1.2, 6.0
 HARDEST_FOR_AMBER_MPS2 = 3.0

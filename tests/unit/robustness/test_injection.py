@@ -31,9 +31,9 @@ from services.drivelm.graph.scene_graph import Seen
 from services.drivelm.graph.scene_graph import build as build_graph
 from services.drivelm.guard.answer_checks import Shown, checked
 from services.drivelm.reading.crops import Picture, Region
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
 from services.drivelm.vocabulary.parser import parse
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
 from services.gateway.face import as_result
 from services.logger import signing
 from services.logger.file import DiskFile, LogFile, Origin

@@ -10,7 +10,7 @@ from proto.sensors import Calibration
 from services.drivelm.backends.backend import Answer
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reading.crops import Picture
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 
 TELE = Calibration(fx_px=1443, fy_px=1443, cx_px=320, cy_px=180, width_px=640, height_px=360)
 PICTURE = np.random.default_rng(1).integers(0, 255, (360, 640, 3), np.uint8)

@@ -12,7 +12,7 @@ from services.drivelm.backends.background_worker import MOST_WAITING, Background
 from services.drivelm.front_end import Sighting
 from services.drivelm.late_front_end import AGREED, AGREEING, CHANGES_NS, VIEW_PX, Agreement, LateFrontEnd, view
 from services.drivelm.reading.crops import Picture, Region
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from tests.unit.services.drivelm.approach import NS, PICTURE, TELE, Scripted, box_at, says
 
 SPOT = np.zeros((4, 4, 3), np.uint8)

@@ -17,8 +17,8 @@ from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.backends.openai import MOST_BODY_BYTES, OpenaiBackend
 from services.drivelm.backends.prompts import load
+from services.drivelm.vocabulary.classes import QUESTIONS
 from services.drivelm.vocabulary.parser import parse
-from services.drivelm.vocabulary.sentences import QUESTIONS
 from tests.unit.services.drivelm.chat_server import Asked, ChatServer, Handle, chat_server, completion, says, send
 
 EIGHTY = "The traffic sign is a speed limit sign of 80."

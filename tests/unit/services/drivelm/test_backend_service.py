@@ -18,7 +18,7 @@ from proto.sensors import CameraFrame
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.backends.prompts import load
 from services.drivelm.service import SERVICE, DrivelmConfig
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from services.orchestrator.service import SERVICE as ORCHESTRATOR
 from services.orchestrator.service import OrchestratorConfig
 from services.simulator.signart import draw_face

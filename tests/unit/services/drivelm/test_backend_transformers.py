@@ -16,7 +16,7 @@ from services.drivelm.backends.backend import NO_ANSWER
 from services.drivelm.backends.config import TransformersConfig
 from services.drivelm.backends.prompts import load
 from services.drivelm.backends.transformers import TransformersBackend
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from tests.unit.services.drivelm.tiny_vlm import BLUE, RED, make
 
 SIGN = QUESTIONS["sign"]

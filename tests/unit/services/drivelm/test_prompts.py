@@ -7,9 +7,9 @@ import msgspec
 import pytest
 
 from services.drivelm.backends import prompts
-from services.drivelm.vocabulary.classes import OTHER
+from services.drivelm.backends.abstentions import OFFERED
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, OTHER, QUESTIONS, SENTENCES
 from services.drivelm.vocabulary.parser import parse, statement_of
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
 
 
 @pytest.mark.parametrize("question", QUESTIONS.values())
@@ -21,13 +21,13 @@ def test_every_sentence_asked_for_is_known_and_of_the_kind(question: str) -> Non
     read = {statement.reading for text in offered if (statement := parse(text)) is not None}
     assert len(read) == len(set(offered)) == len(offered)
     kind = KIND_OF_QUESTION[question]
-    heads = {label.partition(":")[0] for label in (*prompts.OFFERED[kind], OTHER)}
+    heads = {label.partition(":")[0] for label in (*OFFERED[kind], OTHER)}
     assert {reading.partition(":")[0] for reading in read} == heads
 
 
 def test_every_class_can_be_said() -> None:
     said = "\n".join(prompts.load().texts.values())
-    for labels in prompts.OFFERED.values():
+    for labels in OFFERED.values():
         for label in labels:
             assert SENTENCES[label] in said or re.sub(r" \d+\.$", " N.", SENTENCES[label]) in said, label
             assert parse(SENTENCES[label]) == statement_of(label)

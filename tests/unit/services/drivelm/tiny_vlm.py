@@ -8,7 +8,7 @@ import numpy as np
 
 from services.drivelm.backends.prompts import load
 from services.drivelm.reading.crops import Picture
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 
 torch: Any = importlib.import_module("torch")
 transformers: Any = importlib.import_module("transformers")

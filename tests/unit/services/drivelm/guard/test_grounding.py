@@ -16,7 +16,7 @@ from services.drivelm.guard import answer_checks, grounding, probes
 from services.drivelm.guard.answer_checks import Shown
 from services.drivelm.reading.crops import Picture, Region
 from services.drivelm.reading.reader import Reader
-from services.drivelm.vocabulary.sentences import KIND_OF_QUESTION, QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, QUESTIONS, SENTENCES
 from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of

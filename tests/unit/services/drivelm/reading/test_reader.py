@@ -11,8 +11,7 @@ from drivemcp.paths import data
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.reading.crops import Region, crop
 from services.drivelm.reading.reader import Reader, UnusableModel
-from services.drivelm.vocabulary.classes import BY_KIND, READER_CLASSES
-from services.drivelm.vocabulary.sentences import QUESTIONS, SENTENCES
+from services.drivelm.vocabulary.classes import BY_KIND, QUESTIONS, READER_CLASSES, SENTENCES
 from services.simulator.signart import draw_face
 
 MODEL = data("models/reader.onnx")

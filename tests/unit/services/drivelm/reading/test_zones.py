@@ -1,7 +1,7 @@
 """A closer look at the ring settles a zone's number and nothing else."""
 
 from services.drivelm.reading.crops import Region
-from services.drivelm.reading.zones import KNOWN, ring, sharpened
+from services.drivelm.reading.plates import KNOWN, ring, sharpened
 
 
 def test_the_number_comes_from_the_closer_look() -> None:

@@ -7,10 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.drivelm.country.country_belief import cues_of
-from services.drivelm.vocabulary.classes import READER_CLASSES
+from services.drivelm.vocabulary.classes import READER_CLASSES, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS, allowed_limits
 from services.drivelm.vocabulary.parser import Statement, admitted, parse, statement_of
-from services.drivelm.vocabulary.sentences import SENTENCES
 from services.drivelm.vocabulary.text import number_in
 from tests.unit.robustness.hostile import look_alikes
 

@@ -3,9 +3,8 @@
 import pytest
 
 from services.simulator.road.gantries import HOLDS_S, Shown, decide
-from services.simulator.road.light_cycle import Cycle
 from services.simulator.road.route import Route
-from services.simulator.road.stop_lines import Stood, build_lines, must_stop
+from services.simulator.road.stop_lines import Cycle, Stood, build_lines, must_stop
 from services.simulator.scenario.plan import GantryPlan, LightPlan, PanelStep
 from tests.unit.services.simulator._scenes import scenario
 
