@@ -9,8 +9,7 @@ from proto.perception import ObjectClass
 from proto.rules import PostedLimit
 from proto.scene import Fact
 from services.drivelm.front_end import FrontEnd
-from services.drivelm.vocabulary.classes import LIGHTS, OTHER
-from services.drivelm.vocabulary.classes import SENTENCES
+from services.drivelm.vocabulary.classes import LIGHTS, OTHER, SENTENCES
 from services.orchestrator.observations.motion import Motion
 from services.orchestrator.signs.limits import enters_a_slower_town, in_force, value_kmh
 from services.orchestrator.signs.signs import update
