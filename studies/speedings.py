@@ -9,13 +9,13 @@ from typing import Literal, get_args
 
 import msgspec
 
+from domain.units import MPS_PER
 from drivemcp.errors import UserError
 from evaluation.metrics import At, Record
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.run.recorded import record_of
 from proto.decision import Advisory
 from proto.truth import Truth
-from services.orchestrator.units import MPS_PER
 from services.simulator.truth.ledger import SPEEDING_AFTER_S, TOLERANCE_MPS
 
 Cause = Literal["told in time", "told late", "not told"]

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from statistics import median
 from typing import NamedTuple
 
+from domain import rss
 from evaluation.metrics.record import ACT_PAUSE_S, Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import TrueActor, Truth
-from services.arbiter import rss
 from services.simulator.driver.profile import MEDIAN_REACTION_S
 
 EGO_LENGTH_M, EGO_WIDTH_M = 4.6, 1.82

@@ -4,9 +4,9 @@ import math
 
 import msgspec
 
+from domain import kinematics, rss
 from proto.decision import SafetyMetrics
 from proto.perception import Track
-from services.arbiter import rss, ttc
 from services.arbiter.profiles import Profile
 from services.arbiter.risk import risk
 
@@ -105,14 +105,14 @@ def each(view: View, bounds: Bounds, profile: Profile) -> tuple[Numbers, ...]:
 
 def _ttc(gap: float, closing: float, track: Track, view: View, profile: Profile) -> float | None:
     if profile.ttc == "paper":
-        return ttc.paper_ttc_s(max(0.0, gap), closing, profile.epsilon_mps)
+        return kinematics.paper_ttc_s(max(0.0, gap), closing, profile.epsilon_mps)
     if view.ego_speed_mps is None or track.oncoming:
         # Nobody's speed over ground is reckoned with here: a braking that would end, or turn them round, is not counted on.
-        return ttc.relative_ttc_s(gap, closing, max(0.0, -track.ax_mps2))
+        return kinematics.relative_ttc_s(gap, closing, max(0.0, -track.ax_mps2))
     ego_accel = view.ego_acceleration_mps2 or 0.0
     lead = max(0.0, view.ego_speed_mps - closing)
     # A track's acceleration is over ground. A lead that speeds up is not counted on.
-    return ttc.ttc_s(gap, view.ego_speed_mps, lead, ego_accel, min(track.ax_mps2, 0.0))
+    return kinematics.ttc_s(gap, view.ego_speed_mps, lead, ego_accel, min(track.ax_mps2, 0.0))
 
 
 def _d_min(track: Track, view: View, bounds: Bounds, profile: Profile) -> float | None:

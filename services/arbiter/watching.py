@@ -1,5 +1,6 @@
 """Watching gaps: a track's speed is an estimate, and may be a guess; that the gap really shrinks can be seen."""
 
+from domain import road_users
 from services.arbiter.assess import gap_m
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
@@ -38,9 +39,5 @@ def contradicted(sightings: tuple[Sighting, ...], track_id: int, closing_mps: fl
 
 def shrinking_mps(sightings: tuple[Sighting, ...], track_id: int, profile: Profile) -> float | None:
     """How fast the gap to an actor really shrank; None: it was not watched for long enough."""
-    own = [each for each in sightings if each.track_id == track_id]
-    if not own:
-        return None
-    first, last = own[0], own[-1]
-    seconds = (last.stamp_ns - first.stamp_ns) / 1e9
-    return (first.gap_m - last.gap_m) / seconds if seconds >= profile.act_watched_s else None
+    own = [(each.stamp_ns, each.gap_m) for each in sightings if each.track_id == track_id]
+    return road_users.shrinking_mps(own, profile.act_watched_s)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from domain.units import limit_text, to_mps
 from proto.decision import Event, Fused, Reason, Urgency
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
@@ -29,7 +30,6 @@ from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import Direct, SignAhead, State, Told
 from services.orchestrator.target.target import Law, Target, cautious_mps
 from services.orchestrator.text import plain
-from services.orchestrator.units import limit_text, to_mps
 
 PROMPT, RETRIEVE = "answer_prompt", "retrieve"
 DEADLINE_MS = 60.0

@@ -9,12 +9,12 @@ from collections.abc import Iterator
 
 import msgspec
 
+from domain.units import shown
 from proto.observed import Observed
 from proto.rules import PostedLimit
 from proto.world import EgoState, WorldState
 from services.orchestrator.signs.limits import may_be_ours
 from services.orchestrator.state import SignAhead, State
-from services.orchestrator.units import shown
 from services.orchestrator.world.actors import Way, lead, pedestrian
 
 MOST_CHARS = 7000

@@ -5,6 +5,7 @@ from typing import NamedTuple, TypeVar
 
 import msgspec
 
+from domain.units import limit_text
 from proto.decision import Preferences
 from proto.rules import Citation, RulesAnswer, SignMeaning
 from proto.tools import Outcome
@@ -17,7 +18,6 @@ from services.orchestrator.speech.wording import distance, drive, evidence_in_wo
 from services.orchestrator.state import State
 from services.orchestrator.target.target import target
 from services.orchestrator.text import plain, sentences
-from services.orchestrator.units import limit_text
 
 S = TypeVar("S")
 MOST_CITATIONS = 6

@@ -3,12 +3,12 @@
 import math
 from typing import Any, NamedTuple
 
+from domain.units import to_mps
 from proto.rules import SignMeaning
 from proto.scene import Unit
 from services.orchestrator.law import rules_question
 from services.orchestrator.signs.limits import DISTANCE_PLATE, RESTRICTED_PLATES, SURE, WET_PLATE, may_be_ours
 from services.orchestrator.state import SignAhead, State
-from services.orchestrator.units import to_mps
 
 PLACES = frozenset({"town_entry", "calm_street"})
 """Signs without a number behind which the law sets a lower limit."""

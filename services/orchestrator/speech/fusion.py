@@ -6,6 +6,7 @@ where they lower the target, weather and the car; times `DEGRADED` where a route
 
 from typing import Any
 
+from domain.units import limit_text
 from proto.decision import Event, Fused, Reason
 from proto.rules import Citation, SignMeaning
 from services.orchestrator.experts.answers import degraded
@@ -16,7 +17,6 @@ from services.orchestrator.speech.wording import drive, say, toned, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Bound, Law, Target, target
 from services.orchestrator.text import plain
-from services.orchestrator.units import limit_text
 
 DEGRADED = 0.9
 MOST_CITATIONS = 4

@@ -5,10 +5,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from domain.units import shown, told_distance, told_target
 from proto.decision import Preferences
 from services.orchestrator.signs import border_evidence
 from services.orchestrator.text import plain
-from services.orchestrator.units import shown, told_distance, told_target
 
 FOLDER = Path(__file__).parent / "phrases"
 LANGUAGES = ("en", "de")

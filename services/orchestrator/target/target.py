@@ -7,12 +7,12 @@ what was believed holds until something better is known.
 import math
 from typing import NamedTuple
 
+from domain.units import to_mps
 from proto.rules import Citation, LegalLimit, RulesAnswer
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead, surely
 from services.orchestrator.signs.limits import in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
-from services.orchestrator.units import to_mps
 from services.orchestrator.world.actors import Way, missed_as, vehicles
 from services.orchestrator.world.car_faults import UNKNOWN_BRAKES
 from services.orchestrator.world.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR

@@ -3,6 +3,16 @@
 import math
 from typing import Literal, NamedTuple
 
+from domain.road_users import (
+    Across,
+    Sight,
+    crosses_over,
+    hides_others,
+    is_passed,
+    is_vehicle_there,
+    seen_well,
+    shrinking_mps,
+)  # fmt: skip
 from proto.perception import Track
 from proto.world import WorldState
 from services.orchestrator.state import GapSeen
@@ -21,6 +31,15 @@ CERTAIN = 0.7
 """As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 PERSON_ON_MOTORWAY = 0.5
 """A person on a motorway is implausible; one that is doubted there bounds nothing."""
+
+
+KNOWN_S, KNOWN_CONFIDENCE = 1.0, 0.5
+YOUNG_S, LOST_S, FAINT, SPEED_KNOWN_MPS = 0.3, 0.3, 0.45, 3.0
+CROSSES_MPS = 2.0
+"""Slower sideways a vehicle changes its lane, or is measured badly."""
+ACROSS_SIGMAS = 4.0
+"""Faster sideways than this many standard deviations a vehicle surely moves: what crosses is mostly measured with 12 and more."""
+SIGHT, ACROSS = Sight(YOUNG_S, LOST_S, CERTAIN, KNOWN_S), Across(CROSSES_MPS, ACROSS_SIGMAS)
 
 
 class Way(NamedTuple):
@@ -101,9 +120,6 @@ def way(world: WorldState, track: Track) -> Way:
     return Way(track, gap, closing, ttc, speed)
 
 
-KNOWN_S, KNOWN_CONFIDENCE = 1.0, 0.5
-
-
 def missed_as(way: Way) -> int:
     """The number under which an actor is missed when it vanishes; 0 of one that was hardly seen."""
     known = way.track.age_s >= KNOWN_S and way.track.confidence >= KNOWN_CONFIDENCE
@@ -128,23 +144,12 @@ def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
 
 
-YOUNG_S = 0.3
-FAINT = 0.45
-LOST_S = 0.3
-SPEED_KNOWN_MPS = 3.0
-
-
 def well_seen(track: Track) -> bool:
     """Whether an actor may be spoken of. One that is younger, or fainter, or lost from sight for longer, or whose speed is a
     guess, or a vehicle seen again for the first time after that, may lower the target, and is not shouted about.
     """
-    return (
-        (track.kind != "vehicle" or track.steady_s is None or track.steady_s > 0.0)
-        and track.age_s >= YOUNG_S
-        and track.confidence >= FAINT
-        and track.unseen_s <= LOST_S
-        and track.sigma_vx_mps <= SPEED_KNOWN_MPS
-    )
+    sure = track.confidence >= FAINT and track.sigma_vx_mps <= SPEED_KNOWN_MPS
+    return seen_well(track, SIGHT) and sure
 
 
 CONFIRMING = 3
@@ -160,11 +165,8 @@ def confirmed(gaps: tuple[GapSeen, ...], way: Way) -> bool:
 
 def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether the actor was watched for long enough and hardly came nearer: part of the car ahead, not a person."""
-    own = [gap for gap in gaps if gap.track_id == way.track.track_id]
-    if not own:
-        return False
-    seconds = (own[-1].stamp_ns - own[0].stamp_ns) / 1e9
-    return seconds >= WATCHED_S and (own[0].x_m - own[-1].x_m) / seconds < HARDLY * way.closing_mps
+    rate = shrinking_mps([(gap.stamp_ns, gap.x_m) for gap in gaps if gap.track_id == way.track.track_id], WATCHED_S)
+    return rate is not None and rate < HARDLY * way.closing_mps
 
 
 STANDING_MPS = 1.0
@@ -180,14 +182,11 @@ def met(world: WorldState) -> tuple[Way, ...]:
     ways, ego = vehicles(world), world.ego.speed_mps
     if ego is None or ego.value >= CRAWL_MPS:
         return ways
-    nearest_m = min((way.gap_m for way in ways if _hides(way)), default=math.inf)
+    nearest_m = min(
+        (way.gap_m for way in ways if hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track)),
+        default=math.inf,
+    )
     return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
-
-
-def _hides(way: Way) -> bool:
-    """Whether a vehicle is surely between us and what is farther away; one that overlaps us is a mistake, and hides nobody."""
-    sure = way.track.confidence >= CERTAIN and way.track.age_s >= KNOWN_S
-    return way.track.in_ego_path and way.gap_m > 0.0 and sure and well_seen(way.track)
 
 
 def stands(world: WorldState) -> bool:
@@ -206,60 +205,22 @@ def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
 
 
 def believed(way: Way) -> bool:
-    """Whether a vehicle ahead is one: it is certain, or known for a while, or surely comes from the side, where no time is left.
-
-    Two are mistaken often, and must be certain as well as known: traffic that comes towards us in our own lane, and one
-    that stands aside and is in the way only if the speed across is right that it may not have.
-    """
-    track = way.track
-    if track.kind != "vehicle":
-        return True
-    certain, known = track.confidence >= CERTAIN, track.age_s >= KNOWN_S or surely_crosses(way)
-    aside = track.clearance_m is not None and track.clearance_m > 0.0
-    doubtful = track.oncoming or (aside and crosses_over(way) and not surely_crosses(way))
-    return certain and known if doubtful else certain or known
+    """Whether a vehicle ahead is one (`domain.road_users.is_vehicle_there`)."""
+    return is_vehicle_there(way.track, way.speed_mps, SIGHT, ACROSS)
 
 
 STANDS_MPS = 2.0
 
 
 def passed(way: Way) -> bool:
-    """Whether the ego passes a vehicle that stands or comes towards us, close by: it lowers the target, and is no hazard.
-
-    Whose near end is beside us already, with room between, is passed however fast, but one that crosses.
-    """
-    track = way.track
-    if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
-        return False
-    beside = way.gap_m <= 0.0 and abs(track.vy_mps) < CROSSES_MPS
-    return (
-        track.oncoming or beside or (way.speed_mps is not None and math.hypot(way.speed_mps, track.vy_mps) < STANDS_MPS)
-    )
-
-
-CROSSES_MPS = 2.0
-"""Slower sideways a vehicle changes its lane, or is measured badly."""
-
-
-def crosses_over(way: Way) -> bool:
-    """Whether it drives across our way rather than along it; with an unknown speed of our own, whether it moves sideways."""
-    return abs(way.track.vy_mps) >= max(CROSSES_MPS, abs(way.speed_mps or 0.0))
-
-
-ACROSS_SIGMAS = 4.0
-"""Faster sideways than this many standard deviations a vehicle surely moves: what crosses is mostly told with 12 and more."""
-
-
-def surely_crosses(way: Way) -> bool:
-    """Whether it crosses, and not only by a speed that may be none at all; where nobody tells how sure that is, it does."""
-    sigma_mps = way.track.sigma_vy_mps
-    return crosses_over(way) and (sigma_mps is None or abs(way.track.vy_mps) >= ACROSS_SIGMAS * sigma_mps)
+    """Whether the ego passes a vehicle close by: the vehicle lowers the target, and is no hazard."""
+    return is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
 
 
 def comes_from(way: Way) -> Literal["left", "right"] | None:
     """From which side a vehicle drives across our way; None: it does not, or that is unknown."""
     track = way.track
-    if track.kind != "vehicle" or way.speed_mps is None or not crosses_over(way):
+    if track.kind != "vehicle" or way.speed_mps is None or not crosses_over(track, way.speed_mps, ACROSS):
         return None
     if track.y_m * track.vy_mps >= 0.0:
         return None  # it is through

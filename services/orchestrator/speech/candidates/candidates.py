@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from domain.units import limit_text
 from proto.decision import Event
 from proto.rules import LegalLimit
 from proto.vehicle import Degradation
@@ -16,7 +17,6 @@ from services.orchestrator.speech.wording import drive, evidence_in_words, say, 
 from services.orchestrator.state import Believed, State
 from services.orchestrator.target.target import KMH, Target, factors
 from services.orchestrator.text import sentences
-from services.orchestrator.units import limit_text
 from services.orchestrator.world.car_faults import covered, said_of
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 from hypothesis import settings
 
+from domain.units import to_mps
 from proto.decision import ArbitrationRequest, Decision, Preferences
 from proto.perception import Lanes, Track, Tracks
 from proto.rules import Citation, LegalLimit, RulesAnswer, SignMeaning, Situation
@@ -18,7 +19,6 @@ from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
-from services.orchestrator.units import to_mps
 
 SECOND = 1_000_000_000
 TICK = SECOND // 10

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from domain.units import limit_text, shown, told_target
 from proto.decision import Preferences
 from proto.rules import LegalLimit
 from services.orchestrator.driver.feedback_rate import MOST, Given, admit
 from services.orchestrator.driver.preferences import changed, remembered
 from services.orchestrator.speech.wording import FOLDER, LANGUAGES, say, toned
 from services.orchestrator.text import plain
-from services.orchestrator.units import limit_text, shown, told_target
 
 SECOND = 1_000_000_000
 

@@ -1,8 +1,6 @@
 """Measured on real photographs with a detector for photographs; skipped where the shared material is absent."""
 
 import json
-import os
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -16,8 +14,8 @@ from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Perception
 from services.perception.range.box_range import ProjectedSweep, find_range
 from services.perception.range.camera import Camera
+from tests.shared import SHARED
 
-SHARED = Path(os.environ.get("DRIVEMCP_SHARED", Path(__file__).parents[5] / "shared"))
 MODEL, FUSED, CLIP = (
     SHARED / name for name in ("models/yolox_nano.onnx", "data/street/fused-frame", "data/dashcam/highway.mp4")
 )

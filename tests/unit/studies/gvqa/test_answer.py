@@ -1,7 +1,6 @@
 """The embedded backend's answers to a file: from its objects alone, in the challenge's form, abstentions told."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +8,8 @@ import pytest
 
 from studies.gvqa.answer import answers, main
 from studies.gvqa.command import main as score
+from tests.shared import SHARED
 
-SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
 TAG = "<c1,CAM_FRONT,10.0,10.0>"
 SECRET = "Secret."

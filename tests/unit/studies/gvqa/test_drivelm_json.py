@@ -1,7 +1,6 @@
 """DriveLM's files come in and go out as the same value; what is no such file is refused by the field that is wrong."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,8 @@ from hypothesis import strategies as st
 from proto.scene import QA, SceneGraph, SceneObject
 from studies.gvqa.drivelm_json import Scene, UnreadableGraph, from_drivelm, to_drivelm
 from studies.gvqa.files import load
+from tests.shared import SHARED
 
-SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
 needs_annotation = pytest.mark.skipif(
     not ANNOTATED.is_file(), reason="the annotated sequence lies outside the project and is absent here"

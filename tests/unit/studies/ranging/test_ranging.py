@@ -1,7 +1,6 @@
 """LiDAR ranges of detected objects on the labelled street frame; skipped where it is absent."""
 
 import json
-import os
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,8 @@ from drivemcp.errors import UserError
 from studies.ranging.__main__ import WITHIN, lines
 from studies.ranging.labels import read_labels
 from studies.ranging.measure import measure
+from tests.shared import SHARED
 
-SHARED = Path(os.environ.get("DRIVEMCP_SHARED", Path(__file__).parents[4] / "shared"))
 FRAME, MODEL = SHARED / "data/street/fused-frame/frame.json", SHARED / "models/yolox_nano.onnx"
 there = pytest.mark.skipif(
     not (FRAME.is_file() and MODEL.is_file()), reason="no labelled frame and detector at ../shared (or DRIVEMCP_SHARED)"

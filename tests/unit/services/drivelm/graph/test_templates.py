@@ -1,8 +1,6 @@
 """Questions in DriveLM's forms: each is recognised, answered of its objects alone, and left where the graph does not know."""
 
 import json
-import os
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -16,8 +14,8 @@ from services.drivelm.graph.scene_graph import Seen, build
 from services.drivelm.graph.templates import FORMS, SIDES, UNANSWERED, recognise
 from studies.gvqa.drivelm_json import from_drivelm
 from studies.gvqa.files import load
+from tests.shared import SHARED
 
-SHARED = Path(os.environ.get("DRIVEMCP_SHARED", str(Path(__file__).parents[5] / "shared")))
 ANNOTATED = SHARED / "data" / "street" / "sequence" / "gvqa.json"
 CAR, LIMIT, LIGHT = "<c1,CAM_FRONT,330.0,200.0>", "<c2,CAM_FRONT,412.5,132.5>", "<c3,CAM_FRONT,207.5,118.0>"
 WORDS = {"{kind}": "cars", "{motion}": "moving ", "{be}": "are", "{will}": "Would", "*": " And more?"}

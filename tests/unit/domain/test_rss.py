@@ -2,14 +2,13 @@
 
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.arbiter.rss import (
+from domain.rss import (
     Lateral,
     Longitudinal,
     lateral_m,
@@ -17,8 +16,9 @@ from services.arbiter.rss import (
     paper_d_min_m,
     same_direction_m,
 )
+from tests.shared import SHARED
 
-ORACLE = Path(__file__).parents[5] / "shared" / "reference" / "rss_oracle.json"
+ORACLE = SHARED / "reference" / "rss_oracle.json"
 KMH = 1.0 / 3.6
 speed = st.floats(0.0, 60.0)
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.arbiter.ttc import paper_ttc_s, relative_ttc_s, ttc_s
+from domain.kinematics import paper_ttc_s, relative_ttc_s, ttc_s
 
 
 def test_a_braking_lead_is_met_though_nobody_closes_in_yet() -> None:

@@ -1,0 +1,96 @@
+"""Predicates over tracks of road users, each once. Every reader passes its own thresholds: the orchestrator those of its
+advice, the arbiter those of its profile, so that the checker stays independent of what it checks.
+
+Tracks are relative to the ego: x ahead, y to the left, m and m/s. A speed over ground is along the road; None: unknown.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from proto.perception import Track
+
+
+class Sight(NamedTuple):
+    """From when on a track counts as well seen, as certain, as known."""
+
+    young_s: float
+    """Younger tracks may be ghosts of one picture."""
+    lost_s: float
+    """Tracks out of sight for longer are predictions."""
+    certain: float
+    """Confidence from which a track is certain."""
+    known_s: float
+    """Age from which a track is known."""
+
+
+class Across(NamedTuple):
+    """From when on a vehicle drives across the ego's way."""
+
+    least_mps: float
+    """Slower sideways a vehicle changes its lane, or is measured badly."""
+    sigmas: float
+    """A speed sideways of fewer standard deviations may be no motion at all."""
+
+
+def just_back(track: Track) -> bool:
+    """Whether a vehicle is seen again for the first time after a break."""
+    return track.kind == "vehicle" and track.steady_s is not None and track.steady_s <= 0.0
+
+
+def seen_well(track: Track, sight: Sight) -> bool:
+    """Whether a track is old enough, in sight, and not just back after a break."""
+    return not just_back(track) and track.age_s >= sight.young_s and track.unseen_s <= sight.lost_s
+
+
+def crosses_over(track: Track, speed_mps: float | None, across: Across) -> bool:
+    """Whether a vehicle drives across the way rather than along it; with an unknown speed, whether it moves sideways."""
+    return abs(track.vy_mps) >= max(across.least_mps, abs(speed_mps or 0.0))
+
+
+def surely_moves_across(track: Track, across: Across) -> bool:
+    """Whether the speed sideways is more than measurement noise; where no deviation is stated, it is."""
+    return track.sigma_vy_mps is None or abs(track.vy_mps) >= across.sigmas * track.sigma_vy_mps
+
+
+def is_vehicle_there(track: Track, speed_mps: float | None, sight: Sight, across: Across) -> bool:
+    """Whether a track that is called a vehicle is one: certain, or known for a while, or surely crossing, where no time is left.
+
+    Two kinds are mistaken often, and must be certain as well as known: traffic that comes towards the ego in its own lane,
+    and a vehicle that stands aside and is in the way only if its speed across is right. Other kinds are not judged here.
+    """
+    if track.kind != "vehicle":
+        return True
+    crosses, surely = crosses_over(track, speed_mps, across), surely_moves_across(track, across)
+    certain, known = track.confidence >= sight.certain, track.age_s >= sight.known_s or (crosses and surely)
+    aside = track.clearance_m is not None and track.clearance_m > 0.0
+    doubtful = track.oncoming or (aside and crosses and not surely)
+    return certain and known if doubtful else certain or known
+
+
+def is_passed(track: Track, gap_m: float, speed_mps: float | None, *, stands_mps: float, across_mps: float) -> bool:
+    """Whether the ego passes a vehicle beside its way that stands, comes towards it, or is alongside already and does not cross.
+
+    `gap_m`: bumper to bumper, 0 or less alongside. An unknown speed passes only what is alongside or oncoming.
+    """
+    if track.kind != "vehicle" or track.clearance_m is None or track.clearance_m <= 0.0:
+        return False
+    alongside = gap_m <= 0.0 and abs(track.vy_mps) < across_mps
+    stands = speed_mps is not None and math.hypot(speed_mps, track.vy_mps) < stands_mps
+    return track.oncoming or alongside or stands
+
+
+def hides_others(track: Track, gap_m: float, sight: Sight) -> bool:
+    """Whether a road user is surely between the ego and what is farther away. One that overlaps the ego is a mistake, and
+    hides nothing."""
+    sure = track.confidence >= sight.certain and track.age_s >= sight.known_s
+    return track.in_ego_path and gap_m > 0.0 and sure and seen_well(track, sight)
+
+
+def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | None:
+    """How fast a distance shrank over sightings (stamp in ns, m), oldest first; None: watched for less than `least_s`."""
+    if not seen:
+        return None
+    (first_ns, first_m), (last_ns, last_m) = seen[0], seen[-1]
+    seconds = (last_ns - first_ns) / 1e9
+    return (first_m - last_m) / seconds if seconds >= least_s else None
