@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, TypeVar
 import msgspec
 
 from drivemcp.errors import UserError
-from services.logger import chain, files, signing
+from services.logger.format import chain, signing
 from services.logger.memory import kept_files, kept_head
-from services.logger.report import UNSEALED, Report
-from services.logger.verify import verify
+from services.logger.verification.report import UNSEALED, Report
+from services.logger.verification.verify import verify
+from services.logger.writing import log_folder
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -52,7 +53,7 @@ def register(subparsers: "Subparsers") -> None:
 def _verify(flags: argparse.Namespace) -> int:
     key, last_head = _public_key(flags.key), _head(flags.expect_head)
     reports = list[Report]()
-    paths = files.named(flags.files)
+    paths = log_folder.named(flags.files)
     for path in paths:
         expected = last_head if path == paths[-1] else ""
         reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
@@ -102,8 +103,8 @@ def broken_links(reports: Sequence[Report]) -> list[str]:
 
 def gone_files(names: Sequence[str], memory: str | None = None) -> list[str]:
     """The logs that memory keeps a head of and that are not in their folder any more; of the folders that were named."""
-    there = {path.name for path in files.named(names)}
-    folders = dict.fromkeys(path.parent for one in names if Path(one).is_dir() for path in files.named([one]))
+    there = {path.name for path in log_folder.named(names)}
+    folders = dict.fromkeys(path.parent for one in names if Path(one).is_dir() for path in log_folder.named([one]))
     return [
         f"{folder / name} is gone: memory keeps a head of it"
         for folder in folders

@@ -7,7 +7,7 @@ from app.drive.precheck import check_asked, check_faults, check_scenario
 from app.drive.run import add_common, drive
 from app.drive.start import start_settings
 from drivemcp.errors import UserError
-from drivemcp.models import find_model
+from drivemcp.files.models import find_model
 from drivemcp.numbers import number
 from drivemcp.paths import data, has_data
 

@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from drivemcp.numbers import number, port
-from services.logger import files
+from services.logger.writing import log_folder
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -32,7 +32,7 @@ def _view(flags: argparse.Namespace) -> int:
     from services.logger.view.old import show  # the view's packages are large
 
     return show(
-        files.named(flags.files),
+        log_folder.named(flags.files),
         recording=flags.recording,
         bind=flags.bind,
         web_port=flags.port,

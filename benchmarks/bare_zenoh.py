@@ -8,7 +8,7 @@ import time
 import zenoh
 
 from benchmarks.workload import ARGUMENTS, RESULT
-from drivemcp.bus import zenoh_config
+from drivemcp.bus.session import zenoh_config
 from drivemcp.config import BusConfig
 
 KEY = "bench/tool/rules/applicable_limit"

@@ -8,7 +8,7 @@ from app.drive.summary import percentile
 from benchmarks.figures import median, table
 from benchmarks.subject import run_subject
 from benchmarks.workload import SLOW_MS
-from drivemcp.supervisor import free_port
+from drivemcp.runtime.supervisor import free_port
 
 ROUNDS = 3
 CALLS = 1500
@@ -22,7 +22,7 @@ def endpoint() -> str:
 
 def _through_router(module: str, mode: str, count: int) -> list[float]:
     where = endpoint()
-    router = subprocess.Popen([sys.executable, "-m", "drivemcp.router", "--listen", where])
+    router = subprocess.Popen([sys.executable, "-m", "drivemcp.bus.router", "--listen", where])
     try:
         return list(run_subject(module, where, mode, str(count))["ms"])
     finally:

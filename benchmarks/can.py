@@ -18,17 +18,17 @@ from app.drive.summary import percentile
 from benchmarks.calls import endpoint
 from benchmarks.can_traffic import FRAMES_PER_S, Traffic, messages_of, others
 from benchmarks.figures import median, table
-from drivemcp.bus import open_bus, wait_settled
+from drivemcp.bus.received import Received
+from drivemcp.bus.session import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from drivemcp.paths import data
-from drivemcp.received import Received
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import Ego
-from services.can.board import Board
-from services.can.dbc import Dbc
-from services.can.profile import load_profile
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import load_profile
+from services.can.signals.board import Board
 
 SECONDS, WARM_UP_S, ROUNDS = 60.0, 4.0, 5
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -134,7 +134,7 @@ def _rows(rate: int, found: Measured) -> list[list[str]]:
 def measure(buses: int, seconds: float) -> Measured:
     """Service and plain cantools hear the same frames at once, each in a process of its own."""
     where = endpoint()
-    with tempfile.TemporaryDirectory() as folder, _process("drivemcp.router", "--listen", where):
+    with tempfile.TemporaryDirectory() as folder, _process("drivemcp.bus.router", "--listen", where):
         settings = _settings(Path(folder), buses)
         with (
             open_bus(BusConfig(connect=(where,))) as bus,

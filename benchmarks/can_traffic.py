@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 from cantools.database import load_string
 
-from drivemcp.bus import open_bus
+from drivemcp.bus.received import Received
+from drivemcp.bus.session import open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from drivemcp.paths import data
-from drivemcp.received import Received
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.simulator.car.state import CarModel, Controls

@@ -20,7 +20,7 @@ from drivemcp.paths import data
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
-from services.can.buses import BusConfig
+from services.can.buses.opening import BusConfig
 from services.can.service import SERVICE, CanConfig
 from services.simulator.car.state import CarState
 from services.simulator.ecus.bank import EcuBank

@@ -9,8 +9,8 @@ from typing import Any
 from app.drive.stack import Stack, StackPlan
 from app.drive.summary import percentile
 from benchmarks.figures import table
+from drivemcp.bus.received import Received
 from drivemcp.node import Node
-from drivemcp.received import Received
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Tracks

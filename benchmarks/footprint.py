@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.calls import endpoint
 from benchmarks.figures import table
-from drivemcp.bus import open_bus, wait_settled
+from drivemcp.bus.session import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from proto.services import SERVICES, ServiceRow
@@ -21,7 +21,7 @@ PROMISED = {"can": (80.0, 2.0), "arbiter": (80.0, 2.0), "weather": (80.0, 2.0)}
 def footprint() -> str:
     """The table."""
     where = endpoint()
-    router = subprocess.Popen([sys.executable, "-m", "drivemcp.router", "--listen", where])
+    router = subprocess.Popen([sys.executable, "-m", "drivemcp.bus.router", "--listen", where])
     try:
         with open_bus(BusConfig(connect=(where,))) as bus, tempfile.TemporaryDirectory() as folder:
             node = Node(bus, "bench", ServiceConfig())

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from app.drive.summary import percentile
 from benchmarks.passages import JURISDICTION, embedded, meanings, passages, questions
-from drivemcp.health import resident_mb
+from drivemcp.bus.topic_health import resident_mb
 from services.retrieval.corpus import Text
-from services.retrieval.encoders import Vectors
-from services.retrieval.index import Index
+from services.retrieval.encoding.encoders import Vectors
+from services.retrieval.encoding.question_vectors import QuestionVectors
 from services.retrieval.library import LOADING, Library, Request, State
-from services.retrieval.tuning import Tuning
-from services.retrieval.vectors import QuestionVectors
+from services.retrieval.ranking.index import Index
+from services.retrieval.ranking.tuning import Tuning
 
 ASKED = 300
 BOUND_S = 60.0

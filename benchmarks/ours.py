@@ -9,7 +9,7 @@ from typing import Any
 
 from benchmarks.decision import SNAPSHOT, WANTED, decide, route
 from benchmarks.workload import ARGUMENTS, RESULT, SLOW_MS, TOOL
-from drivemcp.bus import open_bus, wait_settled
+from drivemcp.bus.session import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from proto.rules import Situation

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.retrieval.corpus import Text
-from services.retrieval.embeddings import embed, unit
-from services.retrieval.encoders import Vectors, installed, load_encoder
+from services.retrieval.encoding.embeddings import embed, unit
+from services.retrieval.encoding.encoders import Vectors, installed, load_encoder
 
 SEED = 4
 VOCABULARY = 30_000

@@ -18,12 +18,12 @@ from benchmarks.subject import ROOT, run_subject
 from drivemcp.errors import UserError
 from drivemcp.testing import TestBus, bus
 from proto.rules import Retrieved
-from services.retrieval.encoders import load_encoder
+from services.retrieval.encoding.encoders import load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
 from services.retrieval.questions import Question, read_questions
+from services.retrieval.ranking.tuning import read_tuning
 from services.retrieval.service import SERVICE, RetrievalConfig
 from services.retrieval.tune import folders
-from services.retrieval.tuning import read_tuning
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 KINDS = {

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib.metadata import entry_points, version
 
 from drivemcp.errors import BusError, DriveMcpError, UserError
-from drivemcp.guard import check_proto
+from drivemcp.runtime.proto_guard import check_proto
 
 GROUP = "drivemcp.commands"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.bus import open_bus
+from drivemcp.bus.session import open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node

@@ -12,17 +12,17 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from drivemcp.bus import Bus, Publisher, Query, wait_settled
+from drivemcp.bus.inbox import Inbox, Parcel, Timers
+from drivemcp.bus.lockstep import STEP_BOUND_S, Conductor, HeldParcels
+from drivemcp.bus.received import Received, decode, head_of, received_as
+from drivemcp.bus.session import Bus, Publisher, Query, wait_settled
+from drivemcp.bus.topic_health import Health, TopicMonitor, resident_mb
 from drivemcp.clock import Clock, SimulatedClock, WallClock
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import MALFORMED, ContractError, LockstepError
-from drivemcp.health import Health, TopicMonitor, resident_mb
-from drivemcp.inbox import Inbox, Parcel, Timers
-from drivemcp.lockstep import STEP_BOUND_S, Conductor, HeldParcels
-from drivemcp.received import Received, decode, head_of, received_as
-from drivemcp.toolclient import Ask, ToolClient
-from drivemcp.tooldef import Tool
-from drivemcp.toolserver import Authorize, ToolServer
+from drivemcp.tools.client import Ask, ToolClient
+from drivemcp.tools.definition import Tool
+from drivemcp.tools.server import Authorize, ToolServer
 from proto import topics
 from proto.health import ServiceHealth
 from proto.keys import alive_key, chunk, step_key, topic_key

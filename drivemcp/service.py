@@ -11,14 +11,14 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from drivemcp.bus import Bus, open_bus
+from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import ServiceConfig, load_config
 from drivemcp.errors import BusError, DriveMcpError, UserError
-from drivemcp.guard import check_proto
-from drivemcp.logs import set_up_logging
 from drivemcp.node import Node
-from drivemcp.tooldef import Tool
-from drivemcp.toolserver import Authorize
+from drivemcp.runtime.logs import set_up_logging
+from drivemcp.runtime.proto_guard import check_proto
+from drivemcp.tools.definition import Tool
+from drivemcp.tools.server import Authorize
 from proto.tools import CallHead
 
 C = TypeVar("C", bound=ServiceConfig)
@@ -50,7 +50,7 @@ def authorize_by_grant(config: ServiceConfig) -> Authorize:
     def authorize(tool: Tool, head: CallHead, payload: bytes) -> str:
         if not config.trusted_keys:
             return "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"
-        from drivemcp.grants import authorize_call  # cryptography is loaded where actuation is asked for
+        from drivemcp.runtime.grants import authorize_call  # cryptography is loaded where actuation is asked for
 
         return authorize_call(tool.entry.name, head, payload, vehicle=config.vehicle, trusted_keys=config.trusted_keys)
 

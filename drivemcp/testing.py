@@ -8,10 +8,10 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from drivemcp.bus import Bus, open_bus
+from drivemcp.bus.received import Received
+from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
-from drivemcp.received import Received
 from drivemcp.service import Service
 from proto.tools import Outcome
 from proto.topics import Topic

@@ -11,8 +11,8 @@ import msgspec
 
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
-from drivemcp.grants import GrantRefused, public_key, read_grant, verify_grant
 from drivemcp.registry import load_service, service_rows
+from drivemcp.runtime.grants import GrantRefused, public_key, read_grant, verify_grant
 from proto import topics
 from proto.keys import chunk
 

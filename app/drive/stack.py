@@ -10,13 +10,13 @@ from typing import Any, Self
 
 import msgspec
 
-from drivemcp.bus import Bus, open_bus
+from drivemcp.bus.session import Bus, open_bus
 from drivemcp.client import RunningStack, forget_stack, note_stack
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import BusError, UserError
 from drivemcp.node import Node
 from drivemcp.registry import module_of, service_rows
-from drivemcp.supervisor import Child, Supervisor, free_port
+from drivemcp.runtime.supervisor import Child, Supervisor, free_port
 from proto.services import ServiceRow
 
 READY_S = 60.0
@@ -80,7 +80,7 @@ class Stack:
     def start(self) -> Node:
         """Router, then services; returns a node on the bus once all but the source are alive, and starts the source."""
         rows = self.rows()
-        self.supervisor.run("router", "drivemcp.router", ["--listen", self.endpoint])
+        self.supervisor.run("router", "drivemcp.bus.router", ["--listen", self.endpoint])
         node = self._join()
         self._begin(node, [row for row in rows if row.name == FIRST])
         self._begin(node, [row for row in rows if row.name not in (FIRST, self._plan.source)])

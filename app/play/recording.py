@@ -10,7 +10,7 @@ from app.drive.precheck import check_asked, check_folder_of
 from app.drive.run import drive
 from app.play.render import render_video
 from drivemcp.errors import UserError
-from drivemcp.models import find_model
+from drivemcp.files.models import find_model
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
 from services.player.pictures import check_webcam, webcam_number

@@ -18,8 +18,8 @@ from app.replay.whatif import Change, Otherwise, otherwise
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
 from proto.decision import TraceRecord
-from services.logger.files import named
-from services.logger.verify import verify
+from services.logger.verification.verify import verify
+from services.logger.writing.log_folder import named
 from services.rules.book import RuleBook, load_book
 
 if TYPE_CHECKING:

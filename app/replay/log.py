@@ -8,7 +8,7 @@ import msgspec
 from drivemcp.errors import MALFORMED, UserError
 from proto import topics
 from proto.decision import TraceRecord
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 
 
 def traces(paths: Iterable[Path]) -> Iterator[TraceRecord]:

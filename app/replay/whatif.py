@@ -24,7 +24,7 @@ from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 from services.rules.book import RuleBook
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 
 RULES_TOOL = "applicable_limit"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.access import access_control, dictionary, make_credentials
+from drivemcp.bus.access import access_control, dictionary, make_credentials
 from drivemcp.errors import UserError
 from drivemcp.registry import service_rows
 

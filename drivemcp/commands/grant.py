@@ -40,7 +40,7 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 
 def command(flags: argparse.Namespace) -> int:
     """Make a key or a grant."""
-    from drivemcp.grants import make_key, sign_grant
+    from drivemcp.runtime.grants import make_key, sign_grant
 
     if flags.make_key:
         pair = make_key()

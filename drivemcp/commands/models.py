@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 from drivemcp.errors import UserError
-from drivemcp.fetching import fetch
-from drivemcp.models import ModelRow, State, load_table, model_folder, path_of, row_of, state_of
+from drivemcp.files.fetching import fetch
+from drivemcp.files.models import ModelRow, State, load_table, model_folder, path_of, row_of, state_of
 
 _HERE: dict[State, str] = {"whole": "here, verified", "absent": "not here", "differs": "here, CHECKSUM DIFFERS"}
 

@@ -10,7 +10,7 @@ from drivemcp.client import join
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from drivemcp.numbers import number
-from drivemcp.toolclient import LOCKSTEP_BOUND_MS
+from drivemcp.tools.client import LOCKSTEP_BOUND_MS
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

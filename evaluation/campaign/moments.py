@@ -14,7 +14,7 @@ from evaluation.metrics.hazards import answers
 from evaluation.metrics.law import TYPES
 from evaluation.metrics.spans import Span, spans
 from proto.truth import Truth
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 
 Kind = Literal[
     "collision",

@@ -6,7 +6,7 @@ import msgspec
 
 from proto import topics
 from proto.truth import Corrupted
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 
 
 def logged_records(log: Path) -> tuple[Corrupted, ...]:

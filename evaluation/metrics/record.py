@@ -12,9 +12,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
+from drivemcp.bus.received import Received, decode
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
-from drivemcp.received import Received, decode
 from evaluation.damaged import DAMAGED
 from proto import topics
 from proto.decision import Advisory, Decision, Event
@@ -22,7 +22,7 @@ from proto.tools import CallStatus
 from proto.topics import Topic
 from proto.truth import Corrupted, Truth
 from proto.weather import Conditions
-from services.logger.reader import messages, topic_of
+from services.logger.format.reader import messages, topic_of
 
 M = TypeVar("M", bound=msgspec.Struct)
 TRUTH_FILE = "truth.msgpack.gz"

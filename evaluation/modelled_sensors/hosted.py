@@ -9,10 +9,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from drivemcp.bus.received import Received
 from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
-from drivemcp.received import Received
 from drivemcp.service import Service
 from evaluation.corruption.chance import chance
 from evaluation.modelled_sensors.boxes import Eye

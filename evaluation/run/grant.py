@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from drivemcp.grants import KeyPair, sign_grant
+from drivemcp.runtime.grants import KeyPair, sign_grant
 from evaluation.run.spec import RunSpec
 from proto.decision import Grant
 from proto.topics import BRAKE

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from app.drive.start import start_settings
-from drivemcp.bus import Bus, open_bus
+from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig, settings_of
 from drivemcp.errors import UserError
 from drivemcp.node import Node

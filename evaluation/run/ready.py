@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterable, Mapping, Sequence
 
-from drivemcp.bus import wait_settled
+from drivemcp.bus.session import wait_settled
 from drivemcp.errors import DriveMcpError
 from drivemcp.node import Node
 from proto.services import BY_NAME

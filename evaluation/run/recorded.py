@@ -6,7 +6,7 @@ from drivemcp.errors import UserError
 from evaluation.damaged import DAMAGED
 from evaluation.metrics import Record, from_log
 from evaluation.metrics.record import TRUTH_FILE
-from services.logger.verify import verify
+from services.logger.verification.verify import verify
 
 
 def record_of(log: Path) -> Record:

@@ -129,7 +129,7 @@ class Arbiter:
     def _permission(self) -> Permission:
         if self._grant is None:
             return Permission(refused=self._refused)
-        from drivemcp.grants import in_time
+        from drivemcp.runtime.grants import in_time
 
         if not in_time(self._grant, datetime.now(UTC)):
             return Permission(refused="the grant has expired")
@@ -202,7 +202,7 @@ def _state_file(config: ArbiterConfig) -> Path | None:
 def _grant(config: ArbiterConfig) -> tuple[Grant | None, str]:
     if not config.grant_file:
         return None, "no grant"
-    from drivemcp.grants import GrantRefused, read_grant, verify_grant
+    from drivemcp.runtime.grants import GrantRefused, read_grant, verify_grant
 
     try:
         grant = read_grant(Path(config.grant_file).read_bytes())

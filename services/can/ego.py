@@ -3,7 +3,7 @@
 import statistics
 
 from proto.vehicle import Ego
-from services.can.trusted import Readings
+from services.can.health.trusted import Readings
 
 _NUMBERS = (
     "speed_mps",

@@ -15,23 +15,25 @@ from drivemcp.service import Service
 from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
-from services.can import answers, diagnostic_tools, health, heard, j1939_tools, replay
-from services.can.addresses import is_extended
-from services.can.answers import (
+from services.can.buses import replay
+from services.can.buses.link import FrameLink
+from services.can.buses.opening import BusConfig, check_buses, open_links
+from services.can.diagnostics.addresses import is_extended
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.errors import HeldBack, ProfileError
+from services.can.health import degradation
+from services.can.j1939.bus import J1939Bus
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.privacy import Privacy, installation_salt
+from services.can.profiles.profile import Profile, find_descriptions, load_profile
+from services.can.tools import answers, diagnostic_tools, disclosure, j1939_tools
+from services.can.tools.answers import (
     CodeReport,
     DecodedFrame,
     FrameRow,
     Sample,
     Snapshot,
 )
-from services.can.buses import BusConfig, check_buses, open_links
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.errors import HeldBack, ProfileError
-from services.can.j1939_bus import J1939Bus
-from services.can.link import FrameLink
-from services.can.privacy import Privacy, installation_salt
-from services.can.profile import Profile, find_descriptions, load_profile
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
@@ -226,7 +228,7 @@ def _offer_reading(node: Node, vehicle: Vehicle) -> None:
         those with a curated signal, that signal's value, and no bytes.
         """
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return heard.frame_rows(vehicle, since_ns)
+        return disclosure.frame_rows(vehicle, since_ns)
 
     @node.tool(deadline_ms=40)
     def decode_can_frame(arbitration_id: int | str, data: list[int]) -> DecodedFrame:
@@ -239,18 +241,18 @@ def _offer_reading(node: Node, vehicle: Vehicle) -> None:
     ) -> list[FrameRow]:
         """Frames heard in the last seconds with this id, or carrying this signal, with the signal's value."""
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return _or_failed(lambda: heard.frame_rows(vehicle, since_ns, arbitration_id, signal_name))
+        return _or_failed(lambda: disclosure.frame_rows(vehicle, since_ns, arbitration_id, signal_name))
 
     @node.tool(deadline_ms=200)
     def monitor_signal(signal_name: str, duration_s: Seconds = 2.0) -> list[Sample]:
         """The values of one signal over the last seconds, from the history, at once."""
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
-        return _or_failed(lambda: heard.samples(vehicle, signal_name, since_ns))
+        return _or_failed(lambda: disclosure.samples(vehicle, signal_name, since_ns))
 
     @node.tool(deadline_ms=100)
     def get_vehicle_snapshot() -> Snapshot:
         """The newest value, unit, message and age of every signal heard; without raw access of the curated ones."""
-        return heard.snapshot(vehicle, node.clock.now_ns(), started_ns)
+        return disclosure.snapshot(vehicle, node.clock.now_ns(), started_ns)
 
 
 def _offer_health(node: Node, vehicle: Vehicle) -> None:
@@ -267,7 +269,7 @@ def _offer_health(node: Node, vehicle: Vehicle) -> None:
     @node.tool(deadline_ms=40)
     def vehicle_health(language: Language = "en") -> VehicleHealth:
         """Is the car fit to drive: degradation h, braking still to be had, faults, lamps, and advice."""
-        return health.advise(vehicle.table, vehicle.assessment, vehicle.book, language)
+        return degradation.advise(vehicle.table, vehicle.assessment, vehicle.book, language)
 
 
 SERVICE = Service("can", CanConfig, build)

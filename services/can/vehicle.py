@@ -4,24 +4,24 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
-from services.can import health, indicators
-from services.can.addresses import ANSWER_IDS
-from services.can.board import Board
-from services.can.codes import CodeMemory
-from services.can.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
-from services.can.dbc import Dbc
-from services.can.diagnostics import Diagnostics, Send
-from services.can.dtc import DtcBook
+from services.can.buses.history import History
+from services.can.diagnostics.addresses import ANSWER_IDS
+from services.can.diagnostics.client import Diagnostics, Send
+from services.can.diagnostics.exchange import Exchange
+from services.can.diagnostics.stored_codes import CodeMemory
+from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.ego import read_ego
 from services.can.errors import LinkDown
-from services.can.exchange import Exchange
-from services.can.health import Assessment, Held
-from services.can.history import History
-from services.can.privacy import Privacy, curated_signals, installation_salt
-from services.can.profile import Profile, VehicleRow
-from services.can.trends import Trends
-from services.can.trusted import Trusted
-from services.can.witness import AT_WORK, Shape
+from services.can.health import degradation, indicators
+from services.can.health.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
+from services.can.health.degradation import Assessment, Held
+from services.can.health.expected_values import AT_WORK, Shape
+from services.can.health.trends import Trends
+from services.can.health.trusted import Trusted
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.privacy import Privacy, curated_signals, installation_salt
+from services.can.profiles.profile import Profile, VehicleRow
+from services.can.signals.board import Board
 
 NS = 1_000_000_000
 POLL_WAIT_S = 1.0
@@ -94,8 +94,8 @@ class Vehicle:
         """Assess the health now and remember what was believed."""
         before = self.assessment
         known = {fault.field for fault in before.degradation.sensor_faults if fault.kind != "missing"}
-        held = health.forget(self.table, before.held, self.checks.lying - known)
-        self.trends.step(health.field_values(self.trusted, self._health_fields, now_ns), now_ns)
+        held = degradation.forget(self.table, before.held, self.checks.lying - known)
+        self.trends.step(degradation.field_values(self.trusted, self._health_fields, now_ns), now_ns)
         self.assessment = self._assess(held, now_ns)
         if self.assessment.degradation.warning_lamps != before.degradation.warning_lamps:
             self._pause_ns, self._turn = 0, 0  # a lamp came or went: ask for stored codes now
@@ -133,8 +133,8 @@ class Vehicle:
         return True
 
     def _assess(self, held: Held, now_ns: int) -> Assessment:
-        values = health.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()
-        return health.assess(
+        values = degradation.field_values(self.trusted, self._health_fields, now_ns) | self.checks.measured()
+        return degradation.assess(
             self.table, values, self.stored.codes, self.book, held, self.checks.faults, self.trends.found
         )
 

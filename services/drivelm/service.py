@@ -6,11 +6,11 @@ from typing import Annotated, Literal, TypeVar
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
-from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.perception import Boxes, Lanes, Tracks

@@ -8,22 +8,22 @@ from typing import Annotated, Any, TypeVar
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed, UserError
 from drivemcp.node import Node
-from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.topics import Topic
-from services.logger import signing
-from services.logger.files import Retention
-from services.logger.forms import LOGGED
+from services.logger.format import signing
 from services.logger.memory import Kind, Memory, MemoryStore, TraceQuery, TraceRow
-from services.logger.pictures import PictureGate, Pictures
-from services.logger.recorder import Recorder
 from services.logger.view.pipe import ViewPipe
 from services.logger.view.settings import Said, ViewSettings
-from services.logger.writer import LogWriter, WriterSettings
+from services.logger.writing.log_folder import Retention
+from services.logger.writing.picture_selection import PictureGate, Pictures
+from services.logger.writing.recorder import Recorder
+from services.logger.writing.topic_formats import LOGGED
+from services.logger.writing.writer import LogWriter, WriterSettings
 
 T = TypeVar("T")
 # both bounds, so that no NaN gets through

@@ -6,12 +6,12 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
-from drivemcp.codehash import code_hash
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.finite import finite
 from drivemcp.node import Node
-from drivemcp.received import Received
+from drivemcp.runtime.codehash import code_hash
 from drivemcp.service import Service
 from proto import topics
 from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Preferences

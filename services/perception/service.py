@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from pathlib import Path
 
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
-from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.perception import Tracks

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
-from drivemcp.packfiles import FILES, content_sha256, read_content
+from drivemcp.files.packfiles import FILES, content_sha256, read_content
 
 Kind = Literal["statute", "sign_table", "guidance"]
 Corpus = Literal["statutes", "signs"]

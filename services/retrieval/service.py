@@ -10,17 +10,17 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed
+from drivemcp.files.packfiles import FILES, folder_of
 from drivemcp.node import Node
-from drivemcp.packfiles import FILES, folder_of
+from drivemcp.runtime.folder_watch import Watch
 from drivemcp.service import Service
-from drivemcp.watch import Watch
 from proto.rules import Retrieved
 from services.retrieval.corpus import Text
-from services.retrieval.encoders import installed, known, load_encoder
-from services.retrieval.index import Index
+from services.retrieval.encoding.encoders import installed, known, load_encoder
+from services.retrieval.encoding.reranking import CrossEncoder, Reranking
 from services.retrieval.library import ABSENT, LOADING, OFF, Library, Request, Wanted
-from services.retrieval.reranking import CrossEncoder, Reranking
-from services.retrieval.tuning import read_tuning
+from services.retrieval.ranking.index import Index
+from services.retrieval.ranking.tuning import read_tuning
 
 WATCHED = (*FILES, "sources/*.md")
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.paths import data
-from services.retrieval.encoders import Encoder, Vectors, installed, load_encoder
+from services.retrieval.encoding.encoders import Encoder, Vectors, installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library, Request
 from services.retrieval.questions import Question, read_questions
-from services.retrieval.tuning import BM25_ALONE, PATH, Tuning
+from services.retrieval.ranking.tuning import BM25_ALONE, PATH, Tuning
 
 STEPS = tuple(step / 20 for step in range(21))
 DEPTH = 10

@@ -9,9 +9,9 @@ import msgspec
 
 from proto.rules import RulepackInfo
 from services.rules.errors import PackError
-from services.rules.format import Manifest
-from services.rules.packs import Pack, load, parse_version
-from services.rules.signature import Trust
+from services.rules.packs.format import Manifest
+from services.rules.packs.loading import Pack, load, parse_version
+from services.rules.packs.signature import Trust
 
 STALE = 0.5
 """Factor on the confidence under a pack older than the vehicle's configuration expects, or not in force today."""

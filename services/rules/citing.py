@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 from proto.rules import Citation
 from services.rules.book import is_fallback
-from services.rules.format import Provision, Sign, Source
-from services.rules.packs import Pack
+from services.rules.packs.format import Provision, Sign, Source
+from services.rules.packs.loading import Pack
 from services.rules.words import spoken_language
 
 Cites = tuple[Citation, ...]

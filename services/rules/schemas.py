@@ -6,8 +6,8 @@ from typing import Any
 
 import msgspec
 
-from services.rules.format import Case, Manifest, Provision, Sign
-from services.rules.signature import Signature
+from services.rules.packs.format import Case, Manifest, Provision, Sign
+from services.rules.packs.signature import Signature
 
 FOLDER = Path(__file__).parent / "schemas"
 KINDS: dict[str, Any] = {

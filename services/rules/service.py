@@ -7,18 +7,22 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
-from drivemcp.grants import public_key
+from drivemcp.files.packfiles import folder_of
 from drivemcp.node import Node
-from drivemcp.packfiles import folder_of
+from drivemcp.runtime.grants import public_key
 from drivemcp.service import Service
 from proto.health import ServiceLog
 from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
-from services.rules import evidence, limit_answer, lookup, numbers_alone, rightofway, signs
+from services.rules import numbers_alone
 from services.rules.book import is_fallback, normal_jurisdiction
+from services.rules.limits import limit_answer
+from services.rules.lookup import evidence, rule_lookup
+from services.rules.packs.signature import Trust
+from services.rules.right_of_way import right_of_way as stop_or_proceed
 from services.rules.shelf import Edition, Shelf
-from services.rules.signature import Trust
+from services.rules.signs import meaning
 from services.rules.situations import coarse
 
 RETRIEVAL_DEADLINE_MS = 22.0
@@ -255,7 +259,7 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
         With several candidate readings the most careful one is answered and the others are named.
         """
         book = _now(shelf).book
-        question = signs.SignQuestion(
+        question = meaning.SignQuestion(
             reading=reading,
             jurisdiction=jurisdiction,
             language=language,
@@ -263,12 +267,12 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
             candidates=candidates,
             home_unit=home_unit,
         )
-        return signs.interpret_sign(book, question)
+        return meaning.interpret_sign(book, question)
 
     @node.tool(deadline_ms=40)
     def right_of_way(question: RightOfWayQuestion) -> RulesAnswer:
         """Stop, give way or proceed at a junction: light before sign before general rule; who is unknown is taken to be there."""
-        return rightofway.right_of_way(_now(shelf).book, question)
+        return stop_or_proceed(_now(shelf).book, question)
 
 
 def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
@@ -285,9 +289,9 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
             language,
             road_context[:MAX_QUERY],
             45.0,
-            lookup.corpus_for(query),
+            rule_lookup.corpus_for(query),
         )
-        return lookup.lookup_rule(
+        return rule_lookup.lookup_rule(
             edition.book, query, jurisdiction, language, retrieved.passages if retrieved else None, k
         )
 

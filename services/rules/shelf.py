@@ -5,15 +5,15 @@ from pathlib import Path
 
 import msgspec
 
-from drivemcp.packfiles import FILES
-from drivemcp.watch import Watch
+from drivemcp.files.packfiles import FILES
+from drivemcp.runtime.folder_watch import Watch
 from proto.rules import Retrieved, RulesAnswer
 from services.rules.book import RuleBook, load_beside, load_book
 from services.rules.cache import Cache
 from services.rules.errors import PackError
-from services.rules.files import SIGNATURE
-from services.rules.packs import Pack, extended_folders
-from services.rules.signature import Trust
+from services.rules.packs.files import SIGNATURE
+from services.rules.packs.loading import Pack, extended_folders
+from services.rules.packs.signature import Trust
 
 
 class Edition(msgspec.Struct, frozen=True):

@@ -6,13 +6,14 @@ from typing import Literal, NamedTuple
 import msgspec
 
 from proto.weather import Conditions
-from services.weather import advice, wind
-from services.weather.car import Car, sane
-from services.weather.film import NO_RAIN_MM_H, WET_FROM_MM, film_claims, surely_at_least_mm
-from services.weather.grip import Grip, fuse
+from services.weather import advice
 from services.weather.memory import Memory, hold, hold_car
-from services.weather.observation import Observation, clean, trust
-from services.weather.sight import sight_m
+from services.weather.observations.observation import Observation, clean, trust
+from services.weather.road import wind
+from services.weather.road.car import Car, sane
+from services.weather.road.grip import Grip, fuse
+from services.weather.road.sight import sight_m
+from services.weather.road.water_film import NO_RAIN_MM_H, WET_FROM_MM, film_claims, surely_at_least_mm
 
 Risk = Literal["low", "moderate", "high", "severe", "unknown"]
 SightRisk = Literal["low", "moderate", "high", "unknown"]

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 
-from services.weather import friction
-from services.weather.car import UNKNOWN_SPEED_MPS, Car
-from services.weather.observation import FIELDS, NS, Observation
+from services.weather.observations.observation import FIELDS, NS, Observation
+from services.weather.road import friction
+from services.weather.road.car import UNKNOWN_SPEED_MPS, Car
 
 DRYING_S = 1200.0
 """A road counts as possibly wet so long after it was last known to be wet, unless its film is measured."""

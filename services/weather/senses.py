@@ -8,10 +8,10 @@ import msgspec
 from proto.sensors import WeatherSensing
 from proto.vehicle import Degradation, Ego
 from proto.weather import CameraWeather, Within
-from services.weather.interval import Interval
 from services.weather.memory import Memory
-from services.weather.observation import FIELDS, SURE, Observation, RoadState
-from services.weather.sight import FOG_LAMP_SIGHT_M
+from services.weather.observations.interval import Interval
+from services.weather.observations.observation import FIELDS, SURE, Observation, RoadState
+from services.weather.road.sight import FOG_LAMP_SIGHT_M
 
 SUPPOSED = "supposed"
 SENSOR_CONFIDENCE, SENSOR_HALVES_S = 0.97, 40.0

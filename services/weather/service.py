@@ -6,21 +6,21 @@ from typing import Annotated
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
 from drivemcp.node import Node
-from drivemcp.received import Received
 from drivemcp.service import Service
 from proto import topics
 from proto.sensors import WeatherSensing
 from proto.vehicle import Ego
 from proto.weather import Conditions
 from services.weather.assess import assess
-from services.weather.car import Car
 from services.weather.memory import Memory
-from services.weather.observation import Observation
+from services.weather.observations.observation import Observation
+from services.weather.road.car import Car
+from services.weather.road.slip import Braking
 from services.weather.senses import from_camera, from_car, from_sensing, suppose, supposing, tyre_low
-from services.weather.slip import Braking
 from services.weather.sources.internet import Internet, InternetConfig
 from services.weather.sources.table import providers
 

@@ -15,7 +15,7 @@ from evaluation.run.spec import RunSpec
 from proto.decision import ArbitrationRequest
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs
-from services.logger import chain, container
+from services.logger.format import chain, container
 from services.orchestrator.law import rules_question
 from services.orchestrator.observations.inputs import Observations
 

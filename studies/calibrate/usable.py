@@ -13,7 +13,7 @@ from evaluation.scenarios import read_place
 from evaluation.scenarios.names import Place
 from proto import topics
 from proto.truth import ScenarioState
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 from studies.calibrate.drives import NOBODY_BRAKES
 from studies.calibrate.recordings import spec_of
 

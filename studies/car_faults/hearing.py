@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from functools import cache
 
 from drivemcp.paths import data
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.profile import Profile, load_profile
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile, load_profile
 from services.can.vehicle import Vehicle
 from studies.car_faults.cases import Case
 from studies.car_faults.drives import drive

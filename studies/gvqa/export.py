@@ -14,8 +14,8 @@ import msgspec
 from drivemcp.errors import MALFORMED, UserError
 from proto import topics
 from proto.scene import SceneGraph
-from services.logger.files import named
-from services.logger.reader import messages
+from services.logger.format.reader import messages
+from services.logger.writing.log_folder import named
 from studies.gvqa.drivelm_json import Scene, to_drivelm
 
 

@@ -8,7 +8,7 @@ import msgspec
 from drivemcp.paths import data
 from services.rules.book import RuleBook, load_book
 from services.rules.errors import PackError
-from services.rules.format import Case
+from services.rules.packs.format import Case
 
 TABLE = Path(__file__).parent / "situations.json"
 MADE_UP = frozenset({"TEST-v1"})

@@ -8,9 +8,9 @@ from typing import Any
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
-from drivemcp.received import Received
 from evaluation.run.spec import RunSpec
 from proto import topics
 from proto.decision import Advisory, Decision

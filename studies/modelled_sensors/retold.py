@@ -16,7 +16,7 @@ from evaluation.run.spec import RunSpec
 from evaluation.run.world import world_of
 from proto import topics
 from proto.truth import Truth
-from services.logger.reader import messages, topic_of
+from services.logger.format.reader import messages, topic_of
 from services.simulator.lockstep import EPOCH_NS
 from services.simulator.service import length_s
 from services.simulator.session import SensorSet, Session

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from app.replay.log import traces
-from drivemcp.bus import Bus, open_bus
+from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import UserError
 from drivemcp.node import Node

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from drivemcp.errors import UserError
-from drivemcp.models import find_model
+from drivemcp.files.models import find_model
 from studies.ranging.labels import read_labels
 from studies.ranging.measure import Ranged, measure, share_within
 

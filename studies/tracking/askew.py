@@ -21,7 +21,7 @@ from evaluation.metrics import from_log
 from proto import topics
 from proto.perception import Track, Tracks
 from proto.truth import TrueActor, Truth
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 
 SURE, NEAR_M, FAR_M, MOVING_MPS = 0.7, 8.0, 60.0, 2.0
 """Tracks as sure as this, and moving vehicles between these distances, are compared."""

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proto.vehicle import Trend
-from services.can.ratios import TYRES
-from services.can.trends import TYRE_WARNING_SHARE, Trends
+from services.can.health.ratios import TYRES
+from services.can.health.trends import TYRE_WARNING_SHARE, Trends
 
 NOMINAL_BAR = (2.4, 2.4, 2.6, 2.6)
 WHEELS = ("fl", "fr", "rl", "rr")

@@ -7,8 +7,8 @@ import numpy as np
 
 from services.simulator.environment.weather import WeatherCourse
 from services.weather.assess import assess
-from services.weather.car import Car
 from services.weather.memory import Memory
+from services.weather.road.car import Car
 from studies.weather.sources import Instant, Tells
 from studies.weather.weathers import GENERATED, Keys
 

@@ -10,7 +10,7 @@ from proto.sensors import WeatherSensing
 from proto.vehicle import Ego
 from services.simulator.environment.weather import Weather
 from services.simulator.sensors.measurements import sensed, wiper_stage
-from services.weather.observation import NS, Observation
+from services.weather.observations.observation import NS, Observation
 from services.weather.senses import from_car, from_sensing
 
 FOG_LAMP_BELOW_M = 50.0

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.node import Node
-from drivemcp.received import Received
 from evaluation.run.grant import granted
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from drivemcp.bus import open_bus
+from drivemcp.bus.session import open_bus
 from drivemcp.config import BusConfig
-from drivemcp.supervisor import free_port
+from drivemcp.runtime.supervisor import free_port
 
 
 def wait_for_router(endpoint: str, user: str = "", password_file: str = "") -> None:
@@ -25,7 +25,7 @@ def start_router() -> Iterator[Callable[..., str]]:
 
     def start(*arguments: str, ready: Callable[[str], None] = wait_for_router) -> str:
         endpoint = f"tcp/127.0.0.1:{free_port()}"
-        command = [sys.executable, "-m", "drivemcp.router", "--listen", endpoint, *arguments]
+        command = [sys.executable, "-m", "drivemcp.bus.router", "--listen", endpoint, *arguments]
         running.append(subprocess.Popen(command, stdin=subprocess.DEVNULL))
         ready(endpoint)
         return endpoint

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drivemcp.bus import Bus, open_bus, wait_settled
+from drivemcp.bus.session import Bus, open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import BusError
 from drivemcp.node import Node

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from app.drive.stack import Stack, StackPlan
-from drivemcp.bus import wait_settled
+from drivemcp.bus.session import wait_settled
 from drivemcp.node import Node
 from proto import topics
 from proto.decision import Advisory

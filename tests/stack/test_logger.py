@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from drivemcp.bus import open_bus, wait_settled
+from drivemcp.bus.session import open_bus, wait_settled
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.node import Node
 from proto import topics
 from proto.vehicle import Ego
-from services.logger import files
-from services.logger.reader import messages
-from services.logger.verify import verify
+from services.logger.format.reader import messages
+from services.logger.verification.verify import verify
+from services.logger.writing import log_folder
 
 pytestmark = pytest.mark.stack
 READY_S = 20.0
@@ -44,11 +44,11 @@ def _logger(node: Node, endpoint: str, folder: Path) -> "subprocess.Popen[bytes]
 
 def _publish_until_logged(node: Node, folder: Path, seconds: float) -> int:
     """Publishes the ego at 100 Hz for a while once the first record is in a file; the stamp of the last publication."""
-    known = len(files.logs(folder / "logs"))
+    known = len(log_folder.logs(folder / "logs"))
     pace, started_s, logging_s, stamp_ns = _Pace(0.01), time.monotonic(), None, 0
     while logging_s is None or time.monotonic() - logging_s < seconds:
         assert time.monotonic() - started_s < READY_S
-        if logging_s is None and len(files.logs(folder / "logs")) > known:
+        if logging_s is None and len(log_folder.logs(folder / "logs")) > known:
             logging_s = time.monotonic()
         stamp_ns = time.time_ns()
         node.publish(topics.EGO, Ego(speed_mps=10.0), stamp_ns=stamp_ns)
@@ -76,7 +76,7 @@ def test_kill_minus_nine_loses_little_and_the_next_file_goes_on_from_the_old_hea
     first.send_signal(signal.SIGKILL)
     first.wait(READY_S)
     assert wait_settled(lambda: "logger" not in node.alive_services(), READY_S)
-    (old,) = files.logs(tmp_path / "logs")
+    (old,) = log_folder.logs(tmp_path / "logs")
     cut = verify(old)
     assert cut.intact
     assert not cut.closed
@@ -87,7 +87,7 @@ def test_kill_minus_nine_loses_little_and_the_next_file_goes_on_from_the_old_hea
     _publish_until_logged(node, tmp_path, 0.3)
     second.send_signal(signal.SIGTERM)
     assert second.wait(READY_S) == 0
-    _, new = files.logs(tmp_path / "logs")
+    _, new = log_folder.logs(tmp_path / "logs")
     report = verify(new)
     assert report.closed
     assert report.origin is not None

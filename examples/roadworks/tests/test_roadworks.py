@@ -3,7 +3,7 @@
 from drivemcp_roadworks.advice import ZONE_M, Seen, advise, drive
 from drivemcp_roadworks.service import SERVICE
 
-from drivemcp.bus import wait_settled
+from drivemcp.bus.session import wait_settled
 from drivemcp.testing import bus
 from proto import topics
 from proto.scene import Fact, Facts

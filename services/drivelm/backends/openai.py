@@ -16,8 +16,8 @@ from urllib.parse import SplitResult, urlsplit
 import httpx2
 import msgspec
 
-from drivemcp.addresses import is_loopback
 from drivemcp.errors import MALFORMED, ConfigError
+from drivemcp.files.addresses import is_loopback
 from services.drivelm.backends import chat
 from services.drivelm.backends.abstentions import judged
 from services.drivelm.backends.backend import Answer

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drivemcp.errors import UserError
 from proto import topics
-from services.logger.reader import messages, topic_of
+from services.logger.format.reader import messages, topic_of
 from services.logger.view.pipe import SHOWN_TOPICS, Thinning, ViewPipe
 from services.logger.view.settings import Said, Shown, ViewSettings
 

@@ -13,8 +13,8 @@ import msgspec
 
 from drivemcp.errors import MALFORMED
 from proto import topics
-from services.logger.file import Record
 from services.logger.view.settings import Said, Shown, ViewSettings
+from services.logger.writing.log_file import Record
 
 QUEUE = 400
 """Records that wait at most; the oldest go first. About two seconds of a drive."""

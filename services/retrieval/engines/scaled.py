@@ -12,11 +12,11 @@ import numpy as np
 
 from proto.rules import Passage
 from services.retrieval.corpus import Text
-from services.retrieval.encoders import Vectors
+from services.retrieval.encoding.encoders import Vectors
 from services.retrieval.engines.stores import Ask, Point, Store, StoreError, collection, fields
 from services.retrieval.engines.terms import Sparse, Terms
-from services.retrieval.filters import Filter
-from services.retrieval.index import EngineAway, Index, Places, normalised, shelved, stretched
+from services.retrieval.ranking.filters import Filter
+from services.retrieval.ranking.index import EngineAway, Index, Places, normalised, shelved, stretched
 
 WIDTH = 200
 """So many of the nearest by words, and by meaning, are candidates; of all both scores are asked for."""

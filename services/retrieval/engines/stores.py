@@ -8,9 +8,9 @@ import msgspec
 
 from drivemcp.errors import DriveMcpError
 from services.retrieval.corpus import Text
-from services.retrieval.encoders import Vectors
+from services.retrieval.encoding.encoders import Vectors
 from services.retrieval.engines.terms import Sparse
-from services.retrieval.filters import Filter
+from services.retrieval.ranking.filters import Filter
 
 MEANING, WORDS = "meaning", "words"
 EVERYWHERE = "*"

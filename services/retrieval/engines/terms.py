@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from services.retrieval.analysis import Analyser
+from services.retrieval.ranking.analysis import Analyser
 
 K1, B, EPSILON = 1.5, 0.75, 0.25
 """rank-bm25's defaults; EPSILON: share of the mean weight that a term in more than half of the passages gets."""

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivemcp.errors import UserError
-from drivemcp.packfiles import folder_of
-from services.rules.authoring import diff, drafts, scaffold, show, trial, validate
+from drivemcp.files.packfiles import folder_of
+from services.rules.authoring import diff, scaffold, show, trial, validate
+from services.rules.authoring.seal import seal
+from services.rules.authoring.statutes import drafts
 from services.rules.errors import PackError
-from services.rules.packs import content_hash, load
-from services.rules.seal import seal
-from services.rules.signature import Trust, sign
+from services.rules.packs.loading import content_hash, load
+from services.rules.packs.signature import Trust, sign
 
 if TYPE_CHECKING:
     Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]

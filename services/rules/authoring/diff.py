@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import msgspec
 
 from services.rules.authoring.wording import said, spaced, subject, value
-from services.rules.format import (
+from services.rules.packs.format import (
     Advisory,
     Condition,
     Duty,
@@ -17,7 +17,7 @@ from services.rules.format import (
     RightOfWay,
     Sign,
 )
-from services.rules.packs import Pack
+from services.rules.packs.loading import Pack
 from services.rules.units import to_mps
 
 _ABOUT = {

@@ -5,12 +5,12 @@ import re
 from pathlib import Path
 from typing import Any
 
-from drivemcp.packfiles import FILES
+from drivemcp.files.packfiles import FILES
 from drivemcp.paths import data
+from services.rules.authoring.seal import seal
 from services.rules.errors import PackError
-from services.rules.files import write_json
-from services.rules.packs import load, parent_folder
-from services.rules.seal import seal
+from services.rules.packs.files import write_json
+from services.rules.packs.loading import load, parent_folder
 
 TEMPLATE = "rulepacks/TEST-v1"
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9.-]{0,63}")

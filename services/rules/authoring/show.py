@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from services.rules.authoring.wording import said
 from services.rules.errors import PackError
-from services.rules.format import Provision, Sign, Source
-from services.rules.packs import Pack
+from services.rules.packs.format import Provision, Sign, Source
+from services.rules.packs.loading import Pack
 
 
 def shown(pack: Pack, name: str | None) -> str:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import msgspec
 
+from services.rules.authoring.cases import failures
 from services.rules.book import load_book
-from services.rules.cases import failures
 from services.rules.errors import PackError
 
 

@@ -7,13 +7,13 @@ from typing import get_type_hints
 import msgspec
 
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
+from services.rules.authoring.seal import paragraphs
 from services.rules.errors import Problem
-from services.rules.files import Files, decoded, decoded_list, read_files
-from services.rules.format import Case, Manifest, Provision, Sign
-from services.rules.packs import examine
-from services.rules.seal import paragraphs
-from services.rules.signature import Trust
-from services.rules.signs import SignQuestion
+from services.rules.packs.files import Files, decoded, decoded_list, read_files
+from services.rules.packs.format import Case, Manifest, Provision, Sign
+from services.rules.packs.loading import examine
+from services.rules.packs.signature import Trust
+from services.rules.signs.meaning import SignQuestion
 
 ASKED = {"applicable_limit": Situation, "right_of_way": RightOfWayQuestion, "interpret_sign": SignQuestion}
 EXPECTED = {"limit", "advisory", "cites", "contains", "min_confidence", "max_confidence"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from services.rules.format import (
+from services.rules.packs.format import (
     Advisory,
     Condition,
     Duty,

@@ -10,9 +10,9 @@ from typing import Any
 
 import msgspec
 
-from drivemcp.addresses import is_private
 from drivemcp.errors import ConfigError
-from services.weather.observation import Observation
+from drivemcp.files.addresses import is_private
+from services.weather.observations.observation import Observation
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer, rounded
 
 TIMEOUT_S = (5.0, 10.0)

@@ -3,7 +3,7 @@
 import msgspec
 
 from drivemcp.errors import MALFORMED
-from services.weather.observation import Observation
+from services.weather.observations.observation import Observation
 from services.weather.sources import provider
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer
 

@@ -9,7 +9,7 @@ import pytest
 from drivemcp.cli import make_parser, run
 from drivemcp.errors import UserError
 from proto.health import ChainHead
-from services.logger import signing
+from services.logger.format import signing
 from services.logger.memory import MemoryStore
 from tests.unit.services.logger.conftest import write
 

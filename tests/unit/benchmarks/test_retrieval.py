@@ -12,7 +12,7 @@ import pytest
 from benchmarks import growth as subject
 from benchmarks import passages, retrieval
 from benchmarks.retrieval import growth
-from services.retrieval.encoders import Vectors
+from services.retrieval.encoding.encoders import Vectors
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivemcp.access import access_control
+from drivemcp.bus.access import access_control
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from proto.services import SERVICES, ServiceRow

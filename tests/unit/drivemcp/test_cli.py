@@ -76,7 +76,7 @@ def test_a_grant_is_signed_with_a_key_that_only_its_owner_reads(
     assert run(["grant", "--key", str(key), "--vehicle", "car-1", "--out", str(grant)]) == 0
     from datetime import UTC, datetime
 
-    from drivemcp.grants import GrantRefused, read_grant, verify_grant
+    from drivemcp.runtime.grants import GrantRefused, read_grant, verify_grant
 
     signed = read_grant(grant.read_bytes())
     verify_grant(signed, [public], vehicle="car-1", capability="actuation/brake", now=datetime.now(UTC))
@@ -95,7 +95,7 @@ def test_a_taken_port_is_told_in_one_line(capfd: pytest.CaptureFixture[str]) -> 
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        from drivemcp.router import main
+        from drivemcp.bus.router import main
 
         assert main(["--listen", f"tcp/127.0.0.1:{taken.getsockname()[1]}"]) == 2
     assert "port" in capfd.readouterr().err

@@ -9,14 +9,14 @@ from types import SimpleNamespace
 import msgspec
 import pytest
 
-from drivemcp.bus import Bus, Querier, Query, Reply, wait_settled
+from drivemcp.bus.session import Bus, Querier, Query, Reply, wait_settled
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
-from drivemcp.toolclient import LATE_GRACE_S, LOCKSTEP_BOUND_MS
-from drivemcp.tooldef import define
+from drivemcp.tools.client import LATE_GRACE_S, LOCKSTEP_BOUND_MS
+from drivemcp.tools.definition import define
 from proto import topics
 from proto.keys import alive_key, catalogue_key, tool_key
 from proto.sensors import GnssFix
@@ -144,7 +144,7 @@ def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus, monkeyp
     def stepped_ns() -> int:
         return time.time_ns() + next(ahead, 0)
 
-    monkeypatch.setattr("drivemcp.toolclient.time", SimpleNamespace(time_ns=stepped_ns, monotonic=time.monotonic))
+    monkeypatch.setattr("drivemcp.tools.client.time", SimpleNamespace(time_ns=stepped_ns, monotonic=time.monotonic))
     began_s = time.monotonic()
     assert wet_bus.probe.call("hang", {}, deadline_ms=200.0).status == "timeout"
     assert time.monotonic() - began_s < 5.0

@@ -35,18 +35,18 @@ from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
 from services.drivelm.vocabulary.parser import parse
 from services.gateway.face import as_result
-from services.logger import signing
-from services.logger.file import DiskFile, LogFile, Origin
-from services.logger.forms import LOGGED, record
-from services.logger.reader import messages
-from services.logger.verify import verify
+from services.logger.format import signing
+from services.logger.format.reader import messages
+from services.logger.verification.verify import verify
+from services.logger.writing.log_file import DiskFile, LogFile, Origin
+from services.logger.writing.topic_formats import LOGGED, record
 from services.orchestrator.driver.answer import answer
 from services.orchestrator.driver.question import calls_for, subject_of
 from services.orchestrator.observations.inputs import OWN_TOOLS
 from services.orchestrator.tick import redecide, trace_of
 from services.rules.book import RuleBook, load_book
-from services.rules.lookup import lookup_rule
-from services.rules.signs import SignQuestion, interpret_sign
+from services.rules.lookup.rule_lookup import lookup_rule
+from services.rules.signs.meaning import SignQuestion, interpret_sign
 from tests.unit.robustness.hostile import FIXED, bent_codes, hostile, look_alikes
 from tests.unit.services.drivelm.approach import Scripted, drive_past, says, shows
 from tests.unit.services.orchestrator.judge import arbiter

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drivemcp.bus import Publisher
+from drivemcp.bus.session import Publisher
 from drivemcp.node import Node
 from drivemcp.registry import load_service
 from drivemcp.testing import TestBus, bus

@@ -11,7 +11,7 @@ import pytest
 from app.drive.precheck import check_port, check_services, check_settings, profile_of, vehicle_of
 from drivemcp.cli import main
 from drivemcp.errors import UserError
-from drivemcp.grants import KeyPair, make_key, sign_grant
+from drivemcp.runtime.grants import KeyPair, make_key, sign_grant
 from proto import topics
 from proto.decision import Grant
 

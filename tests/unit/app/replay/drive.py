@@ -19,15 +19,15 @@ from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.state import fresh
-from services.logger import signing
-from services.logger.file import DiskFile, LogFile, Origin, Record
-from services.logger.forms import json_form
+from services.logger.format import signing
+from services.logger.writing.log_file import DiskFile, LogFile, Origin, Record
+from services.logger.writing.topic_formats import json_form
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Observations, Stamped
 from services.orchestrator.state import State
 from services.orchestrator.tick import tick, trace_of
 from services.rules.book import RuleBook, load_book
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 
 STEP_NS = 100_000_000
 START_NS = 1_000_000_000_000

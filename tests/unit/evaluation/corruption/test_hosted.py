@@ -14,9 +14,9 @@ from proto import topics
 from proto.scene import Facts
 from proto.sensors import CameraFrame, GnssFix
 from proto.truth import Corrupted
-from services.logger.files import logs
 from services.logger.service import SERVICE as LOGGER
 from services.logger.service import LoggerConfig
+from services.logger.writing.log_folder import logs
 from tests.unit.evaluation.corruption.worlds import ORIGIN, SWEEP, TICK, frame, limit, post, said, truth
 
 

@@ -9,8 +9,8 @@ import msgspec
 import pytest
 
 from drivemcp.errors import ConfigError
-from drivemcp.grants import make_key, sign_grant
 from drivemcp.node import Node
+from drivemcp.runtime.grants import make_key, sign_grant
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import BrakeCommand, Decision, Feedback, Grant

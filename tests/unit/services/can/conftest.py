@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from drivemcp.paths import data
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.profile import Profile, load_profile
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile, load_profile
 
 
 @pytest.fixture(scope="session")

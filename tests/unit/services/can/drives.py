@@ -5,9 +5,9 @@ import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from services.can.crosscheck import SENSORS
-from services.can.field import Reading
-from services.can.witness import WHEELS, Shape
+from services.can.health.crosscheck import SENSORS
+from services.can.health.expected_values import WHEELS, Shape
+from services.can.signals.field import Reading
 
 NS = 1_000_000_000
 STEP_S = 0.05

@@ -6,9 +6,9 @@ from pathlib import Path
 import msgspec
 
 from proto.vehicle import Degradation
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.profile import Profile
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile
 from services.can.vehicle import Vehicle
 from services.simulator.car.state import CarModel, CarState, Controls
 from services.simulator.ecus.can_frames import FrameEncoder

@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivemcp import grants
 from drivemcp.paths import data
+from drivemcp.runtime import grants
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import Grant
 from proto.sensors import CanFrame, CanFrames
 from proto.tools import Outcome
-from services.can import gate
-from services.can.addresses import REQUEST_IDS
-from services.can.isotp import FLOW_FRAMES, single_frame
+from services.can.diagnostics import gate
+from services.can.diagnostics.addresses import REQUEST_IDS
+from services.can.diagnostics.isotp import FLOW_FRAMES, single_frame
 from services.can.service import SERVICE, CanConfig
 from services.simulator.car.state import CarState
 from services.simulator.ecus.bank import EcuBank

@@ -4,10 +4,10 @@ from itertools import islice
 
 from drivemcp.paths import data
 from proto.sensors import CanFrame
-from services.can import health
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.profile import Profile
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.health import degradation
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile
 from services.can.vehicle import Vehicle
 from studies.car_faults.courses import draw_course
 from studies.car_faults.drives import Onset, drive
@@ -48,6 +48,6 @@ def test_a_lying_sensor_is_invalid_in_the_ego_and_named_in_the_health_however_fr
     assert ego.yaw_rate_radps is None
     assert "yaw_rate_radps" in ego.invalid
     assert ego.speed_mps is not None
-    advice = health.advise(one.table, one.assessment, book, "de")
+    advice = degradation.advise(one.table, one.assessment, book, "de")
     assert "yaw_rate_radps" in advice.advice
     assert advice.safe_to_drive == "with_care"

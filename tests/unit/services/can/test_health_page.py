@@ -1,9 +1,9 @@
 """The page of the car's health says what the tables say."""
 
 from drivemcp.paths import data
-from services.can.crosscheck import SENSORS
-from services.can.indicators import table
-from services.can.trends import RULES
+from services.can.health.crosscheck import SENSORS
+from services.can.health.indicators import table
+from services.can.health.trends import RULES
 
 PAGE = data("docs/health.md").read_text(encoding="utf-8")
 

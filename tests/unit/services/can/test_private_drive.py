@@ -14,10 +14,10 @@ from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.can.service import SERVICE, CanConfig
-from services.logger import files
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 from services.logger.service import SERVICE as LOGGER
 from services.logger.service import LoggerConfig
+from services.logger.writing import log_folder
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
@@ -138,7 +138,7 @@ def test_neither_number_nor_private_signals_leave_the_service_or_reach_the_log(t
     assert b"VehicleSpeed" in answers["get_vehicle_snapshot {}"]
     assert b"raw_access is off" in answers["get_vehicle_snapshot {}"]
     assert b"raw_access is off" in answers["filter_frames {'arbitration_id': '0x500'}"]
-    (path,) = files.logs(tmp_path / "drive" / "logs")
+    (path,) = log_folder.logs(tmp_path / "drive" / "logs")
     assert _found(path.read_bytes()) == []
     logged = list(messages(path))
     assert {"can/ego"} <= {one.name for one in logged}

@@ -10,13 +10,13 @@ from msgspec import structs
 from drivemcp.paths import data
 from proto.sensors import CanFrame
 from proto.vehicle import Ego
-from services.can.board import Board
-from services.can.dbc import Dbc
 from services.can.ego import read_ego
-from services.can.profile import Profile, find_descriptions, load_profile
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile, find_descriptions, load_profile
+from services.can.signals.board import Board
 from services.weather.assess import assess
-from services.weather.car import Car as WeatherCar
 from services.weather.memory import Memory
+from services.weather.road.car import Car as WeatherCar
 from services.weather.senses import from_car
 
 if find_spec("opendbc") is None:

@@ -14,9 +14,9 @@ from drivemcp.paths import data
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
-from services.can.buses import BusConfig
-from services.can.requests import MAX_WAIT_S
+from services.can.buses.opening import BusConfig
 from services.can.service import SERVICE, CanConfig
+from services.can.tools.requests import MAX_WAIT_S
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
@@ -212,8 +212,8 @@ def test_unknown_names_are_told_and_do_not_break_the_tool(driving: Driving) -> N
 def test_a_python_can_bus_crosses_nodes(driving: Driving) -> None:
     import can
 
-    from services.can.link import NodeLink
-    from services.can.zenoh_bus import ZenohBus
+    from services.can.buses.link import NodeLink
+    from services.can.buses.zenoh_bus import ZenohBus
 
     with driving() as (b, car):
         node = b.node("tester")

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
-from services.can.profile import Profile
+from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile
 from services.simulator.car.state import CarState, Controls
 from tests.unit.services.can.silent_car import SilentCar
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.sensors import CanFrame
-from services.can import answers
-from services.can.codes import CodeMemory
-from services.can.dbc import Dbc
-from services.can.dtc import DtcBook
+from services.can.diagnostics.isotp import single_frame
+from services.can.diagnostics.stored_codes import CodeMemory
+from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.errors import LinkDown
-from services.can.isotp import single_frame
-from services.can.profile import Profile
+from services.can.profiles.dbc import Dbc
+from services.can.profiles.profile import Profile
+from services.can.tools import answers
 from services.can.vehicle import Vehicle
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.can_frames import FrameEncoder

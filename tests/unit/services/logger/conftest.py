@@ -7,8 +7,8 @@ import pytest
 from mcap.opcode import Opcode
 
 from proto.decision import Advisory, Decision, Event, Fused, SafetyMetrics, TraceRecord
-from services.logger import container, scan, signing
-from services.logger.file import DiskFile, Form, LogFile, Origin, Record
+from services.logger.format import container, scan, signing
+from services.logger.writing.log_file import DiskFile, Form, LogFile, Origin, Record
 
 FORM = Form(message_encoding="json", schema_name="t.T", schema_encoding="jsonschema", schema=b'{"type":"object"}')
 

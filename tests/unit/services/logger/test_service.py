@@ -11,22 +11,22 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
 from drivemcp import node as node_module
+from drivemcp.bus.inbox import Inbox
 from drivemcp.config import load_config
 from drivemcp.errors import ConfigError
-from drivemcp.inbox import Inbox
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.health import ServiceLog
 from proto.sensors import CameraFrame, CanFrame, CanFrames
 from proto.topics import Topic
 from proto.vehicle import Ego
-from services.logger import files
-from services.logger.forms import LOGGED, json_form
+from services.logger.format.reader import Logged, messages
 from services.logger.memory import MemoryStore, kept_head
-from services.logger.reader import Logged, messages
-from services.logger.recorder import Recorder
 from services.logger.service import SERVICE, LoggerConfig
-from services.logger.verify import verify
+from services.logger.verification.verify import verify
+from services.logger.writing import log_folder
+from services.logger.writing.recorder import Recorder
+from services.logger.writing.topic_formats import LOGGED, json_form
 from tests.unit.services.logger.conftest import trace_of
 
 
@@ -37,7 +37,7 @@ def _logged(b: TestBus, folder: Path, publish: Sequence[tuple[Topic[Any], msgspe
         b.probe.publish(topic, message, id=id, stamp_ns=42)
     b.wait_for(topics.CHAIN, lambda head: head.records >= len(publish))
     node.close()
-    (path,) = files.logs(folder / "logs")
+    (path,) = log_folder.logs(folder / "logs")
     assert verify(path).closed
     return [one for one in messages(path) if one.name.split("/")[0] not in ("health", "calls", "log")]
 
@@ -71,7 +71,7 @@ def test_a_trace_is_kept_byte_for_byte_and_found_again(tmp_path: Path) -> None:
         found = b.call("find_traces", {"event": "overspeed"}).result
         versions = b.call("recall", {"kind": "rulepack"}).result
         node.close()
-    (path,) = files.logs(tmp_path / "logs")
+    (path,) = log_folder.logs(tmp_path / "logs")
     assert found is not None
     assert [(row["tick"], row["decision"], row["file"]) for row in found["traces"]] == [(7, "SPEAK", path.name)]
     assert versions is not None
@@ -97,7 +97,7 @@ def test_the_signed_head_goes_onto_the_bus_and_into_memory(tmp_path: Path) -> No
         b.probe.publish(topics.EGO, Ego(speed_mps=1.0))
         head = b.wait_for(topics.CHAIN, lambda head: head.records > 0)
         node.close()
-    (path,) = files.logs(tmp_path / "logs")
+    (path,) = log_folder.logs(tmp_path / "logs")
     assert head.signature
     assert verify(path, expected_head=head.head_sha256).intact
     kept = kept_head(tmp_path / "memory.sqlite", path.name)
@@ -141,7 +141,7 @@ def test_a_logger_that_is_behind_at_its_end_logs_the_rest_or_says_how_much_is_mi
             b.probe.publish(topics.EGO, Ego(speed_mps=float(n)))
         assert busy.wait(10.0)
         node.close()
-    (path,) = files.logs(tmp_path / "logs")
+    (path,) = log_folder.logs(tmp_path / "logs")
     assert verify(path).closed
     logged = [one for one in messages(path) if one.name in ("can/ego", "logger/gap")]
     found = [one for one in logged if one.name == "can/ego"]
@@ -183,7 +183,7 @@ def test_a_publication_is_logged_whatever_its_stamp_and_the_next_one_too(stamps:
         b.wait_for(topics.CHAIN, lambda head: head.records >= len(stamps) + 3)
         found = b.call("find_traces", {}).result
         node.close()
-    (path,) = files.logs(tmp_path / "logs")
+    (path,) = log_folder.logs(tmp_path / "logs")
     assert verify(path).closed
     written = [min(max(stamp_ns, 0), 2**63 - 1) for stamp_ns in stamps]
     assert [one.stamp_ns for one in messages(path) if one.name == "can/ego"] == [*written, 42, 42]
@@ -208,7 +208,7 @@ def test_a_log_line_is_a_foxglove_log(tmp_path: Path) -> None:
         b.probe.publish(topics.LOG, line, id="rules")
         b.wait_for(topics.CHAIN, lambda head: head.records > 0)
         node.close()
-    (path,) = files.logs(tmp_path / "logs")
+    (path,) = log_folder.logs(tmp_path / "logs")
     (data,) = [one.data for one in messages(path) if one.name == "log/rules"]
     log = Log.FromString(data)
     assert (log.level, log.name, log.message) == (Log.WARNING, "rules", "no pack pack=X")

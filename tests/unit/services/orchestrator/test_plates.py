@@ -9,7 +9,7 @@ from services.orchestrator.law.rules_question import situation
 from services.orchestrator.signs.limits import in_force
 from services.orchestrator.signs.signs import known_plate
 from services.rules.book import load_book
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 from tests.unit.robustness.hostile import hostile
 from tests.unit.services.orchestrator.support import FEW, KMH, Drive, limit_sign
 

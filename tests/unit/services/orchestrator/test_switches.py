@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from drivemcp.bus import wait_settled
+from drivemcp.bus.session import wait_settled
 from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import bus
-from drivemcp.toolclient import DEFAULT_MODELLED_MS
+from drivemcp.tools.client import DEFAULT_MODELLED_MS
 from proto import topics
 from services.orchestrator import direct
 from services.orchestrator.experts import ask

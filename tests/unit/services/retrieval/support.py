@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drivemcp.packfiles import FILES, content_sha256, read_content
-from services.retrieval.encoders import Vectors
+from drivemcp.files.packfiles import FILES, content_sha256, read_content
+from services.retrieval.encoding.encoders import Vectors
 
 MEANINGS = (("pedestrian", "zebra", "crossing"), ("fog", "visibility", "nebel"), ("roundabout",), ("trailer",))
 

@@ -9,7 +9,7 @@ import pytest
 from drivemcp.paths import data
 from services.retrieval.corpus import CorpusError, digest, read_pack
 from services.retrieval.service import RetrievalConfig
-from services.rules.packs import load
+from services.rules.packs.loading import load
 from tests.unit.services.retrieval.support import seal
 
 PACKS = ("DEU-v1", "DEU-v1-VSL", "GBR-v1")

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from drivemcp.paths import data
-from services.retrieval.encoders import Vectors
-from services.retrieval.filters import Filter
-from services.retrieval.index import Index, normalised, stretched
+from services.retrieval.encoding.encoders import Vectors
+from services.retrieval.encoding.question_vectors import MAX_ENCODED
 from services.retrieval.library import ABSENT, LATE, LOADING, Library, Request
-from services.retrieval.tuning import Tuning
-from services.retrieval.vectors import MAX_ENCODED
+from services.retrieval.ranking.filters import Filter
+from services.retrieval.ranking.index import Index, normalised, stretched
+from services.retrieval.ranking.tuning import Tuning
 from tests.unit.services.retrieval.support import WordEncoder
 
 FOLDERS = tuple(data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from services.retrieval.library import Library, Request
-from services.retrieval.tuning import read_tuning
+from services.retrieval.ranking.tuning import read_tuning
 from tests.unit.services.retrieval.support import WordEncoder, seal
 
 TEXT = "Nobody drives fast."

@@ -9,11 +9,11 @@ import pytest
 
 from drivemcp.config import load_config
 from drivemcp.errors import ConfigError
-from drivemcp.supervisor import free_port
+from drivemcp.runtime.supervisor import free_port
 from drivemcp.testing import TestBus, bus
 from proto.rules import Retrieved
 from services.retrieval import service
-from services.retrieval.encoders import installed
+from services.retrieval.encoding.encoders import installed
 from services.retrieval.service import SERVICE, RetrievalConfig
 from tests.unit.services.retrieval.models import cross_encoder, needs_torch
 from tests.unit.services.retrieval.support import WordEncoder

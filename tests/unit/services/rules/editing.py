@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from services.rules.packs import content_hash
+from services.rules.packs.loading import content_hash
 
 
 def edit(path: Path, change: Callable[[Any], Any]) -> None:

@@ -11,10 +11,11 @@ import pytest
 
 from drivemcp.paths import data
 from proto.rules import Citation
-from services.rules import citing, packs
-from services.rules.files import Files, read_files
-from services.rules.format import Source
-from services.rules.packs import Pack
+from services.rules import citing
+from services.rules.packs import loading
+from services.rules.packs.files import Files, read_files
+from services.rules.packs.format import Source
+from services.rules.packs.loading import Pack
 
 Texts = dict[tuple[str, str], Files]
 """Files by pack id and the first 12 of its content hash: what a version tag names."""
@@ -58,7 +59,7 @@ def every_quotation_checked() -> Iterator[None]:
         return made
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(packs, "read_files", noted)
+        patch.setattr(loading, "read_files", noted)
         patch.setattr(citing, "_citation", checked)
         yield
 

@@ -11,12 +11,12 @@ from drivemcp.paths import data
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, Situation
 from proto.scene import Candidate
 from services.rules.book import load_book
-from services.rules.conditions import VEHICLE_CLASSES
-from services.rules.format import Advisory, Limit
-from services.rules.limit_answer import applicable_limit
-from services.rules.packs import Pack
-from services.rules.rightofway import right_of_way
-from services.rules.signs import careful_rank
+from services.rules.limits.conditions import VEHICLE_CLASSES
+from services.rules.limits.limit_answer import applicable_limit
+from services.rules.packs.format import Advisory, Limit
+from services.rules.packs.loading import Pack
+from services.rules.right_of_way import right_of_way
+from services.rules.signs.meaning import careful_rank
 from services.rules.units import to_mps
 
 BOOK, REFUSED = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))

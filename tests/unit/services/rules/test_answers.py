@@ -5,14 +5,14 @@ from typing import Any
 import msgspec
 import pytest
 
-from drivemcp.packfiles import folder_of
+from drivemcp.files.packfiles import folder_of
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate
 from services.rules.book import RuleBook, load_book
-from services.rules.limit_answer import applicable_limit
-from services.rules.rightofway import right_of_way
+from services.rules.limits.limit_answer import applicable_limit
+from services.rules.right_of_way import right_of_way
 from services.rules.service import RulesConfig
-from services.rules.signs import SignQuestion, interpret_sign
+from services.rules.signs.meaning import SignQuestion, interpret_sign
 
 BOOK: RuleBook = load_book([folder_of(name) for name in RulesConfig().packs])[0]
 PLAIN = Situation(jurisdiction="DEU", road_type="motorway", wet=False, snow=False, visibility_m=300.0)

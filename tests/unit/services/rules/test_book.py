@@ -10,7 +10,7 @@ from drivemcp.paths import data
 from proto.rules import PostedLimit, Situation
 from services.rules.book import RuleBook, load_book, normal_jurisdiction
 from services.rules.errors import PackError
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 from tests.unit.services.rules.editing import edit, rehash
 
 RURAL = Situation(jurisdiction="DEU", road_type="rural", visibility_m=200.0, wet=False)

@@ -11,9 +11,9 @@ from drivemcp.paths import data
 from proto.rules import RightOfWayQuestion, Situation
 from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
-from services.rules.limit_answer import applicable_limit
-from services.rules.rightofway import right_of_way
-from services.rules.signs import careful_rank
+from services.rules.limits.limit_answer import applicable_limit
+from services.rules.right_of_way import right_of_way
+from services.rules.signs.meaning import careful_rank
 from tests.unit.services.rules.editing import edit, rehash, set_limit
 
 TOWN = Situation(road_type="urban", wet=False, snow=False, visibility_m=300.0, time_of_day_h=12.0)

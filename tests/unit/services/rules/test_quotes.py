@@ -6,7 +6,7 @@ import pytest
 from proto.rules import Situation
 from services.rules import citing
 from services.rules.book import RuleBook
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 from tests.unit.services.rules.quotes import misquoted
 
 TOWN = Situation(jurisdiction="DEU", road_type="urban", visibility_m=300.0)

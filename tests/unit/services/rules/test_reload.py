@@ -6,9 +6,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from drivemcp.bus import wait_settled
-from drivemcp.grants import make_key
+from drivemcp.bus.session import wait_settled
 from drivemcp.node import Node
+from drivemcp.runtime.grants import make_key
 from drivemcp.testing import TestBus, bus
 from proto.health import ServiceLog
 from proto.rules import RulesAnswer
@@ -17,10 +17,10 @@ from services.retrieval.service import SERVICE as RETRIEVAL
 from services.retrieval.service import RetrievalConfig
 from services.rules import service
 from services.rules.authoring.scaffold import scaffold
-from services.rules.packs import load
-from services.rules.seal import seal
+from services.rules.authoring.seal import seal
+from services.rules.packs.loading import load
+from services.rules.packs.signature import sign
 from services.rules.service import SERVICE, RulesConfig
-from services.rules.signature import sign
 from tests.unit.services.rules.editing import rehash, set_limit
 
 TOWN = {"jurisdiction": "ZZZ", "road_type": "urban", "visibility_m": 200.0, "wet": False, "snow": False}

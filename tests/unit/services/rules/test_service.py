@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from drivemcp.bus import wait_settled
+from drivemcp.bus.session import wait_settled
 from drivemcp.testing import TestBus, bus
 from proto.rules import RulesAnswer
 from proto.topics import HEALTH

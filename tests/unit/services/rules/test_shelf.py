@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from proto.rules import Situation
 from services.rules.authoring.scaffold import scaffold
 from services.rules.book import load_book
-from services.rules.limit_answer import applicable_limit
+from services.rules.limits.limit_answer import applicable_limit
 from services.rules.shelf import Change, Shelf
 from tests.unit.services.rules.editing import edit, rehash, set_limit
 

@@ -4,7 +4,7 @@ import pytest
 
 from proto.rules import PostedLimit, Situation
 from proto.scene import Candidate
-from services.rules.readings import hours_of, within_hours
+from services.rules.signs.sign_codes import hours_of, within_hours
 from services.rules.situations import coarse
 
 

@@ -6,15 +6,15 @@ from typing import Any
 import msgspec
 import pytest
 
-from drivemcp.packfiles import folder_of
+from drivemcp.files.packfiles import folder_of
 from drivemcp.testing import TestBus, bus
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, Situation
 from services.rules.book import RuleBook, is_fallback, load_book
-from services.rules.limit_answer import applicable_limit
-from services.rules.lookup import lookup_rule
-from services.rules.rightofway import right_of_way
+from services.rules.limits.limit_answer import applicable_limit
+from services.rules.lookup.rule_lookup import lookup_rule
+from services.rules.right_of_way import right_of_way
 from services.rules.service import SERVICE, RulesConfig
-from services.rules.signs import SignQuestion, careful_rank, interpret_sign
+from services.rules.signs.meaning import SignQuestion, careful_rank, interpret_sign
 
 BOOK, REFUSED = load_book([folder_of(name) for name in RulesConfig().packs])
 NOWHERE = [None, "ITA", "USA-NV"]

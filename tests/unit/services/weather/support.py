@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from proto.weather import Conditions
 from services.weather.assess import assess
-from services.weather.car import Car
-from services.weather.interval import Interval
 from services.weather.memory import Memory
-from services.weather.observation import LIMITS, NS, Observation
+from services.weather.observations.interval import Interval
+from services.weather.observations.observation import LIMITS, NS, Observation
+from services.weather.road.car import Car
 
 NOW = 10_000 * NS
 WATCHED = Memory(since_ns=NOW - 5_000 * NS)

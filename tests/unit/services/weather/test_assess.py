@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.weather import Conditions
-from services.weather import friction
 from services.weather.assess import assess
-from services.weather.car import Car
-from services.weather.friction import DRY
-from services.weather.interval import Interval
 from services.weather.memory import DRIES_S, Memory
-from services.weather.observation import NS, Observation
+from services.weather.observations.interval import Interval
+from services.weather.observations.observation import NS, Observation
+from services.weather.road import friction
+from services.weather.road.car import Car
+from services.weather.road.friction import DRY
 from tests.unit.services.weather.support import CLEAR, COLD, DRIVING, NOW, RAIN, WATCHED, changed, conditions
 
 WIPING = Observation(source="car", stamp_ns=NOW, confidence=0.85, rain_mm_h=Interval(3.0, 40.0))

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from proto.vehicle import Degradation, Indicator
 from services.weather.assess import assess
-from services.weather.car import Car
-from services.weather.claim import share
-from services.weather.interval import Interval
 from services.weather.memory import Memory
-from services.weather.observation import FIELDS, LIMITS, NS, SURE, Observation, trust
+from services.weather.observations.claim import share
+from services.weather.observations.interval import Interval
+from services.weather.observations.observation import FIELDS, LIMITS, NS, SURE, Observation, trust
+from services.weather.road.car import Car
 from services.weather.senses import tyre_low
 from tests.unit.services.weather.support import (
     BAD_END,

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.weather.sight import snow_sight_m, spray_sight_m
-from services.weather.wind import wind_speed_mps
+from services.weather.road.sight import snow_sight_m, spray_sight_m
+from services.weather.road.wind import wind_speed_mps
 
 
 def test_a_millimetre_of_snow_an_hour_hides_what_is_beyond_eight_hundred_metres() -> None:

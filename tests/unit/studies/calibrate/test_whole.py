@@ -16,7 +16,7 @@ from evaluation.campaign.store import Store
 from evaluation.metrics.record import TRUTH_FILE
 from evaluation.scenarios import FAMILIES
 from services.arbiter.profiles import load as load_profile
-from services.logger.reader import messages
+from services.logger.format.reader import messages
 from services.orchestrator.observations.inputs import Method
 from studies.calibrate import drives, whole
 from studies.calibrate.again import again

@@ -10,7 +10,7 @@ import pytest
 from cantools.database import load_file
 
 from drivemcp.paths import data
-from services.can.profile import load_profile
+from services.can.profiles.profile import load_profile
 from services.simulator.car.sensors import SENSORS
 from studies.car_faults.cases import FIELDS, Case, cases
 from studies.car_faults.courses import draw_course

@@ -6,9 +6,9 @@ import msgspec
 import pytest
 
 from proto.scene import QA, SceneGraph
-from services.logger import signing
-from services.logger.file import DiskFile, LogFile, Origin, Record
-from services.logger.forms import json_form
+from services.logger.format import signing
+from services.logger.writing.log_file import DiskFile, LogFile, Origin, Record
+from services.logger.writing.topic_formats import json_form
 from studies.gvqa.drivelm_json import from_drivelm, to_drivelm
 from studies.gvqa.export import main
 from studies.gvqa.files import load

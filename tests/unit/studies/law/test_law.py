@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from proto.rules import LegalAction, LegalLimit, RulesAnswer
-from services.rules.cases import answer
+from services.rules.authoring.cases import answer
 from studies.law.scores import Measured, above_the_law, measure
 from studies.law.situations import every_book, own_cases, read_table, situations
 from studies.law.table import table

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from services.drivelm.ocr.plate_numbers import DISTANCE, HOURS, LENGTH, PLATES_WITH_NUMBERS, number_of
-from services.rules.readings import hours_of, parse_reading
+from services.rules.signs.sign_codes import hours_of, parse_reading
 from tests.unit.robustness.hostile import hostile, look_alikes
 
 

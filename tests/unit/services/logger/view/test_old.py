@@ -8,10 +8,10 @@ import pytest
 
 from drivemcp.cli import run
 from proto.vehicle import Ego
-from services.logger import signing
-from services.logger.file import Record
-from services.logger.forms import json_form
-from services.logger.signing import Signer
+from services.logger.format import signing
+from services.logger.format.signing import Signer
+from services.logger.writing.log_file import Record
+from services.logger.writing.topic_formats import json_form
 from tests.unit.services.logger.conftest import write
 
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from proto import topics
 from proto.vehicle import Ego
-from services.logger.file import Record
-from services.logger.forms import json_form
 from services.logger.view.pipe import QUEUE, Thinning, ViewPipe
 from services.logger.view.settings import Said, ViewSettings
+from services.logger.writing.log_file import Record
+from services.logger.writing.topic_formats import json_form
 
 WAIT_S = 120.0
 LISTENING = "0A"

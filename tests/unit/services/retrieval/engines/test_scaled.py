@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from drivemcp.paths import data
-from drivemcp.supervisor import free_port
+from drivemcp.runtime.supervisor import free_port
 from proto.rules import Retrieved
 from services.retrieval.engines import scaled
 from services.retrieval.engines.connect import connect
 from services.retrieval.engines.scaled import Engine
 from services.retrieval.engines.stores import Store, StoreError
 from services.retrieval.library import AWAY, LOADING, Library, Request
-from services.retrieval.tuning import Tuning
+from services.retrieval.ranking.tuning import Tuning
 from tests.unit.services.retrieval.support import WordEncoder
 
 SERVER = os.environ.get("DRIVEMCP_QDRANT_URL", "")

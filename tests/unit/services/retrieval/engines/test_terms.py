@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from rank_bm25 import BM25Okapi
 
 from drivemcp.paths import data
-from services.retrieval.analysis import Analyser
 from services.retrieval.corpus import read_pack
 from services.retrieval.engines.terms import Terms
+from services.retrieval.ranking.analysis import Analyser
 
 TEXTS = [text.indexed for text in read_pack(data("rulepacks/GBR-v1")) if text.language == "en"]
 PLACES = np.arange(len(TEXTS), dtype=np.intp)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drivemcp.cli import run
 from drivemcp.paths import data
-from services.rules.packs import load
+from services.rules.packs.loading import load
 from tests.unit.services.rules.editing import edit, rehash, set_limit
 
 Said = pytest.CaptureFixture[str]
@@ -254,10 +254,10 @@ def test_an_unsealed_pack_is_not_signed_and_a_bad_key_is_told(
 def test_no_altered_signature_holds(field: str, at: int) -> None:
     from tempfile import TemporaryDirectory
 
-    from drivemcp.grants import make_key
+    from drivemcp.runtime.grants import make_key
     from services.rules.authoring.scaffold import scaffold
-    from services.rules.packs import examine
-    from services.rules.signature import Trust, sign
+    from services.rules.packs.loading import examine
+    from services.rules.packs.signature import Trust, sign
 
     with TemporaryDirectory() as name:
         folder, pair = Path(name) / "A-v1", make_key()

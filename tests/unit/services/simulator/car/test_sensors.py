@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
-from services.can.dtc import DtcBook
+from services.can.diagnostics.trouble_codes import DtcBook
 from services.simulator.car.car import Car, Told
 from services.simulator.car.condition import SensorFault
 from services.simulator.car.faults import FAULTS, Faults

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from proto.sensors import CanFrame
-from services.can.profile import load_profile
+from services.can.profiles.profile import load_profile
 from services.simulator.car import faults
 from services.simulator.car.condition import SOUND
 from services.simulator.car.state import CarState

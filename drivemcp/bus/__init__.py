@@ -1,0 +1,1 @@
+"""The bus: Zenoh sessions and access control, inboxes, lockstep and the health of topics."""

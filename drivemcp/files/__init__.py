@@ -1,0 +1,1 @@
+"""Files that a stack needs: models and rulepacks, fetched and verified."""

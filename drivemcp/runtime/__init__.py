@@ -1,0 +1,1 @@
+"""Around the processes: supervision, logs, grants, watched folders."""

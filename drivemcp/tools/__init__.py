@@ -1,0 +1,1 @@
+"""Tools: defined by typed functions, served and called over the bus."""

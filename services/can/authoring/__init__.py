@@ -1,0 +1,1 @@
+"""Vehicle profiles written from bus descriptions: the commands of `drivemcp can`."""

@@ -1,0 +1,1 @@
+"""SAE J1939: messages, transport and the state of a bus."""

@@ -1,0 +1,1 @@
+"""From frames to fields: signals extracted, messages guarded, samples believed or doubted."""

@@ -1,0 +1,1 @@
+"""The tools of the MCP-CAN catalogue: what they ask, send and disclose."""

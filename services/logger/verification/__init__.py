@@ -1,0 +1,1 @@
+"""Whether a log is as it was written, and where it first is not."""

@@ -1,0 +1,1 @@
+"""From arriving records to sealed log files, without waiting for a disk."""

@@ -1,0 +1,1 @@
+"""Passages ranked in memory: text analysis, the index and its tuned weights."""

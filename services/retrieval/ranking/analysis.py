@@ -1,0 +1,141 @@
+"""Text into search terms, language by language: stems, compounds taken apart, sign codes and section numbers kept whole.
+
+A question is analysed against the words of the passages: what none of them has is taken apart, else read as the word it
+is most like, so that a slip of the finger costs no answer.
+"""
+
+import re
+import threading
+from collections.abc import Collection, Iterable
+from functools import lru_cache
+
+import Stemmer
+from rapidfuzz import fuzz, process
+
+from services.retrieval.ranking.stopwords import STOPWORDS
+
+_TERM = re.compile(r"[a-z]{0,2}\d+[a-z]{0,2}(?:[.\-/]\d+[a-z]{0,2})*|[^\W\d_]+", re.UNICODE)
+_DIGIT = re.compile(r"\d")
+_SNOWBALL = {"en": "english", "de": "german", "fr": "french", "nl": "dutch", "pl": "polish"}
+_LINKS = {"de": ("", "s", "es", "n", "en", "er", "e"), "nl": ("", "s", "en", "e")}
+"""What joins the parts of a compound, in the languages that write them as one word."""
+SHORTEST_PART = 4
+SHORTEST_HEAD = 6
+"""From this length on a last part counts though nobody knows what stands before it."""
+SHORTEST_MENDED = 5
+MENDED_SHARE = 0.75
+ALIKE = 80.0
+"""How like a word of the passages (Levenshtein ratio in percent) an unknown word must be to be taken for it."""
+
+
+class Stem:
+    """One Snowball stemmer with a memory, for several threads."""
+
+    def __init__(self, language: str) -> None:
+        name = _SNOWBALL.get(language)
+        self._stemmer = Stemmer.Stemmer(name) if name else None
+        self._lock = threading.Lock()  # a stemmer has one state
+        self._remembered = lru_cache(20_000)(self._fresh)
+
+    def __call__(self, word: str) -> str:
+        """The stem; the word itself in a language without a stemmer."""
+        return self._remembered(word)
+
+    def _fresh(self, word: str) -> str:
+        if self._stemmer is None:
+            return word
+        with self._lock:
+            return str(self._stemmer.stemWord(word))
+
+
+class Analyser:
+    """The terms of one language. Immutable once made."""
+
+    def __init__(self, language: str, known: Iterable[str] = ()) -> None:
+        """`known`: the texts whose words count as words; without any nothing is taken apart or mended."""
+        self.language = language
+        self._stem = _stemmer(language)
+        self._stopwords = STOPWORDS["en"] | STOPWORDS.get(language, frozenset())  # sections are named in English too
+        words = {word for text in known for word in self._words(text) if not _is_code(word)}
+        self._stems = frozenset(self._stem(word) for word in words)
+        self._parts = lru_cache(20_000)(self._split)
+        self._mended = lru_cache(2_000)(self._mend)
+        self._mendable = tuple(sorted(word for word in words if len(word) >= SHORTEST_MENDED))
+
+    def of_passage(self, text: str) -> list[str]:
+        """The terms of a passage, repeats included; a compound gives its parts as well."""
+        found: list[str] = []
+        for word in self._words(text):
+            found += _code_parts(word) if _is_code(word) else [self._stem(word), *self._parts(word)]
+        return found
+
+    def of_question(self, text: str) -> list[str]:
+        """The terms of a question; a word that no passage has is taken apart, else mended."""
+        found: list[str] = []
+        for word in self._words(text):
+            if _is_code(word):
+                found += _code_parts(word)
+            elif (stem := self._stem(word)) in self._stems:
+                found += [stem, *self._parts(word)]
+            else:
+                found += self._parts(word) or self._mended(word)
+        return found
+
+    def known_share(self, text: str) -> float:
+        """How much of a question is in words of the passages: 0 to 1; a mended word counts less, as it may be another."""
+        words = self._words(text)
+        return sum(self._known(word) for word in words) / len(words) if words else 0.0
+
+    def _known(self, word: str) -> float:
+        if _is_code(word) or self._stem(word) in self._stems or self._parts(word):
+            return 1.0
+        return 0.0 if self._mended(word) == (self._stem(word),) else MENDED_SHARE
+
+    def _words(self, text: str) -> list[str]:
+        return [word for word in _TERM.findall(text.lower()) if word not in self._stopwords]
+
+    def _split(self, word: str) -> tuple[str, ...]:
+        return _split(word, self._stems, self._stem, _LINKS.get(self.language, ()))
+
+    def _mend(self, word: str) -> tuple[str, ...]:
+        if len(word) < SHORTEST_MENDED:
+            return (self._stem(word),)
+        best = process.extractOne(word, self._mendable, scorer=fuzz.ratio, score_cutoff=ALIKE)
+        if best is None:
+            return (self._stem(word),)
+        like = str(best[0])
+        return (self._stem(like), *self._parts(like))
+
+
+def _split(word: str, stems: Collection[str], stem: Stem, links: tuple[str, ...]) -> tuple[str, ...]:
+    """Stems of the known parts of a compound, or nothing; the longest known last part is what the word is about."""
+    if not links:
+        return ()
+    for at in range(SHORTEST_PART, len(word) - SHORTEST_PART + 1):
+        if (last := stem(word[at:])) in stems:
+            first = next((found for link in links if (found := _first(word[:at], link, stems, stem, links))), ())
+            if first or len(word) - at >= SHORTEST_HEAD:
+                return (*first, last)
+    return ()
+
+
+def _first(joined: str, link: str, stems: Collection[str], stem: Stem, links: tuple[str, ...]) -> tuple[str, ...]:
+    """The known parts before a link."""
+    if not joined.endswith(link) or len(word := joined.removesuffix(link)) < SHORTEST_PART:
+        return ()
+    return (found,) if (found := stem(word)) in stems else _split(word, stems, stem, links)
+
+
+def _is_code(word: str) -> bool:
+    return not word.isalpha() and _DIGIT.search(word) is not None
+
+
+def _code_parts(code: str) -> list[str]:
+    """`1053-35` is found by itself, by 1053 and by 35."""
+    parts = [part for part in re.split(r"[.\-/]", code) if part]
+    return [code, *parts] if len(parts) > 1 else [code]
+
+
+@lru_cache(16)
+def _stemmer(language: str) -> Stem:
+    return Stem(language)

@@ -1,0 +1,1 @@
+"""Statutes in their publishers' formats, read as drafts of a pack."""

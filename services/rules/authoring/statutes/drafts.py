@@ -1,0 +1,95 @@
+"""A statute as drafts of a pack: a source document and provisions that `validate` asks to be restated and given effects."""
+
+import json
+import re
+import unicodedata
+from pathlib import Path
+from typing import Any
+
+from drivemcp.files.packfiles import FILES
+from drivemcp.paths import data
+from services.rules.authoring.scaffold import TEMPLATE
+from services.rules.authoring.seal import seal
+from services.rules.authoring.statutes.reading import Section, Statute, read_statute
+from services.rules.errors import PackError
+from services.rules.packs.files import write_json
+
+_NOTE = "> Draft: the publisher's own text, to be restated in our own words. Only the official version is binding."
+_ID = 90
+
+
+def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str = "") -> int:
+    """Add a statute to a pack, which is begun where there is none; how many drafts. Raises PackError."""
+    statute = read_statute(file)
+    place = jurisdiction or statute.jurisdiction or "ZZZ"
+    if not (folder / "manifest.json").exists():
+        _begin(folder, statute, place)
+    provisions: list[dict[str, Any]] = _json(folder / "provisions.json")
+    taken = {entry.get("id") for entry in provisions}
+    start = prefix or f"{place[:3].lower()}-{slug(statute.short)}"
+    document = f"sources/{slug(statute.short) or 'statute'}.{statute.language}.md"
+    if (folder / document).exists():
+        raise PackError(f"{folder / document} exists already; a statute is imported once")
+    parts = [f"# {_line(statute.title)}", _NOTE]
+    for section in statute.sections:
+        name = _free(f"{start}-{slug(section.key)}"[:_ID].strip("-"), taken)
+        taken.add(name)
+        parts.append(f"## {_line(section.cited)} [{name}]\n\n{_line(section.text)}")
+        provisions.append(_provision(name, section, document, statute.language))
+    (folder / "sources").mkdir(exist_ok=True)
+    (folder / document).write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    write_json(folder / "provisions.json", provisions)
+    seal(folder)
+    return len(statute.sections)
+
+
+def slug(text: str) -> str:
+    """Lower-case ASCII letters and digits with hyphens between: `StVO 2013` → `stvo-2013`."""
+    plain = unicodedata.normalize("NFKD", text.replace("ß", "ss")).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
+
+
+def _provision(name: str, section: Section, document: str, language: str) -> dict[str, Any]:
+    made: dict[str, Any] = {
+        "id": name,
+        "section": section.cited,
+        "kind": "statute",
+        "sources": [{"language": language, "document": document, "start": 0, "end": 0, "excerpt": ""}],
+        "effects": [],
+        "draft": True,
+    }
+    return (
+        made
+        | ({"url": section.url} if section.url else {})
+        | ({"topics": {language: section.heading}} if section.heading else {})
+    )
+
+
+def _begin(folder: Path, statute: Statute, place: str) -> None:
+    manifest = _json(data(TEMPLATE) / "manifest.json")
+    manifest |= {"id": folder.name, "title": statute.title, "jurisdiction": place, "version": "0.1.0"}
+    manifest |= {"languages": [statute.language], "disclaimer": _NOTE.removeprefix("> ")}
+    (folder / "sources").mkdir(parents=True, exist_ok=True)
+    for name in FILES[1:]:
+        write_json(folder / name, [])
+    write_json(folder / "manifest.json", manifest)
+
+
+def _free(name: str, taken: set[Any]) -> str:
+    at = 2
+    found = name
+    while found in taken:
+        found, at = f"{name}-{at}", at + 1
+    return found
+
+
+def _line(text: str) -> str:
+    """One line without square brackets, which end a heading."""
+    return " ".join(text.replace("[", "(").replace("]", ")").split())
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise PackError(f"{path}: {error}") from None

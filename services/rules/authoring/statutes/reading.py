@@ -1,0 +1,135 @@
+"""A statute as its publisher gives it, read without entities, external references or network. Which format is told by the root.
+
+gesetze-im-internet.de (gii-norm), legislation.gov.uk (Crown Legislation Markup Language), Akoma Ntoso 3.0.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from services.rules.errors import PackError
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+MAX_BYTES = 50_000_000
+
+
+class Section(msgspec.Struct, frozen=True, kw_only=True):
+    """The smallest part that is cited: a subsection, or a section without any."""
+
+    cited: str
+    """`StVO § 3 Abs. 1`"""
+    key: str
+    """For an id: `3-1`."""
+    text: str
+    """One line."""
+    heading: str = ""
+    url: str = ""
+
+
+class Statute(msgspec.Struct, frozen=True, kw_only=True):
+    """What was read."""
+
+    title: str
+    short: str
+    language: str
+    jurisdiction: str
+    sections: tuple[Section, ...]
+
+
+def read_statute(path: Path) -> Statute:
+    """A statute from a file. Raises PackError, naming the file and what is not right."""
+    from services.rules.authoring.statutes import akomantoso, clml, gii
+
+    root = parse(path)
+    for reader in (gii, clml, akomantoso):
+        if local(root) in reader.ROOTS:
+            found: Statute = reader.read(root)
+            if not found.sections:
+                raise PackError(f"{path}: no section with text was found")
+            return found
+    raise PackError(
+        f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"
+    )
+
+
+def parse(path: Path) -> "Element":
+    """The root element. Raises PackError for what is no XML, declares entities, or refers to other files."""
+    try:
+        from defusedxml import DefusedXmlException
+        from defusedxml.ElementTree import ParseError, fromstring
+    except ModuleNotFoundError:
+        raise PackError("importing statutes needs defusedxml: pip install 'drivemcp[rulepack]'") from None
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise PackError(f"{path} is larger than {MAX_BYTES // 1_000_000} MB")
+        root: Element = fromstring(path.read_bytes(), forbid_entities=True, forbid_external=True)
+    except OSError as error:
+        raise PackError(f"cannot read {path}: {error.strerror}") from None
+    except ParseError as error:
+        raise PackError(f"{path}: no well-formed XML: {error}") from None
+    except DefusedXmlException as error:
+        raise PackError(f"{path}: entities and references to other files are refused: {error}") from None
+    except (ValueError, LookupError) as error:  # an encoding that is unknown, or not the text's
+        raise PackError(f"{path}: no XML that can be read: {error}") from None
+    return root
+
+
+def local(element: "Element") -> str:
+    """A tag without its namespace; empty for comments."""
+    return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
+
+
+def child(element: "Element", *names: str) -> "Element | None":
+    """The first child of one of these names."""
+    return next((below for below in element if local(below) in names), None)
+
+
+def first(element: "Element", *names: str) -> "Element | None":
+    """The first descendant of one of these names."""
+    return next((below for below in element.iter() if local(below) in names), None)
+
+
+def words(element: "Element | None", without: frozenset[str] = frozenset()) -> str:
+    """All text below an element on one line, in its order, without elements of some names. Depth is no matter."""
+    todo: list[Element | str] = [] if element is None else [element]
+    parts: list[str] = []
+    while todo:
+        at = todo.pop()
+        if isinstance(at, str):
+            parts.append(at)
+            continue
+        name = local(at)
+        if not name or name in without:
+            continue
+        before, after = ("(", ") ") if name == "Pnumber" else (" ", " ") if name in BLOCKS else ("", "")
+        inside: list[Element | str] = [before, at.text or ""]
+        for below in at:
+            inside += [below, below.tail or ""]
+        todo += reversed([*inside, after])
+    return " ".join("".join(parts).split())
+
+
+def number(text: str) -> str:
+    """`(1a)`, `1a.`, `§ 3` → the number alone."""
+    return " ".join(text.replace("§", " ").split()).strip(" ().")
+
+
+def walked(root: "Element", skipped: frozenset[str]) -> "Iterator[Element]":
+    """Every element in the document's order, without what lies below those of some names."""
+    todo = [root]
+    while todo:
+        at = todo.pop()
+        if local(at) and local(at) not in skipped:
+            yield at
+            todo += reversed(at)
+
+
+BLOCKS = frozenset(
+    {"P", "DL", "DT", "DD", "LA", "BR", "row", "entry", "Text", "P3", "P4", "P5", "ListItem", "Para",
+     "p", "num", "heading", "intro", "content", "wrapUp", "list", "point", "paragraph", "subparagraph", "item", "li", "tr", "td"}
+)  # fmt: skip
+"""Elements that stand apart from what is before and behind them."""

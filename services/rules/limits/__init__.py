@@ -1,0 +1,1 @@
+"""The speed limit in force: candidates, conditions, precedence and the answer."""

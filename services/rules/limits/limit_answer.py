@@ -1,0 +1,162 @@
+"""The answer of `applicable_limit`: the verdict of every pack that may count, said with its citations."""
+
+import msgspec
+
+from proto.rules import Citation, LegalAction, RulesAnswer, Situation
+from services.rules.book import (
+    FOREIGN_LAW,
+    STALE,
+    UNKNOWN_COUNTRY,
+    UNKNOWN_PART,
+    RuleBook,
+    is_fallback,
+    normal_jurisdiction,
+)
+from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
+from services.rules.limits.country_parts import Lower, lower_in_parts, said_of_parts
+from services.rules.limits.limit_candidates import Claim
+from services.rules.limits.precedence import Verdict, decide
+from services.rules.packs.loading import Pack
+from services.rules.units import legal_limit, spoken, spoken_converted
+from services.rules.words import country, named_packs, say
+
+PARTS_DIFFER = 0.9
+"""Factor where the limit is lower in some part of the country, and nobody knows the part."""
+_BASIS = {"temporary": "posted", "uncertain": "posted", "cap": "default"}
+
+
+def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
+    """The limit in force; under an unknown jurisdiction the most conservative one of all packs, at low confidence."""
+    known = msgspec.structs.replace(situation, jurisdiction=normal_jurisdiction(situation.jurisdiction))
+    packs = book.for_jurisdiction(known.jurisdiction)
+    foreign = not packs
+    if not packs:
+        packs = book.for_jurisdiction(None)
+    if not packs:
+        return _nothing(known)
+    answers = [(pack, _answer(book, pack, known)) for pack in packs]
+    chosen = min(answers, key=_strictness)[1]
+    if known.jurisdiction is None or foreign:
+        return _doubted(chosen, answers, known, foreign)
+    return chosen if book.covers(known.jurisdiction) else _part_unknown(chosen, packs, known)
+
+
+def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
+    verdict = decide(pack, situation)
+    lower = lower_in_parts(pack, situation, verdict)
+    weak = book.weaknesses(pack)
+    said = say("no_limit_known", situation.language)
+    limit = None
+    if verdict.claim is not None:
+        claim = verdict.claim
+        limit = legal_limit(claim.value, claim.unit, advisory=claim.basis == "advisory")
+        said = " ".join(_sentences(situation, verdict, claim))
+    notes = [
+        said,
+        *said_of_parts(lower, situation.language),
+        *(_weakness(name, book, pack, situation.language) for name in weak),
+    ]
+    return RulesAnswer(
+        legal_action=_action(verdict),
+        limit=limit,
+        citations=_citations(pack, verdict, lower, situation.language),
+        confidence=verdict.confidence * (STALE if weak else 1.0) * (PARTS_DIFFER if lower else 1.0),
+        rulepack_version=pack.version,
+        note=" ".join(notes),
+        basis=_basis(verdict.claim),
+        degraded=(("stale_rulepack",) if weak else ()) + (("jurisdiction",) if lower else ()),
+    )
+
+
+def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, float]:
+    """The lowest limit first; of equals the fallback's, which is meant for doubt."""
+    pack, answer = found
+    return (answer.limit.mps if answer.limit else float("inf"), not is_fallback(pack), answer.confidence)
+
+
+def _doubted(
+    chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation, foreign: bool
+) -> RulesAnswer:
+    language = situation.language
+    packs = named_packs([pack.manifest.id for pack, _ in answers], language)
+    if foreign:
+        why = say("no_law_here", language, country=country(situation.jurisdiction or "", language), packs=packs)
+    else:
+        why = say("country_unknown", language, packs=packs)
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * (FOREIGN_LAW if foreign else UNKNOWN_COUNTRY),
+        citations=cited_in_doubt(chosen.citations, ((pack, answer.citations) for pack, answer in answers)),
+        note=f"{chosen.note} {why}",
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def _part_unknown(chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
+    why = say(
+        "part_unknown", situation.language, packs=named_packs([pack.manifest.id for pack in packs], situation.language)
+    )
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * UNKNOWN_PART,
+        note=f"{chosen.note} {why}",
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def _nothing(situation: Situation) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="unknown",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version="",
+        note=say("no_limit_known", situation.language),
+        basis="unknown",
+        degraded=("jurisdiction",),
+    )
+
+
+def _action(verdict: Verdict) -> LegalAction:
+    if verdict.claim is None:
+        return "unknown"
+    if verdict.uncertain or verdict.against:
+        return "reduce_speed"
+    return "proceed_with_care" if verdict.claim.basis == "advisory" else "comply_with_limit"
+
+
+def _basis(claim: Claim | None) -> str:
+    if claim is None:
+        return "unknown"
+    if claim.why == "why_visibility":
+        return "conditional"
+    return _BASIS.get(claim.basis, claim.basis)
+
+
+def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language: str) -> tuple[Citation, ...]:
+    said = (verdict.claim, *verdict.against, *verdict.replaced, *(each.claim for each in lower))
+    claims = [claim for claim in said if claim is not None]
+    found: list[Citation] = []
+    for claim in claims:
+        found.extend(cite_ids(pack, claim.provisions, language))
+        if claim.sign in pack.signs:
+            found.append(cite_sign(pack, pack.signs[claim.sign], language))
+    return unique(found)
+
+
+def _sentences(situation: Situation, verdict: Verdict, claim: Claim) -> list[str]:
+    language, shown = situation.language, spoken(claim.value, claim.unit)
+    parts = [say(claim.basis, language, limit=shown, why=say(claim.why or "why_road", language))]
+    if verdict.against and not verdict.uncertain:
+        parts.append(say("conflict", language))
+    if claim.presumed:
+        facts = ", ".join(say(name, language) for name in claim.presumed)
+        parts.append(say("presumed", language, facts=facts))
+    if claim.unit != situation.home_unit:
+        converted = spoken_converted(claim.value, claim.unit, situation.home_unit)
+        parts.append(say("unit", language, limit=shown, converted=converted))
+    return parts
+
+
+def _weakness(name: str, book: RuleBook, pack: Pack, language: str) -> str:
+    return say(name, language, have=f"{pack.manifest.id} {pack.manifest.version}", want=book.expected_of(pack))

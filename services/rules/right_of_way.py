@@ -1,0 +1,157 @@
+"""Stop, give way or proceed: light before sign before the general rule; who is unknown is taken to be there."""
+
+import msgspec
+
+from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
+from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
+from services.rules.citing import cite_ids, cited_in_doubt
+from services.rules.packs.format import RightOfWay
+from services.rules.packs.loading import Pack
+from services.rules.signs.meaning import careful_rank
+from services.rules.signs.sign_codes import parse_reading
+from services.rules.words import country, named_packs, say
+
+PRESUMED = 0.8
+BASE = 0.95
+CONFLICT = 0.7
+"""Factor where one sign gives priority and another takes it."""
+GUIDANCE = 0.85
+"""Confidence of an answer that rests on guidance alone."""
+
+
+class Found(msgspec.Struct, frozen=True, kw_only=True):
+    """What one trigger demands in one pack."""
+
+    trigger: str
+    action: LegalAction
+    provision: str
+
+
+def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
+    """The most careful demand of those that hold; under an unknown jurisdiction that of all packs."""
+    here = normal_jurisdiction(question.jurisdiction)
+    own = book.for_jurisdiction(here)
+    packs = own or book.for_jurisdiction(None)
+    known = here is not None and bool(own)
+    answers = [(pack, _answer(book, pack, question)) for pack in packs]
+    if not answers:
+        return _nothing(question)
+    chosen = min(answers, key=lambda found: (careful_rank(found[1].legal_action), not is_fallback(found[0])))[1]
+    if known and book.covers(here):
+        return chosen
+    if known:
+        degraded = (*chosen.degraded, "jurisdiction")
+        return msgspec.structs.replace(chosen, confidence=chosen.confidence * UNKNOWN_PART, degraded=degraded)
+    named = named_packs([pack.manifest.id for pack in packs], question.language)
+    what = (
+        say("no_law_here", question.language, country=country(here, question.language), packs=named)
+        if here
+        else say("country_unknown", question.language, packs=named)
+    )
+    return msgspec.structs.replace(
+        chosen,
+        confidence=chosen.confidence * UNKNOWN_COUNTRY,
+        citations=cited_in_doubt(chosen.citations, ((pack, answer.citations) for pack, answer in answers)),
+        note=f"{chosen.note} {what}".strip(),
+        degraded=(*chosen.degraded, "jurisdiction"),
+    )
+
+
+def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
+    """Everything that holds at this junction, the governing demand first."""
+    table = _table(pack)
+    governing = _first(table, _lights(question)) or _signed(table, question) or _first(table, _unsigned(question))
+    if question.light == "off":  # adds its demand to what governs without a light, and takes nothing away
+        governing = tuple(sorted(governing + _first(table, ("light:off",)), key=lambda f: careful_rank(f.action)))
+    crossing = _first(table, ("crossing",)) if _someone_crosses(question) else ()
+    return governing + crossing
+
+
+def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:
+    found = demands(pack, question)
+    differ = _contradict(found)
+    weak = book.weaknesses(pack)
+    actions: tuple[LegalAction, ...] = tuple(f.action for f in found) or ("proceed_with_care",)
+    action = min(actions, key=careful_rank)
+    # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
+    cited = found or _first(_table(pack), ("unsigned",))
+    citations = cite_ids(pack, (f.provision for f in cited), question.language)
+    unknown = question.pedestrians_on_crossing is None or (
+        question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
+    )
+    by_law = not found or any(citation.kind != "guidance" for citation in citations)
+    confidence = (BASE if by_law else GUIDANCE) * (PRESUMED if unknown else 1.0) * (STALE if weak else 1.0)
+    confidence *= CONFLICT if differ else 1.0
+    notes = [citation.excerpt for citation in citations[:2]]
+    return RulesAnswer(
+        legal_action=_softened(action, question),
+        limit=None,
+        citations=citations,
+        confidence=confidence if found else confidence * 0.5,
+        rulepack_version=pack.version,
+        note=" ".join([say("signs_differ", question.language), *notes] if differ else notes),
+        basis="lookup" if found else "unknown",
+        degraded=("stale_rulepack",) if weak else (),
+    )
+
+
+def _contradict(found: tuple[Found, ...]) -> bool:
+    """Whether a sign that gives priority stands beside one that demands to stop or yield: one is misread, or not for us."""
+    signed = {f.action for f in found if f.trigger.startswith("sign:")}
+    return bool(signed & {"stop", "yield"}) and bool(signed & {"proceed", "proceed_with_care"})
+
+
+def _softened(action: LegalAction, question: RightOfWayQuestion) -> LegalAction:
+    """Nobody is told plainly to proceed while it is unknown who crosses."""
+    return "proceed_with_care" if action == "proceed" and question.pedestrians_on_crossing is None else action
+
+
+def _table(pack: Pack) -> dict[str, Found]:
+    """Of several demands on one trigger that of the highest kind of provision; among them the most careful."""
+    kinds = pack.manifest.precedence
+    demanded = [
+        (kinds.index(provision.kind), careful_rank(effect.action), provision.id, effect)
+        for provision in pack.provisions.values()
+        for effect in provision.effects
+        if isinstance(effect, RightOfWay)
+    ]
+    found: dict[str, Found] = {}
+    for _, _, name, effect in sorted(demanded, key=lambda demand: demand[:2]):
+        found.setdefault(effect.trigger, Found(trigger=effect.trigger, action=effect.action, provision=name))
+    return found
+
+
+def _first(table: dict[str, Found], triggers: tuple[str, ...]) -> tuple[Found, ...]:
+    return next(((table[name],) for name in triggers if name in table), ())
+
+
+def _lights(question: RightOfWayQuestion) -> tuple[str, ...]:
+    return () if question.light in (None, "off") else (f"light:{question.light}",)
+
+
+def _signed(table: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
+    codes = (parse_reading(text).code for text in question.signs)
+    found = tuple(table[f"sign:{code}"] for code in codes if f"sign:{code}" in table)
+    return tuple(sorted(found, key=lambda f: careful_rank(f.action)))
+
+
+def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:
+    return () if question.traffic_from_priority_side is False else ("unsigned",)
+
+
+def _someone_crosses(question: RightOfWayQuestion) -> bool:
+    at_crossing = any(parse_reading(text).code == "crossing" for text in question.signs)
+    return bool(question.pedestrians_on_crossing) or (at_crossing and question.pedestrians_on_crossing is None)
+
+
+def _nothing(question: RightOfWayQuestion) -> RulesAnswer:
+    return RulesAnswer(
+        legal_action="proceed_with_care",
+        limit=None,
+        citations=(),
+        confidence=0.0,
+        rulepack_version="",
+        note=say("nothing_found", question.language),
+        basis="unknown",
+        degraded=("jurisdiction",),
+    )

@@ -1,0 +1,1 @@
+"""Sign codes of the readers, and what a sign means."""

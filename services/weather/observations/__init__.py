@@ -1,0 +1,1 @@
+"""What one source says: intervals, observations, and claims of one quantity."""

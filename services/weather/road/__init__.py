@@ -1,0 +1,1 @@
+"""The physics: water, frost, friction, grip, slip, sight and wind."""

@@ -1,0 +1,119 @@
+"""Bus descriptions of every format, several at once, and broken ones."""
+
+from pathlib import Path
+
+import pytest
+
+from services.can.errors import MalformedFrame, ProfileError
+from services.can.profiles.dbc import Dbc
+
+DBC = """VERSION "1"
+BS_:
+BU_: A
+BO_ 256 Motion: 8 A
+ SG_ Speed : 0|16@1+ (0.01,0) [0|0] "m/s" A
+"""
+KCD = """<?xml version="1.0" encoding="UTF-8"?>
+<NetworkDefinition xmlns="http://kayak.2codeornot2code.org/1.0"><Document name="d" version="1"/>
+<Bus name="B"><Message id="0x100" name="Motion" length="8">
+<Signal name="Speed" offset="0" length="16"><Value slope="0.01" unit="m/s"/></Signal>
+</Message></Bus></NetworkDefinition>
+"""
+SYM = """FormatVersion=6.0 // made for this test
+Title="t"
+
+{SIGNALS}
+Sig=Speed unsigned 16 /u:m/s /f:0.01
+
+{SENDRECEIVE}
+
+[Motion]
+ID=100h
+Len=8
+Sig=Speed 0
+"""
+ARXML = """<?xml version="1.0" encoding="UTF-8"?>
+<AUTOSAR xmlns="http://autosar.org/schema/r4.0"><AR-PACKAGES><AR-PACKAGE><SHORT-NAME>P</SHORT-NAME><ELEMENTS>
+<CAN-CLUSTER><SHORT-NAME>C</SHORT-NAME><CAN-CLUSTER-VARIANTS><CAN-CLUSTER-CONDITIONAL><PHYSICAL-CHANNELS>
+<CAN-PHYSICAL-CHANNEL><SHORT-NAME>B</SHORT-NAME><FRAME-TRIGGERINGS><CAN-FRAME-TRIGGERING><SHORT-NAME>T</SHORT-NAME>
+<FRAME-REF DEST="CAN-FRAME">/P/Motion</FRAME-REF><CAN-ADDRESSING-MODE>STANDARD</CAN-ADDRESSING-MODE>
+<IDENTIFIER>256</IDENTIFIER></CAN-FRAME-TRIGGERING></FRAME-TRIGGERINGS></CAN-PHYSICAL-CHANNEL>
+</PHYSICAL-CHANNELS></CAN-CLUSTER-CONDITIONAL></CAN-CLUSTER-VARIANTS></CAN-CLUSTER>
+<CAN-FRAME><SHORT-NAME>Motion</SHORT-NAME><FRAME-LENGTH>8</FRAME-LENGTH><PDU-TO-FRAME-MAPPINGS>
+<PDU-TO-FRAME-MAPPING><SHORT-NAME>M</SHORT-NAME><PDU-REF DEST="I-SIGNAL-I-PDU">/P/Pdu</PDU-REF>
+<START-POSITION>0</START-POSITION></PDU-TO-FRAME-MAPPING></PDU-TO-FRAME-MAPPINGS></CAN-FRAME>
+<I-SIGNAL-I-PDU><SHORT-NAME>Pdu</SHORT-NAME><LENGTH>8</LENGTH><I-SIGNAL-TO-PDU-MAPPINGS><I-SIGNAL-TO-I-PDU-MAPPING>
+<SHORT-NAME>S</SHORT-NAME><I-SIGNAL-REF DEST="I-SIGNAL">/P/Speed</I-SIGNAL-REF>
+<PACKING-BYTE-ORDER>MOST-SIGNIFICANT-BYTE-LAST</PACKING-BYTE-ORDER><START-POSITION>0</START-POSITION>
+</I-SIGNAL-TO-I-PDU-MAPPING></I-SIGNAL-TO-PDU-MAPPINGS></I-SIGNAL-I-PDU>
+<I-SIGNAL><SHORT-NAME>Speed</SHORT-NAME><LENGTH>16</LENGTH><SYSTEM-SIGNAL-REF DEST="SYSTEM-SIGNAL">/P/Sys</SYSTEM-SIGNAL-REF>
+</I-SIGNAL>
+<SYSTEM-SIGNAL><SHORT-NAME>Sys</SHORT-NAME><PHYSICAL-PROPS><SW-DATA-DEF-PROPS-VARIANTS><SW-DATA-DEF-PROPS-CONDITIONAL>
+<COMPU-METHOD-REF DEST="COMPU-METHOD">/P/Cm</COMPU-METHOD-REF><UNIT-REF DEST="UNIT">/P/U</UNIT-REF>
+</SW-DATA-DEF-PROPS-CONDITIONAL></SW-DATA-DEF-PROPS-VARIANTS></PHYSICAL-PROPS></SYSTEM-SIGNAL>
+<COMPU-METHOD><SHORT-NAME>Cm</SHORT-NAME><CATEGORY>LINEAR</CATEGORY><UNIT-REF DEST="UNIT">/P/U</UNIT-REF>
+<COMPU-INTERNAL-TO-PHYS><COMPU-SCALES><COMPU-SCALE><COMPU-RATIONAL-COEFFS><COMPU-NUMERATOR><V>0</V><V>0.01</V>
+</COMPU-NUMERATOR><COMPU-DENOMINATOR><V>1</V></COMPU-DENOMINATOR></COMPU-RATIONAL-COEFFS></COMPU-SCALE></COMPU-SCALES>
+</COMPU-INTERNAL-TO-PHYS></COMPU-METHOD>
+<UNIT><SHORT-NAME>U</SHORT-NAME><DISPLAY-NAME>m/s</DISPLAY-NAME></UNIT>
+</ELEMENTS></AR-PACKAGE></AR-PACKAGES></AUTOSAR>
+"""
+FORMATS = {"dbc": DBC, "kcd": KCD, "sym": SYM, "arxml": ARXML}
+
+
+@pytest.mark.parametrize("extension", FORMATS)
+def test_the_same_message_is_read_from_each_format(tmp_path: Path, extension: str) -> None:
+    (tmp_path / f"car.{extension}").write_text(FORMATS[extension], encoding="utf-8")
+    dbc = Dbc(tmp_path / f"car.{extension}")
+    message, signal = dbc.signal("Speed", "Motion")
+    assert (message.frame_id, message.length, signal.unit) == (256, 8, "m/s")
+    assert dbc.decode(256, b"\xd0\x07" + bytes(6)) == {"Speed": pytest.approx(20.0)}
+
+
+BROKEN = [
+    "",
+    "BO_ x",
+    "<?xml",
+    "<a></a>",
+    "{}",
+    "\x00\xff",
+    DBC.replace("0.01", "a"),
+    DBC.replace("16@", "0@"),
+    KCD[:300],
+]
+BROKEN += [SYM.replace("100h", "zz"), KCD.replace('length="16"', 'length="x"'), KCD.replace('id="0x100"', "")]
+BROKEN += [ARXML[:900], ARXML.replace("<IDENTIFIER>256", "<IDENTIFIER>x"), ARXML.replace("/P/Pdu", "/P/None")]
+
+
+@pytest.mark.parametrize("extension", [*FORMATS, "txt"])
+@pytest.mark.parametrize("text", BROKEN)
+def test_a_broken_description_is_told_in_one_line_with_its_file(tmp_path: Path, extension: str, text: str) -> None:
+    path = tmp_path / f"car.{extension}"
+    path.write_text(text, encoding="latin-1")
+    try:
+        dbc = Dbc(path)
+    except ProfileError as error:
+        assert str(error).startswith(f"car.{extension} cannot be read as a bus description: ")  # noqa: PT017
+        assert "\n" not in str(error)  # noqa: PT017
+    else:
+        assert set(dbc.messages) <= {(False, 256)}
+
+
+def test_several_descriptions_of_a_bus_are_one(tmp_path: Path) -> None:
+    (tmp_path / "a.dbc").write_text(DBC, encoding="utf-8")
+    (tmp_path / "b.sym").write_text(SYM.replace("100h", "101h").replace("Motion", "Other"), encoding="utf-8")
+    dbc = Dbc(tmp_path / "a.dbc", tmp_path / "b.sym")
+    assert set(dbc.messages) == {(False, 256), (False, 257)}
+    assert dbc.signal("Speed", "Other")[0].frame_id == 257
+    assert dbc.signal("Speed")[0].frame_id == 256
+
+
+def test_a_frame_that_is_not_described_or_too_short_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.dbc").write_text(DBC, encoding="utf-8")
+    dbc = Dbc(tmp_path / "a.dbc")
+    with pytest.raises(MalformedFrame, match="no message with id 0x99"):
+        dbc.decode(0x99, bytes(8))
+    with pytest.raises(MalformedFrame, match="Motion has 8 bytes, not 3"):
+        dbc.decode(256, bytes(3))
+    with pytest.raises(MalformedFrame, match="no message with id 0x100"):
+        dbc.decode(256, bytes(8), extended=True)

@@ -1,0 +1,114 @@
+"""Signs explained in the driver's language, foreign ones as foreign, doubtful ones the careful way."""
+
+import pytest
+
+from drivemcp.paths import data
+from proto.rules import PostedLimit, Situation
+from proto.scene import Candidate
+from services.rules.book import RuleBook, load_book
+from services.rules.limits.limit_answer import applicable_limit
+from services.rules.signs.meaning import SignQuestion, find_sign, interpret_sign
+from services.rules.signs.sign_codes import parse_reading
+from services.simulator.signart.catalogue import CODES
+
+
+@pytest.mark.parametrize("country", ["DEU", "GBR"])
+def test_every_sign_that_the_simulator_draws_is_in_the_countrys_table(country: str, book: RuleBook) -> None:
+    pack = book.for_jurisdiction(country)[0]
+    missing = [code for code in CODES[country] if find_sign(pack, parse_reading(code)) is None]
+    arrows = {f"plate:arrow_{way}" for way in ("left", "right", "ahead")}  # not known to a pack: may hold, so counted
+    foreign_in_britain = {"plate:when_wet:drawn", "plate:when_wet:en"}  # no limit depends on the wet there
+    assert set(missing) <= (arrows | foreign_in_britain if country == "GBR" else arrows)
+
+
+@pytest.mark.parametrize("plate", ["plate:arrow_left", "plate:school"])
+def test_a_limit_under_a_plate_that_no_pack_knows_counts_but_replaces_no_default(book: RuleBook, plate: str) -> None:
+    def limit(*values: float) -> float:
+        posted = tuple(PostedLimit(value=value, unit="km/h", confidence=0.95, plates=(plate,)) for value in values)
+        situation = Situation(jurisdiction="DEU", road_type="rural", vehicle_class="car", posted=posted)
+        answer = applicable_limit(book, situation).limit
+        assert answer is not None
+        return answer.value
+
+    assert limit(30.0) == 30.0
+    assert limit(130.0) == limit()
+
+
+@pytest.mark.parametrize(("language", "word"), [("en", "Stop"), ("de", "anhalten"), ("fr", "Arrêt"), ("xx", "Stop")])
+def test_the_meaning_comes_in_the_drivers_language_else_in_english(book: RuleBook, language: str, word: str) -> None:
+    assert word in interpret_sign(book, SignQuestion(reading="stop", jurisdiction="DEU", language=language)).meaning
+
+
+def test_a_sign_of_another_country_is_explained_as_foreign(book: RuleBook) -> None:
+    seen = interpret_sign(book, SignQuestion(reading="national", jurisdiction="DEU", language="en"))
+    assert "no sign of Germany" in seen.note
+    assert "Great Britain" in seen.note
+    assert seen.confidence <= 0.5
+
+
+def test_the_same_disc_means_another_thing_across_the_border(book: RuleBook) -> None:
+    note = interpret_sign(book, SignQuestion(reading="national", jurisdiction="GBR", language="de")).note
+    assert "hebt das Tempolimit aber nie auf" in note
+
+
+def test_a_limit_is_converted_for_the_driver_and_never_rounded_up(book: RuleBook) -> None:
+    seen = interpret_sign(book, SignQuestion(reading="limit:70", jurisdiction="GBR", home_unit="km/h"))
+    assert "112 km/h" in seen.note  # 112.65
+
+
+def test_of_several_candidates_the_most_careful_is_answered_and_the_others_are_named(book: RuleBook) -> None:
+    doubt = (Candidate(reading="limit:80", confidence=0.6), Candidate(reading="limit:60", confidence=0.3))
+    seen = interpret_sign(book, SignQuestion(reading="limit:80", jurisdiction="DEU", candidates=doubt))
+    assert seen.limit is not None
+    assert seen.limit.value == 60
+    assert seen.confidence == pytest.approx(0.3)
+    assert "limit:80" in seen.note
+    unlike = (Candidate(reading="priority_road", confidence=0.6), Candidate(reading="stop", confidence=0.3))
+    assert interpret_sign(book, SignQuestion(reading="x", jurisdiction="DEU", candidates=unlike)).legal_action == "stop"
+
+
+def test_a_plate_below_the_sign_is_explained_with_it(book: RuleBook) -> None:
+    question = SignQuestion(reading="limit:80", jurisdiction="DEU", plates=("plate:when_wet:de",), language="en")
+    assert "only when the road is wet" in interpret_sign(book, question).note
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        "",
+        "nonsense",
+        "limit:",
+        "limit:9999999",
+        "limit:999",
+        "limit:0",
+        "limit:٨٠",
+        ":::",
+        "x" * 5000,
+        "plate",
+        "border:???",
+    ],
+)
+def test_nonsense_is_answered_with_care_and_little_confidence(book: RuleBook, reading: str) -> None:
+    seen = interpret_sign(book, SignQuestion(reading=reading, jurisdiction="DEU"))
+    assert seen.limit is None
+    assert seen.legal_action in ("proceed_with_care", "comply_with_limit")
+
+
+def test_a_number_that_no_such_sign_carries_is_doubted(book: RuleBook) -> None:
+    usual = interpret_sign(book, SignQuestion(reading="limit:80", jurisdiction="DEU"))
+    unusual = interpret_sign(book, SignQuestion(reading="limit:83", jurisdiction="DEU"))
+    assert unusual.confidence < usual.confidence
+
+
+def test_an_unknown_country_lowers_confidence(book: RuleBook) -> None:
+    assert interpret_sign(book, SignQuestion(reading="stop")).confidence <= 0.3
+
+
+def test_a_border_names_the_country_in_the_drivers_language(book: RuleBook) -> None:
+    seen = interpret_sign(book, SignQuestion(reading="border:GBR", jurisdiction="DEU", language="de"))
+    assert "Großbritannien" in seen.meaning
+
+
+def test_a_stale_pack_lowers_the_confidence_of_meanings() -> None:
+    stale = load_book([data("rulepacks/DEU-v1")], expected={"DEU-v1": "3.0.0"})[0]
+    assert interpret_sign(stale, SignQuestion(reading="stop", jurisdiction="DEU")).confidence == pytest.approx(0.5)
