@@ -11,6 +11,11 @@ from drivemcp.errors import BusError, DriveMcpError, UserError
 from drivemcp.runtime.proto_guard import check_proto
 
 GROUP = "drivemcp.commands"
+_REMEDIES = {
+    "evaluation": "the distribution drivemcp-evaluation: pip install --find-links FOLDER 'drivemcp[evaluation]', or make install",
+    "studies": "a clone of the repository: make install",
+}
+"""By package that drivemcp's own wheel leaves out: how to come by it."""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -37,9 +42,13 @@ def _register_absent(subparsers: "argparse._SubParsersAction[argparse.ArgumentPa
     parser.add_argument("rest", nargs="*")
 
     def refuse(_: argparse.Namespace) -> int:
-        raise UserError(f"`drivemcp {name}` needs the module {module!r}: pip install 'drivemcp[demo]', or make install")
+        raise UserError(f"`drivemcp {name}` needs {_REMEDIES.get(module.partition('.')[0]) or _module_remedy(module)}")
 
     parser.set_defaults(run=refuse)
+
+
+def _module_remedy(module: str) -> str:
+    return f"the module {module!r}: pip install 'drivemcp[demo]', or make install"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

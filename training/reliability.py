@@ -56,7 +56,7 @@ def draw(title: str, sets: Mapping[str, Bins]) -> Figure:
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[evaluation]'") from error
+        raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[tables]'") from error
     figure = Figure(figsize=(2.9 * len(sets), 4.2), layout="constrained")
     figure.suptitle(title, fontsize=11)
     axes = figure.subplots(2, len(sets), sharex=True, squeeze=False, height_ratios=(3, 1))

@@ -17,9 +17,9 @@ from drivemcp.errors import MALFORMED, UserError
 from evaluation.campaign.moments import Moment
 from evaluation.campaign.replacing import write_whole
 from evaluation.campaign.store import MEASURES, Kept, Store, drivers, driving
-from evaluation.damaged import DAMAGED
 from evaluation.metrics import Metrics
 from evaluation.metrics.labels import Drive
+from evaluation.metrics.record import DAMAGED
 from evaluation.run.spec import RunSpec, encoded, key_of
 
 ALL = "all"

@@ -108,7 +108,7 @@ def command(flags: argparse.Namespace) -> int:
         from evaluation.evaluate.whole import evaluate  # takes seconds: every other command would wait for it
     except ModuleNotFoundError as error:
         raise UserError(
-            f"`drivemcp evaluate` needs the module {error.name!r}: pip install 'drivemcp[demo,evaluation]'"
+            f"`drivemcp evaluate` needs the module {error.name!r}: pip install 'drivemcp[demo,tables]'"
         ) from error
     try:
         return evaluate(flags)

@@ -3,6 +3,7 @@
 import gzip
 import hashlib
 import math
+import zlib
 from bisect import bisect_right
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -15,7 +16,6 @@ import msgspec
 from drivemcp.bus.received import Received, decode
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.node import Node
-from evaluation.damaged import DAMAGED
 from proto import topics
 from proto.decision import Advisory, Decision, Event
 from proto.tools import CallStatus
@@ -24,6 +24,8 @@ from proto.truth import Corrupted, Truth
 from proto.weather import Conditions
 from services.logger.format.reader import messages, topic_of
 
+DAMAGED = (OSError, EOFError, zlib.error)
+"""What reading a run's compressed files raises: the file is not there or no gzip file, is cut, or is spoiled."""
 M = TypeVar("M", bound=msgspec.Struct)
 TRUTH_FILE = "truth.msgpack.gz"
 """Truth is never logged, so that nothing can read it from a log; the evaluation keeps it in a file of its own."""
@@ -179,7 +181,7 @@ def _kept(path: Path) -> list[tuple[int, Any]]:
 def _decoded(topic: Topic[Any], data: bytes, log: Path) -> Any:
     try:
         return _TICK.decode(data) if topic is topics.TRACE else msgspec.json.decode(data, type=topic.message)
-    except msgspec.MsgspecError as error:
+    except MALFORMED as error:
         raise UserError(f"{log}: {topic.name} does not fit this version: {error}") from None
 
 

@@ -100,7 +100,7 @@ def figure_of(
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[evaluation]'") from error
+        raise UserError("matplotlib is missing; install the extra: pip install 'drivemcp[tables]'") from error
     figure = Figure(figsize=size, layout="constrained")
     axes = list(figure.subplots(*shape, squeeze=False, sharey=share, height_ratios=ratios).flat)
     for axis in axes:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from evaluation.campaign.plan import FAMILIES
-from evaluation.report.paper import paper, paper_rows
+from evaluation.tables.paper import paper, paper_rows
 
 PAPER_RUNS = 10
 

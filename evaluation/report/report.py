@@ -16,8 +16,8 @@ from evaluation.campaign.machine import commit
 from evaluation.campaign.moments import KINDS, Moment, shown
 from evaluation.campaign.plan import OURS
 from evaluation.campaign.store import LOG, METRICS, Kept
-from evaluation.damaged import DAMAGED
 from evaluation.metrics import from_log
+from evaluation.metrics.record import DAMAGED
 from evaluation.report.above import seen_from_above
 from evaluation.report.plots import plots_of
 from evaluation.report.reading import contradictions

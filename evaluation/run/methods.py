@@ -10,7 +10,8 @@ from typing import Any
 
 import msgspec
 
-from evaluation.run.spec import RunSpec, StandIn
+from evaluation.run.spec import RunSpec
+from evaluation.stand_ins.kinds import StandIn
 
 DIRECT = (
     "The front end answers one fixed prompt (system line, context, query) per event; its text is parsed by the closed grammar "

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from drivemcp.errors import UserError
-from evaluation.damaged import DAMAGED
 from evaluation.metrics import Record, from_log
-from evaluation.metrics.record import TRUTH_FILE
+from evaluation.metrics.record import DAMAGED, TRUTH_FILE
 from services.logger.verification.verify import verify
 
 

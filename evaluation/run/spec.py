@@ -7,10 +7,9 @@ import msgspec
 
 from evaluation.corruption.spec import CLEAN
 from evaluation.run.behaviour import behaviour
+from evaluation.stand_ins.kinds import StandIn
 
 Sensors = Literal["rendered", "model"]
-StandIn = Literal["truth", "sound_car"]
-"""`truth`: actors and key facts from truth in place of those perceived. `sound_car`: the car says that nothing ails it."""
 
 
 class RunSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

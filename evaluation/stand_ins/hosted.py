@@ -7,8 +7,8 @@ from typing import Any, Protocol, cast
 from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
-from evaluation.run.spec import StandIn
 from evaluation.stand_ins.facts import TrueFacts
+from evaluation.stand_ins.kinds import StandIn
 from evaluation.stand_ins.tracks import TrueTracks
 from proto import topics
 from proto.topics import Topic

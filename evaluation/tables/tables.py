@@ -10,11 +10,11 @@ from evaluation.campaign.names import TableName
 from evaluation.campaign.plan import Row
 from evaluation.campaign.store import Kept
 from evaluation.metrics import RATES
-from evaluation.report.paper import paper_rows
 from evaluation.run.methods import made_with
 from evaluation.run.spec import Sensors
 from evaluation.statistics import Spread, binomial_ci, mean_sd_ci, poisson_ci, ratio_ci
 from evaluation.tables.columns import Column, columns_of
+from evaluation.tables.paper import paper_rows
 
 INTERVALS = (
     "Rates have the exact Poisson interval of all runs together (which takes events for independent: it is too narrow for infractions and "

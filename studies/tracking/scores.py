@@ -35,7 +35,7 @@ def scores(scenes: Sequence[Scene]) -> Scores:
         from trackeval.metrics import CLEAR, HOTA, Identity
     except ImportError as error:
         raise UserError(
-            "TrackEval is missing: pip install 'drivemcp[evaluation]', then pip install --no-deps 'trackeval>=1.3,<2'"
+            "TrackEval is missing: pip install 'drivemcp[tables]', then pip install --no-deps 'trackeval>=1.3,<2'"
         ) from error
     sequence = _sequence(scenes)
     quiet = {"PRINT_CONFIG": False}

@@ -16,6 +16,12 @@ DOCKERFILE = (ROOT / "docker/Dockerfile").read_text(encoding="utf-8")
 IGNORED = (ROOT / ".dockerignore").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("package", PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"])
+def test_every_package_of_the_wheel_is_there_when_an_image_is_built(package: str) -> None:
+    assert f"COPY {package} {package}\n" in DOCKERFILE
+    assert f"!{package}\n" in IGNORED
+
+
 @pytest.mark.parametrize("folder", sorted(WHEEL))
 def test_what_the_wheel_takes_in_is_there_when_an_image_is_built(folder: str) -> None:
     assert f"COPY {folder} {folder}\n" in DOCKERFILE

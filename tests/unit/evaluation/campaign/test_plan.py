@@ -6,8 +6,8 @@ import pytest
 from evaluation.campaign.names import TABLES, TableName
 from evaluation.campaign.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of
 from evaluation.corruption.spec import CLEAN, read_spec
-from evaluation.report.paper import paper, paper_rows
 from evaluation.run.spec import run_key
+from evaluation.tables.paper import paper, paper_rows
 
 
 @pytest.mark.parametrize("table", TABLES)

@@ -8,10 +8,11 @@ import msgspec
 import pytest
 
 from drivemcp.errors import UserError
-from evaluation.metrics import TRUTH_FILE, At, Record, Recorder, from_log, keep, measure
+from evaluation.metrics import TRUTH_FILE, At, Record, Recorder, from_log, keep, measure, record
 from evaluation.metrics.__main__ import main
 from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
+from proto import topics
 from proto.truth import Corrupted, CorruptionKind
 from tests.unit.evaluation.metrics.logs import said, steady
 
@@ -66,6 +67,14 @@ def test_a_truth_of_another_version_is_named(tmp_path: Path) -> None:
         from_log(log)
 
 
+@pytest.mark.parametrize(
+    "data", [b'{"kind":"\xff"}', b'{"unknown":' + b"[" * 100_000], ids=["no UTF-8", "nested too deep"]
+)
+def test_a_message_that_cannot_be_decoded_is_named_with_its_topic(data: bytes) -> None:
+    with pytest.raises(UserError, match=r"log\.mcap: arbiter/decision does not fit this version"):
+        record._decoded(topics.DECISION, data, Path("log.mcap"))
+
+
 CUT = gzip.compress(b"truth" * 100)[:-20]
 SPOILED = gzip.compress(random.Random(0).randbytes(1000))
 SPOILED = SPOILED[:12] + bytes(each ^ 255 for each in SPOILED[12:40]) + SPOILED[40:]
@@ -82,9 +91,9 @@ def test_a_damaged_truth_is_named(tmp_path: Path, truth: bytes, capsys: pytest.C
 
 
 def test_truth_is_found_by_time() -> None:
-    record = Record(truths=steady(2.0), advisories=(said(1.0),))
-    found = record.truth_at(1.02)
+    kept = Record(truths=steady(2.0), advisories=(said(1.0),))
+    found = kept.truth_at(1.02)
     assert found is not None
     assert found.time_s == 1.0
-    assert [truth.time_s for truth in record.truths_between(0.5, 0.6)] == [0.5, 0.55, 0.6]
+    assert [truth.time_s for truth in kept.truths_between(0.5, 0.6)] == [0.5, 0.55, 0.6]
     assert Record().truth_at(1.0) is None
