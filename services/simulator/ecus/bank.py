@@ -42,7 +42,6 @@ class EcuBank:
         self._line = Line()
         self._asked_ns: dict[int, int] = {}
         self._silent_until_ns: dict[int, int] = {}
-        self.malformed = 0
 
     # --- faults -----------------------------------------------------------------------------------------------------
     @property
@@ -62,19 +61,17 @@ class EcuBank:
 
     # --- transport --------------------------------------------------------------------------------------------------
     def on_frame(self, frame: CanFrame, state: CarState, now_ns: int) -> list[CanFrame]:
-        """What the units send at once for this frame; frames that are no request are ignored, broken ones counted."""
+        """What the units send at once for this frame; frames that are no request, and broken ones, are ignored."""
         units, data = _ASKED.get(frame.arbitration_id), frame.data
         if units is None or frame.extended != is_extended(frame.arbitration_id):
             return []
         if not data:
-            self.malformed += 1
             return []
         if data[0] >> 4 == 0x3:
             return [each for answer_id in units.values() for each in self._line.flow(answer_id, data, now_ns)]
         length = data[0] & 0x0F
         if data[0] >> 4 != 0 or not 1 <= length <= len(data) - 1:
-            self.malformed += 1  # requests longer than one frame are not served here
-            return []
+            return []  # requests longer than one frame are not served here
         return self._answer_all(units, data[1 : 1 + length], state, now_ns)
 
     def step(self, now_ns: int, state: CarState | None = None) -> list[CanFrame]:

@@ -36,7 +36,6 @@ class Person(msgspec.Struct, frozen=True, kw_only=True):
     walked_m: float = 0.0
     plan: CrosserPlan | None = None
     goal_d_m: float = 0.0
-    started_s: float | None = None
 
     @property
     def crossing(self) -> bool:
@@ -73,7 +72,6 @@ def step_person(person: Person, around: Surroundings, kerb: Kerb, dt: float) -> 
         return replace(
             person,
             mode="crossing",
-            started_s=around.time_s,
             across_mps=_towards(person) * person.plan.walk_mps,
         )
     return _cross(person, dt) if person.mode == "crossing" else person
