@@ -11,7 +11,7 @@ from services.simulator.car import tyres
 from services.simulator.car.brake_receiver import Brake, Controls
 from services.simulator.car.braking import Ability, Braked, decelerate
 from services.simulator.car.kinematics import FREE, bend_speed_mps
-from services.simulator.driver.driver import Advice, Driver, View, pedals
+from services.simulator.driver.driver import Advice, Driver, DriverView, pedals
 from services.simulator.driver.profile import draw_driver, understands
 from services.simulator.driver.road_ahead import RoadAhead
 from services.simulator.environment.scenery import build_parked, build_scenery
@@ -32,7 +32,7 @@ from services.simulator.traffic.cross_traffic import CrossCar, CrossTraffic
 from services.simulator.traffic.flow import Traffic
 from services.simulator.truth.hazard_sources import HazardSources
 from services.simulator.truth.hazards import Hazard, HazardLog
-from services.simulator.truth.ledger import Books, Crossed
+from services.simulator.truth.ledger import Crossed, Ledger
 from services.simulator.truth.line_of_sight import Sight, houses
 from services.simulator.truth.snapshot import EgoMotion, Mover, Snapshot
 
@@ -71,7 +71,7 @@ class World:
         self.road.vehicles.append(self.ego)
         self.traffic = Traffic(self.route, self.road, self.ego, seed)
         self.traffic.fill(scenario)
-        self.law, self.course, self.books = build_law(scenario), WeatherCourse(scenario.weather, seed), Books()
+        self.law, self.course, self.ledger = build_law(scenario), WeatherCourse(scenario.weather, seed), Ledger()
         self.lines = build_lines(self.route)
         self.lights = Lights([Cycle(plan) for plan in scenario.lights])
         self.cross = CrossTraffic(self.route)
@@ -185,13 +185,13 @@ class World:
     def _now_ns(self) -> int:
         return round(self.time_s * 1e9)
 
-    def _view(self, weather: Weather, car: Ability) -> View:
+    def _view(self, weather: Weather, car: Ability) -> DriverView:
         lead = self.road_ahead.lead()
         line = self.ego.lane.line
         speed = float(self.ego.speed)
         sees_m = self._sees_m(weather, car)
         seen = lead is not None and lead[0] < min(SEES_LEAD_M, sees_m)
-        return View(
+        return DriverView(
             time_s=self.time_s,
             speed_mps=speed,
             mu=weather.mu_at(speed),
@@ -251,7 +251,7 @@ class World:
     def _snapshot(self, motion: EgoMotion, weather: Weather) -> Snapshot:
         lead = self.road_ahead.lead()
         legal, scene = self._legal(), self._scene(motion.pose, motion.s_m, weather)
-        fact = self.books.keep(
+        fact = self.ledger.keep(
             time_s=self.time_s,
             dt=STEP_S,
             speed_mps=motion.speed_mps,

@@ -8,7 +8,7 @@ from highway_env.vehicle.kinematics import Vehicle
 
 from evaluation.metrics.conflicts import gap_m, person_ahead
 from proto.truth import Truth
-from services.simulator.driver.driver import NO_LIMIT_MPS, Advice, Driver, View, Wish, pedals
+from services.simulator.driver.driver import NO_LIMIT_MPS, Advice, Driver, DriverView, Wish, pedals
 
 LANE_M = 10_000.0
 AT_THE_LINE_M = 4.0
@@ -29,7 +29,7 @@ class Following(Driver):
         """Never."""
         return False
 
-    def drive(self, view: View, dt: float) -> Wish:
+    def drive(self, view: DriverView, dt: float) -> Wish:
         """What the model wishes, within its own bounds."""
         model = self._model = self._model or Model()
         truth = self.truth

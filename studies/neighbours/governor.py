@@ -4,7 +4,7 @@ import math
 
 from evaluation.metrics.conflicts import braking_mps2, violates_rss
 from proto.truth import Truth
-from services.simulator.driver.driver import Driver, View, Wish, pedals
+from services.simulator.driver.driver import Driver, DriverView, Wish, pedals
 
 FASTEST_MPS = 80.0
 _HALVINGS = 40
@@ -16,7 +16,7 @@ class Governed(Driver):
     truth: Truth | None = None
     """The newest; the drive sets it before each step."""
 
-    def drive(self, view: View, dt: float) -> Wish:
+    def drive(self, view: DriverView, dt: float) -> Wish:
         """The driver's wish, or less."""
         wish = super().drive(view, dt)
         if self.truth is None:

@@ -18,7 +18,7 @@ from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from proto import topics
 from proto.truth import ScenarioState
-from services.simulator.driver.driver import Driver, View, Wish, pedals
+from services.simulator.driver.driver import Driver, DriverView, Wish, pedals
 from tests.replay.files import LOGS, write_lines
 from tests.replay.ticks import logged
 
@@ -102,7 +102,7 @@ def record(name: str) -> None:
 def _absent(from_s: float) -> Iterator[None]:
     drives = Driver.drive
 
-    def hold(self: Driver, view: View, dt: float) -> Wish:
+    def hold(self: Driver, view: DriverView, dt: float) -> Wish:
         return drives(self, view, dt) if view.time_s < from_s else pedals(0.0)
 
     with patch.object(Driver, "drive", hold):

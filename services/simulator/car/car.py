@@ -11,7 +11,7 @@ from services.simulator.car.state import CarModel, CarState, Controls, parked
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class CarMessages:
     """The car's messages after a step."""
 
     frames: CarState
@@ -39,7 +39,7 @@ class Car:
         able = braking.ability(self._faults.condition(now_ns), self.state)
         return replace(able, anti_lock=able.anti_lock and self._monitor.anti_lock)
 
-    def step(self, dt_s: float, controls: Controls, now_ns: int) -> Told:
+    def step(self, dt_s: float, controls: Controls, now_ns: int) -> CarMessages:
         """The car `dt_s` later."""
         if self._ailing and not self._faults.active:
             self._monitor = CarMonitor()  # mended, and started again
@@ -47,4 +47,4 @@ class Car:
         condition = self._faults.condition(now_ns)
         shown = self._faults.show(self._model.step(dt_s, controls, condition), now_ns)
         told = self._monitor.watch(self._sensors.measure(shown, condition.sensors), dt_s)
-        return Told(frames=told, silent=condition.silent, units=without_gaps(told, shown))
+        return CarMessages(frames=told, silent=condition.silent, units=without_gaps(told, shown))

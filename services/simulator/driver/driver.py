@@ -59,7 +59,7 @@ class StopAhead:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class View:
+class DriverView:
     """The road as it is for the driver; what he makes of it is his."""
 
     time_s: float
@@ -134,7 +134,7 @@ class Driver:
             holds_s = WARNING_HOLDS_S if advice.warns or advice.seen else ADVICE_HOLDS_S
             self._stand_by(advice, max(advice.target_mps, SLOWEST_ADVICE_MPS), time_s, holds_s)
 
-    def drive(self, view: View, dt: float) -> Wish:
+    def drive(self, view: DriverView, dt: float) -> Wish:
         """His next wish."""
         self._read_signs(view)
         self._take_over_beliefs(view.time_s)
@@ -148,7 +148,7 @@ class Driver:
         self._acceleration += change
         return pedals(self._acceleration)
 
-    def wanted_mps(self, view: View) -> float:
+    def wanted_mps(self, view: DriverView) -> float:
         """The speed he would drive on a free road."""
         own = (self.believed_mps or NO_LIMIT_MPS) * self.profile.speed_bias
         own *= self.profile.wet_slowdown if view.wet else 1.0
@@ -161,14 +161,14 @@ class Driver:
 
     # What he does about each thing ---------------------------------------------------------------------------------
 
-    def _demand(self, view: View) -> float:
+    def _demand(self, view: DriverView) -> float:
         free = free_road_mps2(view.speed_mps, self.wanted_mps(view), ACCELERATION_MPS2)
         demands = [free, self._for_stop(view), self._for_person(view)]
         if view.gap_m is not None:
             demands.append(max(free, 0.0) + self._for_lead(view, view.gap_m))
         return min(demands)
 
-    def _for_lead(self, view: View, gap_m: float) -> float:
+    def _for_lead(self, view: DriverView, gap_m: float) -> float:
         demand = following_mps2(
             view.speed_mps,
             view.lead_mps,
@@ -183,7 +183,7 @@ class Driver:
             return demand
         return demand if self._reacts("lead", view.time_s) else GENTLE_MPS2
 
-    def _for_stop(self, view: View) -> float:
+    def _for_stop(self, view: DriverView) -> float:
         if view.stop is None:
             return FREE
         key = f"stop{view.stop.key}"
@@ -193,7 +193,7 @@ class Driver:
             return FREE
         return stopping_mps2(view.speed_mps, view.stop.distance_m, 1.6)
 
-    def _for_person(self, view: View) -> float:
+    def _for_person(self, view: DriverView) -> float:
         if view.person_m is None:
             self._forget("person", True)
             return FREE
@@ -201,7 +201,7 @@ class Driver:
             return FREE
         return stopping_mps2(view.speed_mps, view.person_m - STAND_M, 0.5)
 
-    def _bounded(self, demand: float, view: View) -> float:
+    def _bounded(self, demand: float, view: DriverView) -> float:
         limit = view.mu * GRAVITY_MPS2
         return min(max(demand, -limit), limit)
 
@@ -223,7 +223,7 @@ class Driver:
         for what, at_s in self._noticed_s.items():
             self._noticed_s[what] = min(at_s, by_s)
 
-    def _read_signs(self, view: View) -> None:
+    def _read_signs(self, view: DriverView) -> None:
         for number, limit_mps, understood in view.passed:
             chance = self.profile.notices * (0.3 if self.distracted(view.time_s) else 1.0)
             looked_for = any(_same(each.announces_mps, limit_mps) for each in self._heard_by(view.time_s))

@@ -34,7 +34,7 @@ _KINDS: tuple[ActorKind, ...] = ("saloon", "estate", "saloon", "van", "saloon", 
 
 
 @dataclass(slots=True)
-class Part:
+class ScriptedPart:
     """A scripted vehicle's part: the halts still to come, and how long it still stands."""
 
     plan: VehiclePlan
@@ -57,7 +57,7 @@ class Traffic:
     road: Road
     ego: Ego
     seed: int
-    parts: dict[Car, Part] = field(default_factory=dict)
+    parts: dict[Car, ScriptedPart] = field(default_factory=dict)
     queue: dict[Car, float] = field(default_factory=dict)
     """Cars of a congestion tail, and when it dissolves for each."""
     numbers: int = 0
@@ -100,7 +100,7 @@ class Traffic:
         car = self.add(plan.direction, plan.lane, plan.at_m, plan.speed_kmh / 3.6, plan.kind)
         car.keeps_mps = plan.keeps_kmh / 3.6 if plan.keeps_kmh is not None else FREE
         car.speed_bias = 1.0
-        self.parts[car] = Part(plan, list(plan.halts), stands=plan.stands_s is not None)
+        self.parts[car] = ScriptedPart(plan, list(plan.halts), stands=plan.stands_s is not None)
 
     def _spread(self, direction: Direction, count: int, gap_m: float) -> None:
         ego_s, lanes = self.ego.s_m, self.route.section.lanes
@@ -187,7 +187,7 @@ class Traffic:
         if part is not None:
             self._change_lane(car, part)
 
-    def _change_lane(self, car: Car, part: Part) -> None:
+    def _change_lane(self, car: Car, part: ScriptedPart) -> None:
         """Keep pace with the ego until the place of the lane change, then make it."""
         change = part.plan.lane_change
         if change is None or part.changed:
@@ -234,12 +234,12 @@ class Traffic:
         part.halting = part.halting if part.halts else None
         return self._next_halt(car, part) if part.halts else FREE
 
-    def _stand_mps2(self, car: Car, part: Part, dt: float) -> float:
+    def _stand_mps2(self, car: Car, part: ScriptedPart, dt: float) -> float:
         part.near_s += dt if 0.0 < car.s_m - self.ego.s_m < NEAR_M else 0.0
         part.stands = part.near_s < (part.plan.stands_s or 0.0)
         return -max(car.speed * 4.0, 1.0)
 
-    def _next_halt(self, car: Car, part: Part) -> float:
+    def _next_halt(self, car: Car, part: ScriptedPart) -> float:
         halt = part.halts[0]
         front = halt.at_m - car.s_m if direction_of(car.lane_index) == "forward" else car.s_m - halt.at_m
         demand = stopping_mps2(car.speed, front, halt.brake_mps2 * 0.9)

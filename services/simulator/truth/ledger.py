@@ -12,7 +12,7 @@ INFRACTIONS: dict[LineKind, str] = {"light": "red_light", "stop_line": "no_stop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fact:
+class LedgerEntry:
     """What is so at one step, and what it amounts to."""
 
     time_s: float = 0.0
@@ -41,10 +41,10 @@ class Crossed:
 
 
 @dataclass(slots=True)
-class Books:
+class Ledger:
     """The running account."""
 
-    fact: Fact = field(default_factory=Fact)
+    fact: LedgerEntry = field(default_factory=LedgerEntry)
     _over_s: float = 0.0
     _speeding: bool = False
 
@@ -61,7 +61,7 @@ class Books:
         stop: tuple[LineKind, float] | None,
         crossed: Crossed | None,
         collision: bool,
-    ) -> Fact:
+    ) -> LedgerEntry:
         """Enter a step; `lead` is (gap, closing speed)."""
         infraction = self._line(crossed) or self._speed(dt, speed_mps, limit_mps)
         over = limit_mps is not None and speed_mps > limit_mps

@@ -6,7 +6,7 @@ from services.simulator.car.brake_receiver import Brake
 from services.simulator.driver.driver import Wish
 from services.simulator.environment.weather import Weather
 from services.simulator.scene.scene import Pose, Scene
-from services.simulator.truth.ledger import Fact
+from services.simulator.truth.ledger import LedgerEntry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +52,6 @@ class Snapshot:
     weather: Weather
     wish: Wish
     brake: Brake
-    fact: Fact
+    fact: LedgerEntry
     ended: bool
     """The route is driven to its end."""

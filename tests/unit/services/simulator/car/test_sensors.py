@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from services.can.diagnostics.trouble_codes import DtcBook
-from services.simulator.car.car import Car, Told
+from services.simulator.car.car import Car, CarMessages
 from services.simulator.car.condition import SensorFault
 from services.simulator.car.faults import FAULTS, Faults
 from services.simulator.car.monitor import RESPONSES
@@ -20,7 +20,9 @@ from services.simulator.ecus.can_frames import FrameEncoder
 STEP_S, STEP_NS = 0.05, 50_000_000
 
 
-def drive(preset: str, seconds: float = 12.0, *, severity: float = 1.0, onset_s: float = 4.0) -> tuple[Car, list[Told]]:
+def drive(
+    preset: str, seconds: float = 12.0, *, severity: float = 1.0, onset_s: float = 4.0
+) -> tuple[Car, list[CarMessages]]:
     """A car that speeds up and slows down gently, with a fault from `onset_s` on."""
     faults, told = Faults(), []
     whole = Car(3, faults, 15.0)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.simulator.driver.driver import Advice, Driver, StopAhead, View
+from services.simulator.driver.driver import Advice, Driver, DriverView, StopAhead
 from services.simulator.driver.profile import MEDIAN_REACTION_S, DriverProfile, draw_driver
 
 DT = 0.05
@@ -22,12 +22,12 @@ CALM = DriverProfile(
     wet_slowdown=1.0,
     seed=3,
 )
-ROAD = View(time_s=0.0, speed_mps=25.0, mu=0.8, wet=False)
+ROAD = DriverView(time_s=0.0, speed_mps=25.0, mu=0.8, wet=False)
 SLOWER = Advice(topic="limit", target_mps=13.9)
 SLOWER_LIMIT = replace(SLOWER, limit_mps=13.9)
 
 
-def first_braking_s(driver: Driver, view: View, until_s: float = 6.0, below_mps2: float = -0.3) -> float | None:
+def first_braking_s(driver: Driver, view: DriverView, until_s: float = 6.0, below_mps2: float = -0.3) -> float | None:
     """When his wish first falls below the threshold, on an unchanging road."""
     time_s = 0.0
     while time_s < until_s:

@@ -1,13 +1,13 @@
-"""The books of what really happens."""
+"""The ledger of what really happens."""
 
 from typing import Any
 
-from services.simulator.truth.ledger import Books, Crossed, Fact
+from services.simulator.truth.ledger import Crossed, Ledger, LedgerEntry
 
 DT = 0.05
 
 
-def keep(books: Books, step: int, **what: Any) -> Fact:
+def keep(ledger: Ledger, step: int, **what: Any) -> LedgerEntry:
     given: dict[str, Any] = {
         "speed_mps": 10.0,
         "limit_mps": 13.9,
@@ -18,43 +18,43 @@ def keep(books: Books, step: int, **what: Any) -> Fact:
         "crossed": None,
         "collision": False,
     }
-    return books.keep(time_s=step * DT, dt=DT, **{**given, **what})
+    return ledger.keep(time_s=step * DT, dt=DT, **{**given, **what})
 
 
 def test_speeding_is_one_event_after_a_second_beyond_the_tolerance() -> None:
-    books = Books()
-    events = [keep(books, step, speed_mps=15.0).infraction for step in range(100)]
+    ledger = Ledger()
+    events = [keep(ledger, step, speed_mps=15.0).infraction for step in range(100)]
     assert events.count("speeding") == 1
     assert events.index("speeding") == 19
 
 
 def test_within_the_tolerance_nothing_is_entered_but_time_above_the_limit_counts() -> None:
-    books = Books()
-    facts = [keep(books, step, speed_mps=14.5) for step in range(100)]
+    ledger = Ledger()
+    facts = [keep(ledger, step, speed_mps=14.5) for step in range(100)]
     assert facts[-1].infractions == 0
     assert abs(facts[-1].speeding_s - 5.0) < 0.01
 
 
 def test_an_episode_ends_below_the_limit_and_the_next_one_counts_again() -> None:
-    books = Books()
+    ledger = Ledger()
     speeds = [16.0] * 40 + [13.0] * 10 + [16.0] * 40
-    assert [keep(books, step, speed_mps=speed).infraction for step, speed in enumerate(speeds)].count("speeding") == 2
+    assert [keep(ledger, step, speed_mps=speed).infraction for step, speed in enumerate(speeds)].count("speeding") == 2
 
 
 def test_where_there_is_no_limit_nobody_speeds() -> None:
-    books = Books()
-    assert all(not keep(books, step, speed_mps=60.0, limit_mps=None).infraction for step in range(60))
+    ledger = Ledger()
+    assert all(not keep(ledger, step, speed_mps=60.0, limit_mps=None).infraction for step in range(60))
 
 
 def test_running_a_line_is_named_by_its_kind() -> None:
-    books = Books()
-    assert keep(books, 1, crossed=Crossed(kind="light", must_have_stopped=True)).infraction == "red_light"
-    assert keep(books, 2, crossed=Crossed(kind="stop_line", must_have_stopped=True)).infraction == "no_stop"
-    assert keep(books, 3, crossed=Crossed(kind="yield", must_have_stopped=True)).infraction == "wrong_yield"
-    assert keep(books, 4, crossed=Crossed(kind="light", must_have_stopped=False)).infraction == ""
+    ledger = Ledger()
+    assert keep(ledger, 1, crossed=Crossed(kind="light", must_have_stopped=True)).infraction == "red_light"
+    assert keep(ledger, 2, crossed=Crossed(kind="stop_line", must_have_stopped=True)).infraction == "no_stop"
+    assert keep(ledger, 3, crossed=Crossed(kind="yield", must_have_stopped=True)).infraction == "wrong_yield"
+    assert keep(ledger, 4, crossed=Crossed(kind="light", must_have_stopped=False)).infraction == ""
 
 
 def test_a_collision_is_not_forgotten() -> None:
-    books = Books()
-    keep(books, 1, collision=True)
-    assert keep(books, 2).collision
+    ledger = Ledger()
+    keep(ledger, 1, collision=True)
+    assert keep(ledger, 2).collision
