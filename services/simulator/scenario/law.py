@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import msgspec
 from msgspec.structs import replace
 
+from domain.units import MPS_PER
 from services.simulator.scenario.load import sign_country
 from services.simulator.scenario.plan import RoadClass, Scenario
 
-KMH, MPH = 1 / 3.6, 0.44704
+KMH, MPH = MPS_PER["km/h"], MPS_PER["mph"]
 _DEFAULTS: dict[str, dict[RoadClass, float | None]] = {
     "DEU": {"urban": 50 * KMH, "rural": 100 * KMH, "motorway": None},
     "GBR": {"urban": 30 * MPH, "rural": 60 * MPH, "motorway": 70 * MPH},
