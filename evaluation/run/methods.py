@@ -63,7 +63,13 @@ METHODS = _by_label(
     ),
     Method(
         label="VLM-Direct+RAG",
-        settings={"orchestrator": {"method": "direct", "passages": PASSAGES, "expected": (*_ALONE, "retrieval")}},
+        settings={
+            "orchestrator": {
+                "method": "direct",
+                "method_settings": {"passages": PASSAGES},
+                "expected": (*_ALONE, "retrieval"),
+            }
+        },
         without=("rules", "arbiter"),
         note=DIRECT + " The best passages of the rulepacks and sign tables are part of the prompt.",
     ),

@@ -6,16 +6,16 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
-from services.arbiter import act, adapt, attention, unfiltered
+from services.arbiter import act, adapt, attention
 from services.arbiter.act import Permission
 from services.arbiter.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.filters import FULL, Suggested, filter_of
 from services.arbiter.guard import Case, case, objections
 from services.arbiter.hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.profiles import Profile
 from services.arbiter.reading import Reading
 from services.arbiter.risk import Utilities, utilities
 from services.arbiter.state import ArbiterState, Attention, Intervention, digest
-from services.arbiter.unfiltered import Filter, Suggested
 from services.arbiter.watching import watch
 
 
@@ -28,7 +28,7 @@ class Inputs(msgspec.Struct, frozen=True, kw_only=True):
     now_ns: int
     delta: float | None = None
     """The Delta that feedback relaxes to, where it is not the profile's own."""
-    filter: Filter = "full"
+    filter: str = FULL
 
 
 class Verdict(NamedTuple):
@@ -150,7 +150,8 @@ def hazards_of(
     brakes for, or would: whoever brakes says what for.
     """
     found = [request.fused.hazard] if request.fused.hazard else []
-    if inputs.filter != "none":
+    passing = filter_of(inputs.filter)
+    if passing is None or passing.suggested is None:
         found += seen_hazards((request_view(request), inputs.reading.view), state.sightings, profile)
     if brakes and weighed.case.own is not None:
         found.append(HAZARDS[weighed.case.own.track.kind])
@@ -206,8 +207,9 @@ def _intervene(
 def _braked_for(
     request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
 ) -> Suggested | None:
-    if inputs.filter == "none":
-        return unfiltered.suggested(request, request_view(request), profile)
+    passing = filter_of(inputs.filter)
+    if passing is not None and passing.suggested is not None:
+        return passing.suggested(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
     if not wants_act(weighed, state.adapted.delta) or own is None or ego is None:
         return None
@@ -275,7 +277,7 @@ def _pressing(
         )
 
     found = [judged(hazard) for hazard in present or ("",)]
-    if inputs.filter != "full":
+    if inputs.filter != FULL:
         return found[0]
     return next((each for each in found if each.fresh and not each.answered), found[0])
 
@@ -291,6 +293,7 @@ def _say(
     profile: Profile,
 ) -> _Said:
     now_ns, attended, hazard, fused = inputs.now_ns, state.attention, pressing.hazard, request.fused
+    passing = filter_of(inputs.filter)
 
     def told() -> Attention:
         views = (request_view(request), inputs.reading.view)
@@ -299,12 +302,13 @@ def _say(
         return attention.told(attended, hazard, now_ns, alarm=pressing.alarm, track_ids=track_ids)
 
     if command is not None:
-        reason = _act_reason(weighed, state) if inputs.filter != "none" else "the fused advice warns: passed on"
+        judged = passing is None or passing.suggested is None
+        reason = _act_reason(weighed, state) if judged else "the fused advice warns: passed on"
         return _Said("ACT", reason, told(), hazard)
     if withheld and pressing.fresh:
         return _Said("SPEAK", f"ACT withheld: {withheld}", told(), hazard)
-    if inputs.filter != "full":
-        passed, reason = unfiltered.said(request, inputs.filter)
+    if passing is not None:
+        passed, reason = passing.said(request)
         return _Said(passed, reason, attended, hazard if passed == "SPEAK" else "")
     saying = _Saying(
         request=request,

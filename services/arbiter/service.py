@@ -22,10 +22,10 @@ from services.arbiter.adapt import is_within_bounds
 from services.arbiter.decide import Inputs, Verdict, decide
 from services.arbiter.errors import ProfileError
 from services.arbiter.explain import Explanation, explain
+from services.arbiter.filters import FULL, check
 from services.arbiter.profiles import Profile, load, reachability
 from services.arbiter.reading import Latest, M, Reading, read
 from services.arbiter.state import Adapted, ArbiterState, fresh
-from services.arbiter.unfiltered import Filter, check
 
 MOST_DELTA = 2.0
 """In simulation, beyond the profile's bound: what the evaluation's sweep takes. No margin ever exceeds it."""
@@ -41,8 +41,8 @@ class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
     state_file: str = ""
     learnt: tuple[float, float] | None = None
     """Delta and c_min as feedback on earlier drives left them, instead of what a file has; within the profile's bounds."""
-    filter: Filter = "full"
-    """What the arbiter holds back: all that it judges unfit, or, for the evaluation, less (`unfiltered.py`)."""
+    filter: str = FULL
+    """What the arbiter holds back: all that it judges unfit, or, for the evaluation, less (`filters.py`)."""
 
 
 class Arbiter:

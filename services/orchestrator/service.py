@@ -19,11 +19,11 @@ from proto.perception import Tracks
 from proto.scene import Facts, Unit
 from proto.tools import Outcome
 from proto.topics import Topic
-from services.orchestrator.direct_answer import direct_answer
-from services.orchestrator.driver.answer import Answer, answer
+from services.orchestrator.advisor import advisor_of
+from services.orchestrator.driver.answer import Answer
 from services.orchestrator.driver.feedback_rate import Given, admit
 from services.orchestrator.driver.preferences import changed, remembered
-from services.orchestrator.driver.question import calls_for, in_language, subject_of
+from services.orchestrator.driver.question import in_language
 from services.orchestrator.events import new, out_of_bounds
 from services.orchestrator.experts.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.experts.routing import Call
@@ -61,12 +61,9 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """How long a first snapshot may take; sensors that never spoke have not fallen silent before that."""
     expected: tuple[str, ...] = ("perception", "drivelm", "rules", "retrieval", "weather", "can", "arbiter", "logger")
     preferences: Preferences = Preferences()
-    method: Literal["tools", "direct", "silent"] = "tools"
-    """How advice is come to (`inputs.Method`); all but `tools` are the evaluation's baselines."""
-    context: Literal["text", "json"] = "text"
-    """With `direct`: in which form its prompt tells `world_state`."""
-    passages: Annotated[int, msgspec.Meta(ge=0, le=10)] = 0
-    """With `direct`: how many retrieved passages stand in its prompt."""
+    method: str = "tools"
+    """How advice is come to (`advisor.py`); all but `tools` are baselines, found by entry point."""
+    method_settings: dict[str, Any] = msgspec.field(default_factory=dict)
     parallel: bool = True
     """Whether the tools of a tick are asked at once, or one after another."""
     learns: bool = True
@@ -117,6 +114,13 @@ class LiveAsk:
             return None
 
 
+class _AskedOutsideATick(LiveAsk):
+    """A driver's question has no tick's budget: each tool has its own deadline."""
+
+    def _at_once(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
+        return tuple(self._node.call_all([(call.tool, call.arguments, call.deadline_ms) for call in calls]))
+
+
 class Orchestrator:
     """The running service: what came in since the last tick, and the state. Ticks run on the node's worker thread."""
 
@@ -130,7 +134,8 @@ class Orchestrator:
         self._given = Given()
         self._query = ""
         self._preferences: Preferences | None = config.preferences
-        self._method = Method(name=config.method, context=config.context, passages=config.passages)
+        self._method = Method(name=config.method, settings=config.method_settings)
+        self._advisor = advisor_of(self._method)
         self._seen: set[str] = set()
         self._recalled = node.lockstep  # a lockstep run starts from its configuration alone
         self._ticked_ns: int | None = None
@@ -181,10 +186,10 @@ class Orchestrator:
     def _timed(self, ticked: Ticked, seen: Observations, ask: LiveAsk) -> Advisory:
         """With both latencies: from event detection, where an event began, and from the snapshot."""
         began = bool(new(ticked.events, seen.now_ns)) and ticked.decision.kind != "SILENT"
-        modelled, heard = ask.modelled_ms, ticked.state.direct.heard
+        modelled = ask.modelled_ms
         took_ms = modelled if self._node.lockstep else ask.spent_ms()
-        if heard is not None and not heard.waited and ticked.decision.kind != "SILENT":
-            began, took_ms = True, heard.latency_ms
+        if ticked.latency_ms is not None and ticked.decision.kind != "SILENT":
+            began, took_ms = True, ticked.latency_ms
         now_ns = self._node.clock.now_ns()
         from_snapshot = (now_ns - ticked.world.stamp_ns) / 1e6 + (modelled if self._node.lockstep else 0.0)
         return msgspec.structs.replace(
@@ -267,15 +272,9 @@ class Orchestrator:
 
     def ask(self, question: str, language: str | None) -> Answer:
         """Answer from the running drive."""
-        state = in_language(self.state, language)
-        subject = subject_of(question)
         with self._lock:
             self._query = plain(question)
-        if self._method.name == "direct":
-            return direct_answer(plain(question, 400), subject, state, self._method, LiveAsk(self._node))
-        calls = calls_for(subject, question, state)
-        outcomes = self._node.call_all([(call.tool, call.arguments, call.deadline_ms) for call in calls])
-        return answer(question, subject, state, tuple(outcomes))
+        return self._advisor.answer(question, in_language(self.state, language), _AskedOutsideATick(self._node))
 
     def give_feedback(self, label: Label, number: int, note: str) -> int:
         """Queue a label for the next tick; raises ToolFailed when there were too many."""

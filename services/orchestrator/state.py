@@ -1,11 +1,12 @@
 """What the orchestrator remembers between two ticks. Frozen, and the same bytes for the same drive."""
 
 import hashlib
+from typing import Any
 
 import msgspec
 
 from proto.decision import Preferences
-from proto.rules import LegalLimit, PostedLimit, RulesAnswer, SignMeaning
+from proto.rules import PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
 from proto.tools import Effect
 from proto.vehicle import Degradation, VehicleHealth
@@ -224,35 +225,6 @@ class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """Seen well enough to be spoken of (`actors.well_seen`)."""
 
 
-class Told(msgspec.Struct, frozen=True, kw_only=True):
-    """What the front end answered when it was asked directly (`direct.py`)."""
-
-    kind: str
-    """Of the event because of which it was asked."""
-    action: str
-    text: str
-    confidence: float
-    due_ns: int
-    """When the answer is there: where lateness is modelled, later than now."""
-    latency_ms: float
-    limit: LegalLimit | None = None
-    hazard: str = ""
-    waited: bool = False
-    """Whether its words had to wait for the pause after another message, which is no latency."""
-
-
-class Direct(msgspec.Struct, frozen=True, kw_only=True):
-    """Answers on their way, the one heard in this tick, and the last limit told, which stands until another is."""
-
-    waiting: tuple[Told, ...] = ()
-    heard: Told | None = None
-    limit: Told | None = None
-    asked: tuple[tuple[int, str], ...] = ()
-    """The signs ahead that were asked about, by track and reading."""
-    passed_over: tuple[str, ...] = ()
-    """Kinds of events that waited in this tick, as a graver one was asked about."""
-
-
 class State(msgspec.Struct, frozen=True, kw_only=True):
     """All of it."""
 
@@ -278,7 +250,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """Since when topics and services are missing."""
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
-    direct: Direct = Direct()
+    advisor: dict[str, Any] = {}
+    """What an advisor beside the tools remembers, as JSON data."""
 
 
 def digest(state: State) -> str:

@@ -3,7 +3,6 @@
 observe → detect_events → route → ask.experts → advise → ask.arbiter → remember
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import msgspec
@@ -11,16 +10,14 @@ import msgspec
 from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
 from proto.tools import Outcome
 from proto.world import WorldState
-from services.orchestrator import direct
+from services.orchestrator.advisor import Advised, advisor_of
 from services.orchestrator.events import detect_events
 from services.orchestrator.experts import answers
 from services.orchestrator.experts.ask import Ask, Recorded
-from services.orchestrator.experts.routing import Call, failing, route
+from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.clock_set_back import on_this_clock
 from services.orchestrator.observations.inputs import Observations
-from services.orchestrator.speech.candidate import Advised, Matter
-from services.orchestrator.speech.fusion import advise
-from services.orchestrator.speech.local import decide_locally, silent
+from services.orchestrator.speech.candidate import Matter
 from services.orchestrator.speech.memory import remember, seconds_since_spoken
 from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import State, digest
@@ -40,6 +37,8 @@ class Ticked(NamedTuple):
     request: ArbitrationRequest
     decision: Decision
     advisory: Advisory
+    latency_ms: float | None = None
+    """What the advisor's answer took, where the tick's own time does not tell."""
 
 
 def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
@@ -47,39 +46,26 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     before = on_this_clock(before, seen.now_ns)
     state = answers.take(observe(before, seen), seen.late)
     events = detect_events(state, before, seen.query, seen.thresholds)
-    advised = (direct.advise if seen.method.name == "direct" else _by_tools(before))(state, events, seen, ask)
+    advisor = advisor_of(seen.method)
+    advised = advisor.advise(state, before, events, seen, ask)
     state, fused, outcomes = advised.state, advised.fused, advised.outcomes
     request = request_of(state, advised, seen)
-    decision = _decided(request, seen, ask)
+    decision = advisor.decide(request, ask)
     spoken = spoken_of(advised.matter, decision)
     after = remember(state, before, advised.events, advised.goal, spoken, decision)
     advisory = advisory_of(state, fused, decision, spoken, seen, outcomes)
-    return Ticked(after, state.world, advised.events, advised.calls, outcomes, fused, request, decision, advisory)
-
-
-def _by_tools(before: State) -> Callable[[State, tuple[Event, ...], Observations, Ask], Advised]:
-    """As ever: experts are asked in parallel, their answers fused."""
-
-    def advised(state: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Advised:
-        calls = route(events, state, seen.experts)
-        outcomes = ask.experts(calls) if calls else ()
-        state = answers.take(state, outcomes)
-        # An answer can be news itself, or the end of it: words go by what holds now, the trace has both.
-        now = detect_events(state, before, seen.query, seen.thresholds) if outcomes else events
-        held = {event.kind for event in now}
-        events = (*now, *(event for event in events if event.kind not in held))
-        missed = failing(events, state, seen.experts)
-        fused, matter, goal = advise(state, now, missed)
-        return Advised(state, events, calls, outcomes, fused, matter, goal, missed)
-
-    return advised
-
-
-def _decided(request: ArbitrationRequest, seen: Observations, ask: Ask) -> Decision:
-    """The arbiter's word; by the method `direct` the local rule, which never acts, and by `silent` nothing."""
-    if seen.method.name == "direct":
-        return decide_locally(request)
-    return silent(request) if seen.method.name == "silent" else judged(ask.arbiter(request), request)
+    return Ticked(
+        after,
+        state.world,
+        advised.events,
+        advised.calls,
+        outcomes,
+        fused,
+        request,
+        decision,
+        advisory,
+        advised.latency_ms,
+    )
 
 
 def request_of(state: State, advised: Advised, seen: Observations) -> ArbitrationRequest:
@@ -106,13 +92,6 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
         seconds_since_spoken=seconds_since_spoken(state),
         feedback=seen.feedback,
     )
-
-
-def judged(decision: Decision | None, request: ArbitrationRequest) -> Decision:
-    """The arbiter's word on this very tick; without it the local rule, which never acts."""
-    if decision is None or decision.tick != request.tick:
-        return decide_locally(request)
-    return decision
 
 
 def spoken_of(matter: Matter | None, decision: Decision) -> Matter | None:

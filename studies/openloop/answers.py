@@ -82,7 +82,7 @@ def _start(bus: Bus, name: str, method: Method) -> Node:
 
 def _ticks(logs: Sequence[Path], method: Method, asker: Node) -> Iterator[Answered]:
     config = msgspec.convert(dict(method.settings.get("orchestrator", {})), OrchestratorConfig)
-    how = How(name=config.method, context=config.context, passages=config.passages)
+    how = How(name=config.method, settings=config.method_settings)
     arbiter, state = OpenArbiter(method), State()
     for number, (log, trace) in enumerate(_traces(logs), start=1):
         if trace.tick != number:

@@ -3,7 +3,7 @@
 It goes into the trace as it is, and the tick can be run again from it.
 """
 
-from typing import Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import msgspec
 
@@ -48,17 +48,11 @@ class Expert(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Method(msgspec.Struct, frozen=True, kw_only=True):
-    """How a tick comes to its advice; all but `tools` are baselines of the evaluation.
+    """The advisor that a tick is advised by, and its settings."""
 
-    `tools`: experts, fusion, arbiter. `direct`: the front end answers a prompt; it advises only. `silent`: as `tools`, but
-    nobody is told anything and nothing brakes.
-    """
-
-    name: Literal["tools", "direct", "silent"] = "tools"
-    context: Literal["text", "json"] = "text"
-    """How `direct` tells the world in its prompt."""
-    passages: int = 0
-    """How many retrieved passages it adds to that; 0: retrieval is not asked."""
+    name: str = "tools"
+    """`tools`: experts, fusion, arbiter. Others are found by entry point (`services.orchestrator.advisor`)."""
+    settings: dict[str, Any] = {}
 
 
 class Observations(msgspec.Struct, frozen=True, kw_only=True):

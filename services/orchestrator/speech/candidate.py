@@ -3,10 +3,8 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from proto.decision import Event, Fused, Urgency
+from proto.decision import Event, Urgency
 from proto.rules import SignMeaning
-from proto.tools import Outcome
-from services.orchestrator.experts.routing import Call
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 
@@ -73,17 +71,3 @@ def over_lower(key: str, told: str) -> bool:
 
 
 Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
-
-
-class Advised(NamedTuple):
-    """What a tick comes to before it is decided."""
-
-    state: State
-    events: tuple[Event, ...]
-    calls: tuple[Call, ...]
-    outcomes: tuple[Outcome, ...]
-    fused: Fused
-    matter: Matter | None
-    goal: Target
-    failed: tuple[str, ...] = ()
-    """Tools that were to be asked and failed, now or a moment ago."""

@@ -27,14 +27,3 @@ def decide_locally(request: ArbitrationRequest) -> Decision:
         profile="local",
         hazard=hazard,
     )
-
-
-def silent(request: ArbitrationRequest) -> Decision:
-    """Nothing, whatever is advised: the driver drives as without an assistant (the evaluation's floor)."""
-    return Decision(
-        tick=request.tick,
-        kind="SILENT",
-        reason="the assistant is off",
-        metrics=SafetyMetrics(h=request.h),
-        profile="local",
-    )

@@ -11,7 +11,7 @@ from proto.decision import ArbitrationRequest, Decision, Preferences
 from services.orchestrator.law.limits_ahead import limits_ahead
 from services.orchestrator.signs.border_evidence import items, kept
 from services.orchestrator.signs.limits import in_force
-from services.orchestrator.speech.local import silent
+from services.orchestrator.speech.local import decide_locally
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
@@ -128,7 +128,7 @@ def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
         if request.fused.topic == "border" or asked:
             asked.append(request)
         speaks = (not asked or len(asked) > ticks) and request.fused.new_information
-        return replace(silent(request), kind="SPEAK" if speaks else "SILENT")
+        return replace(decide_locally(request), kind="SPEAK" if speaks else "SILENT", hazard="")
 
     return judge
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from services.orchestrator.signs.limits import ROAD_TYPES, situation
+from services.orchestrator.law.rules_question import situation
+from services.orchestrator.signs.limits import ROAD_TYPES
 from services.orchestrator.target.target import CAUTIOUS_MPS, PLAUSIBLE_KMH
 from tests.unit.services.orchestrator.support import (
     EXPERTS,

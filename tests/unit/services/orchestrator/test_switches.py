@@ -12,8 +12,8 @@ from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import bus
 from drivemcp.tools.client import DEFAULT_MODELLED_MS
+from evaluation.baselines.direct import advise
 from proto import topics
-from services.orchestrator import direct
 from services.orchestrator.experts import ask
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.service import SERVICE, LiveAsk, OrchestratorConfig
@@ -80,7 +80,7 @@ def test_labels_move_the_arbiter_only_where_it_learns_and_are_kept_all_the_same(
 def test_a_question_is_answered_by_the_prompt_alone_under_the_direct_method(monkeypatch: pytest.MonkeyPatch) -> None:
     from services.drivelm.service import SERVICE as DRIVELM
 
-    monkeypatch.setattr(direct, "DEADLINE_MS", PATIENT_MS)
+    monkeypatch.setattr(advise, "DEADLINE_MS", PATIENT_MS)
     monkeypatch.setattr(ask, "BUDGET_MS", PATIENT_MS)
     with bus() as b:
         b.start(DRIVELM)

@@ -5,12 +5,13 @@ from typing import Any
 import msgspec
 import pytest
 
+from evaluation.baselines.direct.context import MOST_CHARS, as_json, summary
+from evaluation.baselines.direct.memory import recalled
 from proto.observed import Observed
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
 from proto.world import Environment, SeenSign, WorldState
 from services.drivelm.whole_prompts import Asked, answered, load
-from services.orchestrator.direct_context import MOST_CHARS, as_json, summary
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Method
 from services.orchestrator.tick import redecide, trace_of
@@ -138,9 +139,9 @@ def test_a_stop_or_give_way_sign_ahead_is_told_when_it_is_believed(reading: str,
 def test_what_was_asked_about_replays_bit_for_bit_and_is_forgotten_behind_the_sign() -> None:
     on = drive()
     on.tick(ahead(distance_m=4.0))
-    assert on.state.direct.asked != ()
+    assert recalled(on.state).asked != ()
     on.ticks(3)
-    assert on.state.direct.asked == ()
+    assert recalled(on.state).asked == ()
     for before, seen, ticked in on.history:
         again = redecide(before, trace_of(ticked, seen, {}, ticked.advisory, whole=True))
         assert again.differences == ()
@@ -155,7 +156,7 @@ def test_a_person_nearer_than_a_vehicle_is_told() -> None:
     on.tracks, on.lead = (actor(gap_m=40.0, closing_mps=1.0), person(25.0)), 5
     told = [on.tick().advisory for _ in range(8)]
     assert [each.hazard for each in told if each.kind == "SPEAK"][:1] == ["pedestrian"]
-    heard = [ticked.state.direct.heard for _, _, ticked in on.history if ticked.state.direct.heard]
+    heard = [each for _, _, ticked in on.history if (each := recalled(ticked.state).heard)]
     assert heard[0].kind == "vulnerable_road_user"
 
 
@@ -165,7 +166,7 @@ def test_a_vehicle_that_is_closed_in_on_is_told_right_after_a_person_farther_off
     told = [on.tick().advisory for _ in range(3)]
     assert [each.hazard for each in told if each.kind == "SPEAK"] == ["pedestrian", "closing_lead"]
     assert len(on.ask.calls) == 2
-    heard = [ticked.state.direct.heard for _, _, ticked in on.history if ticked.state.direct.heard]
+    heard = [each for _, _, ticked in on.history if (each := recalled(ticked.state).heard)]
     assert [each.kind for each in heard] == ["vulnerable_road_user", "closing_lead"]
 
 

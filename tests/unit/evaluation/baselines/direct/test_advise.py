@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from evaluation.baselines.direct.memory import recalled
 from proto.decision import ArbitrationRequest, Decision
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
@@ -51,7 +52,7 @@ class Reader(Played):
 
 
 def drive(reader: Reader, **fields: Any) -> Drive:
-    return Drive(reader, method=Method(name="direct", **fields))
+    return Drive(reader, method=Method(name="direct", settings=fields))
 
 
 SIGN = limit_sign("limit:50")
@@ -99,7 +100,7 @@ def test_an_answer_that_takes_its_time_is_told_when_it_is_there() -> None:
     on = drive(Reader(msgspec.structs.replace(LIMIT, took_ms=250.0)))
     kinds = [on.tick(*facts).decision.kind for facts in ((SIGN,), (), (), (), ())]
     assert kinds == ["SILENT", "SILENT", "SILENT", "SPEAK", "SILENT"], "asked in the first, there 246 ms later"
-    assert [t.state.direct.heard.latency_ms for _, _, t in on.history if t.state.direct.heard] == [250.0]
+    assert [heard.latency_ms for _, _, t in on.history if (heard := recalled(t.state).heard)] == [250.0]
 
 
 def test_a_car_that_is_closed_in_on_is_asked_about_and_warned_of() -> None:

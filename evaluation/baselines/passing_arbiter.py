@@ -7,35 +7,15 @@ belong to braking, not to judging.
 """
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
 
-from drivemcp.errors import ConfigError
 from proto.decision import ArbitrationRequest, DecisionKind
-from services.arbiter.assess import Numbers, View, each, speak_bounds
+from services.arbiter.assess import View, each, speak_bounds
 from services.arbiter.attention import WARNS
+from services.arbiter.filters import Filter, Suggested
 from services.arbiter.profiles import Profile
 
-Filter = Literal["full", "talkative", "none"]
-"""`full`: the arbiter. `talkative`: it judges braking, but lets every message of every tick through. `none`: see above."""
 KINDS = {"closing_lead": ("vehicle",), "pedestrian": ("pedestrian", "cyclist")}
 """A hazard, as the orchestrator names it, to the kinds of actor that it may mean."""
-
-
-class Suggested(NamedTuple):
-    """For whom the fused advice would brake, and the speed to brake from."""
-
-    actor: Numbers
-    ego_mps: float
-
-
-def check(chosen: Filter, *, lockstep: bool) -> None:
-    """Refuse `none` on anything but a simulated clock. Raises ConfigError.
-
-    In lockstep time moves by the simulator's steps alone (the player refuses lockstep, a wall clock does not step), and
-    the CAN service opens no adapter in lockstep: no real car can be driven so.
-    """
-    if chosen == "none" and not lockstep:
-        raise ConfigError("arbiter.filter = none passes everything and is for simulation only: it needs lockstep")
 
 
 def suggested(request: ArbitrationRequest, view: View, profile: Profile) -> Suggested | None:
@@ -57,10 +37,14 @@ _NEW: tuple[Row, ...] = (
     (lambda r: True, "SILENT", "nothing new"),
 )
 _ALL: tuple[Row, ...] = (_NEW[0], (lambda r: True, "SPEAK", "passed on"))
-ROWS: dict[Filter, tuple[Row, ...]] = {"none": _NEW, "talkative": _ALL}
-"""What is spoken under each filter; the first row that holds decides."""
 
 
-def said(request: ArbitrationRequest, chosen: Filter) -> tuple[DecisionKind, str]:
-    """Whether this tick's message is passed on, and why."""
-    return next((kind, reason) for holds, kind, reason in ROWS[chosen] if holds(request))
+def said(rows: tuple[Row, ...]) -> Callable[[ArbitrationRequest], tuple[DecisionKind, str]]:
+    """Whether a tick's message is passed on, and why: the first row that holds decides."""
+    return lambda request: next((kind, reason) for holds, kind, reason in rows if holds(request))
+
+
+NONE = Filter(said=said(_NEW), suggested=suggested, simulation_only=True)
+"""`arbiter.filter=none`: what is new is spoken, and what the advice warns of is braked for."""
+TALKATIVE = Filter(said=said(_ALL))
+"""`arbiter.filter=talkative`: braking is judged as ever; every message of every tick is spoken."""

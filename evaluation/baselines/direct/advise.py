@@ -7,27 +7,29 @@ announced if it is lower, and holds only once its sign is passed and asked about
 """
 
 from collections.abc import Set as AbstractSet
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 
 from domain.units import limit_text, to_mps
+from evaluation.baselines.direct.context import context, shows_limit, signs_ahead
+from evaluation.baselines.direct.memory import Direct, Told, kept, recalled
 from proto.decision import Event, Fused, Reason, Urgency
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
-from services.orchestrator.direct_context import context, shows_limit, signs_ahead
+from services.orchestrator.advisor import Advised
 from services.orchestrator.events import new
 from services.orchestrator.experts.answers import results, typed
 from services.orchestrator.experts.ask import Ask
 from services.orchestrator.experts.routing import Call
-from services.orchestrator.observations.inputs import Method, Observations
-from services.orchestrator.speech.candidate import Advised, Matter, limit_key
+from services.orchestrator.observations.inputs import Observations
+from services.orchestrator.speech.candidate import Matter, limit_key
 from services.orchestrator.speech.candidates.limits_ahead import OVER_MPS
 from services.orchestrator.speech.fusion import is_new
 from services.orchestrator.speech.local import PAUSE_S
 from services.orchestrator.speech.wording import say, toned
-from services.orchestrator.state import Direct, SignAhead, State, Told
+from services.orchestrator.state import SignAhead, State
 from services.orchestrator.target.target import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 
@@ -55,6 +57,15 @@ WAITS_NS = int(PAUSE_S * 1e9)
 _CONTEXT = {"urban": "built-up area", "motorway": "motorway", "rural": "outside built-up areas"}
 
 
+class DirectSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`orchestrator.method_settings` of a Direct method."""
+
+    context: Literal["text", "json"] = "text"
+    """In which form the prompt tells `world_state`."""
+    passages: Annotated[int, msgspec.Meta(ge=0, le=10)] = 0
+    """How many retrieved passages stand in the prompt; 0: retrieval is not asked."""
+
+
 class Saying(NamedTuple):
     """How an action is said: phrase, urgency, topic."""
 
@@ -73,18 +84,19 @@ SAYINGS: dict[str, Saying] = {
 _HAZARDS = {"closing_lead": Saying("lead", "warning", "lead"), "pedestrian": Saying("person", "warning", "person")}
 
 
-def advise(state: State, events: tuple[Event, ...], seen: Observations, ask: Ask) -> Advised:
+def advise(state: State, events: tuple[Event, ...], seen: Observations, settings: DirectSettings, ask: Ask) -> Advised:
     """Ask for the gravest that is new, hear what has come, and put it into words."""
     news = _news(state, events)
     query = asked_for(news | _unasked(state))
-    calls, outcomes = consult(query, state, seen.method, ask) if query else ((), ())
+    calls, outcomes = consult(query, state, settings, ask) if query else ((), ())
     heard = _heard(state, (*seen.late, *outcomes), outcomes)
     waits = tuple(kind for kind, each in QUERIES.items() if kind in news and each != query)
     noted = msgspec.structs.replace(heard, asked=_asked(state, query), passed_over=waits)
-    state = msgspec.structs.replace(state, direct=noted)
+    state = kept(state, noted)
     goal = _goal(state)
     matter = _matter(state)
-    return Advised(state, events, calls, outcomes, _fused(state, goal, matter), matter, goal)
+    took_ms = heard.heard.latency_ms if heard.heard is not None and not heard.heard.waited else None
+    return Advised(state, events, calls, outcomes, _fused(state, goal, matter), matter, goal, latency_ms=took_ms)
 
 
 def asked_for(kinds: AbstractSet[str]) -> str:
@@ -95,19 +107,19 @@ def asked_for(kinds: AbstractSet[str]) -> str:
 def _news(state: State, events: tuple[Event, ...]) -> set[str]:
     """Kinds of the new events, and of those that hold still and had to wait. To stop for a person is asked as `vulnerable_road_user`."""
     others = tuple(event for event in events if (event.kind, event.detail) != ("stop_required", "person"))
-    waited = {event.kind for event in others if event.kind in state.direct.passed_over}
+    waited = {event.kind for event in others if event.kind in recalled(state).passed_over}
     return waited | {event.kind for event in new(others, state.now_ns)}
 
 
 def _unasked(state: State) -> set[str]:
-    return {_kind(sign) for sign in signs_ahead(state) if (sign.track_id, sign.reading) not in state.direct.asked}
+    return {_kind(sign) for sign in signs_ahead(state) if (sign.track_id, sign.reading) not in recalled(state).asked}
 
 
 def _asked(state: State, query: str) -> tuple[tuple[int, str], ...]:
     """The signs ahead that were asked about, those of this query with them, as long as their track is there."""
     tracks = {sign.track_id for sign in state.signs.ahead}
     now = [(sign.track_id, sign.reading) for sign in signs_ahead(state) if query and QUERIES.get(_kind(sign)) == query]
-    return tuple(each for each in dict.fromkeys((*state.direct.asked, *now)) if each[0] in tracks)[-MOST_ASKED:]
+    return tuple(each for each in dict.fromkeys((*recalled(state).asked, *now)) if each[0] in tracks)[-MOST_ASKED:]
 
 
 def _kind(sign: SignAhead) -> str:
@@ -120,33 +132,35 @@ def _kind(sign: SignAhead) -> str:
 # -- asking --------------------------------------------------------------------------------------------------------------
 
 
-def consult(query: str, state: State, method: Method, ask: Ask) -> tuple[tuple[Call, ...], tuple[Outcome, ...]]:
+def consult(
+    query: str, state: State, settings: DirectSettings, ask: Ask
+) -> tuple[tuple[Call, ...], tuple[Outcome, ...]]:
     """Retrieve, where the method does, then ask; two waits, one after the other."""
-    found, outcomes = retrieval(query, state, method), tuple[Outcome, ...]()
+    found, outcomes = retrieval(query, state, settings), tuple[Outcome, ...]()
     if found:
         outcomes = ask.experts(found)
-    prompt = prompt_call(query, state, method, outcomes)
+    prompt = prompt_call(query, state, settings, outcomes)
     return (*found, prompt), (*outcomes, *ask.experts((prompt,)))
 
 
-def retrieval(query: str, state: State, method: Method) -> tuple[Call, ...]:
+def retrieval(query: str, state: State, settings: DirectSettings) -> tuple[Call, ...]:
     """The call that fetches passages; none where the method has none."""
-    if not method.passages:
+    if not settings.passages:
         return ()
     here, road = state.signs.jurisdiction, state.world.environment.road_type
     arguments: dict[str, Any] = {
         "query": query,
         "jurisdiction": here.value if here is not None else None,
         "language": "en",
-        "k": method.passages,
+        "k": settings.passages,
         "road_context": _CONTEXT.get(road.value, road.value) if road is not None else "",
     }
     return (Call(tool=RETRIEVE, arguments=arguments, deadline_ms=DEADLINE_MS),)
 
 
-def prompt_call(query: str, state: State, method: Method, outcomes: tuple[Outcome, ...]) -> Call:
+def prompt_call(query: str, state: State, settings: DirectSettings, outcomes: tuple[Outcome, ...]) -> Call:
     """The prompt, with the passages that came."""
-    arguments = {"query": query, "context": context(state, method.context), "passages": _passages(outcomes)}
+    arguments = {"query": query, "context": context(state, settings.context), "passages": _passages(outcomes)}
     return Call(tool=PROMPT, arguments=arguments, deadline_ms=DEADLINE_MS)
 
 
@@ -159,20 +173,20 @@ def _passages(outcomes: tuple[Outcome, ...]) -> list[str]:
 
 def _heard(state: State, outcomes: tuple[Outcome, ...], now: tuple[Outcome, ...]) -> Direct:
     before_ms = sum(outcome.elapsed_ms for outcome in now if outcome.tool != PROMPT)
-    told = [*state.direct.waiting]
+    told = [*recalled(state).waiting]
     for outcome in outcomes:
         answer = typed(outcome, PromptAnswer) if outcome.tool == PROMPT and outcome.ok else None
         if answer is not None:
             told.append(_told(state, outcome, answer, before_ms))
     due = [each for each in told if each.due_ns <= state.now_ns and each.action != "none"]
     heard = due[-1] if due else _unsaid(state)
-    limit = next((each for each in reversed(due) if each.action == "limit" and each.limit), state.direct.limit)
+    limit = next((each for each in reversed(due) if each.action == "limit" and each.limit), recalled(state).limit)
     return Direct(waiting=tuple(each for each in told if each.due_ns > state.now_ns), heard=heard, limit=limit)
 
 
 def _unsaid(state: State) -> Told | None:
     """A limit whose words had to wait for another message's end; a hazard's do not, and soon it is too late for any other."""
-    heard = state.direct.heard
+    heard = recalled(state).heard
     if heard is None or heard.hazard or heard.limit is None or state.now_ns - heard.due_ns > WAITS_NS:
         return None
     if heard.action == "limit_ahead" and not any(_begins(sign, heard.limit) for sign in signs_ahead(state)):
@@ -214,14 +228,14 @@ def _limit(state: State, answer: PromptAnswer) -> LegalLimit | None:
 
 def _goal(state: State) -> Target:
     """The limit last told is all that bounds the target; before that, caution is what is not advised, but held."""
-    told = state.direct.limit
+    told = recalled(state).limit
     if told is None or told.limit is None:
         return Target(cautious_mps(state), Law(None, None, 0.0, "unknown"), 1.0, 1.0, ())
     return Target(told.limit.mps, Law(told.limit, told.limit.mps, told.confidence, "sign"), 1.0, 1.0, ())
 
 
 def _matter(state: State) -> Matter | None:
-    heard = state.direct.heard
+    heard = recalled(state).heard
     saying = _HAZARDS.get(heard.hazard) or SAYINGS.get(heard.action) if heard is not None else None
     if heard is None or saying is None:
         return None
@@ -245,19 +259,19 @@ def _matter(state: State) -> Matter | None:
 
 def _lower(ahead: LegalLimit, state: State) -> bool:
     """Whether a limit ahead is below the one that stands or below the speed; where neither is known, too."""
-    standing, ego = state.direct.limit, state.world.ego.speed_mps
+    standing, ego = recalled(state).limit, state.world.ego.speed_mps
     now_mps = [standing.limit.mps] if standing is not None and standing.limit is not None else []
     now_mps += [ego.value] if ego is not None else []
     return not now_mps or ahead.mps < max(now_mps) - OVER_MPS
 
 
 def _fused(state: State, goal: Target, matter: Matter | None) -> Fused:
-    preferences, heard = state.preferences, state.direct.heard
+    preferences, heard = state.preferences, recalled(state).heard
     directive = say(preferences, "directive", matter.phrase, **matter.values) if matter is not None else ""
     urgency: Urgency = matter.urgency if matter is not None else "info"
     text = heard.text if matter is not None and heard is not None else ""
     return Fused(
-        target_mps=goal.mps if state.direct.limit is not None else None,
+        target_mps=goal.mps if recalled(state).limit is not None else None,
         legal_limit=goal.law.limit,
         headway_factor=1.0,
         directive=toned(preferences, directive, urgency),

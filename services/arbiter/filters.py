@@ -1,0 +1,59 @@
+"""What is held back: `full` is the arbiter. Others hold back less, for comparisons, and are found by entry point.
+
+A distribution registers a `Filter` under `drivemcp.filters`; the name of the entry point is the setting `arbiter.filter`.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import entry_points
+from typing import NamedTuple
+
+from drivemcp.errors import ConfigError
+from proto.decision import ArbitrationRequest, DecisionKind
+from services.arbiter.assess import Numbers, View
+from services.arbiter.profiles import Profile
+
+GROUP = "drivemcp.filters"
+FULL = "full"
+
+
+class Suggested(NamedTuple):
+    """For which road user the car would be braked, and the speed to brake from."""
+
+    actor: Numbers
+    ego_mps: float
+
+
+class Filter(NamedTuple):
+    """One that holds back less than the arbiter."""
+
+    said: Callable[[ArbitrationRequest], tuple[DecisionKind, str]]
+    """Whether a tick's message is spoken, and why."""
+    suggested: Callable[[ArbitrationRequest, View, Profile], Suggested | None] | None = None
+    """What is braked for unjudged; None: braking is judged by the arbiter."""
+    simulation_only: bool = False
+
+
+@cache
+def filter_of(name: str) -> Filter | None:
+    """The filter of that name; None: the arbiter itself. Raises ConfigError."""
+    points = {point.name: point for point in entry_points(group=GROUP)}
+    if name == FULL:
+        return None
+    if name not in points:
+        raise ConfigError(f"arbiter.filter: no filter {name!r}; there are: {', '.join(sorted({FULL, *points}))}")
+    found = points[name].load()
+    if not isinstance(found, Filter):
+        raise ConfigError(f"arbiter.filter: {points[name].value} is no services.arbiter.filters.Filter")
+    return found
+
+
+def check(name: str, *, lockstep: bool) -> None:
+    """Refuse what is for simulation only on anything but a simulated clock. Raises ConfigError.
+
+    In lockstep time moves by the simulator's steps alone (the player refuses lockstep, a wall clock does not step), and
+    the CAN service opens no adapter in lockstep: no real car can be driven so.
+    """
+    chosen = filter_of(name)
+    if chosen is not None and chosen.simulation_only and not lockstep:
+        raise ConfigError(f"arbiter.filter = {name} passes everything and is for simulation only: it needs lockstep")
