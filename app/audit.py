@@ -15,7 +15,7 @@ from drivemcp.errors import UserError
 from services.logger.format import chain, signing
 from services.logger.memory import kept_files, kept_head
 from services.logger.verification.report import UNSEALED, Report
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing import log_folder
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from drivemcp.config import settings_of
 from drivemcp.node import Node
 from drivemcp.numbers import port
 from proto import topics
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 
 LIVE_PERIOD_S = 0.25
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

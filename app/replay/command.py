@@ -18,7 +18,7 @@ from app.replay.whatif import Change, Otherwise, otherwise
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
 from proto.decision import TraceRecord
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing.log_folder import named
 from services.rules.book import RuleBook, load_book
 

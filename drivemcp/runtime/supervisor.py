@@ -16,7 +16,8 @@ from drivemcp.errors import DriveMcpError
 
 STOP_GRACE_S = 6.0
 _BACKOFF_S = (0.05, 0.2, 0.5, 1.0, 2.0)
-_CALM_S = 20.0
+CALM_S = 20.0
+"""A process that ran for so long is restarted with the shortest wait again."""
 _ENVIRONMENT = {
     "LP_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -42,7 +43,7 @@ def free_port(host: str = "127.0.0.1") -> int:
 class Child:
     """One process that should be running."""
 
-    def __init__(self, name: str, command: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
+    def __init__(self, name: str, command: Sequence[str], log: Path, calm_s: float) -> None:
         self.name = name
         self.restarts = 0
         """How often it was started again."""
@@ -50,7 +51,8 @@ class Child:
         """How often without having run calmly in between."""
         self._command = list(command)
         self._log = log
-        self._environment = {**os.environ, **environment}
+        self._calm_s = calm_s
+        self._environment = {**os.environ, **_ENVIRONMENT}
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
         self._due_s: float | None = None
@@ -76,7 +78,7 @@ class Child:
             return
         now_s = time.monotonic()
         if self._due_s is None:
-            if now_s - self._started_s > _CALM_S:
+            if now_s - self._started_s > self._calm_s:
                 self.in_a_row = 0
             wait_s = _BACKOFF_S[min(self.in_a_row, len(_BACKOFF_S) - 1)]
             say(f"{self.name} ended with {self._process.returncode}; starting it again in {wait_s} s")
@@ -122,9 +124,11 @@ class Supervisor:
         folder: Path,
         say: Callable[[str], None] = lambda _: None,
         interrupted: threading.Event | None = None,
+        calm_s: float = CALM_S,
     ) -> None:
         self.folder = folder
         self._say = say
+        self._calm_s = calm_s
         self._interrupted = interrupted or threading.Event()
         self._children: dict[str, Child] = {}
         self._lock = threading.Lock()
@@ -141,7 +145,7 @@ class Supervisor:
     def run(self, name: str, module: str, arguments: Sequence[str]) -> Child:
         """Start `python -m module arguments` and keep it running."""
         command = [sys.executable, "-m", module, *arguments]
-        child = Child(name, command, self.folder / "log" / f"{name}.log", _ENVIRONMENT)
+        child = Child(name, command, self.folder / "log" / f"{name}.log", self._calm_s)
         child.start()
         with self._lock:
             self._children[name] = child

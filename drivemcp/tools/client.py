@@ -47,8 +47,8 @@ class _Pending:
         "collected",
         "deadline_ns",
         "done",
-        "elapsed_ms",
         "ended",
+        "limit_ms",
         "payload",
         "reply",
         "sent_ns",
@@ -72,7 +72,8 @@ class _Pending:
         self.reply: Reply | None = None
         self.done = False
         self.collected = False
-        self.elapsed_ms = 0.0
+        self.limit_ms = 0.0
+        """The deadline asked for."""
 
     def end(self, reply: Reply | None) -> None:
         """The answer is in, or there will be none."""
@@ -226,7 +227,7 @@ class ToolClient:
         server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
         pending = _Pending(tool, server, arguments, payload, wall_ms, ended)
-        pending.elapsed_ms = limit_ms  # kept until the reply is known: the deadline asked for
+        pending.limit_ms = limit_ms
         head = CallHead(
             call_id=pending.call_id,
             caller=self._caller,
@@ -285,11 +286,11 @@ class ToolClient:
                 break
         done, pending.collected = pending.done, True
         self._waiting.discard(pending)
-        limit_ms, elapsed_ms = pending.elapsed_ms, (time.time_ns() - pending.sent_ns) / 1e6
+        elapsed_ms = (time.time_ns() - pending.sent_ns) / 1e6
         if self._modelled_ms is not None and done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
         outcome = self._outcome(pending, pending.reply if done else None, elapsed_ms, gone=done)
-        if self._modelled_ms is not None and outcome.ok and elapsed_ms > limit_ms:
+        if self._modelled_ms is not None and outcome.ok and elapsed_ms > pending.limit_ms:
             self._late.append(msgspec.structs.replace(outcome, late=True, age_ms=elapsed_ms))
             outcome = msgspec.structs.replace(
                 outcome, status="timeout", result=None, error="late by the modelled latency"

@@ -5,7 +5,7 @@ from pathlib import Path
 from drivemcp.errors import UserError
 from evaluation.metrics import Record, from_log
 from evaluation.metrics.record import DAMAGED, TRUTH_FILE
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 
 
 def record_of(log: Path) -> Record:

@@ -1,14 +1,14 @@
 """One car on its buses: what was heard, what is believed of it, and what is asked of it. Knows no transport."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from proto.sensors import CanFrame
 from proto.vehicle import Degradation, Ego
 from services.can.buses.history import History
+from services.can.diagnostics import obd
 from services.can.diagnostics.addresses import ANSWER_IDS
 from services.can.diagnostics.client import Diagnostics, Send
 from services.can.diagnostics.exchange import Exchange
-from services.can.diagnostics.stored_codes import CodeMemory
 from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.ego import read_ego
 from services.can.errors import LinkDown
@@ -22,6 +22,35 @@ from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy, curated_signals, installation_salt
 from services.can.profiles.profile import Profile, VehicleRow
 from services.can.signals.board import Board
+
+
+class CodeMemory:
+    """Trouble codes by unit; a unit that does not answer keeps those it last had. `listed`: the ids on which the units
+    that the profile lists answer.
+    """
+
+    def __init__(self, listed: Iterable[int] = ()) -> None:
+        self._listed = frozenset(listed)
+        self._by_unit: dict[int, tuple[tuple[str, ...], int]] = {}
+        self.missing: tuple[int, ...] = ()
+        """Which of the listed gave no list when they were last asked."""
+
+    def learn(self, answers: Mapping[int, bytes], now_ns: int) -> None:
+        """Take positive answers to services 03, 07 or 0A that are whole: a list that breaks off clears no code."""
+        fresh = {unit: (obd.codes(answer), now_ns) for unit, answer in answers.items() if obd.is_list(answer)}
+        self._by_unit = self._by_unit | fresh
+        self.missing = tuple(sorted(self._listed - fresh.keys()))
+
+    @property
+    def stamp_ns(self) -> int | None:
+        """Of the oldest answer that is counted on; None where nobody has answered yet."""
+        return min((stamp_ns for _, stamp_ns in self._by_unit.values()), default=None)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """All units' codes, sorted."""
+        return tuple(sorted({code for codes, _ in self._by_unit.values() for code in codes}))
+
 
 NS = 1_000_000_000
 POLL_WAIT_S = 1.0

@@ -3,14 +3,42 @@
 from typing import Any
 
 import anyio.to_thread
+import msgspec
 from mcp import types
 from mcp.server import ServerRequestContext
 from mcp.server.lowlevel import Server
 from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
-from proto.tools import INVALID_PARAMS, ToolEntry
-from services.gateway.face import as_result, as_tool
+from proto.tools import INVALID_PARAMS, Outcome, ToolEntry
+
+_META = "drivemcp/tool"
+
+
+def as_tool(entry: ToolEntry) -> types.Tool:
+    """A catalogue entry under its bare name; capability, deadline and server in `_meta`."""
+    return types.Tool(
+        name=entry.name,
+        title=entry.title,
+        description=entry.description,
+        input_schema=entry.inputSchema,
+        output_schema=entry.outputSchema,
+        annotations=types.ToolAnnotations.model_validate(entry.annotations),
+        _meta={_META: msgspec.to_builtins(entry.meta)},
+    )
+
+
+def as_result(outcome: Outcome) -> types.CallToolResult:
+    """An outcome as a result: structured and readable content, or an error in words with its kind in `_meta`."""
+    if outcome.ok:
+        text = msgspec.json.format(msgspec.json.encode(outcome.result)).decode()
+        return types.CallToolResult(content=[types.TextContent(text=text)], structured_content=outcome.result)
+    return types.CallToolResult(
+        content=[types.TextContent(text=f"{outcome.status}: {outcome.error}")],
+        is_error=True,
+        _meta={"drivemcp/status": outcome.status},
+    )
+
 
 GRACE_MS = 2000.0
 """Added to a tool's own deadline: a client at the gateway drives no tick, and a slow answer still serves it."""

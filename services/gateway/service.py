@@ -1,8 +1,11 @@
 """Serves MCP over streamable HTTP: on loopback freely, anywhere else only with a token. The one place with asyncio."""
 
+import hmac
 import socket
 import threading
+from collections.abc import Awaitable, Callable, MutableMapping
 from pathlib import Path
+from typing import Any
 
 import uvicorn
 
@@ -11,7 +14,30 @@ from drivemcp.errors import ConfigError
 from drivemcp.node import Node
 from drivemcp.service import Service
 from services.gateway.server import make_server
-from services.gateway.token import LOOPBACK, with_token
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def with_token(app: App, token: str) -> App:
+    """Refuse every request that does not carry `Authorization: Bearer <token>` (RFC 6750)."""
+    wanted = f"Bearer {token}".encode()
+
+    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http":
+            given = dict(scope["headers"]).get(b"authorization", b"")
+            if not hmac.compare_digest(given, wanted):
+                headers = [(b"www-authenticate", b'Bearer realm="drivemcp"'), (b"content-length", b"0")]
+                await send({"type": "http.response.start", "status": 401, "headers": headers})
+                await send({"type": "http.response.body", "body": b""})
+                return
+        await app(scope, receive, send)
+
+    return guarded
 
 
 class GatewayConfig(ServiceConfig, frozen=True, kw_only=True):

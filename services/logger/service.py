@@ -20,8 +20,7 @@ from services.logger.memory import Kind, Memory, MemoryStore, TraceQuery, TraceR
 from services.logger.view.pipe import ViewPipe
 from services.logger.view.settings import Said, ViewSettings
 from services.logger.writing.log_folder import Retention
-from services.logger.writing.picture_selection import PictureGate, Pictures
-from services.logger.writing.recorder import Recorder
+from services.logger.writing.recorder import PictureGate, Pictures, Recorder
 from services.logger.writing.topic_formats import LOGGED
 from services.logger.writing.writer import LogWriter, WriterSettings
 

@@ -9,8 +9,7 @@ from proto.sensors import WeatherSensing
 from proto.vehicle import Degradation, Ego
 from proto.weather import CameraWeather, Within
 from services.weather.memory import Memory
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import FIELDS, SURE, Observation, RoadState
+from services.weather.observations.observation import FIELDS, SURE, Interval, Observation, RoadState
 from services.weather.road.sight import FOG_LAMP_SIGHT_M
 
 SUPPOSED = "supposed"

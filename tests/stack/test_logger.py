@@ -15,7 +15,7 @@ from drivemcp.node import Node
 from proto import topics
 from proto.vehicle import Ego
 from services.logger.format.reader import messages
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing import log_folder
 
 pytestmark = pytest.mark.stack

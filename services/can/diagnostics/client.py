@@ -10,8 +10,7 @@ from typing import NamedTuple
 from proto.sensors import CanFrame
 from services.can.diagnostics import gate, isotp, obd
 from services.can.diagnostics.addresses import ANSWER_IDS, answer_id, functional_ids, is_extended, request_id
-from services.can.diagnostics.exchange import GRACE_S, OWED_S, PART_S, Exchange
-from services.can.diagnostics.responders import Ended, Responders
+from services.can.diagnostics.exchange import GRACE_S, OWED_S, PART_S, Ended, Exchange, Responders
 from services.can.errors import RequestRefused
 
 Send = Callable[[int, bytes], None]
@@ -29,8 +28,10 @@ class Reply(NamedTuple):
 class Diagnostics:
     """One request at a time leaves; every frame that comes back is offered to it. `ecus`: physical request ids."""
 
-    def __init__(self, send: Send, ecus: Iterable[int], pace: gate.Pace | None = None) -> None:
-        self._send, self._pace = send, pace or gate.Pace()
+    def __init__(
+        self, send: Send, ecus: Iterable[int], pace: gate.Pace | None = None, *, owed_s: float = OWED_S
+    ) -> None:
+        self._send, self._pace, self._owed_s = send, pace or gate.Pace(), owed_s
         units = frozenset(ecus)
         self.everybody = functional_ids(units)
         self.responders = Responders(frozenset(map(answer_id, units)))
@@ -104,7 +105,7 @@ class Diagnostics:
         awaited = self._all if to is None else frozenset({answer_id(to)})
         self._receivers = {}  # a new one: the worker may still be feeding the last exchange's
         expected = self.responders.expected(payload) if to is None else awaited
-        grace_s = OWED_S if to is None and self.responders.owing(payload) else GRACE_S
+        grace_s = self._owed_s if to is None and self.responders.owing(payload) else GRACE_S
         self._open = exchange = Exchange(payload, awaited, expected, grace_s, clock)
         for each in ids:
             self._wait_for_pace()

@@ -30,8 +30,6 @@ class Board:
             if len(descriptions) > 1 and profile.bus_of(field.rule) not in descriptions:
                 raise ProfileError(f"field {field.name}: bus {field.rule.bus!r} is none of {', '.join(descriptions)}")
         self.malformed = 0
-        self.out_of_order = 0
-        self.from_the_future = 0
 
     def ingest(self, frames: Iterable[CanFrame], now_ns: int, bus: str = "") -> None:
         """Decode the curated ones among `frames` of a bus ("": the only one); what does not fit its description is
@@ -50,14 +48,13 @@ class Board:
 
     def _take(self, watch: Watch, frame: CanFrame, now_ns: int) -> None:
         stamp_ns = frame.stamp_ns
-        if stamp_ns > now_ns + FUTURE_NS:
-            self.from_the_future += 1
-        elif watch.last_ns - RESTART_NS < stamp_ns < watch.last_ns:
-            self.out_of_order += 1
-        else:
-            watch.last_ns = stamp_ns
-            if not watch.take(frame.data, stamp_ns):
-                self.malformed += 1
+        from_the_future = stamp_ns > now_ns + FUTURE_NS
+        out_of_order = watch.last_ns - RESTART_NS < stamp_ns < watch.last_ns
+        if from_the_future or out_of_order:
+            return
+        watch.last_ns = stamp_ns
+        if not watch.take(frame.data, stamp_ns):
+            self.malformed += 1
 
     def _watches(self, bus: str, dbc: Dbc, profile: Profile) -> dict[Key, Watch]:
         found: dict[Key, list[Field]] = {}

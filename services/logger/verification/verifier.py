@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Iterable, Sequence
 from io import BytesIO
 from itertools import pairwise
+from pathlib import Path
 from typing import NoReturn
 
 import msgspec
@@ -343,3 +344,21 @@ def _key_id(public_key: str) -> str:
         return signing.key_id(public_key)
     except ValueError:
         return "(no key)"
+
+
+def verify(path: Path, *, expected_head: str = "", public_key: str = "") -> Report:
+    """Reads the whole file. `expected_head` must be one of its heads; `public_key` (hex) must be the one that signed.
+
+    Raises OSError where the file cannot be read.
+    """
+    if path.stat().st_size == 0:
+        bad = None if expected_head else UNSEALED
+        return Report(file=str(path), size=0, first_bad=bad, expected_head_missing=bool(expected_head))
+    with (
+        path.open("rb") as file,
+        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,
+        memoryview(mapped) as data,
+    ):
+        walk = Walk(data, mapped, expected_head=expected_head, public_key=public_key)
+        walk.run()
+        return walk.report(str(path))

@@ -1,5 +1,6 @@
 """Writes the log on a thread of its own: `put` never waits for a disk, a full disk never stops a drive."""
 
+import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,9 +13,41 @@ from proto.health import ChainHead
 from services.logger.format.container import writable_ns
 from services.logger.format.signing import Signer
 from services.logger.writing import log_folder
-from services.logger.writing.background import Aside
 from services.logger.writing.log_file import DiskFile, LogFile, Origin, RawFile, Record
 from services.logger.writing.topic_formats import Gap, gap_record
+
+
+class BackgroundThread:
+    """Runs jobs one after the other. What a job raises is told to `failed`; the next one runs all the same."""
+
+    def __init__(self, name: str, *, failed: Callable[[Exception], None]) -> None:
+        self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._failed = failed
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def put(self, job: Callable[[], None]) -> None:
+        """Runs it later."""
+        self._jobs.put(job)
+
+    @property
+    def behind(self) -> int:
+        """How many jobs wait."""
+        return self._jobs.qsize()
+
+    def close(self, timeout_s: float) -> bool:
+        """Runs what waits; whether that was done in time."""
+        self._jobs.put(None)
+        self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            try:
+                job()
+            except Exception as error:  # noqa: BLE001 whatever one job raises, the later ones are still to be run
+                self._failed(error)
+
 
 MAX_FLUSH_MS = 200.0
 """What a kill -9 may cost at most (design 9); flushes come twice as often, so that a busy machine still keeps it."""
@@ -85,7 +118,7 @@ class LogWriter:
         self._previous: log_folder.Previous | None = None
         self._stop = threading.Event()
         self.tally = Tally()
-        self._aside = Aside("log-aside", failed=self._failed)
+        self._aside = BackgroundThread("log-aside", failed=self._failed)
         self._thread = threading.Thread(target=self._run, name="log-writer", daemon=True)
 
     def start(self) -> None:

@@ -1,11 +1,13 @@
 """A pack's own test cases: asked of the rule book, and what of the answers does not hold."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
-from services.rules.book import RuleBook
+from services.rules.book import RuleBook, load_book
 from services.rules.errors import PackError
 from services.rules.limits.limit_answer import applicable_limit
 from services.rules.packs.format import Case
@@ -60,3 +62,32 @@ def _got(found: RulesAnswer | SignMeaning, field: str) -> Any:
     if field.endswith("_confidence"):
         return found.confidence
     return getattr(found, field, None)
+
+
+class Trial(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of it."""
+
+    pack: str
+    cases: int
+    failed: int
+    lines: tuple[str, ...]
+    """Every expectation that does not hold."""
+
+
+def tried(folder: Path, progress: Callable[[int, int], None] = lambda done, cases: None) -> Trial:
+    """Ask every case of the pack alone, with what it extends. Raises PackError where it cannot be used."""
+    book, refused = load_book([folder])
+    if refused:
+        raise PackError(refused[0])
+    (pack,) = book.packs.values()
+    lines: list[str] = []
+    failed = 0
+    for done, case in enumerate(pack.cases, start=1):
+        try:
+            found = failures(book, case)
+        except PackError as error:
+            found = [str(error)]
+        lines += found
+        failed += bool(found)
+        progress(done, len(pack.cases))
+    return Trial(pack=pack.version, cases=len(pack.cases), failed=failed, lines=tuple(lines))

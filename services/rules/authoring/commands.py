@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drivemcp.errors import UserError
 from drivemcp.files.packfiles import folder_of
-from services.rules.authoring import diff, scaffold, show, trial, validate
+from services.rules.authoring import cases, diff, scaffold, show, validate
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import drafts
 from services.rules.errors import PackError
@@ -143,7 +143,7 @@ def _test(flags: argparse.Namespace) -> int:
     failed = False
     for name in flags.folders:
         try:
-            found = trial.tried(_at(name), _progress(name))
+            found = cases.tried(_at(name), _progress(name))
         except PackError as error:
             failed = True
             _say(str(error))

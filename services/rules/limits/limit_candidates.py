@@ -11,7 +11,7 @@ from proto.scene import Unit
 from services.rules.limits.conditions import Holds, holds, plate_holds, unknown_facts
 from services.rules.packs.format import Advisory, Kind, Limit, Provision, Sign, When
 from services.rules.packs.loading import Pack
-from services.rules.signs.sign_codes import Reading, parse_reading
+from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, parse_reading
 from services.rules.units import to_mps
 
 Basis = Literal["posted", "gantry", "temporary", "zone", "conditional", "default", "cap", "advisory", "uncertain"]
@@ -21,8 +21,6 @@ DEFAULT_CONFIDENCE = 0.9
 """Of a default of the law: a sign may have been missed."""
 ADVISORY_CONFIDENCE = 0.8
 CONTRADICTED_UNIT = 0.6
-CANDIDATE_FLOOR = 0.1
-"""Readings less likely than this are no candidates."""
 RANK: dict[str, int] = {"temporary": 4, "gantry": 3, "posted": 2, "zone": 1}
 """Which of several signs in force governs: temporary and gantry signs come before permanent ones."""
 _SCOPE_BASIS: dict[str, Basis] = {

@@ -11,6 +11,8 @@ _SPAN = re.compile(rf"{_CLOCK}\s*(?:-|to|bis)\s*{_CLOCK}", re.I)
 _BETWEEN = re.compile(r"\s*(?:[,;&+/]|and|und|et|en|i)?\s*", re.I)
 _PLATE = re.compile(r"\s*(?:plate:)?(?:time)?\s*:?\s*", re.I)
 _ALIASES = {"end": "limit_end", "limit-end": "limit_end", "give_way": "yield", "priority": "priority_road"}
+CANDIDATE_FLOOR = 0.1
+"""Readings less likely than this are no candidates."""
 MAX_LENGTH = 64
 """Longer texts are no codes of ours."""
 

@@ -20,7 +20,7 @@ Sources of the relations; what is called ours is provisional and held by `studie
 
 import math
 
-from services.weather.observations.interval import Interval, between
+from services.weather.observations.observation import Interval, between
 
 DRY = Interval(0.72, 0.98)
 ICE = Interval(0.05, 0.30)

@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from services.weather.observations.claim import assumed, share
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import Observation, RoadState, trust
+from services.weather.observations.observation import Interval, Observation, RoadState, trust
 from services.weather.road import friction, frost
 from services.weather.road.car import Car
 from services.weather.road.water_film import WET_FROM_MM, film_claims, says_dry, surely_at_least_mm

@@ -13,7 +13,7 @@ from statistics import fmean
 from typing import NamedTuple
 
 from proto.vehicle import Ego
-from services.weather.observations.interval import Interval
+from services.weather.observations.observation import Interval
 
 G_MPS2 = 9.81
 STIFF, SOFT = 45.0, 18.0

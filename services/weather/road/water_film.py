@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from services.weather.observations.claim import Claim
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import Observation, RoadState, trust
+from services.weather.observations.observation import Interval, Observation, RoadState, trust
 from services.weather.road import friction
 
 WET_FROM_MM = 0.02

@@ -9,8 +9,7 @@ from datetime import datetime
 import msgspec
 
 from drivemcp.errors import MALFORMED
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import Observation
+from services.weather.observations.observation import Interval, Observation
 from services.weather.sources import provider
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from metar.Metar import Metar, ParserError
 
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import Observation
+from services.weather.observations.observation import Interval, Observation
 from services.weather.sources import provider
 from services.weather.sources.provider import NS, Provider, UnusableAnswer
 

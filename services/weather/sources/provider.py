@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import SURE, Observation
+from services.weather.observations.observation import SURE, Interval, Observation
 
 NS = 1_000_000_000
 HOUR_S = 3600.0

@@ -34,10 +34,10 @@ from services.drivelm.reading.crops import Picture, Region
 from services.drivelm.vocabulary.classes import QUESTIONS, SENTENCES
 from services.drivelm.vocabulary.jurisdictions import allowed_limits
 from services.drivelm.vocabulary.parser import parse
-from services.gateway.face import as_result
+from services.gateway.server import as_result
 from services.logger.format import signing
 from services.logger.format.reader import messages
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing.log_file import DiskFile, LogFile, Origin
 from services.logger.writing.topic_formats import LOGGED, record
 from services.orchestrator.driver.answer import answer

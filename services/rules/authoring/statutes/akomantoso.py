@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from services.rules.authoring.statutes.reading import Section, Statute, child, first, local, number, walked, words
+from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, walked, words
 from services.rules.book import normal_jurisdiction
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from services.rules.authoring.statutes.reading import Section, Statute, child, first, local, number, walked, words
+from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, walked, words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -10,7 +10,8 @@ from drivemcp.files.packfiles import FILES
 from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE
 from services.rules.authoring.seal import seal
-from services.rules.authoring.statutes.reading import Section, Statute, read_statute
+from services.rules.authoring.statutes import akomantoso, clml, gii
+from services.rules.authoring.statutes.statute import Section, Statute, local, parse
 from services.rules.errors import PackError
 from services.rules.packs.files import write_json
 
@@ -41,6 +42,20 @@ def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str
     write_json(folder / "provisions.json", provisions)
     seal(folder)
     return len(statute.sections)
+
+
+def read_statute(path: Path) -> Statute:
+    """A statute from a file. Raises PackError, naming the file and what is not right."""
+    root = parse(path)
+    for reader in (gii, clml, akomantoso):
+        if local(root) in reader.ROOTS:
+            found: Statute = reader.read(root)
+            if not found.sections:
+                raise PackError(f"{path}: no section with text was found")
+            return found
+    raise PackError(
+        f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"
+    )
 
 
 def slug(text: str) -> str:

@@ -36,12 +36,9 @@ def test_a_killed_process_is_started_again_and_ended_with_the_rest(module: str, 
         os.kill(second, 0)
 
 
-def test_restarts_after_a_calm_time_begin_with_the_shortest_wait_and_still_count(
-    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("drivemcp.runtime.supervisor._CALM_S", 0.0)
+def test_restarts_after_a_calm_time_begin_with_the_shortest_wait_and_still_count(module: str, tmp_path: Path) -> None:
     said: list[str] = []
-    with Supervisor(tmp_path / "run", said.append) as supervisor:
+    with Supervisor(tmp_path / "run", said.append, calm_s=0.0) as supervisor:
         child = supervisor.run("one", module, [])
         for restart in (1, 2, 3):
             pid = child.pid

@@ -15,7 +15,7 @@ from evaluation.metrics import TRUTH_FILE
 from evaluation.run.ready import RunError
 from evaluation.run.recorded import record_of
 from evaluation.run.spec import RunSpec
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 
 (ROW,) = (row for row in rows_of("results", "rendered") if row.key == "dynamic-vsl/DriveMCP")
 SPEC = placed(ROW, 0, 1.5)

@@ -14,7 +14,7 @@ from evaluation.scenarios import generate
 from proto import topics
 from proto.decision import Advisory
 from proto.truth import Truth
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.simulator.scenario.load import load_scenario
 
 SPEC = RunSpec(scenario="dynamic-vsl", seed=3, seconds=1.5)

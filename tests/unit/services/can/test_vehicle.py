@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 
 from proto.sensors import CanFrame
 from services.can.diagnostics.isotp import single_frame
-from services.can.diagnostics.stored_codes import CodeMemory
 from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.errors import LinkDown
 from services.can.profiles.dbc import Dbc
 from services.can.profiles.profile import Profile
 from services.can.tools import answers
-from services.can.vehicle import Vehicle
+from services.can.vehicle import CodeMemory, Vehicle
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.can_frames import FrameEncoder
 

@@ -23,7 +23,7 @@ from proto.vehicle import Ego
 from services.logger.format.reader import Logged, messages
 from services.logger.memory import MemoryStore, kept_head
 from services.logger.service import SERVICE, LoggerConfig
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing import log_folder
 from services.logger.writing.recorder import Recorder
 from services.logger.writing.topic_formats import LOGGED, json_form

@@ -1,6 +1,6 @@
 """A bounded memory."""
 
-from services.rules.cache import Cache
+from services.rules.shelf import Cache
 
 
 def test_the_least_recently_used_value_is_forgotten() -> None:

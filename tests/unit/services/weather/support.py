@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from proto.weather import Conditions
 from services.weather.assess import assess
 from services.weather.memory import Memory
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import LIMITS, NS, Observation
+from services.weather.observations.observation import LIMITS, NS, Interval, Observation
 from services.weather.road.car import Car
 
 NOW = 10_000 * NS

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from proto.weather import Conditions
 from services.weather.assess import assess
 from services.weather.memory import DRIES_S, Memory
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import NS, Observation
+from services.weather.observations.observation import NS, Interval, Observation
 from services.weather.road import friction
 from services.weather.road.car import Car
 from services.weather.road.friction import DRY

@@ -11,8 +11,7 @@ from proto.vehicle import Degradation, Indicator
 from services.weather.assess import assess
 from services.weather.memory import Memory
 from services.weather.observations.claim import share
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import FIELDS, LIMITS, NS, SURE, Observation, trust
+from services.weather.observations.observation import FIELDS, LIMITS, NS, SURE, Interval, Observation, trust
 from services.weather.road.car import Car
 from services.weather.senses import tyre_low
 from tests.unit.services.weather.support import (

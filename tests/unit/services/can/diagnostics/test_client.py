@@ -12,7 +12,7 @@ from proto.sensors import CanFrame
 from services.can.diagnostics import gate
 from services.can.diagnostics.addresses import ANSWER_IDS, REQUEST_IDS, is_extended
 from services.can.diagnostics.client import Diagnostics, Reply
-from services.can.diagnostics.exchange import Exchange
+from services.can.diagnostics.exchange import OWED_S, Exchange
 from services.can.diagnostics.isotp import FLOW_FRAMES, single_frame
 from services.can.errors import RequestRefused
 
@@ -29,9 +29,11 @@ def frame(arbitration_id: int, payload: bytes) -> CanFrame:
 class Units:
     """The other end: after each request the frames that its script has for it; from its first pause on, on a thread of their own."""
 
-    def __init__(self, *script: Sequence[CanFrame | float], ecus: tuple[int, ...] = ECUS) -> None:
+    def __init__(
+        self, *script: Sequence[CanFrame | float], ecus: tuple[int, ...] = ECUS, owed_s: float = OWED_S
+    ) -> None:
         self.script, self.sent = list(script), list[tuple[int, bytes]]()
-        self.diagnostics = Diagnostics(self.send, ecus)
+        self.diagnostics = Diagnostics(self.send, ecus, owed_s=owed_s)
 
     def send(self, arbitration_id: int, data: bytes) -> None:
         self.sent.append((arbitration_id, data))
@@ -89,10 +91,9 @@ def test_a_unit_that_comes_back_late_is_waited_for_again() -> None:
     assert reply.ended == "quiet", "it was waited for, though the first was there"
 
 
-def test_a_unit_that_is_known_to_answer_gets_longer_than_an_unknown_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("services.can.diagnostics.client.OWED_S", 30.0)
+def test_a_unit_that_is_known_to_answer_gets_longer_than_an_unknown_one() -> None:
     other = frame(0x7E9, b"\x43\x00")
-    units = Units([frame(0x7E8, b"\x43\x00"), 0.2, other])
+    units = Units([frame(0x7E8, b"\x43\x00"), 0.2, other], owed_s=30.0)
     assert units.ask(CODES, timeout_s=30.0).answers.keys() == {0x7E8, 0x7E9}
 
 

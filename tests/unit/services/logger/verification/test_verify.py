@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 
 from services.logger.format import chain, container, signing
 from services.logger.verification.report import UNSEALED, Report
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from tests.unit.services.logger.conftest import FLUSHES, Chunks, tampered, write
 
 MESSAGES = [(i, k, record) for i, flush in enumerate(FLUSHES) for k, record in enumerate(flush)]

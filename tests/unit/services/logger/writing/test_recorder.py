@@ -11,8 +11,7 @@ from proto import topics
 from proto.health import ChainHead, ServiceHealth
 from services.logger.memory import MemoryStore, TraceRow
 from services.logger.writing.log_file import Record
-from services.logger.writing.picture_selection import PictureGate
-from services.logger.writing.recorder import Recorder
+from services.logger.writing.recorder import PictureGate, Recorder
 from services.logger.writing.topic_formats import LOGGED
 from tests.unit.services.logger.conftest import trace_of
 

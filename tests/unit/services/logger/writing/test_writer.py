@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from proto.health import ChainHead
 from services.logger.format import chain, signing
 from services.logger.format.reader import messages
-from services.logger.verification.verify import verify
+from services.logger.verification.verifier import verify
 from services.logger.writing import log_folder
 from services.logger.writing.log_file import DiskFile, RawFile
 from services.logger.writing.topic_formats import Gap

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.weather.observations.interval import Interval
-from services.weather.observations.observation import SURE, clean
+from services.weather.observations.observation import SURE, Interval, clean
 from services.weather.sources import met_norway, metar, open_meteo
 from services.weather.sources.provider import NS, Place, UnusableAnswer, rounded
 from tests.unit.services.weather.sources.answers import NOW_NS, met_norway_body, open_meteo_body

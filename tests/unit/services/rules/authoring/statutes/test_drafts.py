@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.cli import run
-from services.rules.authoring.statutes.reading import Statute, read_statute
+from services.rules.authoring.statutes.drafts import read_statute
+from services.rules.authoring.statutes.statute import Statute
 from services.rules.errors import PackError
 from services.rules.packs.loading import load
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from services.logger.writing.picture_selection import MAX_WAITING, PictureGate, Pictures
+from services.logger.writing.recorder import MAX_WAITING, PictureGate, Pictures
 from tests.unit.services.logger.conftest import record
 
 

@@ -1,7 +1,4 @@
-"""A statute as its publisher gives it, read without entities, external references or network. Which format is told by the root.
-
-gesetze-im-internet.de (gii-norm), legislation.gov.uk (Crown Legislation Markup Language), Akoma Ntoso 3.0.
-"""
+"""A statute in a publisher's XML, parsed without entities, external references or network: its sections, and the words of an element."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -38,22 +35,6 @@ class Statute(msgspec.Struct, frozen=True, kw_only=True):
     language: str
     jurisdiction: str
     sections: tuple[Section, ...]
-
-
-def read_statute(path: Path) -> Statute:
-    """A statute from a file. Raises PackError, naming the file and what is not right."""
-    from services.rules.authoring.statutes import akomantoso, clml, gii
-
-    root = parse(path)
-    for reader in (gii, clml, akomantoso):
-        if local(root) in reader.ROOTS:
-            found: Statute = reader.read(root)
-            if not found.sections:
-                raise PackError(f"{path}: no section with text was found")
-            return found
-    raise PackError(
-        f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"
-    )
 
 
 def parse(path: Path) -> "Element":
