@@ -22,7 +22,12 @@ def assumed(column: Column, spec: RunSpec) -> bool:
 def waits_for(spec: RunSpec) -> frozenset[str]:
     """Tools that a row's advice may wait for; the Direct methods' waits for all of them each time."""
     if answers_prompts(spec):
-        return frozenset({PROMPT_TOOL, *(("retrieve",) if spec.settings["orchestrator"].get("passages") else ())})
+        return frozenset(
+            {
+                PROMPT_TOOL,
+                *(("retrieve",) if spec.settings["orchestrator"].get("method_settings", {}).get("passages") else ()),
+            }
+        )
     return frozenset(tool for tools in TOOLS.values() for tool in tools)
 
 

@@ -48,7 +48,7 @@ def hear(case: Case) -> Heard:
 def _vehicle() -> Vehicle:
     """Nothing is asked of its units: the verdict rests on what the bus carries by itself."""
     descriptions, profile, book = _known()
-    return Vehicle(descriptions, profile, book, lambda request_id, payload: None)
+    return Vehicle(descriptions, profile, book, lambda _request_id, _payload: None)
 
 
 @cache
