@@ -1,10 +1,12 @@
 """Speeds as posted, in SI, and as the driver wants them told."""
 
+import re
+
 from proto.rules import LegalLimit
 from proto.scene import Unit
 
 MPS_PER: dict[str, float] = {"km/h": 1.0 / 3.6, "mph": 0.44704}
-M_PER_FOOT = 0.3048
+M_PER_FOOT, KM_PER_MILE = 0.3048, 1.609344
 
 
 def to_mps(value: float, unit: Unit) -> float:
@@ -29,6 +31,31 @@ def told_distance(metres: float, unit: Unit) -> str:
 
 
 def limit_text(limit: LegalLimit, unit: Unit) -> str:
-    """The limit as posted, and in the driver's unit where that is another: `30 mph (48 km/h)`."""
-    posted = f"{limit.value:g} {limit.unit}"
+    """The limit as posted, and in the driver's unit where that is another: `30 mph (48 km/h)`, `50 (31 mph)`."""
+    posted = posted_text(limit.value, limit.unit, unit)
     return posted if limit.unit == unit else f"{posted} ({shown(limit.mps, unit)} {unit})"
+
+
+def posted_text(value: float, posted: Unit, unit: Unit) -> str:
+    """The number on a sign with its unit; without it for a driver with miles where the sign counts in km/h."""
+    return f"{value:g}" if (posted, unit) == ("km/h", "mph") else f"{value:g} {posted}"
+
+
+_METRIC = re.compile(r"(?<![\w.,])(\d+(?:[.,]\d+)?)[ \u00a0]?(km/h|km|m|met(?:re|er)s?|Metern?)(?![\w/])")
+
+
+def in_unit(text: str, unit: Unit) -> str:
+    """The text for a driver with that unit: in words from elsewhere km/h, kilometres and metres become miles and feet.
+
+    Rounded down, so that no speed is told that is more than what is meant.
+    """
+    if unit == "km/h":
+        return text
+    return _METRIC.sub(_imperial, text)
+
+
+def _imperial(found: re.Match[str]) -> str:
+    value, kind = float(found[1].replace(",", ".")), found[2]
+    if kind == "km/h":
+        return f"{shown(to_mps(value, 'km/h'), 'mph')} mph"
+    return f"{value / KM_PER_MILE:.1f} mi" if kind == "km" else told_distance(value, "mph")

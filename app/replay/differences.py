@@ -32,9 +32,15 @@ def _walk(name: str, logged: Any, again: Any) -> Iterator[Difference]:
         for i, (one, other) in enumerate(zip(logged, again, strict=True)):
             yield from _walk(f"{name}[{i}]", one, other)
     elif type(logged) is not type(again) or logged != again:
-        yield Difference(field=name, logged=_short(logged), again=_short(again))
+        yield Difference(field=name, logged=_short(logged, again), again=_short(again, logged))
 
 
-def _short(value: Any) -> str:
-    text = msgspec.json.encode(value).decode()
-    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+def _short(value: Any, other: Any) -> str:
+    """The value, of a long text the part around the first character that differs."""
+    text, beside = (msgspec.json.encode(each).decode() for each in (value, other))
+    if len(text) <= _SHOWN:
+        return text
+    same = next((at for at, (one, two) in enumerate(zip(text, beside, strict=False)) if one != two), len(beside))
+    start = max(0, same - _SHOWN // 4)
+    shown = text[start : start + _SHOWN - 3]
+    return ("..." if start else "") + shown + ("..." if start + len(shown) < len(text) else "")

@@ -6,7 +6,9 @@ where they lower the target, weather and the car; times `DEGRADED` where a route
 
 from typing import Any
 
-from domain.units import limit_text
+import msgspec
+
+from domain.units import in_unit, limit_text
 from proto.decision import Event, Fused, Reason
 from proto.rules import Citation, SignMeaning
 from services.orchestrator.experts.answers import degraded
@@ -34,7 +36,8 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
     preferences = state.preferences
-    directive = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
+    said = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
+    directive = in_unit(said, preferences.unit)
     fused = Fused(
         target_mps=goal.mps,
         legal_limit=goal.law.limit,
@@ -164,7 +167,10 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
     if goal.headway_factor >= 1.15:
         text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
         found.append(Reason(source="weather", text=text))
-    return tuple(reason for reason in found if reason.text)
+    told = (
+        msgspec.structs.replace(reason, text=in_unit(reason.text, preferences.unit)) for reason in found if reason.text
+    )
+    return tuple(told)
 
 
 def _meaning(state: State, chosen: Matter) -> SignMeaning | None:

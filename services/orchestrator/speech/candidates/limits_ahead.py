@@ -3,10 +3,12 @@
 import math
 from collections.abc import Iterable, Iterator
 
+from domain.units import posted_text
 from proto.decision import Event
 from proto.rules import LegalLimit
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.speech.candidate import Matter, limit_key, told_within
+from services.orchestrator.speech.wording import distance
 from services.orchestrator.state import Spoken, State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
@@ -37,7 +39,7 @@ def approach(state: State, target: Target, events: dict[str, Event], degraded: t
         return  # let him act on what he was told
     if change is not None and -change.value * 2.0 * _room_m(lower) >= ego.value**2 - lower.mps**2:
         return  # he does already
-    announced = _announced(lower)
+    announced = _announced(state, lower)
     told = state.memory.last("ahead")
     known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
     slow = announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
@@ -85,7 +87,7 @@ def ahead(state: State, target: Target, events: dict[str, Event], degraded: tupl
     )
     lower = lowest(faster, target.law.limit)
     if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
-        yield _announced(lower)
+        yield _announced(state, lower)
 
 
 def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: float | None = None) -> LimitAhead | None:
@@ -101,13 +103,16 @@ def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: flo
     return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
 
 
-def _announced(lower: LimitAhead) -> Matter:
+def _announced(state: State, lower: LimitAhead) -> Matter:
     return Matter(
         topic="ahead",
         key=limit_key(lower.value, lower.unit),
         phrase="limit_ahead",
         urgency="info",
-        values={"limit": limit_key(lower.value, lower.unit), "gap": f"{_room_m(lower):.0f}"},
+        values={
+            "limit": posted_text(lower.value, lower.unit, state.preferences.unit),
+            "gap": distance(state.preferences, _room_m(lower)),
+        },
         why=("ahead",) if lower.law is None else ("place_ahead",),
         confidence=lower.confidence,
         ahead_mps=lower.mps,

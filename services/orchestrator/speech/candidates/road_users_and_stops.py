@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
 from services.orchestrator.speech.candidate import Matter, told_within
-from services.orchestrator.speech.wording import drive, speed, word
+from services.orchestrator.speech.wording import distance, drive, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
@@ -36,7 +36,7 @@ def person(state: State, target: Target, events: dict[str, Event], degraded: tup
         key=f"{way.track.track_id} {urgency}",
         phrase="person",
         urgency=urgency,
-        values={"gap": f"{max(0.0, way.gap_m):.0f}"},
+        values={"gap": distance(state.preferences, max(0.0, way.gap_m))},
         why=("person",),
         hazard="pedestrian" if urgency != "advice" else "",
         repeat_s=4.0,
@@ -92,7 +92,7 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
         phrase=phrase,
         urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
         values={
-            "gap": f"{max(0.0, way.gap_m):.0f}",
+            "gap": distance(state.preferences, max(0.0, way.gap_m)),
             "closing": speed(state.preferences, way.closing_mps),
             "ttc": f"{way.ttc_s:.1f}",
             **({"side": word(state.preferences, side)} if side is not None else {}),
@@ -135,7 +135,7 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
         phrase=stop.why,
         urgency="warning" if firm else "advice",
         values={
-            "gap": f"{max(0.0, stop.room_m):.0f}",
+            "gap": distance(state.preferences, max(0.0, stop.room_m)),
             "state": _lamp(state, light),
         },
         why=(stop.why,),
@@ -199,7 +199,10 @@ def give_way(state: State, target: Target, events: dict[str, Event], degraded: t
         key=here.why,
         phrase=here.why,
         urgency="advice",
-        values={"target": drive(state.preferences, READY_MPS), "gap": f"{max(0.0, here.room_m):.0f}"},
+        values={
+            "target": drive(state.preferences, READY_MPS),
+            "gap": distance(state.preferences, max(0.0, here.room_m)),
+        },
         why=(here.why,),
         repeat_s=GIVE_WAY_TOLD_S,
         confidence=here.confidence,

@@ -124,7 +124,7 @@ def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_th
     drive.tick(preferences=preferences(language="de", unit="mph"))
     drive.speed_mps = 17.0
     ticked = drive.tick()
-    assert ticked.advisory.directive == "Langsamer: Limit 50 km/h (31 mph)"
+    assert ticked.advisory.directive == "Langsamer: Limit 50 (31 mph)"
 
 
 def test_mute_silences_news_but_not_hazards() -> None:

@@ -1,19 +1,22 @@
 """Phrases, units, preferences and the limit on feedback."""
 
+import re
 import string
 import tomllib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domain.units import limit_text, shown, told_target
+from domain.units import in_unit, limit_text, shown, told_target
 from proto.decision import Preferences
 from proto.rules import LegalLimit
 from services.orchestrator.driver.feedback_rate import MOST, Given, admit
 from services.orchestrator.driver.preferences import changed, remembered
 from services.orchestrator.speech.wording import FOLDER, LANGUAGES, say, toned
 from services.orchestrator.text import plain
+from tests.unit.services.orchestrator.scenes import scenes
+from tests.unit.services.orchestrator.support import Drive, limit_sign, preferences
 
 SECOND = 1_000_000_000
 
@@ -57,6 +60,31 @@ def test_a_posted_limit_is_told_as_posted_and_in_the_drivers_unit() -> None:
     limit = LegalLimit(value=30, unit="mph", mps=30 * 0.44704)
     assert limit_text(limit, "mph") == "30 mph"
     assert limit_text(limit, "km/h") == "30 mph (48 km/h)"
+    assert limit_text(LegalLimit(value=50, unit="km/h", mps=50 / 3.6), "mph") == "50 (31 mph)"
+
+
+METRIC = re.compile(r"(?<![\w.,])\d+([.,]\d+)?[ \u00a0]?(km/h|km|m|metres?|Metern?)(?![\w/])")
+QUANTITIES = st.builds("{} {}".format, st.integers(0, 999), st.sampled_from(("km/h", "m", "km", "Meter")))
+
+
+@given(st.lists(st.one_of(st.text(max_size=8), QUANTITIES)))
+def test_no_metric_quantity_is_left_in_a_text_for_a_driver_with_miles(parts: list[str]) -> None:
+    assert not METRIC.search(in_unit(" ".join(parts), "mph"))
+    assert in_unit(" ".join(parts), "km/h") == " ".join(parts)
+
+
+def test_quantities_are_told_in_miles_and_feet_and_never_as_more() -> None:
+    told = in_unit("Max. 100 km/h; 37 m ahead; 2,5 km; Zeichen 274-60; 3 mm", "mph")
+    assert told == "Max. 62 mph; 121 ft ahead; 1.6 mi; Zeichen 274-60; 3 mm"
+
+
+@settings(max_examples=60)
+@given(scenes(), st.sampled_from(LANGUAGES))
+def test_a_driver_with_miles_hears_and_reads_no_metres_and_no_km_h(drive: Drive, language: str) -> None:
+    drive.tick(limit_sign("limit:50"), preferences=preferences(unit="mph", language=language, verbosity="full"))
+    for _ in range(3):
+        advisory = drive.tick(limit_sign("limit:30", track_id=8, passed=False, distance_m=40.0)).advisory
+        assert not METRIC.search(f"{advisory.directive} {advisory.justification}")
 
 
 def test_politeness_only_where_there_is_time() -> None:
