@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 # without what it asks for: opencv-python brings the same cv2 as our opencv-python-headless, and its metrics use neither
 TRACKEVAL := 'trackeval>=1.3,<2'
-SOURCES := proto domain drivemcp services app evaluation training studies benchmarks examples tests
+SOURCES := proto domain drivemcp services app evaluation training studies benchmarks examples tests scripts
 ARGS   ?=
 # tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
