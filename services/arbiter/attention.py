@@ -3,19 +3,13 @@
 import msgspec
 
 from proto.decision import Urgency
+from proto.messages import PRESSING, WORD_COUNTS_NS, covers
 from proto.perception import Track
 from services.arbiter.profiles import Profile
 from services.arbiter.state import Attention, Told
 
-PRESSING = frozenset({"person", "stop", "ahead", "give_way"})
-"""Topics whose advice is of no use later: to brake for somebody, to stop at a line, to come down to a lower limit before its sign,
-to be slow where one gives way."""
-FORGOTTEN_NS = 10_000_000_000
-"""What was said longer ago belongs to another moment."""
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")
 WARNS = frozenset(GRAVITY[2:])
-GRAVER = {"slow_traffic": ("closing_lead",)}
-"""To whom was told to brake for a vehicle, that it is slow is no news."""
 UNBROKEN_NS = 2_000_000_000
 """A hazard that was away for longer is another one, if it is another road user's."""
 SET_BACK_NS = 200_000_000
@@ -116,7 +110,7 @@ def last_told(attention: Attention, hazard: str, now_ns: int) -> Told | None:
 
 
 def _names(each: Told, hazard: str) -> bool:
-    return each.hazard in (hazard, *GRAVER.get(hazard, ()))
+    return covers(each.hazard, hazard)
 
 
 def _unbroken(each: Told, now_ns: int) -> bool:
@@ -124,4 +118,4 @@ def _unbroken(each: Told, now_ns: int) -> bool:
 
 
 def _forgotten(each: Told, now_ns: int) -> bool:
-    return now_ns - each.stamp_ns > FORGOTTEN_NS
+    return now_ns - each.stamp_ns > WORD_COUNTS_NS

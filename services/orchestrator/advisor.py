@@ -18,7 +18,7 @@ from services.orchestrator.experts import answers
 from services.orchestrator.experts.ask import Ask
 from services.orchestrator.experts.routing import Call, failing, route
 from services.orchestrator.observations.inputs import Method, Observations
-from services.orchestrator.speech.candidate import Matter
+from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.fusion import advise
 from services.orchestrator.speech.local import decide_locally
 from services.orchestrator.state import State
@@ -35,7 +35,7 @@ class Advised(NamedTuple):
     calls: tuple[Call, ...]
     outcomes: tuple[Outcome, ...]
     fused: Fused
-    matter: Matter | None
+    chosen: Candidate | None
     goal: Target
     failed: tuple[str, ...] = ()
     """Tools that were to be asked and failed, now or a moment ago."""
@@ -80,8 +80,8 @@ class Tools:
         held = {event.kind for event in now}
         events = (*now, *(event for event in events if event.kind not in held))
         missed = failing(events, state, seen.experts)
-        fused, matter, goal = advise(state, now, missed)
-        return Advised(state, events, calls, outcomes, fused, matter, goal, missed)
+        fused, chosen, goal = advise(state, now, missed)
+        return Advised(state, events, calls, outcomes, fused, chosen, goal, missed)
 
     def decide(self, request: ArbitrationRequest, ask: Ask) -> Decision:
         """The arbiter's word on this very tick; without it the local rule, which never acts."""

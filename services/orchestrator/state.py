@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 
 from proto.decision import Preferences
+from proto.messages import Kind
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
 from proto.tools import Effect
@@ -178,13 +179,34 @@ class Cached(msgspec.Struct, frozen=True, kw_only=True):
     ok: bool
 
 
-class Spoken(msgspec.Struct, frozen=True, kw_only=True):
-    """The last message on a topic."""
+class News(msgspec.Struct, frozen=True, kw_only=True):
+    """What a message says: equal news of one kind is no news."""
 
-    topic: str
-    key: str
+    what: str = ""
+    """A name: of a stop, a fault, a country, a level, a sign; as the kind has it."""
+    detail: str = ""
+    value: float | None = None
+    """Of a limit, in `unit`."""
+    unit: str = ""
+    advisory: bool = False
+    """The limit is recommended."""
+    grave: bool = False
+    """Said firmly, or of an overspeed by more than a fifth."""
+    track_id: int = 0
+
+    def same_limit(self, other: "News") -> bool:
+        """Whether both are about one limit."""
+        return (self.value, self.unit) == (other.value, other.unit)
+
+
+class Spoken(msgspec.Struct, frozen=True, kw_only=True):
+    """The last message of a kind."""
+
+    kind: Kind
+    about: str = ""
+    """Of kinds that several sources share: the tool, the rulepack."""
+    news: News
     stamp_ns: int
-    count: int = 1
     hazard: str = ""
     """As what hazard it was told; empty: it was none."""
     alarm: bool = False
@@ -196,14 +218,12 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     asked: tuple[Cached, ...] = ()
     spoken: tuple[Spoken, ...] = ()
     spoken_ns: int | None = None
-    messages: int = 0
-    hazards: int = 0
     noticed: tuple[str, ...] = ()
     """The faults of the car that were told in this drive."""
 
-    def last(self, slot: str) -> Spoken | None:
-        """The last message on a topic; None: there was none."""
-        return next((each for each in self.spoken if each.topic == slot), None)
+    def last(self, kind: Kind, about: str = "") -> Spoken | None:
+        """The last message of a kind; None: there was none."""
+        return next((each for each in self.spoken if (each.kind, each.about) == (kind, about)), None)
 
 
 class Onset(msgspec.Struct, frozen=True, kw_only=True):

@@ -17,7 +17,7 @@ from services.orchestrator.experts.ask import Ask, Recorded
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.clock_set_back import on_this_clock
 from services.orchestrator.observations.inputs import Observations
-from services.orchestrator.speech.candidate import Matter
+from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.memory import remember, seconds_since_spoken
 from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import State, digest
@@ -51,7 +51,7 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     state, fused, outcomes = advised.state, advised.fused, advised.outcomes
     request = request_of(state, advised, seen)
     decision = advisor.decide(request, ask)
-    spoken = spoken_of(advised.matter, decision)
+    spoken = spoken_of(advised.chosen, decision)
     after = remember(state, before, advised.events, advised.goal, spoken, decision)
     advisory = advisory_of(state, fused, decision, spoken, seen, outcomes)
     return Ticked(
@@ -94,25 +94,25 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
     )
 
 
-def spoken_of(matter: Matter | None, decision: Decision) -> Matter | None:
-    """The matter whose words are spoken, if any are; none where the arbiter shouts about what it alone sees."""
-    alone = decision.hazard != "" and (matter is None or matter.hazard != decision.hazard)
-    return None if alone else matter
+def spoken_of(chosen: Candidate | None, decision: Decision) -> Candidate | None:
+    """The chosen whose words are spoken, if any are; none where the arbiter shouts about what it alone sees."""
+    alone = decision.hazard != "" and (chosen is None or chosen.hazard != decision.hazard)
+    return None if alone else chosen
 
 
 def advisory_of(
     state: State,
     fused: Fused,
     decision: Decision,
-    matter: Matter | None,
+    chosen: Candidate | None,
     seen: Observations,
     outcomes: tuple[Outcome, ...],
 ) -> Advisory:
-    """What the driver is told: the matter's words; without one, those of a warning that the arbiter alone wants."""
+    """What the driver is told: the candidate's words; without one, those of a warning that the arbiter alone wants."""
     preferences = state.preferences
     directive, justification = fused.directive, fused.justification
     urgency, hazard, topic = fused.urgency, fused.hazard, fused.topic
-    if decision.kind != "SILENT" and matter is None:
+    if decision.kind != "SILENT" and chosen is None:
         hazard = decision.hazard or "caution"
         phrase = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
         directive, urgency, topic = say(preferences, "directive", phrase), "warning", phrase

@@ -15,6 +15,7 @@ from domain.units import limit_text, to_mps
 from evaluation.baselines.direct.context import context, shows_limit, signs_ahead
 from evaluation.baselines.direct.memory import Direct, Told, kept, recalled
 from proto.decision import Event, Fused, Reason, Urgency
+from proto.messages import Kind
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
@@ -24,12 +25,12 @@ from services.orchestrator.experts.answers import results, typed
 from services.orchestrator.experts.ask import Ask
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Observations
-from services.orchestrator.speech.candidate import Matter, limit_key
+from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.limits_ahead import OVER_MPS
 from services.orchestrator.speech.fusion import is_new
 from services.orchestrator.speech.local import PAUSE_S
 from services.orchestrator.speech.wording import say, toned
-from services.orchestrator.state import SignAhead, State
+from services.orchestrator.state import News, SignAhead, State
 from services.orchestrator.target.target import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 
@@ -67,21 +68,24 @@ class DirectSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class Saying(NamedTuple):
-    """How an action is said: phrase, urgency, topic."""
+    """How an action is said."""
 
     phrase: str
     urgency: Urgency
-    topic: str
+    kind: Kind
 
 
 SAYINGS: dict[str, Saying] = {
-    "stop": Saying("stop_sign", "warning", "stop"),
-    "give_way": Saying("caution", "advice", "give_way"),
-    "slow": Saying("caution", "advice", "slow"),
-    "limit": Saying("limit", "advice", "limit"),
-    "limit_ahead": Saying("limit_ahead", "info", "ahead"),
+    "stop": Saying("stop_sign", "warning", Kind.STOP),
+    "give_way": Saying("caution", "advice", Kind.GIVE_WAY),
+    "slow": Saying("caution", "advice", Kind.SLOW),
+    "limit": Saying("limit", "advice", Kind.LIMIT),
+    "limit_ahead": Saying("limit_ahead", "info", Kind.AHEAD),
 }
-_HAZARDS = {"closing_lead": Saying("lead", "warning", "lead"), "pedestrian": Saying("person", "warning", "person")}
+_HAZARDS = {
+    "closing_lead": Saying("lead", "warning", Kind.LEAD),
+    "pedestrian": Saying("person", "warning", Kind.PERSON),
+}
 
 
 def advise(state: State, events: tuple[Event, ...], seen: Observations, settings: DirectSettings, ask: Ask) -> Advised:
@@ -94,9 +98,9 @@ def advise(state: State, events: tuple[Event, ...], seen: Observations, settings
     noted = msgspec.structs.replace(heard, asked=_asked(state, query), passed_over=waits)
     state = kept(state, noted)
     goal = _goal(state)
-    matter = _matter(state)
+    chosen = _candidate(state)
     took_ms = heard.heard.latency_ms if heard.heard is not None and not heard.heard.waited else None
-    return Advised(state, events, calls, outcomes, _fused(state, goal, matter), matter, goal, latency_ms=took_ms)
+    return Advised(state, events, calls, outcomes, _fused(state, goal, chosen), chosen, goal, latency_ms=took_ms)
 
 
 def asked_for(kinds: AbstractSet[str]) -> str:
@@ -191,7 +195,7 @@ def _unsaid(state: State) -> Told | None:
         return None
     if heard.action == "limit_ahead" and not any(_begins(sign, heard.limit) for sign in signs_ahead(state)):
         return None
-    said = state.memory.last(SAYINGS[heard.action].topic)
+    said = state.memory.last(SAYINGS[heard.action].kind)
     return None if said is not None and said.stamp_ns >= heard.due_ns else msgspec.structs.replace(heard, waited=True)
 
 
@@ -234,7 +238,7 @@ def _goal(state: State) -> Target:
     return Target(told.limit.mps, Law(told.limit, told.limit.mps, told.confidence, "sign"), 1.0, 1.0, ())
 
 
-def _matter(state: State) -> Matter | None:
+def _candidate(state: State) -> Candidate | None:
     heard = recalled(state).heard
     saying = _HAZARDS.get(heard.hazard) or SAYINGS.get(heard.action) if heard is not None else None
     if heard is None or saying is None:
@@ -243,17 +247,19 @@ def _matter(state: State) -> Matter | None:
     begins = heard.limit if heard.action == "limit_ahead" else None
     if heard.action == "limit_ahead" and (begins is None or not _lower(begins, state)):
         return None
-    return Matter(
-        topic=saying.topic,
-        key=limit_key(begins.value, begins.unit) if begins is not None else f"{heard.action} {limit}{heard.hazard}",
+    told = begins or heard.limit
+    news = News(what=f"{heard.action} {heard.hazard}") if begins is None else News()
+    return Candidate(
+        kind=saying.kind,
+        news=msgspec.structs.replace(news, value=told.value, unit=told.unit) if told is not None else news,
         phrase=saying.phrase,
         urgency=saying.urgency,
         values={"limit": limit},
         hazard=heard.hazard,
         confidence=heard.confidence,
-        repeat_s=20.0,
+        again_s=20.0,
         ahead_mps=begins.mps if begins is not None else None,
-        limit_mps=heard.limit.mps if saying.topic == "limit" and heard.limit is not None else None,
+        limit_mps=heard.limit.mps if saying.kind is Kind.LIMIT and heard.limit is not None else None,
     )
 
 
@@ -265,11 +271,11 @@ def _lower(ahead: LegalLimit, state: State) -> bool:
     return not now_mps or ahead.mps < max(now_mps) - OVER_MPS
 
 
-def _fused(state: State, goal: Target, matter: Matter | None) -> Fused:
+def _fused(state: State, goal: Target, chosen: Candidate | None) -> Fused:
     preferences, heard = state.preferences, recalled(state).heard
-    directive = say(preferences, "directive", matter.phrase, **matter.values) if matter is not None else ""
-    urgency: Urgency = matter.urgency if matter is not None else "info"
-    text = heard.text if matter is not None and heard is not None else ""
+    directive = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
+    urgency: Urgency = chosen.urgency if chosen is not None else "info"
+    text = heard.text if chosen is not None and heard is not None else ""
     return Fused(
         target_mps=goal.mps if recalled(state).limit is not None else None,
         legal_limit=goal.law.limit,
@@ -278,14 +284,14 @@ def _fused(state: State, goal: Target, matter: Matter | None) -> Fused:
         justification=text,
         confidence=heard.confidence if heard is not None else 0.0,
         urgency=urgency,
-        topic=matter.topic if matter is not None else "",
-        hazard=matter.hazard if matter is not None else "",
-        reasons=(Reason(source="drivelm", text=text, confidence=matter.confidence),) if matter is not None else (),
+        topic=chosen.topic if chosen is not None else "",
+        hazard=chosen.hazard if chosen is not None else "",
+        reasons=(Reason(source="drivelm", text=text, confidence=chosen.confidence),) if chosen is not None else (),
         language=preferences.language,
         unit=preferences.unit,
         degraded=state.world.degraded,
-        new_information=matter is not None and is_new(matter, state),
+        new_information=chosen is not None and is_new(chosen, state),
         muted=preferences.muted,
-        ahead_mps=matter.ahead_mps if matter is not None else None,
-        told_limit_mps=matter.limit_mps if matter is not None else None,
+        ahead_mps=chosen.ahead_mps if chosen is not None else None,
+        told_limit_mps=chosen.limit_mps if chosen is not None else None,
     )

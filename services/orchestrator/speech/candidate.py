@@ -4,34 +4,32 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from proto.decision import Event, Urgency
+from proto.messages import ROWS, Kind, KindRow
 from proto.rules import SignMeaning
-from services.orchestrator.state import State
+from services.orchestrator.state import News, State
 from services.orchestrator.target.target import Target
 
-OVERSPEED_TOLD_S = 60.0
-"""Who drives too fast once more within this time has been told; by more than a fifth he is told at once."""
 
+class Candidate(NamedTuple):
+    """One thing that could be said; how its kind behaves stands in `proto.messages.KINDS`."""
 
-class Matter(NamedTuple):
-    """One thing to say."""
-
-    topic: str
-    """Messages on one topic replace each other."""
-    key: str
-    """The same key on the same topic is the same news."""
+    kind: Kind
+    news: News
     phrase: str
     urgency: Urgency
     values: dict[str, Any]
     why: tuple[str, ...] = ()
     """Phrases of its justification."""
+    about: str = ""
+    """Of kinds that several sources share: the tool, the rulepack."""
     hazard: str = ""
     first_since_ns: int | None = None
-    """Set where the first notice of an episode is owed: when the episode began."""
-    repeat_s: float = 60.0
+    """Where the first notice of an episode is owed: when the episode began."""
     confidence: float = 1.0
-    kind: str = ""
-    tells: tuple[str, str] | None = None
-    """Slot and key of another matter that is told with this one: it is no news any more."""
+    again_s: float | None = None
+    """Said again after this time, where it is another than its kind's."""
+    tells: tuple[Kind, News] | None = None
+    """Another message that is told with this one: it is no news any more."""
     ahead_mps: float | None = None
     """The limit that it announces."""
     limit_mps: float | None = None
@@ -42,32 +40,30 @@ class Matter(NamedTuple):
     """What the Rules say of the sign behind which that limit is the law's own."""
 
     @property
-    def slot(self) -> str:
-        """Under which it is remembered: its kind where several kinds share a topic."""
-        return self.kind or self.topic
+    def row(self) -> KindRow:
+        """How its kind behaves."""
+        return ROWS[self.kind]
+
+    @property
+    def topic(self) -> str:
+        """The advisory's topic."""
+        return f"{self.row.sent_as}:{self.about}" if self.about else self.row.sent_as
+
+    @property
+    def remembered_as(self) -> Kind:
+        """The kind that it replaces in memory."""
+        return self.row.remembered_as or self.kind
+
+    @property
+    def repeat_s(self) -> float:
+        """The same news is said again after this time."""
+        return self.row.repeat_s if self.again_s is None else self.again_s
 
 
-def told_within(state: State, slot: str, seconds: float) -> bool:
-    """Whether what is remembered under a slot was spoken of so lately."""
-    told = state.memory.last(slot)
+def told_within(state: State, kind: Kind, seconds: float) -> bool:
+    """Whether a kind of message was spoken so lately."""
+    told = state.memory.last(kind)
     return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
 
 
-def limit_key(value: float, unit: str) -> str:
-    """By which a limit is remembered."""
-    return f"{value:g} {unit}"
-
-
-def over_key(limit: str, *, far: bool) -> str:
-    """By which an overspeed is remembered, from its limit's key."""
-    return f"over {limit} far" if far else f"over {limit}"
-
-
-def over_lower(key: str, told: str) -> bool:
-    """Whether an overspeed is of a lower limit than the one told, or of one in other units: a border lies between them."""
-    value, unit = key.split()[1:3]
-    told_value, told_unit = told.split()[1:3]
-    return unit != told_unit or float(value) < float(told_value)
-
-
-Maker = Callable[[State, Target, dict[str, Event], tuple[str, ...]], Iterator[Matter]]
+Maker = Callable[[State, Target, dict[str, Event]], Iterator[Candidate]]

@@ -1,6 +1,6 @@
-"""One piece of advice out of everything: target, the matter worth saying, its reasons, and how sure all of it is.
+"""One piece of advice out of everything: target, the candidate worth saying, its reasons, and how sure all of it is.
 
-The confidence of the advice is the minimum over what it rests on: the matter itself, the law behind the limit, and,
+The confidence of the advice is the minimum over what it rests on: the candidate itself, the law behind the limit, and,
 where they lower the target, weather and the car; times `DEGRADED` where a routed tool did not answer.
 """
 
@@ -10,13 +10,14 @@ import msgspec
 
 from domain.units import in_unit, limit_text
 from proto.decision import Event, Fused, Reason
+from proto.messages import WORD_COUNTS_NS, Kind, covers
 from proto.rules import Citation, SignMeaning
 from services.orchestrator.experts.answers import degraded
 from services.orchestrator.experts.routing import right_of_way
-from services.orchestrator.speech.candidate import OVERSPEED_TOLD_S, Matter, over_lower
-from services.orchestrator.speech.candidates.candidates import matters
+from services.orchestrator.speech.candidate import Candidate
+from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.speech.wording import drive, say, toned, word
-from services.orchestrator.state import State
+from services.orchestrator.state import News, State
 from services.orchestrator.target.target import Bound, Law, Target, target
 from services.orchestrator.text import plain
 
@@ -28,11 +29,11 @@ SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
 
-def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Matter | None, Target]:
-    """The advice, the matter that it speaks of, and the target with its bounds; without the tools that failed."""
+def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Candidate | None, Target]:
+    """The advice, the candidate that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)
     missing = degraded(state, failed)
-    chosen = choose(matters(state, goal, events, missing), state)
+    chosen = choose(candidates(state, goal, events), state)
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
     preferences = state.preferences
@@ -65,45 +66,42 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
     return fused, chosen, goal
 
 
-def choose(found: tuple[Matter, ...], state: State) -> Matter | None:
+def choose(found: tuple[Candidate, ...], state: State) -> Candidate | None:
     """A new hazard that the driver was not told of lately, else a first notice that is owed, else a new hazard, else a
     standing one, else what is new, else the weightiest.
 
     One was told of a hazard lately whoever it was: the arbiter says it again in its time only, and till then another waits
     for nothing.
     """
-    hazards = [matter for matter in found if matter.hazard]
-    owed = [matter for matter in found if owes_first_notice(matter, state)]
-    news = [matter for matter in found if is_new(matter, state)]
-    fresh = [matter for matter in hazards if matter in news]
-    untold = [matter for matter in fresh if not told_of(matter, state)]
+    hazards = [each for each in found if each.hazard]
+    owed = [each for each in found if owes_first_notice(each, state)]
+    news = [each for each in found if is_new(each, state)]
+    fresh = [each for each in hazards if each in news]
+    untold = [each for each in fresh if not told_of(each, state)]
     for group in (untold, owed, fresh, hazards, news, list(found)):
         if group:
             return group[0]
     return None
 
 
-def told_of(matter: Matter, state: State) -> bool:
+def told_of(candidate: Candidate, state: State) -> bool:
     """Whether the driver was told of such a hazard, or of a graver one of the same road user, lately and as gravely."""
-    names = (matter.hazard, *GRAVER.get(matter.hazard, ()))
     return any(
-        each.hazard in names and state.now_ns - each.stamp_ns <= TOLD_NS and (each.alarm or matter.urgency != "alarm")
+        covers(each.hazard, candidate.hazard)
+        and state.now_ns - each.stamp_ns <= WORD_COUNTS_NS
+        and (each.alarm or candidate.urgency != "alarm")
         for each in state.memory.spoken
     )
 
 
-GRAVER = {"slow_traffic": ("closing_lead",)}
-TOLD_NS = 10_000_000_000
-"""A word on a hazard counts for so long: as the arbiter reckons."""
-
-
-def is_new(matter: Matter, state: State) -> bool:
-    """Whether the topic says something else than last time, or it was said long ago."""
-    told = state.memory.last(matter.slot)
-    if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= matter.repeat_s:
+def is_new(candidate: Candidate, state: State) -> bool:
+    """Whether the kind says something else than last time, or it was said long ago."""
+    told = state.memory.last(candidate.remembered_as, candidate.about)
+    if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= candidate.repeat_s:
         return True
     # A calmer word on a hazard just told is no news.
-    return told.key != matter.key and (matter.hazard != "" or (state.now_ns - told.stamp_ns) / 1e9 >= LEAST_PAUSE_S)
+    paused = (state.now_ns - told.stamp_ns) / 1e9 >= LEAST_PAUSE_S
+    return told.news != candidate.news and (candidate.hazard != "" or paused)
 
 
 LEAST_PAUSE_S = 1.0
@@ -112,27 +110,31 @@ EPISODE_PAUSE_S = 10.0
 """A degradation that comes and goes within this time is one episode; a fault that was never told is another at once."""
 
 
-def owes_first_notice(matter: Matter, state: State) -> bool:
+def owes_first_notice(candidate: Candidate, state: State) -> bool:
     """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew,
     and of a lower one though the driver was too fast for the one before, too."""
-    if matter.first_since_ns is None:
+    if candidate.first_since_ns is None:
         return False
-    told = state.memory.last(matter.slot)
+    told, news = state.memory.last(candidate.remembered_as, candidate.about), candidate.news
     if told is None:
         return True
-    if matter.slot == "overspeed":
-        same = matter.key.startswith(told.key) or told.key.startswith(matter.key)
-        long_ago = state.now_ns - told.stamp_ns >= OVERSPEED_TOLD_S * 1e9
-        another = told.stamp_ns < matter.first_since_ns and (long_ago or not same)
-        return another or over_lower(matter.key, told.key)
-    pause_s = LEAST_PAUSE_S if set(matter.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
-    return told.key != matter.key and state.now_ns - told.stamp_ns >= pause_s * 1e9
+    if candidate.kind is Kind.OVERSPEED:
+        long_ago = state.now_ns - told.stamp_ns >= candidate.repeat_s * 1e9
+        another = told.stamp_ns < candidate.first_since_ns and (long_ago or not news.same_limit(told.news))
+        return another or _is_lower(news, told.news)
+    pause_s = LEAST_PAUSE_S if set(candidate.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
+    return told.news != news and state.now_ns - told.stamp_ns >= pause_s * 1e9
+
+
+def _is_lower(news: News, told: News) -> bool:
+    """Whether an overspeed is of a lower limit than the one told, or of one in other units: a border lies between them."""
+    return news.unit != told.unit or (news.value or 0.0) < (told.value or 0.0)
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------
 
 
-def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason, ...]:
+def _reasons(state: State, goal: Target, chosen: Candidate | None) -> tuple[Reason, ...]:
     preferences = state.preferences
     found = []
     if chosen is not None:
@@ -156,10 +158,10 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
             Reason(source="rules", text=plain(law.meaning), confidence=law.confidence, citations=law.citations)
         ]
     doubted = goal.law.answer
-    if chosen is not None and chosen.topic in ("limit", "border") and doubted is not None and PLACE in doubted.degraded:
+    if chosen is not None and chosen.row.explained_by == "place" and doubted is not None and PLACE in doubted.degraded:
         found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
     way = right_of_way(state)
-    if chosen is not None and chosen.topic in ("stop", "person") and way is not None and way.note:
+    if chosen is not None and chosen.row.explained_by == "right_of_way" and way is not None and way.note:
         found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
     safety = _safety_reason(state, goal)
     if safety is not None:
@@ -173,13 +175,13 @@ def _reasons(state: State, goal: Target, chosen: Matter | None) -> tuple[Reason,
     return tuple(told)
 
 
-def _meaning(state: State, chosen: Matter) -> SignMeaning | None:
+def _meaning(state: State, chosen: Candidate) -> SignMeaning | None:
     """What the Rules say of the sign that is spoken of; not what they said of another one."""
     meaning = state.held.meaning
-    if meaning is None or chosen.topic not in ("foreign", "doubt"):
+    if meaning is None or chosen.row.explained_by != "meaning":
         return None
-    doubted = {s.reading for s in state.signs.ahead if f"track {s.track_id}" == chosen.key}
-    return meaning if chosen.topic == "foreign" or meaning.reading in doubted else None
+    doubted = {s.reading for s in state.signs.ahead if s.track_id == chosen.news.track_id}
+    return meaning if chosen.kind is Kind.FOREIGN or meaning.reading in doubted else None
 
 
 def _law_reason(state: State, law: Law) -> Reason:
@@ -237,7 +239,7 @@ def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
 # -- confidence ----------------------------------------------------------------------------------------------------------
 
 
-def _confidence(state: State, goal: Target, chosen: Matter | None, failed: tuple[str, ...]) -> float:
+def _confidence(state: State, goal: Target, chosen: Candidate | None, failed: tuple[str, ...]) -> float:
     rests_on = [chosen.confidence] if chosen is not None else []
     if chosen is None or not chosen.hazard:
         # A hazard rests on the actor alone; everything else on the law, and on what scales it.

@@ -1,35 +1,37 @@
 """What could be said in this tick, the weightiest first."""
 
-import math
 from collections.abc import Iterator
+
+import msgspec
 
 from domain.units import limit_text
 from proto.decision import Event
+from proto.messages import ROWS, Kind
 from proto.rules import LegalLimit
 from proto.vehicle import Degradation
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.law.rules_question import LAW_KNOWN
-from services.orchestrator.speech.candidate import OVERSPEED_TOLD_S, Maker, Matter, limit_key, over_key, told_within
+from services.orchestrator.speech.candidate import Candidate, Maker, told_within
 from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import drive, evidence_in_words, say, speed, word
-from services.orchestrator.state import Believed, State
+from services.orchestrator.state import Believed, News, State
 from services.orchestrator.target.target import KMH, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.world.car_faults import covered, said_of
 
 
-def matters(state: State, target: Target, events: tuple[Event, ...], degraded: tuple[str, ...]) -> tuple[Matter, ...]:
+def candidates(state: State, target: Target, events: tuple[Event, ...]) -> tuple[Candidate, ...]:
     """All of them, in the order of the table."""
     by_kind = {event.kind: event for event in events}
-    return tuple(matter for make in MAKERS for matter in make(state, target, by_kind, degraded))
+    return tuple(candidate for make in MAKERS for candidate in make(state, target, by_kind))
 
 
 # -- the car -----------------------------------------------------------------------------------------------------------
 
 
-def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _vehicle(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event = events.get("vehicle_fault")
     if event is None:
         return
@@ -42,23 +44,23 @@ def _vehicle(state: State, target: Target, events: dict[str, Event], degraded: t
         phrase = "vehicle_leave"
     known = covered(state.held) and health is not None and health.advice
     told = sentences(health.advice if health is not None and known else event.detail or f"h {event.g:.2f}")
-    yield Matter(
-        topic="vehicle",
-        key=f"{phrase} {told}",
+    yield Candidate(
+        kind=Kind.VEHICLE,
+        news=News(what=phrase, detail=told),
         phrase=phrase,
         urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
         values={"fault": told, "target": drive(state.preferences, target.mps)},
         why=("fault", "slow") if slow else ("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,
-        repeat_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else REPEAT_S,
+        again_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else None,
         confidence=health.confidence if health is not None else 0.7,
         names=tuple(event.detail.split()),
     )
 
 
 _VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
-REPEAT_S, REPEAT_MILD_S = 300.0, 1800.0
+REPEAT_MILD_S = 1800.0
 MOTORWAY_LEAST_MPS = 60 * KMH
 """Vehicles that cannot go faster have no place on a motorway (StVO § 18 Abs. 1; the Austrian StVO § 46 Abs. 1 alike)."""
 
@@ -73,8 +75,9 @@ def _slow_for_a_motorway(state: State, target: Target) -> bool:
         return False
     if limit is not None and limit.mps <= MOTORWAY_LEAST_MPS:
         return False
-    told = state.memory.last("vehicle")
-    if told is not None and told.key.startswith("vehicle_leave") and told_within(state, "vehicle", REPEAT_S):
+    told = state.memory.last(Kind.VEHICLE)
+    lately = told_within(state, Kind.VEHICLE, ROWS[Kind.VEHICLE].repeat_s)
+    if told is not None and told.news.what == "vehicle_leave" and lately:
         return True
     return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD) < MOTORWAY_LEAST_MPS
 
@@ -89,7 +92,7 @@ def _ahead_of_the_lamp(car: Degradation | None) -> str:
 # -- the law -----------------------------------------------------------------------------------------------------------
 
 
-def _overspeed(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
     if event is None or limit is None or ego is None or target.law.basis == "unknown":
         return
@@ -98,9 +101,9 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
     if ego.value <= limit.mps:
         return  # another limit than the one that the event was about
     far = ego.value > 1.2 * limit.mps
-    yield Matter(
-        topic="limit",
-        key=_overspeed_key(state, limit, far=far),
+    yield Candidate(
+        kind=Kind.OVERSPEED,
+        news=_overspeed_news(state, limit, far=far),
         phrase="overspeed_safe" if _safe_below(target, limit) else "overspeed",
         urgency="warning" if far else "advice",
         values={
@@ -110,24 +113,21 @@ def _overspeed(state: State, target: Target, events: dict[str, Event], degraded:
         },
         why=("overspeed",),
         first_since_ns=event.since_ns,
-        repeat_s=OVERSPEED_TOLD_S,
         confidence=target.law.confidence,
-        kind="overspeed",
-        tells=("limit", _limit_key(limit)),
+        tells=(Kind.LIMIT, _limit_news(limit)),
         limit_mps=_binding_mps(limit),
     )
 
 
-def _overspeed_key(state: State, limit: LegalLimit, *, far: bool) -> str:
-    """Whoever was told that he drives far too fast hears no calmer word on it."""
-    over = limit_key(limit.value, limit.unit)
-    grave = over_key(over, far=True)
-    told = any(each.topic == "overspeed" and each.key == grave for each in state.memory.spoken)
-    return over_key(over, far=far or told)
+def _overspeed_news(state: State, limit: LegalLimit, *, far: bool) -> News:
+    """A driver who was told of an overspeed by far hears no calmer word on it."""
+    grave = News(value=limit.value, unit=limit.unit, grave=True)
+    told = any(each.kind is Kind.OVERSPEED and each.news == grave for each in state.memory.spoken)
+    return msgspec.structs.replace(grave, grave=far or told)
 
 
-def _limit_key(limit: LegalLimit) -> str:
-    return limit_key(limit.value, limit.unit) + (" advisory" if limit.advisory else "")
+def _limit_news(limit: LegalLimit) -> News:
+    return News(value=limit.value, unit=limit.unit, advisory=limit.advisory)
 
 
 def _binding_mps(limit: LegalLimit | None) -> float | None:
@@ -145,7 +145,7 @@ def _starting(state: State) -> bool:
     return state.tick < STARTING_TICKS and (conditions is None or conditions.confidence <= 0.0)
 
 
-def _border(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The country that begins, until it is told: where limits follow closely the budget may keep it for some seconds."""
     here = state.signs.jurisdiction
     if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
@@ -154,9 +154,9 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
     told = evidence_in_words(state.preferences, here.evidence)
     lower = lowest(limits_ahead(state), limit)  # nobody is told to drive faster than a sign in sight allows
     shown = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else limit
-    yield Matter(
-        topic="border",
-        key=here.value,
+    yield Candidate(
+        kind=Kind.BORDER,
+        news=News(what=here.value),
         phrase="border" if lower is None else "border_ahead",
         urgency="advice",
         values={
@@ -169,9 +169,8 @@ def _border(state: State, target: Target, events: dict[str, Event], degraded: tu
             "evidence": told,
         },
         why=("border_told" if told else "border",),
-        repeat_s=600.0,
         confidence=here.confidence,
-        tells=("limit", _limit_key(limit)) if limit is not None and not _safe_below(target, limit) else None,
+        tells=(Kind.LIMIT, _limit_news(limit)) if limit is not None and not _safe_below(target, limit) else None,
         ahead_mps=lower.mps if lower is not None else None,
         limit_mps=_binding_mps(limit) if lower is None else None,
     )
@@ -183,11 +182,11 @@ BORDER_NEWS_S = 20.0
 
 def _border_untold(state: State, here: Believed) -> bool:
     crossed = state.signs.crossed and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
-    told = state.memory.last("border")
+    told = state.memory.last(Kind.BORDER)
     return crossed and (told is None or told.stamp_ns < here.since_ns)
 
 
-def _limit(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The limit in force, once for each that is in force; as a gantry's where a gantry changed it.
 
     Not while a sign ahead shows less: nobody is to speed up for the last metres before it.
@@ -201,9 +200,9 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
     gantry = "gantry" if "dynamic_limit_update" in events else "limit"
     gantry = "limit_advisory" if limit.advisory else gantry
     ended = bool(state.signs.ended) and "speed_limit_change" in events
-    yield Matter(
-        topic="limit",
-        key=_limit_key(limit),
+    yield Candidate(
+        kind=Kind.LIMIT,
+        news=_limit_news(limit),
         phrase=f"{gantry}_safe" if safe else gantry,
         urgency="advice" if gantry == "gantry" else "info",
         values={
@@ -211,32 +210,30 @@ def _limit(state: State, target: Target, events: dict[str, Event], degraded: tup
             "target": drive(state.preferences, target.mps),
         },
         why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
-        repeat_s=3600.0,
         confidence=target.law.confidence,
         limit_mps=_binding_mps(limit),
     )
 
 
-def _foreign(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     meaning = state.held.meaning
     if "foreign_sign" not in events or meaning is None:
         return
     sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
     if sign is None or meaning.reading != sign.reading:
         return
-    yield Matter(
-        topic="foreign",
-        key=f"{sign.reading} {' '.join(sign.plates)}",
+    yield Candidate(
+        kind=Kind.FOREIGN,
+        news=News(what=sign.reading, detail=" ".join(sign.plates)),
         phrase="foreign",
         urgency="advice",
         values={"meaning": meaning.meaning, "reading": sign.reading},
         why=("foreign",),
-        repeat_s=120.0,
         confidence=min(meaning.confidence, sign.confidence),
     )
 
 
-def _doubt(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event = events.get("uncertain_sign")
     if event is None or not any(bound.why == "doubt" for bound in target.bounds):
         return
@@ -244,9 +241,9 @@ def _doubt(state: State, target: Target, events: dict[str, Event], degraded: tup
     if sign is None or sign.distance_m is None or sign.distance_m > 25.0:
         return  # it may still become readable; the target comes down meanwhile
     names = word(state.preferences, "or").join(c.reading.partition(":")[2] or c.reading for c in sign.candidates[:3])
-    yield Matter(
-        topic="doubt",
-        key=event.detail,
+    yield Candidate(
+        kind=Kind.DOUBT,
+        news=News(track_id=sign.track_id),
         phrase="doubt",
         urgency="advice",
         values={"target": drive(state.preferences, target.mps), "candidates": names or sign.reading},
@@ -258,23 +255,22 @@ def _doubt(state: State, target: Target, events: dict[str, Event], degraded: tup
 # -- the road and ourselves --------------------------------------------------------------------------------------------
 
 
-def _friction(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event = events.get("low_friction")
     if event is None:
         return
-    if event.detail != "severe" and told_within(state, "limit", FRICTION_TOLD_S):
+    if event.detail != "severe" and told_within(state, Kind.LIMIT, FRICTION_TOLD_S):
         return  # the limit was told with the safe target and its reason
     if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
         return  # till then whoever keeps to the target is slower than the road asks for
     # What a lead or a stop asks for now is not what the road does.
     road_mps = min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
-    yield Matter(
-        topic="friction",
-        key=_gravest(state, event.detail),
+    yield Candidate(
+        kind=Kind.FRICTION,
+        news=News(what=_gravest(state, event.detail)),
         phrase="friction",
         urgency="warning" if event.detail == "severe" else "advice",
         values={"target": drive(state.preferences, road_mps)},
-        repeat_s=FRICTION_REPEAT_S,
         confidence=event.confidence,
     )
 
@@ -284,24 +280,24 @@ PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
 GRAVE = ("high", "severe")
 SLIPPERY = ("low", "moderate", *GRAVE)
 """Levels of risk, the gravest last; an unknown one is none of them."""
-FRICTION_REPEAT_S = 180.0
 
 
 def _gravest(state: State, level: str) -> str:
     """The level, or a graver one that was told of late: where grip wavers between two, neither is news again."""
-    told = state.memory.last("friction")
-    if told is None or not told_within(state, "friction", FRICTION_REPEAT_S) or not {told.key, level} <= set(SLIPPERY):
+    told, repeat_s = state.memory.last(Kind.FRICTION), ROWS[Kind.FRICTION].repeat_s
+    if told is None or not told_within(state, Kind.FRICTION, repeat_s) or not {told.news.what, level} <= set(SLIPPERY):
         return level
-    return max(told.key, level, key=SLIPPERY.index)
+    return max(told.news.what, level, key=SLIPPERY.index)
 
 
-def _expert(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _expert(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     for limiter in state.held.limiters:
         lowers = limiter.target_mps is not None or limiter.speed_factor < 1.0 or limiter.headway_factor > 1.0
         if lowers:
-            yield Matter(
-                topic=f"expert:{limiter.tool}",
-                key=limiter.tool,
+            yield Candidate(
+                kind=Kind.EXPERT,
+                about=limiter.tool,
+                news=News(what=limiter.tool),
                 phrase="expert",
                 urgency="advice",
                 values={
@@ -314,40 +310,39 @@ def _expert(state: State, target: Target, events: dict[str, Event], degraded: tu
             )
 
 
-def _degraded(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _degraded(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """Each service or topic that goes missing is told once; what comes and goes is not told again for a while."""
     long = {o.kind.split("/")[0] for o in state.missing if state.now_ns - o.since_ns >= MISSING_NS}
     names = tuple(sorted(long - QUIET))
     if not names or state.tick < SETTLED_TICKS:
         return
-    yield Matter(
-        topic="degraded",
-        key=" ".join(names),
+    yield Candidate(
+        kind=Kind.DEGRADED,
+        news=News(what=" ".join(names)),
         phrase="degraded",
         urgency="info",
         values={"names": ", ".join(names)},
         why=("degraded",),
         first_since_ns=0,
-        repeat_s=120.0,
     )
 
 
-def _old_rules(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def _old_rules(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """That a country's rulepack is too old, or not in force: told once in a drive, and never again."""
     answers = [answer for answer in (state.held.legal, state.held.right_of_way) if answer is not None]
     stale = next((answer for answer in answers if STALE in answer.degraded), None)
     if stale is None or state.tick < SETTLED_TICKS:
         return
     pack = stale.rulepack_version.partition("@")[0]
-    yield Matter(
-        topic=f"rules:{pack}",
-        key=pack,
+    yield Candidate(
+        kind=Kind.OLD_RULES,
+        about=pack,
+        news=News(what=pack),
         phrase="old_rules",
         urgency="info",
         values={"pack": stale.rulepack_version.partition("#")[0].replace("@", " ")},
         why=("old_rules",),
         first_since_ns=0,
-        repeat_s=math.inf,
         confidence=stale.confidence,
     )
 

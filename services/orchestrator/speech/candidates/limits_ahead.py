@@ -3,13 +3,16 @@
 import math
 from collections.abc import Iterable, Iterator
 
+import msgspec
+
 from domain.units import posted_text
 from proto.decision import Event
+from proto.messages import Kind
 from proto.rules import LegalLimit
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
-from services.orchestrator.speech.candidate import Matter, limit_key, told_within
+from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance
-from services.orchestrator.state import Spoken, State
+from services.orchestrator.state import News, Spoken, State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
 
@@ -26,40 +29,41 @@ FIRM_MPS2, FAR_OVER = 3.0, 1.05
 it would be an overspeed at its sign."""
 FLICKERS_S = 5.0
 """A gantry or a sign that was announced may be read otherwise for so long without being another one."""
-_FIRMLY = " firmly"
 
 
-def approach(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
     lower = lowest(binding_ahead(state), target.law.limit, ego.value if ego is not None else None)
     if lower is None or ego is None:
         return
-    if told_within(state, "ahead", REACTION_S) or told_within(state, "foreign", REACTION_S):
+    if told_within(state, Kind.AHEAD, REACTION_S) or told_within(state, Kind.FOREIGN, REACTION_S):
         return  # let him act on what he was told
     if change is not None and -change.value * 2.0 * _room_m(lower) >= ego.value**2 - lower.mps**2:
         return  # he does already
     announced = _announced(state, lower)
-    told = state.memory.last("ahead")
-    known = told is not None and told.key == announced.key and told_within(state, "ahead", announced.repeat_s)
-    slow = announced._replace(phrase="slow_ahead", urgency="advice", kind="approach", tells=("ahead", announced.key))
+    told = state.memory.last(Kind.AHEAD)
+    known = told is not None and told.news == announced.news and told_within(state, Kind.AHEAD, announced.repeat_s)
+    slow = announced._replace(
+        phrase="slow_ahead", urgency="advice", kind=Kind.APPROACH, tells=(Kind.AHEAD, announced.news)
+    )
     if _told_in_vain(state, slow, lower, ego.value):
-        yield slow._replace(key=_firm(slow.key), urgency="warning")
+        yield slow._replace(news=_firm(slow.news), urgency="warning")
     elif _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
         yield slow
 
 
-def _told_in_vain(state: State, slow: Matter, lower: LimitAhead, speed_mps: float) -> bool:
+def _told_in_vain(state: State, slow: Candidate, lower: LimitAhead, speed_mps: float) -> bool:
     """Whether he was told to slow down, of late, and has to do so firmly now; once told firmly he hears no calmer word on it."""
-    told = state.memory.last(slow.slot)
-    if told is None or not told_within(state, slow.slot, slow.repeat_s):
+    told = state.memory.last(slow.kind)
+    if told is None or not told_within(state, slow.kind, slow.repeat_s):
         return False
     late = speed_mps > FAR_OVER * lower.mps and _spare_s(lower, speed_mps, FIRM_MPS2) <= 0.0
-    return told.key == _firm(slow.key) or (told.key == slow.key and late)
+    return told.news == _firm(slow.news) or (told.news == slow.news and late)
 
 
-def _firm(key: str) -> str:
-    return key + _FIRMLY
+def _firm(news: News) -> News:
+    return msgspec.structs.replace(news, grave=True)
 
 
 def without_past(spoken: tuple[Spoken, ...], state: State) -> tuple[Spoken, ...]:
@@ -67,16 +71,18 @@ def without_past(spoken: tuple[Spoken, ...], state: State) -> tuple[Spoken, ...]
 
     The sign was passed, or a gantry shows something else by now. One that flickers is not announced anew each time.
     """
-    shown = {limit_key(each.value, each.unit) for each in limits_ahead(state)}
+    shown = {(each.value, each.unit) for each in limits_ahead(state)}
     past_ns = state.now_ns - FLICKERS_S * 1e9
     return tuple(
         each
         for each in spoken
-        if each.topic not in ("ahead", "approach") or each.key.removesuffix(_FIRMLY) in shown or each.stamp_ns > past_ns
+        if each.kind not in (Kind.AHEAD, Kind.APPROACH)
+        or (each.news.value, each.news.unit) in shown
+        or each.stamp_ns > past_ns
     )
 
 
-def ahead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def ahead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The lowest limit ahead that the ego drives faster than, or will before a word at its sign is acted on."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
     gain_mps2 = change.value if change is not None and change.value >= SPEEDS_UP_MPS2 else 0.0
@@ -86,7 +92,7 @@ def ahead(state: State, target: Target, events: dict[str, Event], degraded: tupl
         if ego is None or _reached_mps(each, ego.value, gain_mps2) > each.mps + OVER_MPS
     )
     lower = lowest(faster, target.law.limit)
-    if lower is not None and not told_within(state, "foreign", EXPLAINED_S):
+    if lower is not None and not told_within(state, Kind.FOREIGN, EXPLAINED_S):
         yield _announced(state, lower)
 
 
@@ -103,10 +109,10 @@ def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: flo
     return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
 
 
-def _announced(state: State, lower: LimitAhead) -> Matter:
-    return Matter(
-        topic="ahead",
-        key=limit_key(lower.value, lower.unit),
+def _announced(state: State, lower: LimitAhead) -> Candidate:
+    return Candidate(
+        kind=Kind.AHEAD,
+        news=News(value=lower.value, unit=lower.unit),
         phrase="limit_ahead",
         urgency="info",
         values={

@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
-from services.orchestrator.speech.candidate import Matter, told_within
+from proto.messages import ROWS, Kind
+from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance, drive, speed, word
-from services.orchestrator.state import State
+from services.orchestrator.state import News, State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
 from services.orchestrator.world.giving_way import READY_MPS
@@ -17,13 +18,12 @@ ADVISED_M = 50.0
 """A person farther away is spoken of only where it is urgent."""
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
-STOP_TOLD_S = 20.0
 RED_S = 120.0
 """No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
 
 
-def person(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """People in or near the path, as urgent as the most urgent of them."""
     judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state.gaps, way)]
     found = [(way, urgency) for way, urgency in judged if _worth_a_word(state, way, urgency)]
@@ -31,15 +31,14 @@ def person(state: State, target: Target, events: dict[str, Event], degraded: tup
         return
     # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
     way, urgency = min(found, key=lambda each: GRAVEST.index(each[1]))
-    yield Matter(
-        topic="person",
-        key=f"{way.track.track_id} {urgency}",
+    yield Candidate(
+        kind=Kind.PERSON,
+        news=News(track_id=way.track.track_id, what=urgency),
         phrase="person",
         urgency=urgency,
         values={"gap": distance(state.preferences, max(0.0, way.gap_m))},
         why=("person",),
         hazard="pedestrian" if urgency != "advice" else "",
-        repeat_s=4.0,
         confidence=way.track.confidence,
     )
 
@@ -54,7 +53,7 @@ def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
 
 def _heeds(state: State, way: Way) -> bool:
     """Whether the ego stands; or its driver, who was told of a person of late, brakes as hard as this one needs."""
-    of_late = told_within(state, "person", HEEDED_S)
+    of_late = told_within(state, Kind.PERSON, HEEDED_S)
     return stands(state.world) or (of_late and _brakes(state, _person_needs_mps2(state, way)))
 
 
@@ -76,7 +75,7 @@ def _person_urgency(state: State, way: Way) -> Urgency:
     return "warning" if near or need > FIRM_MPS2 else "advice"
 
 
-def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The vehicle that is met soonest, if soon: one that drives before us, or across our way."""
     if stands(state.world):
         return
@@ -86,9 +85,9 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
     close, side = way.ttc_s < HAZARD_TTC_S, comes_from(way)
     known_as = "lead" if close else "slow_traffic"
     phrase = known_as if side is None else "crossing"
-    yield Matter(
-        topic="lead",
-        key=f"{way.track.track_id} {known_as}",
+    yield Candidate(
+        kind=Kind.LEAD,
+        news=News(track_id=way.track.track_id, what=known_as),
         phrase=phrase,
         urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
         values={
@@ -99,7 +98,6 @@ def lead(state: State, target: Target, events: dict[str, Event], degraded: tuple
         },
         why=(phrase,),
         hazard="closing_lead" if close else "slow_traffic",
-        repeat_s=4.0,
         confidence=way.track.confidence,
     )
 
@@ -110,28 +108,28 @@ def _soon_met(way: Way) -> bool:
     return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
 
 
-def stop(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The nearest red light or stop sign; and who drives off below a light that he alone can see shall look at it."""
     due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
     if due:
-        yield _stop_matter(state, due[0])
+        yield _stop_candidate(state, due[0])
     elif state.light is not None and state.light.lost_at_line and not stands(state.world):
         values = {"state": _lamp(state, state.light.state)}
-        yield Matter(
-            topic="stop", key="light_lost", phrase="light_lost", urgency="advice", values=values, why=("light_lost",),
-            confidence=0.3,
+        yield Candidate(
+            kind=Kind.STOP, news=News(what="light_lost"), again_s=60.0, phrase="light_lost", urgency="advice", values=values,
+            why=("light_lost",), confidence=0.3,
         )  # fmt: skip
 
 
-def _stop_matter(state: State, stop: Stop) -> Matter:
+def _stop_candidate(state: State, stop: Stop) -> Candidate:
     ego = state.world.ego.speed_mps
     need = needed_mps2(stop, ego.value) if ego is not None else 0.0
     told = _told_firmly(state, stop)
     firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _brakes(state, need))
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
-    return Matter(
-        topic="stop",
-        key=f"{_hazard(stop)} {'firm' if firm or told else 'ahead'}",
+    return Candidate(
+        kind=Kind.STOP,
+        news=News(what=_hazard(stop), grave=firm or told),
         phrase=stop.why,
         urgency="warning" if firm else "advice",
         values={
@@ -140,7 +138,6 @@ def _stop_matter(state: State, stop: Stop) -> Matter:
         },
         why=(stop.why,),
         hazard=_hazard(stop) if firm else "",
-        repeat_s=STOP_TOLD_S,
         confidence=stop.confidence,
     )
 
@@ -156,10 +153,9 @@ def _hazard(stop: Stop) -> str:
 
 def _told_firmly(state: State, stop: Stop) -> bool:
     """Whether the driver was told firmly of such a stop of late: a calmer word on it is no news."""
-    told = state.memory.last("stop")
-    if told is None or told.key != f"{_hazard(stop)} firm":
-        return False
-    return state.now_ns - told.stamp_ns < STOP_TOLD_S * 1e9
+    told = state.memory.last(Kind.STOP)
+    firmly = told is not None and told.news == News(what=_hazard(stop), grave=True)
+    return firmly and told_within(state, Kind.STOP, ROWS[Kind.STOP].repeat_s)
 
 
 def _brakes(state: State, need_mps2: float) -> bool:
@@ -168,24 +164,30 @@ def _brakes(state: State, need_mps2: float) -> bool:
     return change is not None and -change.value >= need_mps2
 
 
-def go(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def go(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The light before which one was told to stop is green; a word of longer ago than a red phase was about another one."""
-    told = state.memory.last("stop")
+    told = state.memory.last(Kind.STOP)
     light = state.light
     if (
         told is None
-        or not told_within(state, "stop", RED_S)
-        or not told.key.startswith("red_light")
+        or not told_within(state, Kind.STOP, RED_S)
+        or told.news.what != "red_light"
         or light is None
         or light.state != "green"
     ):
         return
-    yield Matter(
-        topic="stop", key="go", phrase="go", urgency="info", values={}, why=("go",), confidence=light.confidence
+    yield Candidate(
+        kind=Kind.GO,
+        news=News(what="go"),
+        phrase="go",
+        urgency="info",
+        values={},
+        why=("go",),
+        confidence=light.confidence,
     )
 
 
-def give_way(state: State, target: Target, events: dict[str, Event], degraded: tuple[str, ...]) -> Iterator[Matter]:
+def give_way(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
     here, ego = target.place, state.world.ego.speed_mps
     if here is None:
@@ -194,9 +196,9 @@ def give_way(state: State, target: Target, events: dict[str, Event], degraded: t
         slow_enough = ego.value < READY_MPS + OVER_MPS or here.room_m > here.begins_m(ego.value)
         if slow_enough or _brakes(state, _to_be_ready_mps2(ego.value, here.room_m)):
             return
-    yield Matter(
-        topic="give_way",
-        key=here.why,
+    yield Candidate(
+        kind=Kind.GIVE_WAY,
+        news=News(what=here.why),
         phrase=here.why,
         urgency="advice",
         values={
@@ -204,14 +206,11 @@ def give_way(state: State, target: Target, events: dict[str, Event], degraded: t
             "gap": distance(state.preferences, max(0.0, here.room_m)),
         },
         why=(here.why,),
-        repeat_s=GIVE_WAY_TOLD_S,
         confidence=here.confidence,
     )
 
 
 OVER_MPS = 1.0
-GIVE_WAY_TOLD_S = 10.0
-"""By then one is past it, or stands before it."""
 
 
 def _to_be_ready_mps2(speed_mps: float, room_m: float) -> float:

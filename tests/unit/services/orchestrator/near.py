@@ -6,7 +6,7 @@ from proto.observed import Observed
 from proto.perception import Track
 from proto.world import EgoState, WorldState
 from services.orchestrator.law import rules_question
-from services.orchestrator.speech.candidates.candidates import matters
+from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.state import Held, State
 from services.orchestrator.target.target import target
 from tests.unit.services.orchestrator.support import START, limit_answer, replace
@@ -39,4 +39,4 @@ def car(x_m: float, vx_mps: float, track_id: int = 1, **fields: object) -> Track
 
 def hazards(state: State) -> set[str]:
     """What the driver would be warned of."""
-    return {matter.topic for matter in matters(state, target(state), (), ()) if matter.hazard}
+    return {each.topic for each in candidates(state, target(state), ()) if each.hazard}

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from proto.messages import Kind
 from proto.perception import Track
-from services.orchestrator.speech.candidates.candidates import matters
-from services.orchestrator.state import Memory, Spoken, State
+from services.orchestrator.speech.candidates.candidates import candidates
+from services.orchestrator.state import Memory, News, Spoken, State
 from services.orchestrator.target.target import target
 from services.orchestrator.world.actors import crosses
 from tests.unit.services.orchestrator.near import car, hazards, observed, seen
@@ -26,8 +27,8 @@ def test_the_most_urgent_person_is_warned_of_and_not_the_nearest() -> None:
     walker = car(30.0, -0.5, kind="pedestrian", length_m=0.5)
     rider = car(34.0, -20.0, 2, kind="cyclist", length_m=1.8)
     state = seen(walker, rider, speed_mps=3.0)
-    told = next(m for m in matters(state, target(state), (), ()) if m.topic == "person")
-    assert (told.key, told.urgency) == ("2 alarm", "alarm")
+    told = next(m for m in candidates(state, target(state), ()) if m.topic == "person")
+    assert (told.news.track_id, told.urgency) == (2, "alarm")
 
 
 STANDER = car(25.0, -3.0, kind="pedestrian", length_m=0.5)
@@ -36,9 +37,13 @@ STANDER = car(25.0, -3.0, kind="pedestrian", length_m=0.5)
 def words_on_a_person(state: State, *, told_s: float | None = None, braking_mps2: float | None = None) -> set[str]:
     """How urgently, after a word on a person so long ago, while the ego slows down by so much."""
     ego = replace(state.world.ego, acceleration_mps2=None if braking_mps2 is None else observed(-braking_mps2))
-    spoken = () if told_s is None else (Spoken(topic="person", key="9 warning", stamp_ns=START - round(told_s * 1e9)),)
+    spoken = (
+        ()
+        if told_s is None
+        else (Spoken(kind=Kind.PERSON, news=News(what="warning", track_id=9), stamp_ns=START - round(told_s * 1e9)),)
+    )
     state = replace(state, world=replace(state.world, ego=ego), memory=Memory(spoken=spoken))
-    return {m.urgency for m in matters(state, target(state), (), ()) if m.topic == "person"}
+    return {m.urgency for m in candidates(state, target(state), ()) if m.topic == "person"}
 
 
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (3.0, True), (None, True)])

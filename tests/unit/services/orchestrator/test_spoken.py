@@ -6,6 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from proto.messages import Kind
 from proto.rules import RulesAnswer
 from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import arbiter
@@ -166,7 +167,10 @@ def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) ->
     assert ticked.fused.topic == "limit"
     assert (ticked.advisory.directive, ticked.advisory.hazard) == ("Brake: vehicle close ahead", "closing_lead")
     assert ticked.advisory.urgency == ("alarm" if "act_withheld" in decided else "warning")
-    assert ticked.state.memory.hazards == told_before.hazards + 1
+    told = ticked.state.memory.last(Kind.CAUTION)
+    assert told is not None
+    assert told.hazard == "closing_lead"
+    assert told_before.last(Kind.CAUTION) is None
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,26 @@
+"""The table of kinds of message: whole, in step with the documentation, and what metrics and arbiter read."""
+
+from proto.messages import BEGIN, END, GRAVER, KINDS, PRESSING, ROWS, Kind, covers, kinds_table
+from tests.shared import ROOT
+
+
+def test_every_kind_has_one_row() -> None:
+    assert [row.kind for row in KINDS] == list(ROWS)
+    assert set(ROWS) == set(Kind)
+
+
+def test_the_page_on_advice_carries_the_table() -> None:
+    page = (ROOT / "docs" / "advice.md").read_text(encoding="utf-8")
+    assert f"{BEGIN}\n{kinds_table()}\n{END}" in page
+
+
+def test_a_graver_warning_of_the_same_road_user_covers_a_calmer_one_and_not_the_other_way_round() -> None:
+    assert covers("closing_lead", "slow_traffic")
+    assert covers("pedestrian", "pedestrian")
+    assert not covers("slow_traffic", "closing_lead")
+    known = {hazard for row in KINDS for hazard in row.hazards}
+    assert {*GRAVER, *(each for found in GRAVER.values() for each in found)} <= known
+
+
+def test_what_presses_is_known_by_the_topic_under_which_it_goes_out() -> None:
+    assert {"person", "stop", "ahead", "give_way"} == PRESSING
