@@ -5,14 +5,21 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from drivemcp.bus.access import access_control
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
+from proto.decision import ArbitrationRequest, Decision
 from proto.services import SERVICES, ServiceRow
+from services.arbiter.filters import Filter
+from services.orchestrator.advisor import Tools
+from services.orchestrator.observations.inputs import Method
+from services.orchestrator.speech.local import decide_locally
 from services.simulator.scenario.load import load_scenario
+from tests.unit.services.arbiter.support import fused, request
 
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "tools.md"
@@ -48,6 +55,19 @@ def test_the_function_on_the_page_is_the_one_that_is_written(tmp_path: Path) -> 
     assert block is not None
     lines = [line.strip() for line in block.group(1).splitlines() if line.strip()]
     assert all(line in written for line in lines)
+
+
+def test_advisor_and_filter_of_the_page_advise_and_filter() -> None:
+    block = re.search(r"```python\n(class Local.*?)```", PAGE.read_text(), re.DOTALL)
+    assert block is not None
+    names: dict[str, Any] = {each.__name__: each for each in (ArbitrationRequest, Decision, Filter, Tools)}
+    names |= {"decide_locally": decide_locally, "Ask": object, "DecisionKind": str}
+    exec(compile(block.group(1), str(PAGE), "exec"), names)
+    advised = request(fused=fused(urgency="warning"))
+    assert names["Local"](Method(name="local")).decide(advised, None) == decide_locally(advised)
+    assert isinstance(names["WARNINGS"], Filter)
+    assert names["WARNINGS"].said(advised) == ("SPEAK", "a warning")
+    assert names["WARNINGS"].said(request(fused=fused(urgency="info")))[0] == "SILENT"
 
 
 def test_the_example_expert_passes_its_own_tests() -> None:
