@@ -17,7 +17,7 @@ from proto import topics
 from proto.keys import chunk
 
 if TYPE_CHECKING:
-    from services.arbiter.profiles import Profile
+    from services.arbiter.profiles.profile import Profile
     from services.simulator.scenario.plan import Scenario
 
 
@@ -51,8 +51,8 @@ def check_settings(settings: Mapping[str, Mapping[str, Any]], *, strict: bool = 
 
 def profile_of(flag: str, name: str) -> "Profile":
     """The arbiter's profile that a flag names."""
-    from services.arbiter.errors import ProfileError
-    from services.arbiter.profiles import load, names
+    from services.arbiter.profiles.errors import ProfileError
+    from services.arbiter.profiles.profile import load, names
 
     try:
         return load(name)

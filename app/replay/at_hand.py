@@ -5,8 +5,7 @@ from functools import cache
 from pathlib import Path
 
 from app.drive.precheck import profile_of
-from services.arbiter import profiles
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile, load, names
 
 
 class UnknownProfile(LookupError):
@@ -26,9 +25,9 @@ class AtHand:
 
 @cache
 def _shipped(name: str, sha256: str) -> Profile:
-    if name not in profiles.names():
+    if name not in names():
         raise UnknownProfile(f"profile {name!r} is not shipped: give its file with --profile FILE")
-    profile = profiles.load(name)
+    profile = load(name)
     if profile.sha256 != sha256:
         raise UnknownProfile(
             f"profile {name!r} here has other constants than the log's (SHA-256 {sha256[:12]}): give that file with "

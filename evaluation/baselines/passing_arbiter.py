@@ -9,10 +9,10 @@ belong to braking, not to judging.
 from collections.abc import Callable
 
 from proto.decision import ArbitrationRequest, DecisionKind
-from services.arbiter.assess import View, each, speak_bounds
-from services.arbiter.attention import WARNS
+from services.arbiter.assessment.assess import View, each, speak_bounds
 from services.arbiter.filters import Filter, Suggested
-from services.arbiter.profiles import Profile
+from services.arbiter.memory.attention import WARNS
+from services.arbiter.profiles.profile import Profile
 
 KINDS = {"closing_lead": ("vehicle",), "pedestrian": ("pedestrian", "cyclist")}
 """A hazard, as the orchestrator names it, to the kinds of actor that it may mean."""

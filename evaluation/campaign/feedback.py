@@ -11,8 +11,8 @@ from evaluation.campaign.store import Store
 from evaluation.metrics.labels import Drive
 from evaluation.run.spec import RunSpec
 from proto.decision import Feedback
-from services.arbiter.adapt import learn, relax
-from services.arbiter.profiles import Profile, load
+from services.arbiter.memory.adapt import learn, relax
+from services.arbiter.profiles.profile import Profile, load
 from services.arbiter.state import Adapted
 from services.orchestrator.driver.feedback_rate import Given, admit
 

@@ -6,17 +6,18 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
-from services.arbiter import act, adapt, attention
-from services.arbiter.act import Permission
-from services.arbiter.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.assessment.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
+from services.arbiter.assessment.reading import Reading
+from services.arbiter.assessment.risk import Utilities, utilities
+from services.arbiter.braking import act
+from services.arbiter.braking.act import Permission
+from services.arbiter.braking.guard import Case, case, objections
+from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
+from services.arbiter.braking.watching import watch
 from services.arbiter.filters import FULL, Suggested, filter_of
-from services.arbiter.guard import Case, case, objections
-from services.arbiter.hazards import ANSWERED, HAZARDS, seen_hazards
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Reading
-from services.arbiter.risk import Utilities, utilities
+from services.arbiter.memory import adapt, attention
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import ArbiterState, Attention, Intervention, digest
-from services.arbiter.watching import watch
 
 
 class Inputs(msgspec.Struct, frozen=True, kw_only=True):

@@ -7,10 +7,10 @@ import msgspec
 
 from proto.decision import ArbitrationRequest, Decision
 from proto.perception import Track
-from services.arbiter.assess import View
+from services.arbiter.assessment.assess import View
+from services.arbiter.assessment.reading import Reading
 from services.arbiter.decide import Inputs, decide, hazards_of, prepared, weigh
-from services.arbiter.profiles import Profile, reachability
-from services.arbiter.reading import Reading
+from services.arbiter.profiles.profile import Profile, reachability
 from services.arbiter.state import ArbiterState
 
 _STEPS = 24

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from drivemcp.errors import ConfigError
 from proto.decision import ArbitrationRequest, DecisionKind
-from services.arbiter.assess import Numbers, View
-from services.arbiter.profiles import Profile
+from services.arbiter.assessment.assess import Numbers, View
+from services.arbiter.profiles.profile import Profile
 
 GROUP = "drivemcp.filters"
 FULL = "full"

@@ -16,15 +16,15 @@ from drivemcp.service import Service
 from proto import topics
 from proto.decision import ArbitrationRequest, Decision, Grant
 from proto.topics import Topic
-from services.arbiter import store
-from services.arbiter.act import Permission
-from services.arbiter.adapt import is_within_bounds
+from services.arbiter.assessment.reading import Latest, M, Reading, read
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, Verdict, decide
-from services.arbiter.errors import ProfileError
 from services.arbiter.explain import Explanation, explain
 from services.arbiter.filters import FULL, check
-from services.arbiter.profiles import Profile, load, reachability
-from services.arbiter.reading import Latest, M, Reading, read
+from services.arbiter.memory import store
+from services.arbiter.memory.adapt import is_within_bounds
+from services.arbiter.profiles.errors import ProfileError
+from services.arbiter.profiles.profile import Profile, load, reachability
 from services.arbiter.state import Adapted, ArbiterState, fresh
 
 MOST_DELTA = 2.0

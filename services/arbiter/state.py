@@ -5,8 +5,8 @@ import hashlib
 import msgspec
 
 from proto.decision import Urgency
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Pedals
+from services.arbiter.assessment.reading import Pedals
+from services.arbiter.profiles.profile import Profile
 
 
 class Adapted(msgspec.Struct, frozen=True, kw_only=True):

@@ -12,7 +12,7 @@ from app.drive.precheck import check_folder_of, profile_of
 from drivemcp.errors import DriveMcpError, UserError
 from drivemcp.numbers import whole
 from evaluation.campaign.plan import DELTAS
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 from studies.calibrate.feedback import from_truth, sequence, svg, swing
 from studies.calibrate.margins import approached, as_if_asked, decided, pooled, table
 from studies.calibrate.recordings import Recording, find, load

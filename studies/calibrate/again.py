@@ -14,9 +14,9 @@ from evaluation.metrics.record import At, Tick
 from evaluation.run.grant import GRANT
 from proto.decision import Advisory, ArbitrationRequest, Decision
 from proto.tools import Outcome
-from services.arbiter.act import Permission
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import decide
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import ArbiterState, fresh
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.law import rules_question

@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 from evaluation.metrics.conflicts import ttc_s
 from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
-from services.arbiter.assess import View
+from services.arbiter.assessment.assess import View
+from services.arbiter.assessment.reading import Pedals, Reading
 from services.arbiter.decide import Inputs, decide
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Pedals, Reading
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import ArbiterState, fresh
 from studies.calibrate.again import GRANTED
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from services.arbiter.profiles import Profile, reachability
+from services.arbiter.profiles.profile import Profile, reachability
 from services.orchestrator.events import ETA
 
 DELTAS = (0.0, 0.1, 0.2, 0.3, 0.4)

@@ -15,8 +15,8 @@ from drivemcp.errors import UserError
 from evaluation.campaign.feedback import after
 from evaluation.metrics.labels import Drive, labelled
 from evaluation.report.plots import svg_of
-from services.arbiter.adapt import within_bounds
-from services.arbiter.profiles import Profile
+from services.arbiter.memory.adapt import within_bounds
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Adapted
 from studies.calibrate.again import again
 from studies.calibrate.constants import shipped

@@ -7,7 +7,7 @@ import msgspec
 
 from drivemcp.errors import UserError
 from evaluation.report.plots import svg_of
-from services.arbiter.profiles import FOLDER, parse, read_file
+from services.arbiter.profiles.profile import FOLDER, parse, read_file
 from studies.calibrate.constants import BY_NAME, Candidate, Row
 from studies.calibrate.score import PARTS
 from studies.calibrate.search import Trial

@@ -16,9 +16,9 @@ from evaluation.metrics.conflicts import interventions, is_false, nearest_ttc_at
 from evaluation.statistics import poisson_ci
 from proto import topics
 from proto.topics import Topic
+from services.arbiter.assessment.reading import Latest, read
 from services.arbiter.decide import Inputs
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Latest, read
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import fresh
 from services.orchestrator.observations.inputs import Method, Observations, Stamped
 from studies.calibrate.again import again

@@ -14,7 +14,7 @@ from drivemcp.errors import MALFORMED, UserError
 from evaluation.campaign.store import MEASURES
 from evaluation.metrics.record import TRUTH_FILE
 from evaluation.run.behaviour import behaviour
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 from studies.calibrate import again, bench
 from studies.calibrate.constants import ROWS, Candidate, scaled, shipped, unfit, unscaled
 from studies.calibrate.recordings import Recording, load

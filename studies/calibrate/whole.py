@@ -18,8 +18,8 @@ from evaluation.campaign.machine import commit, machine
 from evaluation.campaign.store import Store
 from evaluation.evaluate.whole import interruptible
 from evaluation.run.spec import RunSpec
-from services.arbiter.profiles import Profile
-from services.arbiter.profiles import load as load_profile
+from services.arbiter.profiles.profile import Profile
+from services.arbiter.profiles.profile import load as load_profile
 from studies.calibrate import drives, files
 from studies.calibrate.constants import ROWS, Candidate
 from studies.calibrate.files import Curve, Provenance

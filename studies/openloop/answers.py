@@ -21,9 +21,9 @@ from evaluation.run.methods import Method
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
 from proto.services import BY_NAME
 from proto.tools import Outcome
-from services.arbiter import profiles
 from services.arbiter.decide import Inputs, decide
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles import profile
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.service import ArbiterConfig
 from services.arbiter.state import ArbiterState, fresh
 from services.orchestrator.experts.ask import Recorded, within_budget
@@ -125,7 +125,7 @@ class OpenArbiter:
 
     def __init__(self, method: Method) -> None:
         self._config = msgspec.convert(dict(method.settings.get("arbiter", {})), ArbiterConfig)
-        self.profile: Profile = profiles.load(self._config.profile)
+        self.profile: Profile = profile.load(self._config.profile)
         self._state: ArbiterState = fresh(self.profile)
 
     def decide(self, request: ArbitrationRequest, logged: Decision) -> Decision | None:

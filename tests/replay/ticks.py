@@ -10,7 +10,7 @@ import msgspec
 from proto.decision import ArbitrationRequest, Decision, TraceRecord
 from proto.tools import Outcome
 from services.arbiter.decide import Inputs, decide
-from services.arbiter.profiles import load
+from services.arbiter.profiles.profile import load
 from services.arbiter.state import ArbiterState, fresh
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.law import rules_question

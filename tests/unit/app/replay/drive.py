@@ -13,11 +13,11 @@ from proto.scene import Fact, Facts
 from proto.tools import Outcome
 from proto.vehicle import Ego, VehicleHealth
 from proto.weather import Conditions
-from services.arbiter import profiles
-from services.arbiter.assess import View
+from services.arbiter.assessment.assess import View
+from services.arbiter.assessment.reading import Reading
 from services.arbiter.decide import Inputs, decide
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Reading
+from services.arbiter.profiles import profile
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import fresh
 from services.logger.format import signing
 from services.logger.writing.log_file import DiskFile, LogFile, Origin, Record
@@ -31,7 +31,7 @@ from services.rules.limits.limit_answer import applicable_limit
 
 STEP_NS = 100_000_000
 START_NS = 1_000_000_000_000
-PROFILE = profiles.load("calibrated")
+PROFILE = profile.load("calibrated")
 
 
 class Live:

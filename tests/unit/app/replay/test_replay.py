@@ -14,7 +14,7 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from proto.decision import TraceRecord
 from proto.health import ChainHead
-from services.arbiter import profiles
+from services.arbiter.profiles import profile
 from services.logger.memory import MemoryStore
 from services.rules.book import load_book
 from tests.unit.app.replay.drive import drive, write_log
@@ -55,7 +55,7 @@ def test_every_tick_of_a_log_is_decided_again_the_same(log: Path, capsys: pytest
 def own_profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The shipped profile with another constant, as a calibration writes one."""
     path = tmp_path_factory.mktemp("profile") / "mine.toml"
-    shipped = (profiles.FOLDER / "calibrated.toml").read_text(encoding="utf-8")
+    shipped = (profile.FOLDER / "calibrated.toml").read_text(encoding="utf-8")
     path.write_text(shipped + "\n# fitted elsewhere\n", encoding="utf-8")
     return path
 
@@ -63,7 +63,7 @@ def own_profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def own_log(own_profile: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("own")
-    write_log(folder / "drive.mcap", drive(40, profiles.load(own_profile)), folder / "secrets")
+    write_log(folder / "drive.mcap", drive(40, profile.load(own_profile)), folder / "secrets")
     return folder / "drive.mcap"
 
 

@@ -8,7 +8,7 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
 from drivemcp.testing import bus
 from proto.decision import ArbitrationRequest
-from services.arbiter.act import Permission
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import decide, redecide
 from services.arbiter.service import SERVICE, ArbiterConfig
 from services.can.service import SERVICE as CAN

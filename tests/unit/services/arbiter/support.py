@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Fused
 from proto.perception import Track
-from services.arbiter.act import Permission
-from services.arbiter.assess import View, gap_m
+from services.arbiter.assessment.assess import View, gap_m
+from services.arbiter.assessment.reading import Pedals, Reading
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, decide, request_view
-from services.arbiter.profiles import Profile, load
-from services.arbiter.reading import Pedals, Reading
+from services.arbiter.profiles.profile import Profile, load
 from services.arbiter.state import ArbiterState, Sighting, fresh
 
 SECOND = 1_000_000_000

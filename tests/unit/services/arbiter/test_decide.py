@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from proto.decision import ArbitrationRequest, Feedback
-from services.arbiter.act import Permission
+from services.arbiter.assessment.reading import Pedals
+from services.arbiter.braking.act import Permission
+from services.arbiter.braking.guard import objections
 from services.arbiter.decide import decide, redecide
-from services.arbiter.guard import objections
-from services.arbiter.reading import Pedals
 from services.arbiter.state import fresh
 from tests.unit.services.arbiter.support import (
     CALIBRATED,

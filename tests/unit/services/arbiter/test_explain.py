@@ -2,7 +2,7 @@
 
 import msgspec
 
-from services.arbiter.act import Permission
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import decide
 from services.arbiter.explain import LEVERS, explain
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, fused, mirror, request, track

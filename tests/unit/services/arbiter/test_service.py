@@ -18,7 +18,7 @@ from proto.perception import Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
 from services.arbiter.decide import redecide
-from services.arbiter.profiles import load
+from services.arbiter.profiles.profile import load
 from services.arbiter.service import SERVICE, ArbiterConfig
 from tests.unit.services.arbiter.support import request, track
 

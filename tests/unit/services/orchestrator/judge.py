@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 from proto.decision import ArbitrationRequest, Decision
-from services.arbiter.act import Permission
-from services.arbiter.assess import View, gap_m
+from services.arbiter.assessment.assess import View, gap_m
+from services.arbiter.assessment.reading import Pedals, Reading
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, decide, request_view
-from services.arbiter.profiles import load
-from services.arbiter.reading import Pedals, Reading
+from services.arbiter.profiles.profile import load
 from services.arbiter.state import ArbiterState, Attention, Sighting, fresh
 from tests.unit.services.orchestrator.support import replace
 

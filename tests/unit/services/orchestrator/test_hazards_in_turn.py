@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Decision
 from proto.vehicle import Degradation
+from services.arbiter.assessment.reading import Pedals, Reading
 from services.arbiter.decide import Inputs, decide, request_view
-from services.arbiter.reading import Pedals, Reading
 from services.arbiter.state import fresh
 from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import PROFILE

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from services.arbiter.act import Permission
+from services.arbiter.braking.act import Permission
 from studies.calibrate.bench import APPROACHES, impact_mps, mean_impact_mps
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER
 

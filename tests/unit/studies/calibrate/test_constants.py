@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest
 from services.arbiter.decide import decide, weigh
-from services.arbiter.profiles import Profile, reachability
+from services.arbiter.profiles.profile import Profile, reachability
 from services.orchestrator.events import out_of_bounds
 from studies.calibrate.constants import (
     DELTAS,

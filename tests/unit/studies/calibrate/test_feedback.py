@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evaluation.metrics.labels import Drive, Label
-from services.arbiter.adapt import STEPS
-from services.arbiter.profiles import Profile
+from services.arbiter.memory.adapt import STEPS
+from services.arbiter.profiles.profile import Profile
 from studies.calibrate import __main__ as command
 from studies.calibrate.feedback import Moved, sequence, swing
 from tests.unit.services.arbiter.support import CALIBRATED

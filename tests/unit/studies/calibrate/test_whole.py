@@ -15,7 +15,7 @@ from evaluation.campaign.pool import Done, Job
 from evaluation.campaign.store import Store
 from evaluation.metrics.record import TRUTH_FILE
 from evaluation.scenarios import FAMILIES
-from services.arbiter.profiles import load as load_profile
+from services.arbiter.profiles.profile import load as load_profile
 from services.logger.format.reader import messages
 from services.orchestrator.observations.inputs import Method
 from studies.calibrate import drives, whole

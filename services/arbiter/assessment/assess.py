@@ -7,8 +7,8 @@ import msgspec
 from domain import kinematics, rss
 from proto.decision import SafetyMetrics
 from proto.perception import Track
-from services.arbiter.profiles import Profile
-from services.arbiter.risk import risk
+from services.arbiter.assessment.risk import risk
+from services.arbiter.profiles.profile import Profile
 
 _ENVELOPE_FLOOR = 0.05
 

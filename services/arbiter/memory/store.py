@@ -6,8 +6,8 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import MALFORMED
-from services.arbiter.adapt import within_bounds
-from services.arbiter.profiles import Profile
+from services.arbiter.memory.adapt import within_bounds
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Adapted
 
 

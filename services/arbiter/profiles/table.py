@@ -1,6 +1,6 @@
 """The constants of all profiles as a Markdown table; docs/safety.md carries it, a test keeps the two in step."""
 
-from services.arbiter.profiles import FOLDER, names, read_file
+from services.arbiter.profiles.profile import FOLDER, names, read_file
 
 BEGIN, END = "<!-- constants -->", "<!-- /constants -->"
 

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 
 
 class Utilities(msgspec.Struct, frozen=True, kw_only=True):

@@ -3,9 +3,9 @@
 import msgspec
 
 from proto.decision import BrakeCommand
-from services.arbiter.assess import Numbers
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Pedals
+from services.arbiter.assessment.assess import Numbers
+from services.arbiter.assessment.reading import Pedals
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
 
 PAUSE_NS = 500_000_000

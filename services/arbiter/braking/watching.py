@@ -1,9 +1,9 @@
 """Watching gaps: a track's speed is an estimate, and may be a guess; that the gap really shrinks can be seen."""
 
 from domain import road_users
-from services.arbiter.assess import gap_m
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Reading
+from services.arbiter.assessment.assess import gap_m
+from services.arbiter.assessment.reading import Reading
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Sighting
 
 KEPT_NS = 700_000_000

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.arbiter.act import Permission, brake, overridden, set_back
-from services.arbiter.reading import Pedals
+from services.arbiter.assessment.reading import Pedals
+from services.arbiter.braking.act import Permission, brake, overridden, set_back
 from services.arbiter.state import Intervention
 from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, SECOND
 

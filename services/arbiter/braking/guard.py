@@ -6,11 +6,11 @@ import msgspec
 
 from proto.decision import ArbitrationRequest
 from proto.perception import Track
-from services.arbiter.assess import Numbers, View, act_bounds, measure
-from services.arbiter.profiles import Profile
-from services.arbiter.reading import Reading
+from services.arbiter.assessment.assess import Numbers, View, act_bounds, measure
+from services.arbiter.assessment.reading import Reading
+from services.arbiter.braking.watching import shrinks
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Sighting
-from services.arbiter.watching import shrinks
 
 SEEING = frozenset({"perception/tracks", "perception", "can/ego", "can", "snapshot"})
 """Degradations under which nothing may rest on sight or motion."""

@@ -9,7 +9,7 @@ import math
 import msgspec
 
 from proto.decision import Feedback
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Adapted
 
 STEPS: dict[str, tuple[float, float]] = {

@@ -5,7 +5,7 @@ import msgspec
 from proto.decision import Urgency
 from proto.messages import PRESSING, WORD_COUNTS_NS, covers
 from proto.perception import Track
-from services.arbiter.profiles import Profile
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Attention, Told
 
 GRAVITY: tuple[Urgency, ...] = ("info", "advice", "warning", "alarm")

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.decision import Feedback
-from services.arbiter import store
-from services.arbiter.adapt import STEPS, learn, relax
+from services.arbiter.memory import store
+from services.arbiter.memory.adapt import STEPS, learn, relax
 from services.arbiter.state import Adapted
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, SECOND
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from services.arbiter.table import BEGIN, with_table
+from services.arbiter.profiles.table import BEGIN, with_table
 from services.orchestrator.events import TABLE
 
 DOCUMENT = Path(__file__).parents[4] / "docs" / "safety.md"
@@ -19,7 +19,7 @@ def document() -> str:
 
 def test_the_constants_in_the_documentation_are_those_of_the_profiles(document: str) -> None:
     assert BEGIN in document
-    assert with_table(document) == document, "run: python -m services.arbiter.table docs/safety.md"
+    assert with_table(document) == document, "run: python -m services.arbiter.profiles.table docs/safety.md"
 
 
 def test_the_event_table_in_the_documentation_is_the_one_in_force(document: str) -> None:

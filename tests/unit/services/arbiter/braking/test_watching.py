@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from proto.decision import Urgency
 from proto.perception import Track
-from services.arbiter.act import Permission
-from services.arbiter.assess import View, measure, speak_bounds
+from services.arbiter.assessment.assess import View, measure, speak_bounds
+from services.arbiter.braking.act import Permission
 from services.arbiter.decide import decide
 from services.arbiter.state import fresh
 from tests.unit.services.arbiter.support import (

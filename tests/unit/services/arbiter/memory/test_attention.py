@@ -8,8 +8,8 @@ from msgspec.structs import replace
 from proto.decision import ArbitrationRequest, Decision, Urgency
 from proto.messages import PRESSING
 from proto.perception import Track
-from services.arbiter.attention import GRAVITY, WARNS
 from services.arbiter.decide import decide
+from services.arbiter.memory.attention import GRAVITY, WARNS
 from services.arbiter.state import ArbiterState, Attention
 from tests.unit.services.arbiter.support import (
     CALIBRATED,

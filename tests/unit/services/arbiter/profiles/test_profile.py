@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from services.arbiter.decide import decide
-from services.arbiter.errors import ProfileError
-from services.arbiter.profiles import FOLDER, load, names, parse, reachability, read_file
+from services.arbiter.profiles.errors import ProfileError
+from services.arbiter.profiles.profile import FOLDER, load, names, parse, reachability, read_file
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, mirror, request, requests, track
 
 

@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 import msgspec
 
-from services.arbiter.errors import ProfileError
+from services.arbiter.profiles.errors import ProfileError
 
-FOLDER = Path(__file__).parent / "profiles"
+FOLDER = Path(__file__).parent
 
 
 class Constant(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

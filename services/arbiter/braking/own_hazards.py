@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable
 
 from domain.road_users import Across, Sight, hides_others, is_passed, is_vehicle_there, seen_well
-from services.arbiter.assess import Numbers, View, each, speak_bounds
-from services.arbiter.profiles import Profile
+from services.arbiter.assessment.assess import Numbers, View, each, speak_bounds
+from services.arbiter.braking.watching import contradicted
+from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Sighting
-from services.arbiter.watching import contradicted
 
 ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
 """Hazards of road users: what they need of the driver is known from gap and closing speed."""

@@ -7,7 +7,7 @@ import msgspec
 from proto.perception import Track, Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
-from services.arbiter.assess import View
+from services.arbiter.assessment.assess import View
 
 M = TypeVar("M", bound=msgspec.Struct)
 

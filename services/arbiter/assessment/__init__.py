@@ -1,0 +1,1 @@
+"""What the arbiter reads itself, and the numbers that a decision rests on."""

@@ -1,0 +1,1 @@
+"""What must hold before the arbiter warns or brakes by itself, and the bounds of braking."""

@@ -1,0 +1,1 @@
+"""What the arbiter remembers: what was said, what feedback has moved."""
