@@ -1,13 +1,12 @@
 """The documentation states the constants and events that are in force."""
 
-from pathlib import Path
-
 import pytest
 
 from services.arbiter.profiles.table import BEGIN, with_table
 from services.orchestrator.events import TABLE
+from tests.shared import ROOT
 
-DOCUMENT = Path(__file__).parents[4] / "docs" / "safety.md"
+DOCUMENT = ROOT / "docs" / "safety.md"
 
 
 @pytest.fixture
