@@ -1,6 +1,7 @@
 """The Rules service: binds the rule book to tools and asks retrieval for evidence; decides nothing."""
 
 from datetime import UTC, datetime
+from importlib.metadata import entry_points
 from typing import Annotated
 
 import msgspec
@@ -15,7 +16,6 @@ from proto.health import ServiceLog
 from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
-from services.rules import numbers_alone
 from services.rules.book import is_fallback, normal_jurisdiction
 from services.rules.limits import limit_answer
 from services.rules.lookup import evidence, rule_lookup
@@ -25,6 +25,8 @@ from services.rules.shelf import Edition, Shelf
 from services.rules.signs import meaning
 from services.rules.situations import coarse
 
+WITHOUT_LAW = "drivemcp.without_law"
+"""Group of entry points: a function that offers the tools of the Rules on a node without any law."""
 RETRIEVAL_DEADLINE_MS = 22.0
 """Of a tool's 40 ms: what is left must suffice for the answer and two ways over the bus."""
 WARM_UP_DEADLINE_MS = 500.0
@@ -61,7 +63,7 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     languages: tuple[str, ...] = ("en", "de")
     """In which retrieval is asked once at the start, so that the first answers are quick."""
     law: bool = True
-    """Off, in simulation alone: numbers as posted, in home units, and nothing else (`numbers_alone.py`)."""
+    """Off, in simulation alone: an evaluation's own answers, found by entry point, and no law."""
 
 
 class _Evidence:
@@ -141,10 +143,22 @@ def _lasting(edition: Edition, found: Retrieved) -> bool:
     return same and not found.encoder.endswith(("(loading)", "late)"))
 
 
+def _offer_without_law(node: Node) -> None:
+    """The same tools from an evaluation. Raises ConfigError outside of simulation, and where no evaluation is installed."""
+    if not node.lockstep:
+        raise ConfigError(
+            "rules.law = false reads limits in the wrong unit abroad; it is for simulation: it needs lockstep"
+        )
+    points = tuple(entry_points(group=WITHOUT_LAW))
+    if not points:
+        raise ConfigError(f"rules.law = false: no distribution registers tools under {WITHOUT_LAW}")
+    points[0].load()(node)
+
+
 def build(config: RulesConfig, node: Node) -> None:
     """Load the packs, offer the tools, follow the packs on disk."""
     if not config.law:
-        numbers_alone.offer(node)
+        _offer_without_law(node)
         return
     shelf = Shelf(
         tuple(folder_of(name) for name in config.packs),

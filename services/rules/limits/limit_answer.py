@@ -13,7 +13,7 @@ from services.rules.book import (
     normal_jurisdiction,
 )
 from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
-from services.rules.limits.limit_candidates import Claim
+from services.rules.limits.limit_candidates import LimitCandidate
 from services.rules.limits.precedence import Verdict, decide
 from services.rules.packs.loading import Pack
 from services.rules.units import legal_limit, spoken, spoken_converted
@@ -24,19 +24,19 @@ class Lower(msgspec.Struct, frozen=True, kw_only=True):
     """A part of the country, and what speaks for the lower limit there."""
 
     place: str
-    claim: Claim
+    candidate: LimitCandidate
 
 
 def lower_in_parts(pack: Pack, situation: Situation, here: Verdict) -> tuple[Lower, ...]:
     """Where the same situation has a lower limit; none where the part is known, or the country is not."""
     if situation.jurisdiction != pack.manifest.jurisdiction:
         return ()
-    most = here.claim.mps if here.claim is not None else float("inf")
+    most = here.candidate.mps if here.candidate is not None else float("inf")
     found = []
     for place in _parts(pack):
-        there = decide(pack, msgspec.structs.replace(situation, jurisdiction=place)).claim
+        there = decide(pack, msgspec.structs.replace(situation, jurisdiction=place)).candidate
         if there is not None and there.mps < most:
-            found.append(Lower(place=place, claim=there))
+            found.append(Lower(place=place, candidate=there))
     return tuple(found)
 
 
@@ -44,7 +44,7 @@ def said_of_parts(lower: tuple[Lower, ...], language: str) -> list[str]:
     """One sentence for each limit, with the parts that have it."""
     by_limit: dict[str, list[str]] = {}
     for each in lower:
-        by_limit.setdefault(spoken(each.claim.value, each.claim.unit), []).append(part(each.place, language))
+        by_limit.setdefault(spoken(each.candidate.value, each.candidate.unit), []).append(part(each.place, language))
     joined = say("and", language)
     return [say("part_lower", language, parts=joined.join(parts), limit=limit) for limit, parts in by_limit.items()]
 
@@ -83,10 +83,10 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
     weak = book.weaknesses(pack)
     said = say("no_limit_known", situation.language)
     limit = None
-    if verdict.claim is not None:
-        claim = verdict.claim
-        limit = legal_limit(claim.value, claim.unit, advisory=claim.basis == "advisory")
-        said = " ".join(_sentences(situation, verdict, claim))
+    if verdict.candidate is not None:
+        candidate = verdict.candidate
+        limit = legal_limit(candidate.value, candidate.unit, advisory=candidate.basis == "advisory")
+        said = " ".join(_sentences(situation, verdict, candidate))
     notes = [
         said,
         *said_of_parts(lower, situation.language),
@@ -99,7 +99,7 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         confidence=verdict.confidence * (STALE if weak else 1.0) * (PARTS_DIFFER if lower else 1.0),
         rulepack_version=pack.version,
         note=" ".join(notes),
-        basis=_basis(verdict.claim),
+        basis=_basis(verdict.candidate),
         degraded=(("stale_rulepack",) if weak else ()) + (("jurisdiction",) if lower else ()),
     )
 
@@ -154,42 +154,42 @@ def _nothing(situation: Situation) -> RulesAnswer:
 
 
 def _action(verdict: Verdict) -> LegalAction:
-    if verdict.claim is None:
+    if verdict.candidate is None:
         return "unknown"
     if verdict.uncertain or verdict.against:
         return "reduce_speed"
-    return "proceed_with_care" if verdict.claim.basis == "advisory" else "comply_with_limit"
+    return "proceed_with_care" if verdict.candidate.basis == "advisory" else "comply_with_limit"
 
 
-def _basis(claim: Claim | None) -> str:
-    if claim is None:
+def _basis(candidate: LimitCandidate | None) -> str:
+    if candidate is None:
         return "unknown"
-    if claim.why == "why_visibility":
+    if candidate.why == "why_visibility":
         return "conditional"
-    return _BASIS.get(claim.basis, claim.basis)
+    return _BASIS.get(candidate.basis, candidate.basis)
 
 
 def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language: str) -> tuple[Citation, ...]:
-    said = (verdict.claim, *verdict.against, *verdict.replaced, *(each.claim for each in lower))
-    claims = [claim for claim in said if claim is not None]
+    said = (verdict.candidate, *verdict.against, *verdict.replaced, *(each.candidate for each in lower))
+    candidates = [candidate for candidate in said if candidate is not None]
     found: list[Citation] = []
-    for claim in claims:
-        found.extend(cite_ids(pack, claim.provisions, language))
-        if claim.sign in pack.signs:
-            found.append(cite_sign(pack, pack.signs[claim.sign], language))
+    for candidate in candidates:
+        found.extend(cite_ids(pack, candidate.provisions, language))
+        if candidate.sign in pack.signs:
+            found.append(cite_sign(pack, pack.signs[candidate.sign], language))
     return unique(found)
 
 
-def _sentences(situation: Situation, verdict: Verdict, claim: Claim) -> list[str]:
-    language, shown = situation.language, spoken(claim.value, claim.unit)
-    parts = [say(claim.basis, language, limit=shown, why=say(claim.why or "why_road", language))]
+def _sentences(situation: Situation, verdict: Verdict, candidate: LimitCandidate) -> list[str]:
+    language, shown = situation.language, spoken(candidate.value, candidate.unit)
+    parts = [say(candidate.basis, language, limit=shown, why=say(candidate.why or "why_road", language))]
     if verdict.against and not verdict.uncertain:
         parts.append(say("conflict", language))
-    if claim.presumed:
-        facts = ", ".join(say(name, language) for name in claim.presumed)
+    if candidate.presumed:
+        facts = ", ".join(say(name, language) for name in candidate.presumed)
         parts.append(say("presumed", language, facts=facts))
-    if claim.unit != situation.home_unit:
-        converted = spoken_converted(claim.value, claim.unit, situation.home_unit)
+    if candidate.unit != situation.home_unit:
+        converted = spoken_converted(candidate.value, candidate.unit, situation.home_unit)
         parts.append(say("unit", language, limit=shown, converted=converted))
     return parts
 

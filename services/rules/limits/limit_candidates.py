@@ -55,7 +55,7 @@ ENDS_ITS_OWN = {"general_end": "general"}
 """Ends that lift only what was posted by one sign: Switzerland's "50 generell", not another 50."""
 
 
-class Claim(msgspec.Struct, frozen=True, kw_only=True):
+class LimitCandidate(msgspec.Struct, frozen=True, kw_only=True):
     """One reason for one limit."""
 
     value: float
@@ -86,46 +86,48 @@ def reads(pack: Pack, what: str) -> bool:
     return what in pack.says_how
 
 
-def posted_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+def posted_candidates(pack: Pack, situation: Situation) -> tuple[LimitCandidate, ...]:
     """Of every sign that is, or may be, in force."""
     zone = () if situation.zone is None else (_zone_as_posted(pack, situation.zone),)
     ended = tuple(parse_reading(text) for text in situation.ended)
     found = (
-        _posted_claim(pack, situation, limit, (*ended, *_ends_beside(situation, limit)))
+        _posted_candidate(pack, situation, limit, (*ended, *_ends_beside(situation, limit)))
         for limit in (*situation.posted, *zone)
     )
-    return tuple(claim for claim in found if claim is not None)
+    return tuple(candidate for candidate in found if candidate is not None)
 
 
-def law_claims(pack: Pack, situation: Situation, *, caps: bool) -> tuple[Claim, ...]:
+def law_candidates(pack: Pack, situation: Situation, *, caps: bool) -> tuple[LimitCandidate, ...]:
     """Of the limits the law itself sets: defaults that a sign replaces, or caps that hold beside every sign."""
     return tuple(
-        _law_claim(provision, effect.value, effect.unit, effect.when, situation, "cap" if caps else "default", held)
+        _law_candidate(provision, effect.value, effect.unit, effect.when, situation, "cap" if caps else "default", held)
         for provision, effect, held in _applying(pack, situation)
         if isinstance(effect, Limit) and effect.cap == caps
     )
 
 
-def advisory_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+def advisory_candidates(pack: Pack, situation: Situation) -> tuple[LimitCandidate, ...]:
     """Of recommended speeds where no limit exists."""
     return tuple(
-        _law_claim(provision, effect.value, effect.unit, effect.when, situation, "advisory", held)
+        _law_candidate(provision, effect.value, effect.unit, effect.when, situation, "advisory", held)
         for provision, effect, held in _applying(pack, situation)
         if isinstance(effect, Advisory)
     )
 
 
-def candidate_claims(pack: Pack, situation: Situation) -> tuple[Claim, ...]:
+def misread_candidates(pack: Pack, situation: Situation) -> tuple[LimitCandidate, ...]:
     """Of every reading that a sign not read for certain may have, where that is plausible for the road."""
     low, high = _plausible(pack, situation)
     found = []
-    for candidate in situation.candidates:
-        reading = parse_reading(candidate.reading)
+    for possible in situation.candidates:
+        reading = parse_reading(possible.reading)
         if reading.code not in _SPEEDS or reading.value is None:
             continue
-        if candidate.confidence >= CANDIDATE_FLOOR and low <= reading.value <= high:
-            claim = _claim(pack, reading.value, pack.manifest.units, "uncertain", _confidence(candidate.confidence))
-            found.append(msgspec.structs.replace(claim, sign=reading.code))
+        if possible.confidence >= CANDIDATE_FLOOR and low <= reading.value <= high:
+            candidate = _candidate(
+                pack, reading.value, pack.manifest.units, "uncertain", _confidence(possible.confidence)
+            )
+            found.append(msgspec.structs.replace(candidate, sign=reading.code))
     return tuple(found)
 
 
@@ -144,18 +146,18 @@ def _posted_below(pack: Pack, situation: Situation, value: float | None) -> Hold
     """
     if value is None:
         return "yes"
-    found = (claim for claim in posted_claims(pack, situation) if claim.basis != "conditional")
-    below = [claim for claim in found if claim.mps < to_mps(value, pack.manifest.units)]
-    if any(claim.replaces_default for claim in below):
+    found = (candidate for candidate in posted_candidates(pack, situation) if candidate.basis != "conditional")
+    below = [candidate for candidate in found if candidate.mps < to_mps(value, pack.manifest.units)]
+    if any(candidate.replaces_default for candidate in below):
         return "yes"
-    doubted = (c.mps < to_mps(value, pack.manifest.units) for c in candidate_claims(pack, situation))
+    doubted = (c.mps < to_mps(value, pack.manifest.units) for c in misread_candidates(pack, situation))
     return "maybe" if below or any(doubted) else "no"
 
 
-def _law_claim(
+def _law_candidate(
     provision: Provision, value: float, unit: Unit, when: When, situation: Situation, basis: Basis, held: Holds
-) -> Claim:
-    return Claim(
+) -> LimitCandidate:
+    return LimitCandidate(
         value=value,
         unit=unit,
         basis=basis,
@@ -184,7 +186,9 @@ def _why(when: When) -> str:
     return next((name for name, holds_so in reasons if holds_so), "why_road")
 
 
-def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: tuple[Reading, ...]) -> Claim | None:
+def _posted_candidate(
+    pack: Pack, situation: Situation, limit: PostedLimit, ended: tuple[Reading, ...]
+) -> LimitCandidate | None:
     if not math.isfinite(limit.value) or limit.value <= 0 or limit.scope == "end":
         return None
     held, presumed, ended_here = _plates(pack, situation, limit)
@@ -194,21 +198,21 @@ def _posted_claim(pack: Pack, situation: Situation, limit: PostedLimit, ended: t
     if unit != pack.manifest.units:  # a sign of this country has no other unit: one of the two is misread
         confidence, unit = confidence * CONTRADICTED_UNIT, "km/h"
     basis = _basis(pack, limit)
-    claim = _claim(pack, limit.value, unit, basis, confidence)
+    candidate = _candidate(pack, limit.value, unit, basis, confidence)
     if warned := _only_warns(pack, limit):
-        claim = msgspec.structs.replace(claim, provisions=(*claim.provisions, *warned.provisions))
+        candidate = msgspec.structs.replace(candidate, provisions=(*candidate.provisions, *warned.provisions))
     if basis == "conditional" and (limit.scope == "gantry" or parse_reading(limit.reading).code == "led"):
-        claim = msgspec.structs.replace(claim, provisions=cited_for(pack, "gantry_conditional"))
+        candidate = msgspec.structs.replace(candidate, provisions=cited_for(pack, "gantry_conditional"))
     return msgspec.structs.replace(
-        claim,
-        replaces_default=held == "yes" and claim.basis in RANK and confidence >= TRUST,
+        candidate,
+        replaces_default=held == "yes" and candidate.basis in RANK and confidence >= TRUST,
         presumed=presumed,
     )
 
 
-def _claim(pack: Pack, value: float, unit: Unit, basis: Basis, confidence: float) -> Claim:
+def _candidate(pack: Pack, value: float, unit: Unit, basis: Basis, confidence: float) -> LimitCandidate:
     sign = {"zone": "zone", "gantry": "led"}.get(basis, "limit")
-    return Claim(
+    return LimitCandidate(
         value=value,
         unit=unit,
         basis=basis,

@@ -1,4 +1,4 @@
-"""Which limit applies: claims weighed by the pack's precedence, and the most careful one where doubt remains.
+"""Which limit applies: candidates weighed by the pack's precedence, and the most careful one where doubt remains.
 
 Unknown facts never raise the limit: a condition that may hold is taken to hold. A further restriction never raises it:
 every sign in force and every cap counts, and only a sign that is trusted and surely in force replaces the road's default.
@@ -11,11 +11,11 @@ import msgspec
 from proto.rules import Situation
 from services.rules.limits.limit_candidates import (
     RANK,
-    Claim,
-    advisory_claims,
-    candidate_claims,
-    law_claims,
-    posted_claims,
+    LimitCandidate,
+    advisory_candidates,
+    law_candidates,
+    misread_candidates,
+    posted_candidates,
     reads,
 )
 from services.rules.packs.loading import Pack
@@ -33,10 +33,10 @@ UNSUPPORTED_SCOPE = 0.9
 class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     """The limit that applies in one pack's law, or none, and what speaks against it."""
 
-    claim: Claim | None
-    against: tuple[Claim, ...] = ()
-    """Claims that contradict it; the lower value was taken."""
-    replaced: tuple[Claim, ...] = ()
+    candidate: LimitCandidate | None
+    against: tuple[LimitCandidate, ...] = ()
+    """Candidates that contradict it; the lower value was taken."""
+    replaced: tuple[LimitCandidate, ...] = ()
     """Permanent signs that show more, beside a temporary sign or gantry of which the law does not say that it goes first."""
     uncertain: bool = False
     confidence: float = 0.0
@@ -44,58 +44,60 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True):
 
 def decide(pack: Pack, situation: Situation) -> Verdict:
     """Weigh everything that speaks for a limit here."""
-    posted = posted_claims(pack, situation)
-    governing = tuple(claim for claim in posted if claim.replaces_default)
-    defaults = () if governing else preferred(pack, law_claims(pack, situation, caps=False))
-    pool = (*posted, *defaults, *law_claims(pack, situation, caps=True))
-    claim = lowest(pool) or lowest(advisory_claims(pack, situation))
-    doubted = lowest(candidate_claims(pack, situation))
-    if doubted is not None and (claim is None or doubted.mps < claim.mps):
-        return _verdict(pack, doubted, () if claim is None else (claim,), uncertain=True)
-    if claim is None:
-        return Verdict(claim=None)
-    verdict = _verdict(pack, claim, contradictions(claim, governing), uncertain=False)
-    return _unsettled(pack, verdict, claim, governing)
+    posted = posted_candidates(pack, situation)
+    governing = tuple(candidate for candidate in posted if candidate.replaces_default)
+    defaults = () if governing else preferred(pack, law_candidates(pack, situation, caps=False))
+    pool = (*posted, *defaults, *law_candidates(pack, situation, caps=True))
+    candidate = lowest(pool) or lowest(advisory_candidates(pack, situation))
+    doubted = lowest(misread_candidates(pack, situation))
+    if doubted is not None and (candidate is None or doubted.mps < candidate.mps):
+        return _verdict(pack, doubted, () if candidate is None else (candidate,), uncertain=True)
+    if candidate is None:
+        return Verdict(candidate=None)
+    verdict = _verdict(pack, candidate, contradictions(candidate, governing), uncertain=False)
+    return _unsettled(pack, verdict, candidate, governing)
 
 
-def preferred(pack: Pack, claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
+def preferred(pack: Pack, candidates: tuple[LimitCandidate, ...]) -> tuple[LimitCandidate, ...]:
     """Of contradicting provisions those of the highest kind: statute, then sign table, then guidance."""
     for kind in pack.manifest.precedence:
-        if found := tuple(claim for claim in claims if claim.kind == kind):
+        if found := tuple(candidate for candidate in candidates if candidate.kind == kind):
             return found
     return ()
 
 
-def lowest(claims: Iterable[Claim]) -> Claim | None:
-    """The most conservative claim; of equals the one that governs, then the one best known."""
-    ordered = sorted(claims, key=lambda c: (c.mps, -RANK.get(c.basis, 0), len(c.presumed), -c.confidence))
+def lowest(candidates: Iterable[LimitCandidate]) -> LimitCandidate | None:
+    """The most conservative candidate; of equals the one that governs, then the one best known."""
+    ordered = sorted(candidates, key=lambda c: (c.mps, -RANK.get(c.basis, 0), len(c.presumed), -c.confidence))
     return ordered[0] if ordered else None
 
 
-def contradictions(claim: Claim, governing: tuple[Claim, ...]) -> tuple[Claim, ...]:
+def contradictions(candidate: LimitCandidate, governing: tuple[LimitCandidate, ...]) -> tuple[LimitCandidate, ...]:
     """Signs of the same or a higher rank that show more than the one taken: one of the two must be wrong or past."""
-    if claim.basis not in RANK:
+    if candidate.basis not in RANK:
         return ()
-    return tuple(c for c in governing if RANK[c.basis] >= RANK[claim.basis] and c.mps > claim.mps)
+    return tuple(c for c in governing if RANK[c.basis] >= RANK[candidate.basis] and c.mps > candidate.mps)
 
 
-def _unsettled(pack: Pack, verdict: Verdict, claim: Claim, governing: tuple[Claim, ...]) -> Verdict:
+def _unsettled(
+    pack: Pack, verdict: Verdict, candidate: LimitCandidate, governing: tuple[LimitCandidate, ...]
+) -> Verdict:
     """The lower sign counts in any case; a little less surely where the law does not say which of the two goes first."""
-    if claim.basis not in ("temporary", "gantry") or reads(pack, f"{claim.basis}_over_permanent"):
+    if candidate.basis not in ("temporary", "gantry") or reads(pack, f"{candidate.basis}_over_permanent"):
         return verdict
-    replaced = tuple(c for c in governing if RANK[c.basis] < RANK[claim.basis] and c.mps > claim.mps)
+    replaced = tuple(c for c in governing if RANK[c.basis] < RANK[candidate.basis] and c.mps > candidate.mps)
     doubt = UNSETTLED if replaced else 1.0
     return msgspec.structs.replace(verdict, replaced=replaced, confidence=verdict.confidence * doubt)
 
 
-def _verdict(pack: Pack, claim: Claim, against: tuple[Claim, ...], *, uncertain: bool) -> Verdict:
-    confidence = claim.confidence
-    if claim.presumed:
+def _verdict(pack: Pack, candidate: LimitCandidate, against: tuple[LimitCandidate, ...], *, uncertain: bool) -> Verdict:
+    confidence = candidate.confidence
+    if candidate.presumed:
         confidence *= PRESUMED
     if uncertain:
         confidence *= UNCERTAIN
     elif against:
         confidence *= CONFLICT
-    if claim.basis == "gantry" and not reads(pack, "gantry"):
+    if candidate.basis == "gantry" and not reads(pack, "gantry"):
         confidence *= UNSUPPORTED_SCOPE
-    return Verdict(claim=claim, against=against, uncertain=uncertain, confidence=confidence)
+    return Verdict(candidate=candidate, against=against, uncertain=uncertain, confidence=confidence)

@@ -6,7 +6,6 @@ road without a number has no limit known. Abroad that is wrong, and with a home 
 
 from typing import Any
 
-from drivemcp.errors import ConfigError
 from drivemcp.node import Node
 from proto.rules import RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
 from services.rules.units import legal_limit
@@ -45,11 +44,7 @@ def unknown() -> RulesAnswer:
 
 
 def offer(node: Node) -> None:
-    """The tools of the Rules, answering so. Raises ConfigError outside of simulation."""
-    if not node.lockstep:
-        raise ConfigError(
-            "rules.law = false reads limits in the wrong unit abroad; it is for simulation: it needs lockstep"
-        )
+    """The tools of the Rules, answering so."""
     node.tool(deadline_ms=40)(applicable_limit)
 
     @node.tool(deadline_ms=40)

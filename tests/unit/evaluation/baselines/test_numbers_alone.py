@@ -6,8 +6,8 @@ import pytest
 
 from drivemcp.errors import ConfigError
 from drivemcp.testing import bus
+from evaluation.baselines.numbers_alone import applicable_limit
 from proto.rules import PostedLimit, Situation
-from services.rules.numbers_alone import applicable_limit
 from services.rules.service import SERVICE, RulesConfig
 
 FIFTY = PostedLimit(value=50, unit="mph", reading="limit:50")
