@@ -11,6 +11,7 @@ from evaluation.metrics.hazards import on_now
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
+from proto.messages import Kind
 from proto.truth import TrueActor, Truth
 from services.simulator.people.in_the_way import CORRIDOR_HALF_M, LOOKS_M, SOON_S
 from services.simulator.truth.hazard_words import names
@@ -23,12 +24,12 @@ STANDS_S = 4.0
 """Ours: a warning may be repeated after so long while its hazard is on."""
 OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
-IN_WORDS = ("stop", "foreign")
+IN_WORDS = (Kind.STOP, Kind.FOREIGN)
 """Topics whose news are words: the state of a light, the meaning of a sign."""
-OF_STOPS = ("stop",)
-OF_PLACES, OTHER_PLACE_M = ("give_way",), 60.0
+OF_STOPS = (Kind.STOP,)
+OF_PLACES, OTHER_PLACE_M = (Kind.GIVE_WAY,), 60.0
 """Ours: a word on a place to give way at is about another one after so much way; no two lines or crossings are nearer to each other."""
-OF_LIMITS = ("limit", "ahead", "border")
+OF_LIMITS = (Kind.LIMIT, Kind.AHEAD, Kind.BORDER)
 _WEIGHTS: dict[Urgency, int] = {"info": 0, "advice": 1, "warning": 2, "alarm": 3}
 
 SLOWED_MPS, SLOWED_WITHIN_S = 10 / 3.6, 10.0
