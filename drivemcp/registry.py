@@ -1,9 +1,11 @@
 """Every service that can be run: the built-in table, and what other distributions register under `drivemcp.services`."""
 
 import importlib
+from functools import cache
 from importlib.metadata import entry_points
+from typing import Any
 
-from drivemcp.errors import UserError
+from drivemcp.errors import ConfigError, UserError
 from drivemcp.service import Service
 from proto.services import SERVICES, ServiceRow
 
@@ -43,3 +45,15 @@ def load_service(name: str) -> "Service[object]":  # type: ignore[type-var]
         raise UserError(f"service {name!r} needs the module {error.name!r}: {extra}") from None
     service: Service[object] = module.SERVICE  # type: ignore[type-var]
     return service
+
+
+@cache
+def registered(group: str, name: str, setting: str) -> Any:
+    """What an installed distribution registers under an entry-point group. Raises ConfigError naming the setting."""
+    points = {point.name: point for point in entry_points(group=group)}
+    if name not in points:
+        raise ConfigError(f"{setting} = {name}: there is no such entry point in {group}; there are: {sorted(points)}")
+    try:
+        return points[name].load()
+    except ModuleNotFoundError as error:
+        raise ConfigError(f"{setting} = {name} needs the package {error.name!r}, which is not installed") from None

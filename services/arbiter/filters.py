@@ -4,11 +4,10 @@ A distribution registers a `Filter` under `drivemcp.filters`; the name of the en
 """
 
 from collections.abc import Callable
-from functools import cache
-from importlib.metadata import entry_points
 from typing import NamedTuple
 
 from drivemcp.errors import ConfigError
+from drivemcp.registry import registered
 from proto.decision import ArbitrationRequest, DecisionKind
 from services.arbiter.assessment.assess import Numbers, View
 from services.arbiter.profiles.profile import Profile
@@ -34,17 +33,13 @@ class Filter(NamedTuple):
     simulation_only: bool = False
 
 
-@cache
 def filter_of(name: str) -> Filter | None:
     """The filter of that name; None: the arbiter itself. Raises ConfigError."""
-    points = {point.name: point for point in entry_points(group=GROUP)}
     if name == FULL:
         return None
-    if name not in points:
-        raise ConfigError(f"arbiter.filter: no filter {name!r}; there are: {', '.join(sorted({FULL, *points}))}")
-    found = points[name].load()
+    found = registered(GROUP, name, "arbiter.filter")
     if not isinstance(found, Filter):
-        raise ConfigError(f"arbiter.filter: {points[name].value} is no services.arbiter.filters.Filter")
+        raise ConfigError(f"arbiter.filter = {name}: the entry point is no services.arbiter.filters.Filter")
     return found
 
 

@@ -4,11 +4,10 @@ A distribution registers an advisor under `drivemcp.advisors`: a class with the 
 point is the setting `orchestrator.method`. The trace names advisor and settings, so that a replay decides by the same one.
 """
 
-from functools import cache
-from importlib.metadata import entry_points
 from typing import NamedTuple, Protocol
 
 from drivemcp.errors import ConfigError
+from drivemcp.registry import registered
 from proto.decision import ArbitrationRequest, Decision, Event, Fused
 from proto.tools import Outcome
 from services.orchestrator.driver.answer import Answer, answer
@@ -98,18 +97,6 @@ class Tools:
 
 def advisor_of(method: Method) -> Advisor:
     """The advisor of that name. Raises ConfigError for a name or a setting that is none."""
-    return Tools(method) if method.name == "tools" else _found(method.name)(method)
-
-
-@cache
-def _found(name: str) -> type[Advisor]:
-    points = {point.name: point for point in entry_points(group=GROUP)}
-    if name not in points:
-        raise ConfigError(
-            f"orchestrator.method: no method {name!r}; there are: {', '.join(sorted({'tools', *points}))}"
-        )
-    try:
-        found: type[Advisor] = points[name].load()
-    except ModuleNotFoundError as error:
-        raise ConfigError(f"orchestrator.method {name!r} needs {error.name}, which is not installed") from None
-    return found
+    kind = Tools if method.name == "tools" else registered(GROUP, method.name, "orchestrator.method")
+    advisor: Advisor = kind(method)
+    return advisor

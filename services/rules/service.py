@@ -1,7 +1,6 @@
 """The Rules service: binds the rule book to tools and asks retrieval for evidence; decides nothing."""
 
 from datetime import UTC, datetime
-from importlib.metadata import entry_points
 from typing import Annotated
 
 import msgspec
@@ -10,6 +9,7 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.files.packfiles import folder_of
 from drivemcp.node import Node
+from drivemcp.registry import registered
 from drivemcp.runtime.grants import public_key
 from drivemcp.service import Service
 from proto.health import ServiceLog
@@ -149,10 +149,7 @@ def _offer_without_law(node: Node) -> None:
         raise ConfigError(
             "rules.law = false reads limits in the wrong unit abroad; it is for simulation: it needs lockstep"
         )
-    points = tuple(entry_points(group=WITHOUT_LAW))
-    if not points:
-        raise ConfigError(f"rules.law = false: no distribution registers tools under {WITHOUT_LAW}")
-    points[0].load()(node)
+    registered(WITHOUT_LAW, "numbers_alone", "rules.law")(node)
 
 
 def build(config: RulesConfig, node: Node) -> None:
