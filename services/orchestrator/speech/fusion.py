@@ -4,6 +4,7 @@ The confidence of the advice is the minimum over what it rests on: the candidate
 where they lower the target, weather and the car; times `DEGRADED` where a routed tool did not answer.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
@@ -25,6 +26,8 @@ DEGRADED = 0.9
 MOST_CITATIONS = 4
 PLACE = "jurisdiction"
 """What the Rules miss where country or part of it are unknown: their note says whose law it is, and where it is lower."""
+WIDENED = 1.15
+"""A following distance that is widened by less is not worth a word."""
 SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
@@ -135,44 +138,48 @@ def _is_lower(news: News, told: News) -> bool:
 
 
 def _reasons(state: State, goal: Target, chosen: Candidate | None) -> tuple[Reason, ...]:
-    preferences = state.preferences
-    found = []
-    if chosen is not None:
-        found += [
-            Reason(
-                source=chosen.topic,
-                text=say(preferences, "justification", phrase, **chosen.values),
-                confidence=chosen.confidence,
-            )
-            for phrase in chosen.why
-        ]
-    found.append(_law_reason(state, goal.law))
-    meaning = _meaning(state, chosen) if chosen is not None else None
+    """Why this is said, the law, what the Rules say beside it, what asks for less than the law."""
+    found = (
+        *(_of_candidate(state, chosen) if chosen is not None else ()),
+        _law_reason(state, goal.law),
+        *(_of_rules(state, goal, chosen) if chosen is not None else ()),
+        *_of_safety(state, goal),
+    )
+    unit = state.preferences.unit
+    return tuple(msgspec.structs.replace(each, text=in_unit(each.text, unit)) for each in found if each.text)
+
+
+def _of_candidate(state: State, chosen: Candidate) -> Iterator[Reason]:
+    """The candidate's own phrases, then what the Rules say of the sign that is spoken of."""
+    for phrase in chosen.why:
+        text = say(state.preferences, "justification", phrase, **chosen.values)
+        yield Reason(source=chosen.topic, text=text, confidence=chosen.confidence)
+    meaning, law = _meaning(state, chosen), chosen.law
     if meaning is not None:
-        found[-1:-1] = [
-            Reason(source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations)
-        ]
-    if chosen is not None and chosen.law is not None:
-        law = chosen.law
-        found[-1:-1] = [
-            Reason(source="rules", text=plain(law.meaning), confidence=law.confidence, citations=law.citations)
-        ]
-    doubted = goal.law.answer
-    if chosen is not None and chosen.row.explained_by == "place" and doubted is not None and PLACE in doubted.degraded:
-        found.append(Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence))
-    way = right_of_way(state)
-    if chosen is not None and chosen.row.explained_by == "right_of_way" and way is not None and way.note:
-        found.append(Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations))
+        yield Reason(
+            source="rules", text=plain(meaning.note), confidence=meaning.confidence, citations=meaning.citations
+        )
+    if law is not None:
+        yield Reason(source="rules", text=plain(law.meaning), confidence=law.confidence, citations=law.citations)
+
+
+def _of_rules(state: State, goal: Target, chosen: Candidate) -> Iterator[Reason]:
+    """Whose law it is where the place is in doubt, and who goes first at a junction."""
+    doubted, way = goal.law.answer, right_of_way(state)
+    if chosen.row.explained_by == "place" and doubted is not None and PLACE in doubted.degraded:
+        yield Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence)
+    if chosen.row.explained_by == "right_of_way" and way is not None:
+        yield Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations)
+
+
+def _of_safety(state: State, goal: Target) -> Iterator[Reason]:
+    """What recommends less than the law allows, and a wider distance."""
     safety = _safety_reason(state, goal)
     if safety is not None:
-        found.append(safety)
-    if goal.headway_factor >= 1.15:
-        text = say(preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
-        found.append(Reason(source="weather", text=text))
-    told = (
-        msgspec.structs.replace(reason, text=in_unit(reason.text, preferences.unit)) for reason in found if reason.text
-    )
-    return tuple(told)
+        yield safety
+    if goal.headway_factor >= WIDENED:
+        text = say(state.preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
+        yield Reason(source="weather", text=text)
 
 
 def _meaning(state: State, chosen: Candidate) -> SignMeaning | None:

@@ -60,7 +60,6 @@ def lookup_rule(
     """
     here = normal_jurisdiction(jurisdiction)
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
-    known = here is not None and bool(book.for_jurisdiction(here))
     hits = _from_passages(packs, passages or (), language)
     if passages is None or (not hits and (passages or _of_another_nation(packs))):  # it does not know their texts
         passages, hits = None, _from_words(packs, query, language)
@@ -71,8 +70,7 @@ def lookup_rule(
     stale = any(book.weaknesses(hit.pack) for hit in near)
     action, speed = _demand(near)
     sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
-    place = UNKNOWN_COUNTRY if not known else 1.0 if book.covers(here) else UNKNOWN_PART
-    confidence = sure * place * (STALE if stale else 1.0)
+    confidence = sure * _place_known(book, here) * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
     notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
     return RulesAnswer(
@@ -85,6 +83,13 @@ def lookup_rule(
         basis="lookup",
         degraded=degraded + (("stale_rulepack",) if stale else ()),
     )
+
+
+def _place_known(book: RuleBook, here: str | None) -> float:
+    """The factor on confidence for a country, or a part of one, that no pack covers."""
+    if here is None or not book.for_jurisdiction(here):
+        return UNKNOWN_COUNTRY
+    return 1.0 if book.covers(here) else UNKNOWN_PART
 
 
 def sureness(score: float) -> float:

@@ -8,7 +8,7 @@ from domain.units import limit_text
 from proto.decision import Event
 from proto.messages import ROWS, Kind
 from proto.rules import LegalLimit
-from proto.vehicle import Degradation
+from proto.vehicle import Degradation, VehicleHealth
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
 from services.orchestrator.law.rules_question import LAW_KNOWN
@@ -35,20 +35,14 @@ def _vehicle(state: State, target: Target, events: dict[str, Event]) -> Iterator
     event = events.get("vehicle_fault")
     if event is None:
         return
-    health = said_of(state.held)
+    health, slow = said_of(state.held), _slow_for_a_motorway(state, target)
     drive_on = health.safe_to_drive if health is not None else "with_care"
-    phrase = _ahead_of_the_lamp(state.held.degradation) if drive_on in ("yes", "with_care") else ""
-    phrase = phrase or _VEHICLE.get(drive_on, "vehicle_with_care")
-    slow = _slow_for_a_motorway(state, target)
-    if slow and phrase == "vehicle_with_care":
-        phrase = "vehicle_leave"
-    known = covered(state.held) and health is not None and health.advice
-    told = sentences(health.advice if health is not None and known else event.detail or f"h {event.g:.2f}")
+    phrase, told = _vehicle_phrase(state, drive_on, slow=slow), _told_of_the_car(state, health, event)
     yield Candidate(
         kind=Kind.VEHICLE,
         news=News(what=phrase, detail=told),
         phrase=phrase,
-        urgency="warning" if drive_on in ("stop_now", "stop_soon") else "advice",
+        urgency="warning" if drive_on in GRAVE_FAULTS else "advice",
         values={"fault": told, "target": drive(state.preferences, target.mps)},
         why=("fault", "slow") if slow else ("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
@@ -59,6 +53,20 @@ def _vehicle(state: State, target: Target, events: dict[str, Event]) -> Iterator
     )
 
 
+def _vehicle_phrase(state: State, drive_on: str, *, slow: bool) -> str:
+    """By what the car's health allows; ahead of the lamp where only a trend or a sensor is in doubt."""
+    mild = _ahead_of_the_lamp(state.held.degradation) if drive_on not in GRAVE_FAULTS else ""
+    phrase = mild or _VEHICLE.get(drive_on, "vehicle_with_care")
+    return "vehicle_leave" if slow and phrase == "vehicle_with_care" else phrase
+
+
+def _told_of_the_car(state: State, health: VehicleHealth | None, event: Event) -> str:
+    """The advice of the tool where it knows of every fault; else the names of the faults."""
+    known = health is not None and covered(state.held) and health.advice
+    return sentences(known or event.detail or f"h {event.g:.2f}")
+
+
+GRAVE_FAULTS = ("stop_now", "stop_soon")
 _VEHICLE = {"stop_now": "vehicle_stop_now", "stop_soon": "vehicle_stop_soon", "yes": "vehicle_ok"}
 REPEAT_MILD_S = 1800.0
 MOTORWAY_LEAST_MPS = 60 * KMH

@@ -35,12 +35,7 @@ def read(root: "Element") -> Statute:
 
 def _provision(p1: "Element", title: str, heading: str) -> Iterator[Section]:
     own = number(words(child(p1, "Pnumber")))
-    place = _PLACE.match(p1.get("id", ""))
-    label = _CITED[place["kind"]] if place else "s."
-    schedule = (
-        f"Sch. {place['schedule'] or ''} ".replace("  ", " ") if place and p1.get("id", "").startswith("sch") else ""
-    )
-    key = f"sch{(place['schedule'] or '') if place else ''}-{own}" if schedule else own
+    label, schedule, key = _placed(p1, own)
     subsections = [at for at in walked(p1, _ASIDE) if local(at) == "P2"]
     for at in subsections or [p1]:
         numbered = number(words(child(at, "Pnumber"))) if at is not p1 else ""
@@ -53,6 +48,17 @@ def _provision(p1: "Element", title: str, heading: str) -> Iterator[Section]:
                 heading=heading,
                 url=_address(at.get("DocumentURI") or p1.get("DocumentURI") or ""),
             )
+
+
+def _placed(p1: "Element", own: str) -> tuple[str, str, str]:
+    """How a provision is cited: its label, its schedule where it is in one, and its key."""
+    place = _PLACE.match(p1.get("id", ""))
+    if place is None:
+        return "s.", "", own
+    label, named = _CITED[place["kind"]], place["schedule"] or ""
+    if not p1.get("id", "").startswith("sch"):
+        return label, "", own
+    return label, f"Sch. {named} ".replace("  ", " "), f"sch{named}-{own}"
 
 
 def _address(text: str) -> str:

@@ -18,7 +18,7 @@ from evaluation.run.methods import METHODS, applied
 from evaluation.run.spec import RunSpec
 from proto import topics
 from proto.truth import TrueActor, Truth
-from services.simulator.driver.driver import View
+from services.simulator.driver.driver import DriverView
 from services.simulator.driver.profile import draw_driver
 from studies.neighbours.__main__ import main
 from studies.neighbours.drive import NEIGHBOURS, key_of, neighbour_truths, run_any
@@ -45,8 +45,8 @@ def person(x_m: float) -> TrueActor:
     )  # fmt: skip
 
 
-def view(speed_mps: float) -> View:
-    return View(time_s=1.0, speed_mps=speed_mps, mu=0.8, wet=False)
+def view(speed_mps: float) -> DriverView:
+    return DriverView(time_s=1.0, speed_mps=speed_mps, mu=0.8, wet=False)
 
 
 def test_without_a_neighbour_the_run_is_the_no_assistant_run_of_all_services(tmp_path: Path) -> None:
