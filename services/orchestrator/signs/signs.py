@@ -252,19 +252,23 @@ def _move(signs: Signs, motion: Motion) -> Signs:
 
 def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
     for sign in sorted(signs.ahead, key=lambda each: (each.first_ns, each.track_id)):
-        unseen_s = (now_ns - sign.seen_ns) / 1e9
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
         reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
-        kept = _open(signs, sign)
-        lost = sign.distance_m is None and unseen_s > LOST_S and not kept
-        forgotten = unseen_s > FORGOTTEN_S and (sign.distance_m is None or not (kept or sign.reading == "stop"))
-        if reached or lost or forgotten:
+        if reached or _is_lost(signs, sign, now_ns):
             left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
             signs = msgspec.structs.replace(signs, ahead=left)
             # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
             if reached or lowers(signs, sign) or (not motion.known and enters_a_slower_town(signs, sign)):
                 signs = apply(signs, sign, now_ns)
     return signs
+
+
+def _is_lost(signs: Signs, sign: SignAhead, now_ns: int) -> bool:
+    """Whether a sign out of sight is given up: sooner where nobody knows how far away it is."""
+    unseen_s, kept = (now_ns - sign.seen_ns) / 1e9, _open(signs, sign)
+    if sign.distance_m is None:
+        return unseen_s > FORGOTTEN_S or (unseen_s > LOST_S and not kept)
+    return unseen_s > FORGOTTEN_S and not (kept or sign.reading == "stop")
 
 
 def _open(signs: Signs, sign: SignAhead) -> bool:

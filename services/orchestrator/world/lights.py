@@ -11,6 +11,8 @@ Who stands at the line has the lamp above the pictures: what it shows then is un
 """
 
 import math
+from collections.abc import Callable
+from typing import Literal, NamedTuple
 
 import msgspec
 
@@ -79,34 +81,73 @@ def _still_ahead(light: Light, motion: Motion, ego: Stamped[Ego] | None, now_ns:
     return msgspec.structs.replace(light, distance_m=moved, lost_at_line=lost)
 
 
+class _Reading(NamedTuple):
+    """A fact about a light, beside the light held so far."""
+
+    light: Light | None
+    fact: Fact
+    state: str
+    arrow: str
+    now_ns: int
+
+    @property
+    def same(self) -> bool:
+        """Whether it is of the lamp that is held."""
+        return self.light is not None and self.light.track_id == self.fact.track_id
+
+    @property
+    def age_ns(self) -> int:
+        """Since its picture."""
+        return self.now_ns - self.fact.frame_stamp_ns
+
+    @property
+    def permits(self) -> bool:
+        """Whether it says that one may go."""
+        return self.state in _PERMISSION
+
+    @property
+    def granted(self) -> bool:
+        """Green is permission: only a sure and fresh reading grants it. Red and amber are believed at once."""
+        sure = self.fact.believed and self.fact.confidence >= SURE
+        return sure and -MOST_SKEW_NS <= self.age_ns <= GREEN_LASTS_NS
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it is no reading of a light, or of one long past."""
+        known = self.state in _STATES and math.isfinite(self.fact.confidence)
+        return not known or self.age_ns > RED_LASTS_NS
+
+
+Fate = Literal["held", "ends"]
+_FATES: tuple[tuple[Callable[[_Reading], bool], Fate], ...] = (
+    (lambda r: r.light is not None and _outdated(r.light, r.fact), "held"),
+    (lambda r: r.fact.withdrawn and r.light is not None and _takes_back(r.light, r.fact), "ends"),
+    (lambda r: r.fact.withdrawn, "held"),
+    (lambda r: r.fact.passed and r.same, "ends"),
+    (lambda r: r.fact.passed or r.is_none, "held"),
+    (lambda r: r.permits and not r.granted, "held"),
+    # Green one way only, and which way the ego goes is not known: the lamp's own red ends, no permission begins.
+    (lambda r: r.permits and bool(r.arrow) and r.same, "ends"),
+    (lambda r: r.permits and bool(r.arrow), "held"),
+    (lambda r: r.light is not None and not _supersedes(r.light, r.fact, r.state, r.now_ns), "held"),
+)
+"""What a reading does to the light held; the first row that applies decides, and where none does the reading replaces it."""
+
+
 def _read_light(light: Light | None, fact: Fact, now_ns: int) -> Light | None:
-    (state, arrow), age_ns = _colour_and_arrow(fact), now_ns - fact.frame_stamp_ns
-    if light is not None and _outdated(light, fact):
-        return light
-    if fact.withdrawn:
-        return None if light is not None and _takes_back(light, fact) else light
-    if fact.passed:
-        return None if light is not None and light.track_id == fact.track_id else light
-    if state not in _STATES or not math.isfinite(fact.confidence) or age_ns > RED_LASTS_NS:
-        return light
-    # Green is permission: only a sure and fresh reading grants it. Red and amber are believed at once.
-    if state in _PERMISSION and not (
-        fact.believed and fact.confidence >= SURE and -MOST_SKEW_NS <= age_ns <= GREEN_LASTS_NS
-    ):
-        return light
-    if arrow and state in _PERMISSION:
-        # Green one way only, and which way the ego goes is not known: the lamp's own red ends, no permission begins.
-        return None if light is not None and light.track_id == fact.track_id else light
-    if light is not None and not _supersedes(light, fact, state, now_ns):
-        return light
-    distance = fact.distance_m if fact.distance_m is not None else (light.distance_m if light is not None else None)
+    read = _Reading(light, fact, *_colour_and_arrow(fact), now_ns)
+    fate = next((fate for applies, fate in _FATES if applies(read)), None)
+    if fate is not None:
+        return light if fate == "held" else None
+    known_m = light.distance_m if light is not None else None
+    round_before = light is not None and read.same and not light.arrow
     return Light(
-        state=state,
+        state=read.state,
         confidence=min(1.0, max(0.0, fact.confidence)),
         seen_ns=min(fact.frame_stamp_ns, now_ns),
-        distance_m=distance,
+        distance_m=fact.distance_m if fact.distance_m is not None else known_m,
         track_id=fact.track_id,
-        arrow="" if light is not None and light.track_id == fact.track_id and not light.arrow else arrow,
+        arrow="" if round_before else read.arrow,
     )
 
 
