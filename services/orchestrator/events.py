@@ -51,7 +51,7 @@ class EventRow(NamedTuple):
     """One kind of event. `g` in the unit that the comment beside the row names."""
 
     kind: str
-    detect: Callable[[State, State, str], Signal]
+    detect: Callable[[State, str], Signal]
     eta: float
     tools: tuple[str, ...]
 
@@ -62,7 +62,7 @@ def detect_events(
     """All events above their thresholds now, the table's but for those given; `since_ns` is when they began."""
     found = []
     for row in TABLE:
-        signal, eta = row.detect(state, before, query), thresholds.get(row.kind, row.eta)
+        signal, eta = row.detect(state, query), thresholds.get(row.kind, row.eta)
         if signal.g > eta:
             found.append(
                 Event(
@@ -118,7 +118,7 @@ def foreign_plate(sign: SignAhead, language: str) -> str:
     return ""
 
 
-def _foreign_sign(state: State, before: State, query: str) -> Signal:
+def _foreign_sign(state: State, query: str) -> Signal:
     language = state.preferences.language
     found = [sign for sign in state.signs.ahead if foreign_plate(sign, language)]
     if not found:
@@ -127,7 +127,7 @@ def _foreign_sign(state: State, before: State, query: str) -> Signal:
     return Signal(sign.confidence, f"{sign.reading} {' '.join(sign.plates)}", sign.confidence)
 
 
-def _jurisdiction_change(state: State, before: State, query: str) -> Signal:
+def _jurisdiction_change(state: State, query: str) -> Signal:
     here, signs = state.signs.jurisdiction, state.signs
     if here is None or not signs.crossed or not _news(here.since_ns, state.now_ns):
         return NOTHING
@@ -135,20 +135,20 @@ def _jurisdiction_change(state: State, before: State, query: str) -> Signal:
     return Signal(here.confidence, f"{signs.former_jurisdiction or '?'} to {here.value}{on}", here.confidence)
 
 
-def _dynamic_limit(state: State, before: State, query: str) -> Signal:
+def _dynamic_limit(state: State, query: str) -> Signal:
     if not _news(state.signs.gantry_changed_ns, state.now_ns):
         return NOTHING
     gantry = state.signs.gantry
     return Signal(gantry.posted.confidence, gantry.posted.reading) if gantry is not None else Signal(1.0, "gantry ends")
 
 
-def _limit_change(state: State, before: State, query: str) -> Signal:
+def _limit_change(state: State, query: str) -> Signal:
     if not _news(state.signs.changed_ns, state.now_ns):
         return NOTHING
     return Signal(1.0, " ".join(state.signs.ended))
 
 
-def _uncertain_sign(state: State, before: State, query: str) -> Signal:
+def _uncertain_sign(state: State, query: str) -> Signal:
     doubted = [sign for sign in state.signs.ahead if not sign.believed and sign.kind == "limit"]
     if not doubted:
         return NOTHING
@@ -156,12 +156,12 @@ def _uncertain_sign(state: State, before: State, query: str) -> Signal:
     return Signal(1.0 - sign.confidence, f"track {sign.track_id}", sign.confidence)
 
 
-def _place_ahead(state: State, before: State, query: str) -> Signal:
+def _place_ahead(state: State, query: str) -> Signal:
     sign = next(iter(places_ahead(state)), None)
     return Signal(sign.confidence, sign.reading, sign.confidence) if sign is not None else NOTHING
 
 
-def _stop_required(state: State, before: State, query: str) -> Signal:
+def _stop_required(state: State, query: str) -> Signal:
     """A person that is neither certain nor confirmed lowers the target, and is no event yet."""
     speed, person = state.world.ego.speed_mps, pedestrian(state.world)
     sure = person is not None and confirmed(state.gaps, person)
@@ -174,14 +174,14 @@ def _stop_required(state: State, before: State, query: str) -> Signal:
     return Signal(need, worst.why, worst.confidence)
 
 
-def _low_friction(state: State, before: State, query: str) -> Signal:
+def _low_friction(state: State, query: str) -> Signal:
     conditions = state.held.conditions
     if conditions is None or conditions.confidence < WEATHER_KNOWN:
         return NOTHING  # unknown grip lowers the target; it is no news that the road is slippery
     return Signal(1.0 - conditions.mu_low / DRY_MU, conditions.risk_level, conditions.confidence)
 
 
-def _vehicle_fault(state: State, before: State, query: str) -> Signal:
+def _vehicle_fault(state: State, query: str) -> Signal:
     car = state.held.degradation
     if car is None:
         return NOTHING
@@ -189,7 +189,7 @@ def _vehicle_fault(state: State, before: State, query: str) -> Signal:
     return Signal(max(car.h or 0.0, 0.2 if names else 0.0), " ".join([*names, *shown(car)]))
 
 
-def _closing_lead(state: State, before: State, query: str) -> Signal:
+def _closing_lead(state: State, query: str) -> Signal:
     """Who is met soonest, as far as that is sure; a car that stands meets nobody."""
     if stands(state.world):
         return NOTHING
@@ -199,7 +199,7 @@ def _closing_lead(state: State, before: State, query: str) -> Signal:
     return Signal(1.0 / max(0.05, way.ttc_s), f"track {way.track.track_id}", way.track.confidence)
 
 
-def _vulnerable(state: State, before: State, query: str) -> Signal:
+def _vulnerable(state: State, query: str) -> Signal:
     seen = (way for way in people(state.world) if well_seen(way.track))
     person = next((way for way in seen if confirmed(state.gaps, way)), None)
     if person is None:
@@ -207,7 +207,7 @@ def _vulnerable(state: State, before: State, query: str) -> Signal:
     return Signal(person.track.confidence, f"{person.track.kind} {person.track.track_id}", person.track.confidence)
 
 
-def _overspeed(state: State, before: State, query: str) -> Signal:
+def _overspeed(state: State, query: str) -> Signal:
     speed, answer = state.world.ego.speed_mps, state.held.legal
     if speed is None or answer is None or answer.limit is None or answer.limit.advisory:
         return NOTHING
@@ -217,7 +217,7 @@ def _overspeed(state: State, before: State, query: str) -> Signal:
     return Signal(speed.value / max(0.5, answer.limit.mps) - 1.0, f"{answer.limit.value:g}", confidence)
 
 
-def _stale(state: State, before: State, query: str) -> Signal:
+def _stale(state: State, query: str) -> Signal:
     ages = {
         "conditions": (state.held.conditions_ns, VALID_NS["conditions"]),
         "degradation": (state.held.degradation_ns, VALID_NS["degradation"]),
@@ -244,7 +244,7 @@ def _share(stamp_ns: int | None, valid_ns: int, now_ns: int) -> float:
     return UNSET_AFTER if stamp_ns is None else (now_ns - stamp_ns) / valid_ns
 
 
-def _driver_query(state: State, before: State, query: str) -> Signal:
+def _driver_query(state: State, query: str) -> Signal:
     return Signal(1.0, query) if query else NOTHING
 
 

@@ -1,7 +1,8 @@
 """Observations become `world_state`: typed, stamped, with confidences that fall once a field's validity is over."""
 
 import math
-from typing import Any, Literal, TypeVar, cast
+from collections.abc import Callable
+from typing import Literal, TypeVar, cast
 
 import msgspec
 
@@ -9,7 +10,7 @@ from proto.observed import Observed, Source
 from proto.perception import Lanes, Track, Tracks
 from proto.rules import PostedLimit
 from proto.scene import Unit
-from proto.vehicle import Degradation
+from proto.vehicle import Degradation, Ego
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator.observations.inputs import Observations, Stamped
 from services.orchestrator.observations.motion import Motion, motion_of
@@ -33,6 +34,7 @@ from services.orchestrator.world.lights import light_ahead
 from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line
 
 T = TypeVar("T")
+LightState = Literal["red", "red_amber", "amber", "green", "off"]
 GONE_EXPERT_NS = 60 * SECOND
 """For how long a restriction outlives its time when the expert that made it is gone."""
 
@@ -144,13 +146,11 @@ def sane(track: Track) -> bool:
 
 
 def _ego(state: State, seen: Observations) -> EgoState:
-    def signal(name: str) -> Observed[float] | None:
-        if seen.ego is None:
+    def signal(of: Callable[[Ego], float | None]) -> Observed[float] | None:
+        value = number(of(seen.ego.message)) if seen.ego is not None else None
+        if value is None or seen.ego is None:
             return None
-        value = number(getattr(seen.ego.message, name))
-        return (
-            None if value is None else _observed(value, 1.0, "can", seen.ego.stamp_ns, VALID_NS["speed"], seen.now_ns)
-        )
+        return _observed(value, 1.0, "can", seen.ego.stamp_ns, VALID_NS["speed"], seen.now_ns)
 
     held, lanes = state.held, fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
     car, stamp_ns = held.degradation, held.degradation_ns or 0
@@ -159,11 +159,11 @@ def _ego(state: State, seen: Observations) -> EgoState:
         return None if value is None else _observed(value, 1.0, "can", stamp_ns, VALID_NS["degradation"], seen.now_ns)
 
     return EgoState(
-        speed_mps=signal("speed_mps"),
-        acceleration_mps2=signal("acceleration_mps2"),
-        yaw_rate_radps=signal("yaw_rate_radps"),
-        lane_id=_of_lanes(lanes, "ego_lane_id", seen.now_ns),
-        lateral_offset_m=_of_lanes(lanes, "lateral_offset_m", seen.now_ns),
+        speed_mps=signal(lambda ego: ego.speed_mps),
+        acceleration_mps2=signal(lambda ego: ego.acceleration_mps2),
+        yaw_rate_radps=signal(lambda ego: ego.yaw_rate_radps),
+        lane_id=_of_lanes(lanes, lambda each: each.ego_lane_id, seen.now_ns),
+        lateral_offset_m=_of_lanes(lanes, lambda each: each.lateral_offset_m, seen.now_ns),
         position_m=_observed(seen.position_m, 0.9, "map", seen.now_ns, VALID_NS["position"], seen.now_ns)
         if seen.position_m is not None
         else None,
@@ -183,7 +183,7 @@ def _environment(state: State, seen: Observations, motion: Motion) -> Environmen
     )
     conditions = held.conditions
     return Environment(
-        lane_count=_of_lanes(lanes, "lane_count", now_ns),
+        lane_count=_of_lanes(lanes, lambda each: each.lane_count, now_ns),
         stop_line_m=_map(state.stop_m, now_ns),
         stop_line_kind=state.stop_kind,
         junction_m=_map(motion.junction_m, now_ns),
@@ -221,7 +221,9 @@ def _road_type(signs: Signs, seen: Observations) -> Believed | None:
     return None
 
 
-def _observed(value: T, confidence: float, source: Source, stamp_ns: int, valid_ns: int, now_ns: int) -> Any:
+def _observed(
+    value: T, confidence: float, source: Source, stamp_ns: int, valid_ns: int, now_ns: int
+) -> Observed[T] | None:
     """The observation, at the confidence its age leaves; None once that is nothing."""
     left = confidence_at(confidence, now_ns - stamp_ns, valid_ns)
     if left <= 0.0 and confidence > 0.0:
@@ -229,19 +231,19 @@ def _observed(value: T, confidence: float, source: Source, stamp_ns: int, valid_
     return Observed(value=value, confidence=left, source=source, stamp_ns=stamp_ns, valid_for_ns=valid_ns)
 
 
-def _of_lanes(lanes: Stamped[Lanes] | None, name: str, now_ns: int) -> Any:
+def _of_lanes(lanes: Stamped[Lanes] | None, of: Callable[[Lanes], T], now_ns: int) -> Observed[T] | None:
     if lanes is None:
         return None
     confidence = 0.95 if lanes.message.source == "map" else 0.5
     source: Source = "map" if lanes.message.source == "map" else "perception"
-    return _observed(getattr(lanes.message, name), confidence, source, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
+    return _observed(of(lanes.message), confidence, source, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
 
 
-def _map(value: T | None, now_ns: int) -> Any:
+def _map(value: T | None, now_ns: int) -> Observed[T] | None:
     return None if value is None else _observed(value, 0.95, "map", now_ns, VALID_NS["lanes"], now_ns)
 
 
-def _believed(believed: Believed | None, now_ns: int) -> Any:
+def _believed(believed: Believed | None, now_ns: int) -> Observed[str] | None:
     if believed is None:
         return None
     # Restated from time to time by the front end; what was believed does not wear off by itself.
@@ -302,7 +304,8 @@ def _observed_sign(sign: SignAhead, now_ns: int) -> Observed[SeenSign]:
     )
 
 
-def _observed_light(light: Light | None, now_ns: int) -> Any:
+def _observed_light(light: Light | None, now_ns: int) -> Observed[LightState] | None:
     if light is None:
         return None
-    return _observed(light.state, light.confidence, "drivelm", light.seen_ns, VALID_NS["light"], now_ns)
+    state = cast(LightState, light.state)
+    return _observed(state, light.confidence, "drivelm", light.seen_ns, VALID_NS["light"], now_ns)
