@@ -1,1 +1,4 @@
-"""How well road users are tracked: rendered drives with truth, scored by standard metrics."""
+"""How well road users are tracked: rendered drives with truth, scored by standard metrics.
+
+Flat: one program, a module for each of its steps.
+"""
