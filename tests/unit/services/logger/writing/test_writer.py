@@ -327,7 +327,7 @@ _CHILD = """
 import sys, time
 from pathlib import Path
 from typing import TypeVar
-from services.logger import signing
+from services.logger.format import signing
 from services.logger.writing.writer import LogWriter, WriterSettings
 from tests.unit.services.logger.conftest import record
 
