@@ -47,4 +47,4 @@ def said(rows: tuple[Row, ...]) -> Callable[[ArbitrationRequest], tuple[Decision
 NONE = Filter(said=said(_NEW), suggested=suggested, simulation_only=True)
 """`arbiter.filter=none`: what is new is spoken, and what the advice warns of is braked for."""
 TALKATIVE = Filter(said=said(_ALL))
-"""`arbiter.filter=talkative`: braking is judged as ever; every message of every tick is spoken."""
+"""`arbiter.filter=talkative`: the arbiter judges braking as usual, and speaks the message of every tick."""

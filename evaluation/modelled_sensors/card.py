@@ -222,7 +222,7 @@ def regime_of(hidden: float, cut: float, full_height_px: float) -> str:
 
 
 def weather_name(truth: Truth) -> str:
-    """The weather as the camera's is told apart."""
+    """The weather, in the classes that the camera distinguishes."""
     if truth.dark:
         return "dark_rain" if (truth.rain_mm_h or 0.0) > 0.1 else "dark"
     if (truth.rain_mm_h or 0.0) > 0.1:

@@ -43,7 +43,7 @@ class CodeMemory:
 
     @property
     def stamp_ns(self) -> int | None:
-        """Of the oldest answer that is counted on; None where nobody has answered yet."""
+        """Stamp (ns) of the oldest answer in use; None before the first answer."""
         return min((stamp_ns for _, stamp_ns in self._by_unit.values()), default=None)
 
     @property

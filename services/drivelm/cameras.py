@@ -83,7 +83,7 @@ class RecentFrames:
         return _decoded(jpeg)
 
     def newest(self, camera: str) -> Picture | None:
-        """The last picture that came; None where there is none. For other threads than the one that adds, too."""
+        """The newest picture; None before the first one. Safe to call from any thread."""
         frames = self._frames.get(camera)
         kept = list(frames.copy().values()) if frames is not None else []
         return _decoded(kept[-1]) if kept else None

@@ -96,7 +96,7 @@ class Tools:
 
 
 def advisor_of(method: Method) -> Advisor:
-    """The advisor of that name. Raises ConfigError for a name or a setting that is none."""
+    """The advisor of that name. Raises ConfigError for an unknown name or setting."""
     kind = Tools if method.name == "tools" else registered(GROUP, method.name, "orchestrator.method")
     advisor: Advisor = kind(method)
     return advisor

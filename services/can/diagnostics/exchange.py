@@ -13,7 +13,7 @@ MAX_QUESTIONS = 512
 
 
 class Responders:
-    """What the profile lists, and what was learned: the same units twice, and then nobody for a while.
+    """The units that the profile lists, and those learned: the same units answered twice, and no other for a while.
 
     A unit that answers later than that, or again after a pause, makes its question unknown again.
     """

@@ -93,4 +93,4 @@ class PromptedBackend(ABC):
 
     @abstractmethod
     def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
-        """Text, probability (None: not told), and why there is none."""
+        """Text, probability (None: not stated), and the reason for an empty text."""

@@ -167,7 +167,7 @@ RECENT_NS = 2_000_000_000
 
 
 class RecentFacts:
-    """The last fact of each track, by its camera and number; what is withdrawn or older is none."""
+    """The last fact of each track, by its camera and number; withdrawn and older facts are left out."""
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, int], tuple[int, Fact]] = {}

@@ -135,7 +135,7 @@ Key = tuple[str, int]
 
 
 class DoubtedLights:
-    """What was last said of each light in sight. One that was ever believed is never taken back, nor one out of sight."""
+    """The last statement on each light in sight. A light that was believed once is never withdrawn, nor is a light out of sight."""
 
     def __init__(self) -> None:
         self._last: dict[Key, Fact] = {}
