@@ -84,6 +84,8 @@ KINDS: tuple[KindRow, ...] = (
 )  # fmt: skip
 """In order of weight: of several candidates that are equally due the first is said."""
 ROWS: Mapping[Kind, KindRow] = MappingProxyType({row.kind: row for row in KINDS})
+WEIGHT: Mapping[Kind, int] = MappingProxyType({row.kind: at for at, row in enumerate(KINDS)})
+"""Place in the table: the lower, the weightier."""
 PRESSING = frozenset(row.sent_as for row in KINDS if row.presses)
 """Topics whose advice is of no use later."""
 

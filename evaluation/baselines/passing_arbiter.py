@@ -44,7 +44,7 @@ def said(rows: tuple[Row, ...]) -> Callable[[ArbitrationRequest], tuple[Decision
     return lambda request: next((kind, reason) for holds, kind, reason in rows if holds(request))
 
 
-NONE = Filter(said=said(_NEW), suggested=suggested, simulation_only=True)
+NONE = Filter(said=said(_NEW), suggested=suggested)
 """`arbiter.filter=none`: what is new is spoken, and what the advice warns of is braked for."""
 TALKATIVE = Filter(said=said(_ALL))
 """`arbiter.filter=talkative`: the arbiter judges braking as usual, and speaks the message of every tick."""

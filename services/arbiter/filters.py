@@ -29,8 +29,7 @@ class Filter(NamedTuple):
     said: Callable[[ArbitrationRequest], tuple[DecisionKind, str]]
     """Whether a tick's message is spoken, and why."""
     suggested: Callable[[ArbitrationRequest, View, Profile], Suggested | None] | None = None
-    """What is braked for unjudged; None: braking is judged by the arbiter."""
-    simulation_only: bool = False
+    """What is braked for unjudged, in simulation alone; None: braking is judged by the arbiter."""
 
 
 def filter_of(name: str) -> Filter | None:
@@ -44,11 +43,11 @@ def filter_of(name: str) -> Filter | None:
 
 
 def check(name: str, *, lockstep: bool) -> None:
-    """Refuse what is for simulation only on anything but a simulated clock. Raises ConfigError.
+    """Refuse whatever brakes unjudged on anything but a simulated clock, whoever registers it. Raises ConfigError.
 
     In lockstep time moves by the simulator's steps alone (the player refuses lockstep, a wall clock does not step), and
     the CAN service opens no adapter in lockstep: no real car can be driven so.
     """
     chosen = filter_of(name)
-    if chosen is not None and chosen.simulation_only and not lockstep:
+    if chosen is not None and chosen.suggested is not None and not lockstep:
         raise ConfigError(f"arbiter.filter = {name} passes everything and is for simulation only: it needs lockstep")

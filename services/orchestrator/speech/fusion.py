@@ -116,7 +116,7 @@ EPISODE_PAUSE_S = 10.0
 def owes_first_notice(candidate: Candidate, state: State) -> bool:
     """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew,
     and of a lower one though the driver was too fast for the one before, too."""
-    if candidate.first_since_ns is None:
+    if candidate.first_since_ns is None or not candidate.row.first_notice:
         return False
     told, news = state.memory.last(candidate.remembered_as, candidate.about), candidate.news
     if told is None:

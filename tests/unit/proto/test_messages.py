@@ -1,6 +1,12 @@
 """The table of kinds of message: whole, in step with the documentation, and what metrics and arbiter read."""
 
+import pytest
+
 from proto.messages import BEGIN, END, GRAVER, KINDS, PRESSING, ROWS, Kind, covers, kinds_table
+from services.orchestrator.speech.candidate import Candidate
+from services.orchestrator.speech.candidates import candidates
+from services.orchestrator.state import News, State
+from services.orchestrator.target.target import target
 from tests.shared import ROOT
 
 
@@ -24,3 +30,13 @@ def test_a_graver_warning_of_the_same_road_user_covers_a_calmer_one_and_not_the_
 
 def test_what_presses_is_known_by_the_topic_under_which_it_goes_out() -> None:
     assert {"person", "stop", "ahead", "give_way"} == PRESSING
+
+
+def test_candidates_come_in_the_order_of_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    def made(kind: Kind) -> Candidate:
+        return Candidate(kind=kind, news=News(), phrase="", urgency="info", values={})
+
+    makers = tuple(lambda *_, kind=row.kind: [made(kind)] for row in reversed(KINDS))
+    monkeypatch.setattr(candidates, "MAKERS", makers)
+    found = candidates.candidates(State(), target(State()), ())
+    assert [each.kind for each in found] == [row.kind for row in KINDS]

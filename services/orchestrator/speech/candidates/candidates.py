@@ -6,7 +6,7 @@ import msgspec
 
 from domain.units import limit_text
 from proto.decision import Event
-from proto.messages import ROWS, Kind
+from proto.messages import ROWS, WEIGHT, Kind
 from proto.rules import LegalLimit
 from proto.vehicle import Degradation, VehicleHealth
 from services.orchestrator.events import foreign_plate
@@ -23,9 +23,10 @@ from services.orchestrator.world.car_faults import covered, said_of
 
 
 def candidates(state: State, target: Target, events: tuple[Event, ...]) -> tuple[Candidate, ...]:
-    """All of them, in the order of the table."""
+    """All of them, the weightiest kind first (`proto.messages.KINDS`)."""
     by_kind = {event.kind: event for event in events}
-    return tuple(candidate for make in MAKERS for candidate in make(state, target, by_kind))
+    found = (candidate for make in MAKERS for candidate in make(state, target, by_kind))
+    return tuple(sorted(found, key=lambda candidate: WEIGHT[candidate.kind]))
 
 
 # -- the car -----------------------------------------------------------------------------------------------------------
@@ -369,4 +370,3 @@ MAKERS: tuple[Maker, ...] = (
     person, lead, stop, give_way, _vehicle, _overspeed, _border, _limit, go, _doubt, _friction, _foreign, approach, ahead, _expert,
     _degraded, _old_rules,
 )  # fmt: skip
-"""In order of weight."""

@@ -8,8 +8,10 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
 from drivemcp.testing import bus
 from proto.decision import ArbitrationRequest
+from services.arbiter import filters
 from services.arbiter.braking.act import Permission
 from services.arbiter.decide import decide, redecide
+from services.arbiter.filters import Filter
 from services.arbiter.service import SERVICE, ArbiterConfig
 from services.can.service import SERVICE as CAN
 from tests.unit.services.arbiter.support import CALIBRATED, FEW, fused, mirror, request, requests, track
@@ -76,3 +78,13 @@ def test_no_real_bus_is_driven_in_lockstep() -> None:
     config: ServiceConfig = msgspec.convert(settings, CAN.config)
     with bus() as b, pytest.raises(ConfigError, match=r"lockstep is for simulation"):
         b.start(CAN, config)
+
+
+def test_a_filter_that_brakes_unjudged_is_refused_outside_simulation_whoever_registers_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    strangers = Filter(said=lambda request: ("SILENT", ""), suggested=lambda request, view, profile: None)
+    monkeypatch.setattr(filters, "registered", lambda *_: strangers)
+    with pytest.raises(ConfigError, match="lockstep"):
+        filters.check("strangers", lockstep=False)
+    filters.check("strangers", lockstep=True)
