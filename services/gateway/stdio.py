@@ -2,12 +2,8 @@
 
 import argparse
 
-import anyio
-from mcp.server.stdio import stdio_server
-
 from drivemcp.client import join
 from drivemcp.node import Node
-from services.gateway.server import make_server
 
 
 def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -20,6 +16,8 @@ def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 
 def command(flags: argparse.Namespace) -> int:
     """Serve until standard input ends."""
+    import anyio  # here, as every `drivemcp` command loads this module, and the SDK takes longer than all the rest
+
     with join(flags.connect, flags.vehicle, name="gateway-stdio") as node:
         node.watch_services()
         node.client.discover()
@@ -28,6 +26,10 @@ def command(flags: argparse.Namespace) -> int:
 
 
 async def _serve(node: Node) -> None:
+    from mcp.server.stdio import stdio_server
+
+    from services.gateway.server import make_server
+
     server = make_server(node)
     async with stdio_server() as (read, write):
         await server.run(read, write, server.create_initialization_options())
