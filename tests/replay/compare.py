@@ -31,17 +31,22 @@ def decided(name: str) -> list[Parts]:
     return list(decided_again(read_lines(LOGS / name / "inputs.jsonl.gz", LoggedTick)))
 
 
+def outcomes(name: str) -> list[Parts]:
+    """What one log came to when it was locked."""
+    return read_lines(LOGS / name / "outcomes.jsonl.gz", dict[str, Any])
+
+
 def of_log(name: str, lock: Lock, ours: Sequence[Parts]) -> str:
     """How a log comes out otherwise than locked; empty: it does not."""
     rows = lock.logs.get(name, ())
     if len(rows) != len(ours):
         return f"{name}: {len(ours)} ticks, {len(rows)} are locked"
-    tick = next((at for at, (row, parts) in enumerate(zip(rows, ours, strict=True)) if row != digests(parts)), None)
-    if tick is None:
+    differing = [at for at, (row, parts) in enumerate(zip(rows, ours, strict=True)) if row != digests(parts)]
+    if not differing:
         return ""
-    count = sum(row != digests(parts) for row, parts in zip(rows, ours, strict=True))
-    locked = read_lines(LOGS / name / "outcomes.jsonl.gz", dict[str, Any])[tick]
-    return f"{name}: {count} of {len(rows)} ticks differ, the first is tick {tick + 1}: {_told(locked, ours[tick])}"
+    tick = differing[0]
+    told = f"{len(differing)} of {len(rows)} ticks differ, the first is tick {tick + 1}"
+    return f"{name}: {told}: {_told(outcomes(name)[tick], ours[tick])}"
 
 
 def of_drive(name: str, lock: Lock, ours: Mapping[str, list[Any]]) -> str:

@@ -11,7 +11,8 @@ import msgspec
 HERE = Path(__file__).parent
 LOCK, LOGS, DRIVES = HERE / "lock.json", HERE / "logs", HERE / "drives"
 Parts = dict[str, Any]
-"""What one tick (or one message) came to, by part: JSON data."""
+"""What one tick came to, by part: JSON data."""
+PARTS = ("events", "calls", "decision", "advisory")
 T = TypeVar("T")
 
 
@@ -52,5 +53,5 @@ def digest(value: Any) -> str:
 
 
 def digests(parts: Parts) -> str:
-    """A row of the lock: one digest for each part, in the order of `parts`."""
-    return " ".join(digest(part) for part in parts.values())
+    """A row of the lock: one digest for each of `PARTS`."""
+    return " ".join(digest(parts[name]) for name in PARTS)

@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from tests.replay.compare import decided, names, of_drive, of_log
+from tests.replay.compare import decided, names, of_drive, of_log, outcomes
 from tests.replay.files import DRIVES, Lock, read_lines, read_lock
 from tests.replay.recordings import RECORDINGS
 from tests.replay.rendered import RENDERED, published
@@ -22,7 +22,7 @@ def test_a_rendered_drive_is_driven_as_it_was_locked(name: str) -> None:
 
 
 def test_the_first_tick_and_field_that_differ_are_named_with_both_sides() -> None:
-    ours = decided("border")
+    ours = outcomes("border")
     ours[6] = {**ours[6], "advisory": {**ours[6]["advisory"], "directive": "Drive on the other side"}}
     told = of_log("border", read_lock(), ours)
     assert told.startswith("border: 1 of 200 ticks differ, the first is tick 7: advisory.directive: locked ")
@@ -30,7 +30,7 @@ def test_the_first_tick_and_field_that_differ_are_named_with_both_sides() -> Non
 
 
 def test_a_log_that_is_shorter_than_locked_is_told() -> None:
-    assert "199 ticks, 200 are locked" in of_log("border", read_lock(), decided("border")[:-1])
+    assert "199 ticks, 200 are locked" in of_log("border", read_lock(), outcomes("border")[:-1])
 
 
 def test_another_processor_is_held_to_what_does_not_hang_on_pixels_and_to_what_was_seen_at_all() -> None:
