@@ -280,3 +280,13 @@ def test_an_unsure_number_of_unknown_unit_raises_no_limit_in_miles() -> None:
     permanent = drive.state.signs.permanent
     assert permanent is not None
     assert (permanent.posted.value, permanent.posted.unit) == (50.0, "km/h"), "below the 40 mph before it"
+
+
+def test_a_sign_of_unknown_distance_is_given_up_after_six_seconds_out_of_sight() -> None:
+    drive = Drive()
+    drive.tick(limit_sign("limit:70"))
+    drive.tick(limit_sign("limit:30", track_id=8, passed=False, distance_m=None))
+    drive.ticks(55)
+    assert [sign.track_id for sign in drive.state.signs.ahead] == [8]
+    drive.ticks(10)
+    assert drive.state.signs.ahead == ()
