@@ -4,9 +4,11 @@ from typing import Any, Literal
 
 import msgspec
 
+from proto.messages import Kind
 from proto.perception import Track
 from proto.rules import Citation, LegalLimit
 from proto.scene import Unit
+from proto.speech import Memory, Message
 from proto.tools import Outcome
 
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
@@ -108,6 +110,12 @@ class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
     seconds_since_spoken: float | None = None
     feedback: tuple["Feedback", ...] = ()
     """Labels given since the last tick; they move Delta and c_min within bounds."""
+    message: Message | None = None
+    """What is remembered of the fused advice if it is spoken; None: there is none."""
+    past: tuple[Kind, ...] = ()
+    """Kinds whose last message announced what is over."""
+    heard: Memory | None = None
+    """What the driver was told, where the last decision was made without the arbiter: it replaces the arbiter's memory."""
 
 
 class Decision(msgspec.Struct, frozen=True, kw_only=True):
@@ -127,6 +135,8 @@ class Decision(msgspec.Struct, frozen=True, kw_only=True):
     """The arbiter's own reading, its state before, and its grant: with the request, enough to decide again."""
     hazard: str = ""
     """What is shouted about, whoever saw it; empty: nothing is, and the fused advice is what is spoken."""
+    memory: Memory | None = None
+    """What the driver was told, this decision's message included; None: the arbiter did not decide."""
 
 
 class Advisory(msgspec.Struct, frozen=True, kw_only=True):

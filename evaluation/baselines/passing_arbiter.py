@@ -8,10 +8,10 @@ belong to braking, not to judging.
 
 from collections.abc import Callable
 
+from domain.speech import WARNS
 from proto.decision import ArbitrationRequest, DecisionKind
 from services.arbiter.assessment.assess import View, each, speak_bounds
 from services.arbiter.filters import Filter, Suggested
-from services.arbiter.memory.attention import WARNS
 from services.arbiter.profiles.profile import Profile
 
 KINDS = {"closing_lead": ("vehicle",), "pedestrian": ("pedestrian", "cyclist")}

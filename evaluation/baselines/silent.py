@@ -3,12 +3,13 @@
 from proto.decision import ArbitrationRequest, Decision, SafetyMetrics
 from services.orchestrator.advisor import Tools
 from services.orchestrator.experts.ask import Ask
+from services.orchestrator.state import State
 
 
 class SilentAdvisor(Tools):
     """Advises as `tools` does; the advice is never spoken."""
 
-    def decide(self, request: ArbitrationRequest, ask: Ask) -> Decision:
+    def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
         """SILENT."""
         return silent(request)
 

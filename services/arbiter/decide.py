@@ -1,11 +1,23 @@
 """SILENT, SPEAK or ACT: pure, from the request, the arbiter's own reading, its state, its profile and its grant."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import msgspec
 
+from domain.speech import (
+    Saying,
+    being_heard,
+    due,
+    is_fresh,
+    is_meant,
+    last_warned,
+    on_this_clock,
+    said,
+    standing,
+    without,
+)
 from proto.decision import ArbitrationRequest, BrakeCommand, Decision, DecisionKind, SafetyMetrics
+from proto.speech import Memory
 from services.arbiter.assessment.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
@@ -57,14 +69,15 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
     intervention, command, withheld = _intervene(request, weighed, state, inputs, profile)
     brakes = command is not None or bool(withheld)
     present = hazards_of(request, weighed, state, inputs, profile, brakes=brakes)
-    state = _standing(state, present, inputs.now_ns)
+    state = msgspec.structs.replace(state, memory=standing(state.memory, present, inputs.now_ns))
     pressing = _pressing(request, weighed, state, present, inputs, profile, brakes=brakes)
-    said = _say(request, weighed, state, pressing, command, withheld, inputs, profile)
-    after = msgspec.structs.replace(state, attention=said.attention, intervention=intervention)
+    word = _say(request, weighed, state, pressing, command, withheld, inputs, profile)
+    remembered = _remembered(state, request, word, pressing, inputs)
+    after = msgspec.structs.replace(remembered, intervention=intervention)
     decision = Decision(
         tick=request.tick,
-        kind=said.kind,
-        reason=said.reason,
+        kind=word.kind,
+        reason=word.reason,
         metrics=weighed.metrics,
         act_withheld=withheld,
         brake_mps2=command.deceleration_mps2 if command is not None else 0.0,
@@ -72,7 +85,8 @@ def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Ver
         profile_sha256=profile.sha256,
         state_sha256=digest(after),
         own=msgspec.json.decode(msgspec.json.encode(inputs)),
-        hazard=said.hazard,
+        hazard=word.hazard,
+        memory=after.memory,
     )
     return Verdict(decision, after, msgspec.structs.replace(command, tick=request.tick) if command else None)
 
@@ -159,13 +173,6 @@ def hazards_of(
     return tuple(dict.fromkeys(found))
 
 
-def _standing(state: ArbiterState, present: tuple[str, ...], now_ns: int) -> ArbiterState:
-    attended = state.attention
-    for hazard in present:
-        attended = attention.standing(attended, hazard, now_ns)
-    return msgspec.structs.replace(state, attention=attended)
-
-
 def wants_act(weighed: Weighed, delta: float) -> bool:
     """The paper's rule, (U_act - U_speak) > Delta and rss_viol, with every objection heard."""
     return not weighed.objections and weighed.utilities.margin > delta
@@ -177,7 +184,8 @@ def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> A
     adapted = adapt.learn(adapt.relax(state.adapted, inputs.now_ns, profile), request.feedback, profile)
     attended = attention.refill(state.attention, inputs.now_ns, profile)
     seen = watch(state.sightings, inputs.reading, inputs.now_ns, profile)
-    return msgspec.structs.replace(state, adapted=adapted, attention=attended, sightings=seen)
+    memory = without(request.heard or state.memory, request.past)
+    return msgspec.structs.replace(state, adapted=adapted, attention=attended, memory=memory, sightings=seen)
 
 
 def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> ArbiterState:
@@ -186,7 +194,8 @@ def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> Arbite
         return state
     return msgspec.structs.replace(
         state,
-        attention=attention.forget(state.attention),
+        attention=Attention(messages=state.attention.messages),
+        memory=on_this_clock(state.memory, now_ns),
         intervention=act.set_back(state.intervention, now_ns, profile),
         sightings=(),
     )
@@ -217,39 +226,10 @@ def _braked_for(
     return Suggested(own, ego)
 
 
-class _Saying(NamedTuple):
-    request: ArbitrationRequest
-    hazard: str
-    fresh_hazard: bool
-    answered: bool
-    just_spoken: bool
-    c_min: float
-    messages: float
-    needed_messages: float
-
-
 class _Said(NamedTuple):
     kind: DecisionKind
     reason: str
-    attention: Attention
     hazard: str = ""
-
-
-Row = tuple[Callable[[_Saying], bool], DecisionKind, str]
-_ROWS: tuple[Row, ...] = (
-    (lambda s: bool(s.hazard) and s.fresh_hazard and not s.answered, "SPEAK", "hazard"),
-    (lambda s: s.request.fused.first_notice, "SPEAK", "first notice"),
-    (lambda s: bool(s.hazard) and s.answered, "SILENT", "the driver was told and brakes enough"),
-    (lambda s: bool(s.hazard), "SILENT", "the hazard was just told"),
-    (lambda s: s.request.fused.muted, "SILENT", "muted by the driver"),
-    (lambda s: not s.request.fused.directive, "SILENT", "nothing to say"),
-    (lambda s: not s.request.fused.new_information, "SILENT", "nothing new"),
-    (lambda s: s.request.fused.confidence < s.c_min, "SILENT", "less sure than c_min"),
-    (lambda s: s.just_spoken, "SILENT", "the last message, as grave, is still being heard"),
-    (lambda s: s.messages < s.needed_messages, "SILENT", "attention budget spent"),
-    (lambda s: True, "SPEAK", "new advice"),
-)
-"""First row that holds decides. Hazards and first notices stand before mute, confidence and budget."""
 
 
 class _Pressing(NamedTuple):
@@ -273,8 +253,8 @@ def _pressing(
         return _Pressing(
             hazard,
             alarm,
-            attention.fresh_hazard(state.attention, hazard, inputs.now_ns, profile, alarm=alarm),
-            _answered(weighed, state.attention, hazard, inputs, profile, alarm=alarm),
+            is_fresh(state.memory, hazard, inputs.now_ns, profile.hazard_repeat_s, alarm=alarm),
+            _answered(weighed, state.memory, hazard, inputs, profile, alarm=alarm),
         )
 
     found = [judged(hazard) for hazard in present or ("",)]
@@ -293,52 +273,53 @@ def _say(
     inputs: Inputs,
     profile: Profile,
 ) -> _Said:
-    now_ns, attended, hazard, fused = inputs.now_ns, state.attention, pressing.hazard, request.fused
-    passing = filter_of(inputs.filter)
-
-    def told() -> Attention:
-        views = (request_view(request), inputs.reading.view)
-        in_path = {track.track_id for view in views for track in view.actors}
-        track_ids = tuple(sorted(in_path))
-        return attention.told(attended, hazard, now_ns, alarm=pressing.alarm, track_ids=track_ids)
-
+    hazard, fused, passing = pressing.hazard, request.fused, filter_of(inputs.filter)
     if command is not None:
         judged = passing is None or passing.suggested is None
-        reason = _act_reason(weighed, state) if judged else "the fused advice warns: passed on"
-        return _Said("ACT", reason, told(), hazard)
+        return _Said("ACT", _act_reason(weighed, state) if judged else "the fused advice warns: passed on", hazard)
     if withheld and pressing.fresh:
-        return _Said("SPEAK", f"ACT withheld: {withheld}", told(), hazard)
+        return _Said("SPEAK", f"ACT withheld: {withheld}", hazard)
     if passing is not None:
         passed, reason = passing.said(request)
-        return _Said(passed, reason, attended, hazard if passed == "SPEAK" else "")
-    saying = _Saying(
-        request=request,
-        hazard=hazard,
-        fresh_hazard=pressing.fresh,
-        answered=pressing.answered,
-        just_spoken=attention.just_spoken(attended, fused.topic, fused.urgency, now_ns, profile),
-        c_min=state.adapted.c_min,
-        messages=attended.messages,
-        needed_messages=attention.needed(fused.topic, fused.urgency, profile),
+        return _Said(passed, reason, hazard if passed == "SPEAK" else "")
+    speak, reason = due(
+        Saying(
+            fused=fused,
+            hazard=hazard,
+            fresh_hazard=pressing.fresh,
+            answered=pressing.answered,
+            being_heard=being_heard(state.memory, fused, inputs.now_ns, profile.speech_gap_s),
+            c_min=state.adapted.c_min,
+            messages=state.attention.messages,
+            needed_messages=attention.needed(fused, profile),
+        )
     )
-    kind, reason = next((kind, reason) for holds, kind, reason in _ROWS if holds(saying))
-    if kind == "SPEAK" and reason == "hazard":
-        return _Said(kind, f"hazard: {hazard}", told(), hazard)
-    if kind == "SPEAK":
-        pressed = attention.presses(fused.topic, fused.urgency)
-        attended = attention.spoken(attended, fused.urgency, now_ns, pressed=pressed)
-    return _Said(kind, reason, attention.spend(attended) if reason == "new advice" else attended)
+    if speak and reason == "hazard":
+        return _Said("SPEAK", f"hazard: {hazard}", hazard)
+    return _Said("SPEAK" if speak else "SILENT", reason)
 
 
-def _answered(
-    weighed: Weighed, attended: Attention, hazard: str, inputs: Inputs, profile: Profile, *, alarm: bool
-) -> bool:
+def _remembered(
+    state: ArbiterState, request: ArbitrationRequest, word: _Said, pressing: _Pressing, inputs: Inputs
+) -> ArbiterState:
+    """The state after what is spoken, with everyone who is in the path at that word."""
+    if word.kind == "SILENT":
+        return state
+    views = (request_view(request), inputs.reading.view)
+    in_path = tuple(sorted({track.track_id for view in views for track in view.actors}))
+    memory = said(state.memory, request, word.hazard, inputs.now_ns, alarm=pressing.alarm, track_ids=in_path)
+    spends = word.reason == "new advice"
+    attended = attention.spend(state.attention) if spends else state.attention
+    return msgspec.structs.replace(state, memory=memory, attention=attended)
+
+
+def _answered(weighed: Weighed, memory: Memory, hazard: str, inputs: Inputs, profile: Profile, *, alarm: bool) -> bool:
     """Whether the driver was told of this road user of late, as gravely as now, and brakes as hard as the worst of all needs."""
-    last = attention.last_told(attended, hazard, inputs.now_ns)
+    last = last_warned(memory, hazard, inputs.now_ns)
     view = inputs.reading.view
     if last is None or (alarm and not last.alarm) or hazard not in ANSWERED or weighed.speak is None:
         return False
-    if not attention.meant(last, weighed.speak.track, inputs.now_ns):
+    if not is_meant(last, weighed.speak.track, inputs.now_ns):
         return False
     if view.ego_speed_mps is None or view.ego_acceleration_mps2 is None:
         return False

@@ -4,7 +4,7 @@ import hashlib
 
 import msgspec
 
-from proto.decision import Urgency
+from proto.speech import Memory
 from services.arbiter.assessment.reading import Pedals
 from services.arbiter.profiles.profile import Profile
 
@@ -17,31 +17,11 @@ class Adapted(msgspec.Struct, frozen=True, kw_only=True):
     updated_ns: int | None = None
 
 
-class Told(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """When a hazard was spoken of last, whether as an alarm, and of whom."""
-
-    hazard: str
-    stamp_ns: int
-    alarm: bool
-    track_ids: tuple[int, ...] = ()
-    """Who was in the path at that word."""
-    stood_ns: int | None = None
-    """Until when that hazard stood without a break."""
-
-
 class Attention(msgspec.Struct, frozen=True, kw_only=True):
-    """How much the driver may still be told, and what he was told."""
+    """How much the driver may still be told."""
 
     messages: float
     refilled_ns: int | None = None
-    hazards: tuple[Told, ...] = ()
-    """One for each hazard."""
-    spoken_ns: int | None = None
-    """When anything was said last."""
-    spoken_urgency: Urgency = "info"
-    """How grave that was."""
-    spoken_pressed: bool = False
-    """Whether that could not wait."""
 
 
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):
@@ -67,6 +47,7 @@ class ArbiterState(msgspec.Struct, frozen=True, kw_only=True):
 
     adapted: Adapted
     attention: Attention
+    memory: Memory = Memory()
     intervention: Intervention = Intervention()
     sightings: tuple[Sighting, ...] = ()
 

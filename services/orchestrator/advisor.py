@@ -51,7 +51,7 @@ class Advisor(Protocol):
         """Ask what has to be asked, and put it into words; `before` is the state of the last tick."""
         ...
 
-    def decide(self, request: ArbitrationRequest, ask: Ask) -> Decision:
+    def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
         """The word on whether the advice is spoken, or acted on."""
         ...
 
@@ -82,11 +82,11 @@ class Tools:
         fused, chosen, goal = advise(state, now, missed)
         return Advised(state, events, calls, outcomes, fused, chosen, goal, missed)
 
-    def decide(self, request: ArbitrationRequest, ask: Ask) -> Decision:
+    def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
         """The arbiter's word on this very tick; without it the local rule, which never acts."""
         decision = ask.arbiter(request)
         if decision is None or decision.tick != request.tick:
-            return decide_locally(request)
+            return decide_locally(request, state.memory, state.now_ns)
         return decision
 
     def answer(self, question: str, state: State, ask: Ask) -> Answer:

@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 
 from proto.decision import Preferences
-from proto.messages import Kind
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
+from proto.speech import Memory
 from proto.tools import Effect
 from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
@@ -179,53 +179,6 @@ class Cached(msgspec.Struct, frozen=True, kw_only=True):
     ok: bool
 
 
-class News(msgspec.Struct, frozen=True, kw_only=True):
-    """What a message says: equal news of one kind is no news."""
-
-    what: str = ""
-    """A name: of a stop, a fault, a country, a level, a sign; as the kind has it."""
-    detail: str = ""
-    value: float | None = None
-    """Of a limit, in `unit`."""
-    unit: str = ""
-    advisory: bool = False
-    """The limit is recommended."""
-    grave: bool = False
-    """Said firmly, or of an overspeed by more than a fifth."""
-    track_id: int = 0
-
-    def same_limit(self, other: "News") -> bool:
-        """Whether both are about one limit."""
-        return (self.value, self.unit) == (other.value, other.unit)
-
-
-class Spoken(msgspec.Struct, frozen=True, kw_only=True):
-    """The last message of a kind."""
-
-    kind: Kind
-    about: str = ""
-    """Of kinds that several sources share: the tool, the rulepack."""
-    news: News
-    stamp_ns: int
-    hazard: str = ""
-    """As what hazard it was told; empty: it was none."""
-    alarm: bool = False
-
-
-class Memory(msgspec.Struct, frozen=True, kw_only=True):
-    """Short-term memory."""
-
-    asked: tuple[Cached, ...] = ()
-    spoken: tuple[Spoken, ...] = ()
-    spoken_ns: int | None = None
-    noticed: tuple[str, ...] = ()
-    """The faults of the car that were told in this drive."""
-
-    def last(self, kind: Kind, about: str = "") -> Spoken | None:
-        """The last message of a kind; None: there was none."""
-        return next((each for each in self.spoken if (each.kind, each.about) == (kind, about)), None)
-
-
 class Onset(msgspec.Struct, frozen=True, kw_only=True):
     """Since when an event holds."""
 
@@ -262,7 +215,11 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     line_halted_ns: int | None = None
     """The same of the stop line that a map knows."""
     held: Held = Held()
+    asked: tuple[Cached, ...] = ()
     memory: Memory = Memory()
+    """What the driver was told: the arbiter's memory, or what was said without it (`unheard`)."""
+    unheard: bool = False
+    """The last decision was made without the arbiter, which has to hear what was said."""
     onsets: tuple[Onset, ...] = ()
     gaps: tuple[GapSeen, ...] = ()
     """Where actors ahead were in the last moments: whether they come nearer can be seen, their speed is an estimate."""

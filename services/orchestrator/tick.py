@@ -18,7 +18,8 @@ from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.clock_set_back import on_this_clock
 from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.speech.candidate import Candidate
-from services.orchestrator.speech.memory import remember, seconds_since_spoken
+from services.orchestrator.speech.candidates.limits_ahead import past
+from services.orchestrator.speech.memory import remember
 from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import State, digest
 from services.orchestrator.world.actors import lead, pedestrian
@@ -50,9 +51,9 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     advised = advisor.advise(state, before, events, seen, ask)
     state, fused, outcomes = advised.state, advised.fused, advised.outcomes
     request = request_of(state, advised, seen)
-    decision = advisor.decide(request, ask)
+    decision = advisor.decide(request, state, ask)
     spoken = spoken_of(advised.chosen, decision)
-    after = remember(state, before, advised.events, advised.goal, spoken, decision)
+    after = remember(state, before, advised.events, advised.goal, request, decision)
     advisory = advisory_of(state, fused, decision, spoken, seen, outcomes)
     return Ticked(
         after,
@@ -73,7 +74,7 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
     world, held = state.world, state.held
     ahead, person = lead(world), pedestrian(world)
     speed, accel = world.ego.speed_mps, world.ego.acceleration_mps2
-    conditions, car = held.conditions, held.degradation
+    conditions, car, told_ns = held.conditions, held.degradation, state.memory.spoken_ns
     return ArbitrationRequest(
         tick=state.tick,
         stamp_ns=world.stamp_ns,
@@ -89,8 +90,11 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
         following_factor=advised.fused.headway_factor,
         tool_timed_out=bool(advised.failed) or any(not outcome.ok for outcome in advised.outcomes),
         degraded=world.degraded,
-        seconds_since_spoken=seconds_since_spoken(state),
+        seconds_since_spoken=(state.now_ns - told_ns) / 1e9 if told_ns is not None else None,
         feedback=seen.feedback,
+        message=advised.chosen.message if advised.chosen is not None else None,
+        past=past(state),
+        heard=state.memory if state.unheard else None,
     )
 
 

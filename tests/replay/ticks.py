@@ -19,7 +19,7 @@ from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 from tests.replay.files import Parts
 
-STATED = ("own", "profile_sha256", "state_sha256")
+STATED = ("own", "memory", "profile_sha256", "state_sha256")
 """Of a decision: memory and its hashes, whose form may change while what is decided does not."""
 MEASURED = ("event_to_advice_ms", "snapshot_to_advice_ms")
 

@@ -18,6 +18,7 @@ from proto.decision import Event, Fused, Reason, Urgency
 from proto.messages import Kind
 from proto.rules import LegalLimit, Retrieved
 from proto.scene import PromptAnswer
+from proto.speech import News
 from proto.tools import Outcome
 from services.orchestrator.advisor import Advised
 from services.orchestrator.events import new
@@ -27,10 +28,10 @@ from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.limits_ahead import OVER_MPS
-from services.orchestrator.speech.fusion import is_new
+from services.orchestrator.speech.choice import is_new
 from services.orchestrator.speech.local import PAUSE_S
 from services.orchestrator.speech.wording import say, toned
-from services.orchestrator.state import News, SignAhead, State
+from services.orchestrator.state import SignAhead, State
 from services.orchestrator.target.target import Law, Target, cautious_mps
 from services.orchestrator.text import plain
 
@@ -290,7 +291,7 @@ def _fused(state: State, goal: Target, chosen: Candidate | None) -> Fused:
         language=preferences.language,
         unit=preferences.unit,
         degraded=state.world.degraded,
-        new_information=chosen is not None and is_new(chosen, state),
+        new_information=chosen is not None and is_new(chosen, state.memory, state.now_ns),
         muted=preferences.muted,
         ahead_mps=chosen.ahead_mps if chosen is not None else None,
         told_limit_mps=chosen.limit_mps if chosen is not None else None,

@@ -28,9 +28,9 @@ class DirectAdvisor:
         """Ask for the gravest that is new, hear what has come, and put it into words."""
         return advise.advise(state, events, seen, self._settings, ask)
 
-    def decide(self, request: ArbitrationRequest, ask: Ask) -> Decision:
+    def decide(self, request: ArbitrationRequest, state: State, ask: Ask) -> Decision:
         """The local rule, which never acts."""
-        return decide_locally(request)
+        return decide_locally(request, state.memory, state.now_ns)
 
     def answer(self, question: str, state: State, ask: Ask) -> Answer:
         """The front end's answer to the prompt."""

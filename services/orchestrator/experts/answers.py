@@ -26,14 +26,14 @@ LATE_SERVES_MS = 2000.0
 
 def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
     """The state with all usable answers taken in, and every question noted as asked."""
-    held, asked = state.held, state.memory.asked
+    held, asked = state.held, state.asked
     for outcome in outcomes:
         if outcome.ok and outcome.age_ms <= LATE_SERVES_MS:
             held = _take_one(held, state, outcome)
         elif not outcome.ok:
             held = _prolonged(held, outcome.tool, state.now_ns)
         asked = _note(asked, outcome, state.now_ns)
-    return msgspec.structs.replace(state, held=held, memory=msgspec.structs.replace(state.memory, asked=asked))
+    return msgspec.structs.replace(state, held=held, asked=asked)
 
 
 def failed(outcomes: tuple[Outcome, ...]) -> tuple[str, ...]:

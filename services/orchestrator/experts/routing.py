@@ -56,7 +56,7 @@ def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) 
 
 def failing(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[str, ...]:
     """Tools that these events route to and that failed, in this tick or so lately that they are left in peace in it."""
-    late = {each.tool for each in state.memory.asked if not each.ok and 0 <= state.now_ns - each.stamp_ns < RETRY_NS}
+    late = {each.tool for each in state.asked if not each.ok and 0 <= state.now_ns - each.stamp_ns < RETRY_NS}
     return tuple(sorted(late & _because(events, experts).keys()))
 
 
@@ -80,7 +80,7 @@ def _stale_tools(event: Event) -> tuple[str, ...]:
 def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
     """Whether this very question was answered lately, or the tool failed a moment ago."""
     sha = rules_question.key(arguments)
-    for asked in state.memory.asked:
+    for asked in state.asked:
         if asked.tool != tool:
             continue
         age_ns = state.now_ns - asked.stamp_ns

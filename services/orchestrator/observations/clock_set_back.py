@@ -4,7 +4,8 @@ from typing import Any
 
 import msgspec
 
-from services.orchestrator.state import Held, Memory, State
+from domain import speech
+from services.orchestrator.state import Held, State
 
 
 def on_this_clock(state: State, now_ns: int) -> State:
@@ -13,21 +14,12 @@ def on_this_clock(state: State, now_ns: int) -> State:
         return state
     return msgspec.structs.replace(
         state,
-        memory=_memory(state.memory, now_ns),
+        asked=tuple(each for each in state.asked if each.stamp_ns <= now_ns),
+        memory=speech.on_this_clock(state.memory, now_ns),
         held=_held(state.held, now_ns),
         onsets=tuple(each for each in state.onsets if each.last_ns <= now_ns),
         missing=tuple(each for each in state.missing if each.since_ns <= now_ns),
         gaps=tuple(each for each in state.gaps if each.stamp_ns <= now_ns),
-    )
-
-
-def _memory(memory: Memory, now_ns: int) -> Memory:
-    spoken_ns = memory.spoken_ns
-    return msgspec.structs.replace(
-        memory,
-        asked=tuple(each for each in memory.asked if each.stamp_ns <= now_ns),
-        spoken=tuple(each for each in memory.spoken if each.stamp_ns <= now_ns),
-        spoken_ns=spoken_ns if spoken_ns is not None and spoken_ns <= now_ns else None,
     )
 
 

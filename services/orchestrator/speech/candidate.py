@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind, KindRow
 from proto.rules import SignMeaning
-from services.orchestrator.state import News, State
+from proto.speech import Message, News
+from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 
 
@@ -53,6 +54,11 @@ class Candidate(NamedTuple):
     def remembered_as(self) -> Kind:
         """The kind that it replaces in memory."""
         return self.row.remembered_as or self.kind
+
+    @property
+    def message(self) -> Message:
+        """What is remembered of it once it is spoken."""
+        return Message(kind=self.remembered_as, news=self.news, about=self.about, tells=self.tells, names=self.names)
 
     @property
     def repeat_s(self) -> float:

@@ -11,14 +11,15 @@ import msgspec
 
 from domain.units import in_unit, limit_text
 from proto.decision import Event, Fused, Reason
-from proto.messages import WORD_COUNTS_NS, Kind, covers
+from proto.messages import Kind
 from proto.rules import Citation, SignMeaning
 from services.orchestrator.experts.answers import degraded
 from services.orchestrator.experts.routing import right_of_way
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.candidates import candidates
+from services.orchestrator.speech.choice import choose, is_new, owes_first_notice
 from services.orchestrator.speech.wording import drive, say, toned, word
-from services.orchestrator.state import News, State
+from services.orchestrator.state import State
 from services.orchestrator.target.target import Bound, Law, Target, target
 from services.orchestrator.text import plain
 
@@ -36,7 +37,7 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
     """The advice, the candidate that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)
     missing = degraded(state, failed)
-    chosen = choose(candidates(state, goal, events), state)
+    chosen = choose(candidates(state, goal, events), state.memory, state.now_ns)
     reasons = _reasons(state, goal, chosen)
     conditions = state.held.conditions
     preferences = state.preferences
@@ -59,79 +60,14 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
         language=preferences.language,
         unit=preferences.unit,
         degraded=missing,
-        new_information=chosen is not None and is_new(chosen, state),
-        first_notice=chosen is not None and owes_first_notice(chosen, state),
+        new_information=chosen is not None and is_new(chosen, state.memory, state.now_ns),
+        first_notice=chosen is not None and owes_first_notice(chosen, state.memory, state.now_ns),
         muted=preferences.muted,
         ahead_mps=chosen.ahead_mps if chosen is not None else None,
         told_limit_mps=chosen.limit_mps if chosen is not None else None,
         target_why=goal.bounds[0].why,
     )
     return fused, chosen, goal
-
-
-def choose(found: tuple[Candidate, ...], state: State) -> Candidate | None:
-    """A new hazard that the driver was not told of lately, else a first notice that is owed, else a new hazard, else a
-    standing one, else what is new, else the weightiest.
-
-    One was told of a hazard lately whoever it was: the arbiter says it again in its time only, and till then another waits
-    for nothing.
-    """
-    hazards = [each for each in found if each.hazard]
-    owed = [each for each in found if owes_first_notice(each, state)]
-    news = [each for each in found if is_new(each, state)]
-    fresh = [each for each in hazards if each in news]
-    untold = [each for each in fresh if not told_of(each, state)]
-    for group in (untold, owed, fresh, hazards, news, list(found)):
-        if group:
-            return group[0]
-    return None
-
-
-def told_of(candidate: Candidate, state: State) -> bool:
-    """Whether the driver was told of such a hazard, or of a graver one of the same road user, lately and as gravely."""
-    return any(
-        covers(each.hazard, candidate.hazard)
-        and state.now_ns - each.stamp_ns <= WORD_COUNTS_NS
-        and (each.alarm or candidate.urgency != "alarm")
-        for each in state.memory.spoken
-    )
-
-
-def is_new(candidate: Candidate, state: State) -> bool:
-    """Whether the kind says something else than last time, or it was said long ago."""
-    told = state.memory.last(candidate.remembered_as, candidate.about)
-    if told is None or (state.now_ns - told.stamp_ns) / 1e9 >= candidate.repeat_s:
-        return True
-    # A calmer word on a hazard just told is no news.
-    paused = (state.now_ns - told.stamp_ns) / 1e9 >= LEAST_PAUSE_S
-    return told.news != candidate.news and (candidate.hazard != "" or paused)
-
-
-LEAST_PAUSE_S = 1.0
-"""Between two messages on one topic, hazards apart."""
-EPISODE_PAUSE_S = 10.0
-"""A degradation that comes and goes within this time is one episode; a fault that was never told is another at once."""
-
-
-def owes_first_notice(candidate: Candidate, state: State) -> bool:
-    """Whether this episode of an overspeed or a degradation has not been told yet; of one limit once in a while, of another anew,
-    and of a lower one though the driver was too fast for the one before, too."""
-    if candidate.first_since_ns is None or not candidate.row.first_notice:
-        return False
-    told, news = state.memory.last(candidate.remembered_as, candidate.about), candidate.news
-    if told is None:
-        return True
-    if candidate.kind is Kind.OVERSPEED:
-        long_ago = state.now_ns - told.stamp_ns >= candidate.repeat_s * 1e9
-        another = told.stamp_ns < candidate.first_since_ns and (long_ago or not news.same_limit(told.news))
-        return another or _is_lower(news, told.news)
-    pause_s = LEAST_PAUSE_S if set(candidate.names) - set(state.memory.noticed) else EPISODE_PAUSE_S
-    return told.news != news and state.now_ns - told.stamp_ns >= pause_s * 1e9
-
-
-def _is_lower(news: News, told: News) -> bool:
-    """Whether an overspeed is of a lower limit than the one told, or of one in other units: a border lies between them."""
-    return news.unit != told.unit or (news.value or 0.0) < (told.value or 0.0)
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------

@@ -1,29 +1,33 @@
-"""What is decided where the arbiter does not answer: speak or be silent, by rules that need no numbers. Never act."""
+"""What is decided where the arbiter does not answer: speak or be silent, by the arbiter's own rows. Never act."""
 
+from domain.speech import Saying, being_heard, due, is_fresh
 from proto.decision import ArbitrationRequest, Decision, SafetyMetrics
+from proto.speech import Memory
 
 PAUSE_S = 5.0
-"""Between two messages that are no hazard."""
-HAZARD_PAUSE_S = 2.0
+"""Between two messages that are no hazard: there is no attention budget here."""
+HAZARD_REPEAT_S = 4.0
+"""A standing hazard is told again after this time."""
 
 
-def decide_locally(request: ArbitrationRequest) -> Decision:
+def decide_locally(request: ArbitrationRequest, memory: Memory, now_ns: int) -> Decision:
     """Hazards and first notices are spoken; anything else if it is new, not muted, and some seconds have passed."""
-    fused, since_s, hazard = request.fused, request.seconds_since_spoken, ""
-    paused = since_s is None or since_s >= PAUSE_S
-    if fused.hazard and (fused.new_information or since_s is None or since_s >= HAZARD_PAUSE_S):
-        kind, reason, hazard = "SPEAK", f"hazard: {fused.hazard}", fused.hazard
-    elif fused.first_notice:
-        kind, reason = "SPEAK", "first notice"
-    elif fused.directive and fused.new_information and not fused.muted and paused:
-        kind, reason = "SPEAK", "new advice"
-    else:
-        kind, reason = "SILENT", "nothing new, muted, or just spoken"
+    fused = request.fused
+    alarm = fused.urgency == "alarm"
+    speak, reason = due(
+        Saying(
+            fused=fused,
+            hazard=fused.hazard,
+            fresh_hazard=is_fresh(memory, fused.hazard, now_ns, HAZARD_REPEAT_S, alarm=alarm),
+            being_heard=being_heard(memory, fused, now_ns, PAUSE_S),
+        )
+    )
+    warns = speak and reason == "hazard"
     return Decision(
         tick=request.tick,
-        kind="SPEAK" if kind == "SPEAK" else "SILENT",
-        reason=f"without the arbiter: {reason}",
+        kind="SPEAK" if speak else "SILENT",
+        reason=f"without the arbiter: {reason}" + (f": {fused.hazard}" if warns else ""),
         metrics=SafetyMetrics(h=request.h),
         profile="local",
-        hazard=hazard,
+        hazard=fused.hazard if warns else "",
     )

@@ -14,10 +14,12 @@ from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from proto.decision import ArbitrationRequest, Decision
 from proto.services import SERVICES, ServiceRow
+from proto.speech import Memory
 from services.arbiter.filters import Filter
 from services.orchestrator.advisor import Tools
 from services.orchestrator.observations.inputs import Method
 from services.orchestrator.speech.local import decide_locally
+from services.orchestrator.state import State
 from services.simulator.scenario.load import load_scenario
 from tests.unit.services.arbiter.support import fused, request
 
@@ -61,10 +63,10 @@ def test_advisor_and_filter_of_the_page_advise_and_filter() -> None:
     block = re.search(r"```python\n(class Local.*?)```", PAGE.read_text(), re.DOTALL)
     assert block is not None
     names: dict[str, Any] = {each.__name__: each for each in (ArbitrationRequest, Decision, Filter, Tools)}
-    names |= {"decide_locally": decide_locally, "Ask": object, "DecisionKind": str}
+    names |= {"decide_locally": decide_locally, "Ask": object, "State": State, "DecisionKind": str}
     exec(compile(block.group(1), str(PAGE), "exec"), names)
     advised = request(fused=fused(urgency="warning"))
-    assert names["Local"](Method(name="local")).decide(advised, None) == decide_locally(advised)
+    assert names["Local"](Method(name="local")).decide(advised, State(), None) == decide_locally(advised, Memory(), 0)
     assert isinstance(names["WARNINGS"], Filter)
     assert names["WARNINGS"].said(advised) == ("SPEAK", "a warning")
     assert names["WARNINGS"].said(request(fused=fused(urgency="info")))[0] == "SILENT"

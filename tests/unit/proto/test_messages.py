@@ -3,9 +3,10 @@
 import pytest
 
 from proto.messages import BEGIN, END, GRAVER, KINDS, PRESSING, ROWS, Kind, covers, kinds_table
+from proto.speech import News
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates import candidates
-from services.orchestrator.state import News, State
+from services.orchestrator.state import State
 from services.orchestrator.target.target import target
 from tests.shared import ROOT
 

@@ -8,6 +8,7 @@ from domain.units import limit_text
 from proto.decision import Event
 from proto.messages import ROWS, WEIGHT, Kind
 from proto.rules import LegalLimit
+from proto.speech import News
 from proto.vehicle import Degradation, VehicleHealth
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
@@ -16,7 +17,7 @@ from services.orchestrator.speech.candidate import Candidate, Maker, told_within
 from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import drive, evidence_in_words, say, speed, word
-from services.orchestrator.state import Believed, News, State
+from services.orchestrator.state import Believed, State
 from services.orchestrator.target.target import KMH, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.world.car_faults import covered, said_of

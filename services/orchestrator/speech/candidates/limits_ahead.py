@@ -9,10 +9,11 @@ from domain.units import posted_text
 from proto.decision import Event
 from proto.messages import Kind
 from proto.rules import LegalLimit
+from proto.speech import News
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
 from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance
-from services.orchestrator.state import News, Spoken, State
+from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
 
@@ -66,19 +67,19 @@ def _firm(news: News) -> News:
     return msgspec.structs.replace(news, grave=True)
 
 
-def without_past(spoken: tuple[Spoken, ...], state: State) -> tuple[Spoken, ...]:
-    """What was said, without announcements of limits that no sign ahead shows any more: one of the same limit, later on, is news.
+def past(state: State) -> tuple[Kind, ...]:
+    """Announcements, in memory, of limits that no sign ahead shows any more: the sign was passed, or a gantry shows something else.
 
-    The sign was passed, or a gantry shows something else by now. One that flickers is not announced anew each time.
+    The same limit later on is news; one that flickers is not announced anew each time.
     """
     shown = {(each.value, each.unit) for each in limits_ahead(state)}
-    past_ns = state.now_ns - FLICKERS_S * 1e9
+    told = (state.memory.last(kind) for kind in (Kind.AHEAD, Kind.APPROACH))
     return tuple(
-        each
-        for each in spoken
-        if each.kind not in (Kind.AHEAD, Kind.APPROACH)
-        or (each.news.value, each.news.unit) in shown
-        or each.stamp_ns > past_ns
+        each.kind
+        for each in told
+        if each is not None
+        and (each.news.value, each.news.unit) not in shown
+        and state.now_ns - each.stamp_ns >= FLICKERS_S * 1e9
     )
 
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind
+from proto.speech import News
 from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance, drive, speed, word
-from services.orchestrator.state import News, State
+from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
 from services.orchestrator.world.giving_way import READY_MPS

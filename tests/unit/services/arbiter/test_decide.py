@@ -56,7 +56,11 @@ def test_a_withheld_act_is_said_again_in_its_time_and_not_every_tick() -> None:
     state, spoken, withheld = mirror(CRITICAL).state, 0, 0
     for tick in range(41):
         inputs = mirror(CRITICAL, permission=Permission(), now_ns=10 * SECOND + tick * SECOND // 10)
-        verdict = decide(CRITICAL, replace(inputs, state=replace(inputs.state, attention=state.attention)), CALIBRATED)
+        verdict = decide(
+            CRITICAL,
+            replace(inputs, state=replace(inputs.state, attention=state.attention, memory=state.memory)),
+            CALIBRATED,
+        )
         state = verdict.state
         spoken += verdict.decision.kind == "SPEAK"
         withheld += verdict.decision.act_withheld == "no grant"

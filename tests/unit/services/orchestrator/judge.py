@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from proto.decision import ArbitrationRequest, Decision
+from proto.speech import Memory
 from services.arbiter.assessment.assess import View, gap_m
 from services.arbiter.assessment.reading import Pedals, Reading
 from services.arbiter.braking.act import Permission
@@ -21,14 +22,20 @@ def arbiter(
     """The real decision under a grant; its own eyes see what `eyes` says, or what it is asked. Of the attention budget so much is
     left whenever it is asked."""
 
+    memory = Memory()
+    asked_ns: int | None = None
+
     def judge(request: ArbitrationRequest) -> Decision:
+        nonlocal memory, asked_ns
         view = request_view(eyes if eyes is not None else request)
         pedals = Pedals(brake=0.0, accelerator=0.2, steering_rad=0.0)
         reading = Reading(view=view, pedals=pedals, tracks_age_s=0.05, ego_age_s=0.02)
-        left = Attention(messages=budget, refilled_ns=request.stamp_ns)
-        state = replace(watched(view, request.stamp_ns), attention=left)
+        left = Attention(messages=budget, refilled_ns=asked_ns)
+        state = replace(watched(view, request.stamp_ns), attention=left, memory=memory)
         inputs = Inputs(reading=reading, state=state, permission=GRANT, now_ns=request.stamp_ns)
-        return decide(request, inputs, PROFILE).decision
+        verdict = decide(request, inputs, PROFILE)
+        memory, asked_ns = verdict.state.memory, request.stamp_ns
+        return verdict.decision
 
     return judge
 

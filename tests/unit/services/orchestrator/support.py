@@ -12,11 +12,13 @@ from proto.perception import Lanes, Track, Tracks
 from proto.rules import Citation, LegalLimit, RulesAnswer, SignMeaning, Situation
 from proto.scene import Candidate, Fact, Facts
 from proto.sensors import StopLine
+from proto.speech import Memory
 from proto.tools import Outcome
 from proto.vehicle import Degradation, Ego, VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped
+from services.orchestrator.speech.local import decide_locally
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
 
@@ -132,6 +134,11 @@ class Played:
             return Outcome(tool=call.tool, status=self.status, arguments=call.arguments)  # type: ignore[arg-type]
         result = msgspec.json.decode(msgspec.json.encode(expert(call.arguments)))
         return Outcome(tool=call.tool, status="ok", result=result, arguments=call.arguments, elapsed_ms=2.0)
+
+
+def locally(request: ArbitrationRequest) -> Decision:
+    """What is decided without the arbiter, where nothing was said before."""
+    return decide_locally(request, Memory(), request.stamp_ns)
 
 
 class Drive:

@@ -11,11 +11,20 @@ from proto.decision import ArbitrationRequest, Decision, Preferences
 from services.orchestrator.law.limits_ahead import limits_ahead
 from services.orchestrator.signs.border_evidence import items, kept
 from services.orchestrator.signs.limits import in_force
-from services.orchestrator.speech.local import decide_locally
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
-from tests.unit.services.orchestrator.support import FEW, KMH, Drive, Played, end_sign, fact, limit_sign, replace
+from tests.unit.services.orchestrator.support import (
+    FEW,
+    KMH,
+    Drive,
+    Played,
+    end_sign,
+    fact,
+    limit_sign,
+    locally,
+    replace,
+)
 
 TOLD = "national 3.0, keep_left 2.5, info:side_left 4.0, plate:when_wet:en 2.0"
 
@@ -128,7 +137,7 @@ def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
         if request.fused.topic == "border" or asked:
             asked.append(request)
         speaks = (not asked or len(asked) > ticks) and request.fused.new_information
-        return replace(decide_locally(request), kind="SPEAK" if speaks else "SILENT", hazard="")
+        return replace(locally(request), kind="SPEAK" if speaks else "SILENT", hazard="")
 
     return judge
 

@@ -11,7 +11,6 @@ from proto.vehicle import Degradation
 from services.arbiter.assessment.reading import Pedals, Reading
 from services.arbiter.decide import Inputs, decide, request_view
 from services.arbiter.state import fresh
-from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import PROFILE
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
@@ -22,6 +21,7 @@ from tests.unit.services.orchestrator.support import (
     fact,
     health,
     limit_sign,
+    locally,
     replace,
 )
 
@@ -82,7 +82,7 @@ def test_a_fault_that_stands_keeps_no_first_notice_waiting(standing: int) -> Non
 
 def test_what_the_arbiter_told_by_itself_keeps_nothing_else_waiting() -> None:
     drive = Drive(Played(arbiter=arbiter()), speed_mps=13.0)
-    warned = replace(decide_locally(drive.ask.requests[-1]), kind="SPEAK", hazard="closing_lead")
+    warned = replace(locally(drive.ask.requests[-1]), kind="SPEAK", hazard="closing_lead")
     drive.ask.decide = lambda request: replace(warned, tick=request.tick)
     drive.tick()
     assert drive.spoken()[-1] == "Brake: vehicle close ahead"

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from proto.messages import Kind
 from proto.perception import Track
+from proto.speech import Memory, News, Spoken
 from services.orchestrator.speech.candidates.candidates import candidates
-from services.orchestrator.state import Memory, News, Spoken, State
+from services.orchestrator.state import State
 from services.orchestrator.target.target import target
 from services.orchestrator.world.actors import crosses
 from tests.unit.services.orchestrator.near import car, hazards, observed, seen

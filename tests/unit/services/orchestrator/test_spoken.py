@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from proto.messages import Kind
 from proto.rules import RulesAnswer
-from services.orchestrator.speech.local import decide_locally
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
@@ -24,6 +23,7 @@ from tests.unit.services.orchestrator.support import (
     law_of,
     limit_answer,
     limit_sign,
+    locally,
     meaning,
     preferences,
     replace,
@@ -169,7 +169,7 @@ def test_what_only_the_arbiter_sees_is_said_in_words(decided: dict[str, Any]) ->
     assert ticked.advisory.urgency == ("alarm" if "act_withheld" in decided else "warning")
     told = ticked.state.memory.last(Kind.CAUTION)
     assert told is not None
-    assert told.hazard == "closing_lead"
+    assert [each.hazard for each in ticked.state.memory.hazards] == ["closing_lead"]
     assert told_before.last(Kind.CAUTION) is None
 
 
@@ -199,7 +199,7 @@ def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
     drive = Drive()
     drive.speed_mps = 20.0
     drive.ask.decide = lambda request: replace(
-        decide_locally(request), kind="SPEAK", hazard="closing_lead", profile="calibrated"
+        locally(request), kind="SPEAK", hazard="closing_lead", profile="calibrated"
     )
     shouted = drive.ticks(60)
     assert shouted.fused.first_notice

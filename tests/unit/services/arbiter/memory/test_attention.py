@@ -5,11 +5,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from domain.speech import GRAVITY, WARNS
 from proto.decision import ArbitrationRequest, Decision, Urgency
 from proto.messages import PRESSING
 from proto.perception import Track
 from services.arbiter.decide import decide
-from services.arbiter.memory.attention import GRAVITY, WARNS
 from services.arbiter.state import ArbiterState, Attention
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
@@ -123,7 +123,8 @@ def test_a_standing_hazard_is_said_again_but_not_every_tick() -> None:
 def later(asked: ArbitrationRequest, before: ArbiterState, seconds: float) -> Decision:
     """What is decided on the same request some time after another decision."""
     inputs = mirror(asked, now_ns=10 * SECOND + round(seconds * SECOND))
-    return decide(asked, replace(inputs, state=replace(inputs.state, attention=before.attention)), CALIBRATED).decision
+    told = replace(inputs.state, attention=before.attention, memory=before.memory)
+    return decide(asked, replace(inputs, state=told), CALIBRATED).decision
 
 
 def test_a_calmer_word_on_a_vehicle_just_told_is_no_news_and_a_graver_one_is() -> None:

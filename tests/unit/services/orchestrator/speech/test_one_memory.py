@@ -1,0 +1,45 @@
+"""What was said stands in one memory, whether the arbiter answers or not."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.decision import ArbitrationRequest, Decision
+from tests.unit.services.orchestrator.judge import arbiter
+from tests.unit.services.orchestrator.support import FEW, Drive, Played, limit_sign
+
+answers = st.lists(st.booleans(), min_size=20, max_size=60)
+"""Whether the arbiter answers, tick by tick."""
+
+
+def failing(answered: list[bool]) -> Played:
+    """The real arbiter, which answers in some ticks alone; its memory is its own."""
+    judge, left = arbiter(), iter(answered)
+
+    def decide(request: ArbitrationRequest) -> Decision | None:
+        return judge(request) if next(left, True) else None
+
+    return Played(arbiter=decide)
+
+
+@FEW
+@given(answers)
+def test_a_limit_is_told_once_however_often_the_arbiter_is_away(answered: list[bool]) -> None:
+    drive = Drive(failing(answered), speed_mps=12.0)
+    drive.tick(limit_sign("limit:50"))
+    drive.ticks(80)
+    assert sum("50 km/h" in said for said in drive.spoken()) == 1
+
+
+@FEW
+@given(answers)
+def test_the_arbiter_hears_what_was_said_without_it(answered: list[bool]) -> None:
+    drive = Drive(failing(answered))
+    drive.tick(limit_sign("limit:50"))
+    drive.ticks(len(answered))
+    for (_, _, before), (_, _, ticked) in zip(drive.history, drive.history[1:], strict=False):
+        told = before.decision.memory is None
+        assert (ticked.request.heard is not None) is told
+        if told:
+            assert ticked.request.heard == before.state.memory
+        if ticked.decision.memory is not None:
+            assert ticked.state.memory == ticked.decision.memory
