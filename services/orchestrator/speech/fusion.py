@@ -10,9 +10,10 @@ from typing import Any
 import msgspec
 
 from domain.units import in_unit, limit_text
-from proto.decision import Event, Fused, Reason
+from proto.decision import Event, Fused, Preferences, Reason
 from proto.messages import Kind
 from proto.rules import Citation, SignMeaning
+from proto.weather import Conditions
 from services.orchestrator.experts.answers import degraded
 from services.orchestrator.experts.routing import right_of_way
 from services.orchestrator.speech.candidate import Candidate
@@ -20,7 +21,7 @@ from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.speech.choice import choose, is_new, owes_first_notice
 from services.orchestrator.speech.wording import drive, say, toned, word
 from services.orchestrator.state import State
-from services.orchestrator.target.target import Bound, Law, Target, target
+from services.orchestrator.target.target import Law, Target, target
 from services.orchestrator.text import plain
 
 DEGRADED = 0.9
@@ -36,38 +37,44 @@ SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> tuple[Fused, Candidate | None, Target]:
     """The advice, the candidate that it speaks of, and the target with its bounds; without the tools that failed."""
     goal = target(state)
-    missing = degraded(state, failed)
     chosen = choose(candidates(state, goal, events), state.memory, state.now_ns)
     reasons = _reasons(state, goal, chosen)
-    conditions = state.held.conditions
-    preferences = state.preferences
-    said = say(preferences, "directive", chosen.phrase, **chosen.values) if chosen is not None else ""
-    directive = in_unit(said, preferences.unit)
+    conditions, preferences = state.held.conditions, state.preferences
     fused = Fused(
         target_mps=goal.mps,
         legal_limit=goal.law.limit,
         headway_factor=goal.headway_factor,
-        directive=toned(preferences, directive, chosen.urgency if chosen is not None else "info"),
         justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
         confidence=_confidence(state, goal, chosen, failed),
-        urgency=chosen.urgency if chosen is not None else "info",
-        topic=chosen.topic if chosen is not None else "",
-        hazard=chosen.hazard if chosen is not None else "",
         reasons=reasons,
         citations=_citations(reasons),
         mu_low=conditions.mu_low if conditions is not None else None,
         mu_high=conditions.mu_high if conditions is not None else None,
         language=preferences.language,
         unit=preferences.unit,
-        degraded=missing,
-        new_information=chosen is not None and is_new(chosen, state.memory, state.now_ns),
-        first_notice=chosen is not None and owes_first_notice(chosen, state.memory, state.now_ns),
+        degraded=degraded(state, failed),
         muted=preferences.muted,
-        ahead_mps=chosen.ahead_mps if chosen is not None else None,
-        told_limit_mps=chosen.limit_mps if chosen is not None else None,
         target_why=goal.bounds[0].why,
+        **said_of(chosen, state),
     )
     return fused, chosen, goal
+
+
+def said_of(chosen: Candidate | None, state: State) -> dict[str, Any]:
+    """The fields of `Fused` that the chosen candidate fills; None: nothing is to be said."""
+    if chosen is None:
+        return {"directive": "", "urgency": "info", "topic": ""}
+    directive = in_unit(say(state.preferences, "directive", chosen.phrase, **chosen.values), state.preferences.unit)
+    return {
+        "directive": toned(state.preferences, directive, chosen.urgency),
+        "urgency": chosen.urgency,
+        "topic": chosen.topic,
+        "hazard": chosen.hazard,
+        "new_information": is_new(chosen, state.memory, state.now_ns),
+        "first_notice": owes_first_notice(chosen, state.memory, state.now_ns),
+        "ahead_mps": chosen.ahead_mps,
+        "told_limit_mps": chosen.limit_mps,
+    }
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------
@@ -110,9 +117,7 @@ def _of_rules(state: State, goal: Target, chosen: Candidate) -> Iterator[Reason]
 
 def _of_safety(state: State, goal: Target) -> Iterator[Reason]:
     """What recommends less than the law allows, and a wider distance."""
-    safety = _safety_reason(state, goal)
-    if safety is not None:
-        yield safety
+    yield from _safety_reason(state, goal)
     if goal.headway_factor >= WIDENED:
         text = say(state.preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
         yield Reason(source="weather", text=text)
@@ -132,43 +137,44 @@ def _law_reason(state: State, law: Law) -> Reason:
     if law.limit is None:
         text = say(preferences, "justification", "law_none")
         return Reason(source="rules", text=text, confidence=law.confidence)
-    limit = limit_text(law.limit, preferences.unit)
-    if law.citations and law.citations[0].section:
-        limit = f"{limit} ({law.citations[0].section})"
+    section = next((citation.section for citation in law.citations[:1] if citation.section), "")
+    limit = limit_text(law.limit, preferences.unit) + (f" ({section})" if section else "")
     phrase = {"held": "law_held", "sign": "law_sign"}.get(law.basis, "law_advisory" if law.limit.advisory else "law")
     text = say(preferences, "justification", phrase, limit=limit)
     return Reason(source="rules", text=text, confidence=law.confidence, citations=law.citations)
 
 
-def _safety_reason(state: State, goal: Target) -> Reason | None:
+def _safety_reason(state: State, goal: Target) -> Iterator[Reason]:
     """What recommends less than the law allows; both are said."""
     law_mps, bound = goal.law.mps, goal.bounds[0]
-    if law_mps is None or goal.mps >= law_mps - 0.5:
-        return None
-    why = _why(state, bound)
-    text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
-    return Reason(source=bound.source, text=text, confidence=bound.confidence)
+    if law_mps is not None and goal.mps < law_mps - 0.5:
+        why = (
+            _why_the_road(state) if bound.why == "law" else say(state.preferences, "why", bound.why, tool=bound.source)
+        )
+        text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
+        yield Reason(source=bound.source, text=text, confidence=bound.confidence)
 
 
-def _why(state: State, bound: Bound) -> str:
-    preferences = state.preferences
-    if bound.why != "law":
-        return say(preferences, "why", bound.why, tool=bound.source)
+def _why_the_road(state: State) -> str:
+    """Weather, car and experts, as far as each asks for less than the law does."""
+    preferences, conditions, car = state.preferences, state.held.conditions, state.held.degradation
     parts = []
-    conditions = state.held.conditions
     if conditions is None or conditions.speed_factor < 0.98:
-        wet = None if conditions is None else conditions.wet
-        mu = conditions.mu_low if conditions is not None else 0.0
-        values: dict[str, Any] = {
-            "mu": word(preferences, "little" if mu < 0.35 else "reduced" if mu < 0.7 else "full"),
-            "surface": word(preferences, "unknown" if wet is None else "wet" if wet else "dry"),
-        }
-        parts.append(say(preferences, "why", "weather", **values))
-    car = state.held.degradation
+        parts.append(say(preferences, "why", "weather", **_road_words(preferences, conditions)))
     if car is None or (car.h or 0.0) > 0.1:
         parts.append(say(preferences, "why", "vehicle"))
     parts += [limiter.tool for limiter in state.held.limiters if limiter.speed_factor < 1.0]
     return word(preferences, "and").join(parts) or say(preferences, "why", "unknown")
+
+
+def _road_words(preferences: Preferences, conditions: Conditions | None) -> dict[str, str]:
+    mu, wet = (conditions.mu_low, conditions.wet) if conditions is not None else (0.0, None)
+    grip = next((name for most, name in GRIP if mu < most), "full")
+    return {"mu": word(preferences, grip), "surface": word(preferences, SURFACE[wet])}
+
+
+GRIP = ((0.35, "little"), (0.7, "reduced"))
+SURFACE = {None: "unknown", True: "wet", False: "dry"}
 
 
 def _citations(reasons: tuple[Reason, ...]) -> tuple[Citation, ...]:
