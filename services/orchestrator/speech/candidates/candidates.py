@@ -17,7 +17,7 @@ from services.orchestrator.speech.candidate import Candidate, Maker, told_within
 from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import drive, evidence_in_words, say, speed, word
-from services.orchestrator.state import Believed, State
+from services.orchestrator.state import Believed, Limiter, State
 from services.orchestrator.target.target import KMH, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.world.car_faults import covered, said_of
@@ -160,30 +160,34 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
     here = state.signs.jurisdiction
     if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
         return
-    limit, side, unit = target.law.limit, state.signs.traffic_side, state.signs.units
-    told = evidence_in_words(state.preferences, here.evidence)
-    lower = lowest(limits_ahead(state), limit)  # nobody is told to drive faster than a sign in sight allows
-    shown = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else limit
+    limit, told = target.law.limit, evidence_in_words(state.preferences, here.evidence)
+    lower = lowest(limits_ahead(state), limit)  # the words allow no more than a sign in sight does
+    ahead_here = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else None
     yield Candidate(
         kind=Kind.BORDER,
         news=News(what=here.value),
-        phrase="border" if lower is None else "border_ahead",
+        phrase="border_ahead" if ahead_here else "border",
         urgency="advice",
-        values={
-            "country": here.value,
-            "limit": limit_text(shown, state.preferences.unit) if shown is not None else "?",
-            "unit": unit.value if unit is not None else limit.unit if limit is not None else "?",
-            "side": say(state.preferences, "justification", "border_side", side=word(state.preferences, side.value))
-            if side is not None and side.value in ("left", "right")
-            else "",
-            "evidence": told,
-        },
+        values={"country": here.value, "evidence": told, **_border_words(state, limit, ahead_here or limit)},
         why=("border_told" if told else "border",),
         confidence=here.confidence,
         tells=(Kind.LIMIT, _limit_news(limit)) if limit is not None and not _safe_below(target, limit) else None,
-        ahead_mps=lower.mps if lower is not None else None,
-        limit_mps=_binding_mps(limit) if lower is None else None,
+        ahead_mps=ahead_here.mps if ahead_here else None,
+        limit_mps=None if ahead_here else _binding_mps(limit),
     )
+
+
+def _border_words(state: State, limit: LegalLimit | None, shown: LegalLimit | None) -> dict[str, str]:
+    """Limit, unit and side of traffic, as far as they are known."""
+    preferences, side = state.preferences, state.signs.traffic_side
+    believed = state.signs.units
+    unit = believed.value if believed is not None else limit.unit if limit is not None else "?"
+    keeps = word(preferences, side.value) if side is not None and side.value in ("left", "right") else ""
+    return {
+        "limit": limit_text(shown, preferences.unit) if shown is not None else "?",
+        "unit": unit,
+        "side": say(preferences, "justification", "border_side", side=keeps) if keeps else "",
+    }
 
 
 BORDER_NEWS_S = 20.0
@@ -215,10 +219,7 @@ def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
         news=_limit_news(limit),
         phrase=f"{gantry}_safe" if safe else gantry,
         urgency="advice" if gantry == "gantry" else "info",
-        values={
-            "limit": limit_text(limit, state.preferences.unit),
-            "target": drive(state.preferences, target.mps),
-        },
+        values={"limit": limit_text(limit, state.preferences.unit), "target": drive(state.preferences, target.mps)},
         why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
         confidence=target.law.confidence,
         limit_mps=_binding_mps(limit),
@@ -301,23 +302,21 @@ def _gravest(state: State, level: str) -> str:
 
 
 def _expert(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    for limiter in state.held.limiters:
-        lowers = limiter.target_mps is not None or limiter.speed_factor < 1.0 or limiter.headway_factor > 1.0
-        if lowers:
-            yield Candidate(
-                kind=Kind.EXPERT,
-                about=limiter.tool,
-                news=News(what=limiter.tool),
-                phrase="expert",
-                urgency="advice",
-                values={
-                    "target": drive(state.preferences, target.mps),
-                    "tool": limiter.tool,
-                    "text": limiter.text,
-                },
-                why=("expert",) if limiter.text else (),
-                confidence=limiter.confidence,
-            )
+    for tool, limiter in ((each.tool, each) for each in state.held.limiters if _lowers(each)):
+        yield Candidate(
+            kind=Kind.EXPERT,
+            about=tool,
+            news=News(what=tool),
+            phrase="expert",
+            urgency="advice",
+            values={"target": drive(state.preferences, target.mps), "tool": tool, "text": limiter.text},
+            why=("expert",) if limiter.text else (),
+            confidence=limiter.confidence,
+        )
+
+
+def _lowers(limiter: Limiter) -> bool:
+    return limiter.target_mps is not None or limiter.speed_factor < 1.0 or limiter.headway_factor > 1.0
 
 
 def _degraded(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
