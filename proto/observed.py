@@ -19,3 +19,8 @@ class Observed(msgspec.Struct, Generic[T], frozen=True, kw_only=True):
     valid_for_ns: int
     evidence: str = ""
     """Where it was seen: a track id, a frame stamp, a signal name; for the trace."""
+
+
+def value_of(observed: Observed[T] | None) -> T | None:
+    """The value; None where it is unset."""
+    return observed.value if observed is not None else None

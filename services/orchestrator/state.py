@@ -5,7 +5,9 @@ from typing import Any
 
 import msgspec
 
+from domain.units import KM_PER_MILE
 from proto.decision import Preferences
+from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
 from proto.speech import Memory
@@ -14,9 +16,17 @@ from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
 from proto.world import WorldState
 
+PERMISSION = ("green", "off")
+"""States of a light that do not ask to stop."""
+
+
+def value_kmh(value: float, unit: Unit | None) -> float:
+    """A posted number in km/h; without a unit it counts as km/h, the lower reading."""
+    return value * KM_PER_MILE if unit == "mph" else value
+
 
 class Believed(msgspec.Struct, frozen=True, kw_only=True):
-    """A fact that holds until another one ends it."""
+    """A fact that holds until another ends it."""
 
     value: str
     confidence: float
@@ -24,7 +34,7 @@ class Believed(msgspec.Struct, frozen=True, kw_only=True):
     assumed: bool = False
     """By a setting; no picture has shown it yet."""
     evidence: str = ""
-    """On what it is believed, where that is told: codes of signs and their weights (`evidence.py`)."""
+    """Codes of signs and their weights (`border_evidence.py`); empty: not stated."""
 
 
 class InForce(msgspec.Struct, frozen=True, kw_only=True):
@@ -33,6 +43,11 @@ class InForce(msgspec.Struct, frozen=True, kw_only=True):
     posted: PostedLimit
     since_ns: int
     track_id: int = 0
+
+    @property
+    def kmh(self) -> float:
+        """The limit in km/h."""
+        return value_kmh(self.posted.value, self.posted.unit)
 
 
 class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
@@ -50,13 +65,33 @@ class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
     seen_ns: int
     first_ns: int
     seen_m: float | None = None
-    """How far away it was when it was last seen."""
+    """Its distance when it was last seen."""
     candidates: tuple[Candidate, ...] = ()
     plates: tuple[str, ...] = ()
     shared: bool = False
-    """Its plates, and its scope, are those that another track shows of the same sign."""
+    """Its plates and its scope are those of another track of the same sign."""
     text: str = ""
     own_lane: bool = True
+
+    @property
+    def kmh(self) -> float:
+        """The number it shows in km/h; 0 without one."""
+        return value_kmh(self.value or 0.0, self.unit)
+
+    @property
+    def head(self) -> str:
+        """Its code without what follows the colon."""
+        return self.reading.partition(":")[0]
+
+    @property
+    def ours(self) -> bool:
+        """Whether it is believed and stands over the ego's lane."""
+        return self.believed and self.own_lane
+
+    @property
+    def doubted_limit(self) -> bool:
+        """Whether it may show a limit and is not believed."""
+        return self.kind == "limit" and not self.believed
 
 
 class Signs(msgspec.Struct, frozen=True, kw_only=True):
@@ -68,27 +103,37 @@ class Signs(msgspec.Struct, frozen=True, kw_only=True):
     conditional: tuple[InForce, ...] = ()
     ahead: tuple[SignAhead, ...] = ()
     ended: tuple[str, ...] = ()
-    """Readings of the end signs passed since the last sign that set a limit."""
+    """End signs passed since the last sign that set a limit."""
     changed_ns: int | None = None
     """When the limits in force last changed."""
     gantry_changed_ns: int | None = None
     jurisdiction: Believed | None = None
     former_jurisdiction: str = ""
-    """The country before the border crossed last; empty: none was, or that one was not known."""
+    """The country before the border crossed last; empty: unknown, or no border was crossed."""
     crossed: bool = False
     """Whether a border was crossed on this drive."""
     unknown_ns: int | None = None
-    """When the country became unknown: a border, or a statement, of one whose signs nobody knows here."""
+    """When the country became one whose signs are unknown here."""
     units: Believed | None = None
     traffic_side: Believed | None = None
     road_type: Believed | None = None
     recent: tuple[SignAhead, ...] = ()
     """The last signs passed, for questions about them."""
     turned_rad: float = 0.0
-    """How far the ego has turned since it came near the junction."""
+    """The ego's turn since it came near the junction."""
     near_junction: bool = False
     junction_m: float = 0.0
-    """Distance to the junction that came near, negative behind it."""
+    """Distance to that junction, negative behind it."""
+
+    @property
+    def country(self) -> str | None:
+        """The code of the country; None: unknown."""
+        return self.jurisdiction.value if self.jurisdiction is not None else None
+
+    @property
+    def road(self) -> str:
+        """The type of road by signs; empty: unknown."""
+        return self.road_type.value if self.road_type is not None else ""
 
 
 class Light(msgspec.Struct, frozen=True, kw_only=True):
@@ -100,24 +145,29 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     distance_m: float | None
     track_id: int
     arrow: str = ""
-    """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, which is for every way."""
+    """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, for every way."""
     lost_at_line: bool = False
-    """The ego stood right before it while no camera had seen it for a while: it may have changed, and nobody knows."""
+    """The ego stood at the line with the lamp above the cameras' view: its state is unknown."""
+
+    @property
+    def permits(self) -> bool:
+        """Whether it does not ask to stop."""
+        return self.state in PERMISSION
 
 
 class GiveWay(msgspec.Struct, frozen=True, kw_only=True):
-    """What a map knows of where one may have to give way, moved along when it is silent (`giving_way.py`)."""
+    """What a map knows of giving way ahead, moved along when it is silent."""
 
     line_m: float | None = None
-    """The nearest line at which one gives way."""
+    """The nearest yield line."""
     junction_m: float | None = None
     """The middle of the next junction."""
     ruled: bool = False
-    """A line before that junction says who goes first."""
+    """A line before that junction settles the right of way."""
 
 
 class Limiter(msgspec.Struct, frozen=True, kw_only=True):
-    """What a third-party expert asks for, and until when."""
+    """A restriction that a third-party expert asks for."""
 
     tool: str
     until_ns: int
@@ -129,7 +179,7 @@ class Limiter(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Lost(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """How an actor bounded the target when it was last seen."""
+    """An actor's bound on the target when it was last seen."""
 
     track_id: int
     why: str
@@ -138,7 +188,7 @@ class Lost(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
 
 class Held(msgspec.Struct, frozen=True, kw_only=True):
-    """The last word of each expert: it bounds the target until a better one replaces it."""
+    """The last word of each expert; it bounds the target until a better one replaces it."""
 
     legal: RulesAnswer | None = None
     legal_key: str = ""
@@ -152,7 +202,7 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     health: VehicleHealth | None = None
     meaning: SignMeaning | None = None
     place: SignMeaning | None = None
-    """Of a sign ahead behind which the law sets a limit of its own: of a town, a calm street."""
+    """Of a sign ahead without a number behind which the law sets a limit."""
     place_key: str = ""
     """The question that it answered."""
     right_of_way: RulesAnswer | None = None
@@ -161,9 +211,9 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     limiters: tuple[Limiter, ...] = ()
     lead_mps: float | None = None
     person_mps: float | None = None
-    """How the lead and a person bounded the target when they were last seen."""
+    """Their bounds on the target when they were last seen."""
     lost: tuple[Lost, ...] = ()
-    """The same of each actor of the last moments; it counts for those who vanished."""
+    """The same of each actor of the last moments; vanished actors still count."""
     doubted_mps: float | None = None
     doubted_until_ns: int = 0
     target_mps: float | None = None
@@ -171,7 +221,7 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Cached(msgspec.Struct, frozen=True, kw_only=True):
-    """That a question was answered, or failed, and when; results themselves stand in `Held`."""
+    """When a question was answered, or failed; results stand in `Held`."""
 
     tool: str
     arguments_sha256: str
@@ -199,7 +249,7 @@ class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
 
 class State(msgspec.Struct, frozen=True, kw_only=True):
-    """All of it."""
+    """All that is remembered."""
 
     tick: int = 0
     now_ns: int = 0
@@ -207,13 +257,13 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     signs: Signs = Signs()
     light: Light | None = None
     stop_m: float | None = None
-    """Distance to the stop line, moved along when the map is silent."""
+    """Distance to the stop line of the map, moved along when that is silent."""
     stop_kind: str = ""
     give_way: GiveWay = GiveWay()
     halted_ns: int | None = None
     """When the ego last stood at the line of the stop sign ahead."""
     line_halted_ns: int | None = None
-    """The same of the stop line that a map knows."""
+    """When it last stood at the stop line of the map."""
     held: Held = Held()
     asked: tuple[Cached, ...] = ()
     memory: Memory = Memory()
@@ -222,13 +272,23 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """The last decision was made without the arbiter, which has to hear what was said."""
     onsets: tuple[Onset, ...] = ()
     gaps: tuple[GapSeen, ...] = ()
-    """Where actors ahead were in the last moments: whether they come nearer can be seen, their speed is an estimate."""
+    """Sightings of actors ahead in the last moments; their stated speed is an estimate."""
     missing: tuple[Onset, ...] = ()
-    """Since when topics and services are missing."""
+    """Topics and services that are missing."""
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
     advisor: dict[str, Any] = {}
     """What an advisor beside the tools remembers, as JSON data."""
+
+    @property
+    def speed_mps(self) -> float | None:
+        """The ego's speed; None: unknown."""
+        return value_of(self.world.ego.speed_mps)
+
+    @property
+    def road(self) -> str:
+        """The type of road by signs or map; empty: unknown."""
+        return value_of(self.world.environment.road_type) or ""
 
 
 def digest(state: State) -> str:

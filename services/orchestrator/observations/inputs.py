@@ -94,6 +94,15 @@ def road_ahead(view: MapView) -> RoadAhead:
     )
 
 
+def along_lane(lanes: Lanes) -> RoadAhead:
+    """The road ahead as the lanes tell it."""
+    at_m, kind = lanes.stop_line_distance_m, lanes.stop_line_kind
+    lines = () if at_m is None else (StopLine(distance_m=at_m, kind=kind),)  # type: ignore[arg-type]
+    return RoadAhead(
+        segment_id=lanes.segment_id, stop_lines=lines, junction_m=lanes.junction_distance_m, road_class=lanes.road_class
+    )
+
+
 def clean(stamped: Stamped[M] | None) -> Stamped[M] | None:
     """The message, without the tracks or facts in it that are no data; None where it is none itself."""
     if stamped is None:
@@ -115,17 +124,8 @@ OWN_TOOLS = frozenset(
 
 def experts(catalogue: dict[str, ToolEntry]) -> tuple[Expert, ...]:
     """The third parties of a catalogue: context tools that name events and an effect."""
-    found = (
-        Expert(
-            tool=name,
-            answers=entry.meta.answers,
-            deadline_ms=entry.meta.deadline_ms,
-            effect=entry.meta.effect,
-        )
-        for name, entry in sorted(catalogue.items())
-        if name not in OWN_TOOLS
-        and entry.meta.effect is not None
-        and entry.meta.answers
-        and entry.meta.capability == "context"
+    return tuple(
+        Expert(tool=name, answers=meta.answers, deadline_ms=meta.deadline_ms, effect=meta.effect)
+        for name, meta in sorted((name, entry.meta) for name, entry in catalogue.items())
+        if name not in OWN_TOOLS and meta.effect is not None and meta.answers and meta.capability == "context"
     )
-    return tuple(found)

@@ -1,10 +1,11 @@
-"""How long an observation is taken at its word, and which numbers are any."""
+"""What inputs are worth: how long they count, which numbers are plausible, and how the ego moved by them."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from proto.vehicle import Degradation
-from services.orchestrator.observations.inputs import Stamped
+from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped, along_lane
+from services.orchestrator.state import State
 
 SECOND = 1_000_000_000
 VALID_NS: dict[str, int] = {
@@ -16,17 +17,17 @@ VALID_NS: dict[str, int] = {
 EXPERT_VALID_NS = 10 * SECOND
 """How long a third party's restriction stands."""
 UNSET_AFTER = 3.0
-"""Validities after which a field is unset; on the way there its confidence falls to nothing."""
+"""Validities after which a field is unset; its confidence falls to nothing on the way."""
 MOST_SKEW_NS = VALID_NS["speed"]
 MOST_PLAUSIBLE = 1000.0
 """Metres, m/s, seconds: nothing that a car's sensors see exceeds it."""
+MAX_STEP_S = 1.0
+STANDING_MPS = 0.5
+"""A slower ego stands."""
 
 
 def confidence_at(confidence: float, age_ns: int, valid_ns: int) -> float:
-    """As observed while valid, then falling in a straight line to nothing at `UNSET_AFTER` validities.
-
-    Nothing is left of what comes from a future that clock skew does not explain.
-    """
+    """As observed while valid, then falling linearly to 0 at `UNSET_AFTER` validities; 0 beyond the clock skew ahead of now."""
     if age_ns < -MOST_SKEW_NS:
         return 0.0
     over = age_ns / valid_ns - 1.0
@@ -34,14 +35,14 @@ def confidence_at(confidence: float, age_ns: int, valid_ns: int) -> float:
 
 
 def fresh(stamped: Stamped[Any] | None, valid_ns: int, now_ns: int) -> Stamped[Any] | None:
-    """The message unless it is older than a field may get, or comes from a future that clock skew does not explain."""
+    """The message unless it is `UNSET_AFTER` validities old, or stamped beyond the clock skew ahead of now."""
     if stamped is None or not -MOST_SKEW_NS <= now_ns - stamped.stamp_ns < UNSET_AFTER * valid_ns:
         return None
     return stamped
 
 
 def newer(stamp_ns: int, held_ns: int | None, now_ns: int) -> bool:
-    """Whether a word comes after the one that is held; after one from the future any does."""
+    """Whether a word comes after the one held; any comes after one from the future."""
     return held_ns is None or stamp_ns > held_ns or held_ns > now_ns
 
 
@@ -51,11 +52,55 @@ def fresh_ns(stamp_ns: int | None, valid_ns: int, now_ns: int) -> bool:
 
 
 def sane_health(car: Degradation) -> bool:
-    """A degradation that is known and is one."""
-    parts = [car.h, *([car.brake_envelope] if car.brake_envelope is not None else [])]
-    return all(part is not None and math.isfinite(part) and 0.0 <= part <= 1.0 for part in parts)
+    """Whether h is known, and h and the brake envelope are shares."""
+    parts = (car.h, 1.0 if car.brake_envelope is None else car.brake_envelope)
+    return all(part is not None and 0.0 <= part <= 1.0 for part in parts)
 
 
 def number(value: float | None) -> float | None:
     """The value if it is one that a road can hold."""
     return value if value is not None and math.isfinite(value) and abs(value) <= MOST_PLAUSIBLE else None
+
+
+def roads(seen: Observations) -> tuple[RoadAhead, ...]:
+    """The road ahead by the map, then by the lanes, as far as each is fresh."""
+    lanes, road = (fresh(each, VALID_NS["lanes"], seen.now_ns) for each in (seen.lanes, seen.road))
+    by_map = () if road is None else (road.message,)
+    return by_map if lanes is None else (*by_map, along_lane(lanes.message))
+
+
+class Motion(NamedTuple):
+    """What the ego did since the last tick, with the junction and the lane that map or perception name now."""
+
+    travelled_m: float = 0.0
+    turned_rad: float = 0.0
+    junction_m: float | None = None
+    lane_id: str = ""
+    speed_mps: float | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether the car tells its speed."""
+        return self.speed_mps is not None
+
+    @property
+    def stands(self) -> bool:
+        """Whether the ego is known to stand, or to move backwards."""
+        return self.speed_mps is not None and self.speed_mps < STANDING_MPS
+
+
+def motion_of(state: State, seen: Observations) -> Motion:
+    """From the car's own speed and yaw rate; an unknown speed travels no way."""
+    step_s = min(MAX_STEP_S, max(0.0, (seen.now_ns - state.now_ns) / 1e9)) if state.now_ns else 0.0
+    ego = fresh(seen.ego, VALID_NS["speed"], seen.now_ns)
+    speed, yaw = (
+        (number(ego.message.speed_mps), number(ego.message.yaw_rate_radps)) if ego is not None else (None, None)
+    )
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
+    return Motion(
+        travelled_m=max(0.0, speed or 0.0) * step_s,
+        turned_rad=(yaw or 0.0) * step_s,
+        junction_m=next((road.junction_m for road in roads(seen) if road.junction_m is not None), None),
+        lane_id=lanes.message.ego_lane_id if lanes is not None else "",
+        speed_mps=speed,
+    )

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import msgspec
 
 from proto.scene import COUNTRIES, Fact
-from services.orchestrator.observations.motion import Motion
+from services.orchestrator.observations.validity import Motion
 from services.orchestrator.signs.border_evidence import kept
 from services.orchestrator.signs.duplicate_tracks import with_its_plates, without_earlier_tracks
 from services.orchestrator.signs.limits import (

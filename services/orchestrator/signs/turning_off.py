@@ -4,7 +4,7 @@ import math
 
 import msgspec
 
-from services.orchestrator.observations.motion import Motion
+from services.orchestrator.observations.validity import Motion
 from services.orchestrator.signs.limits import changed
 from services.orchestrator.state import Signs
 

@@ -1,4 +1,4 @@
-"""Who is in the way: gap, closing speed, time to collision, as the orchestrator sees them."""
+"""Road users in the way: gap, closing speed, time to collision, as the orchestrator sees them."""
 
 import math
 from typing import Literal, NamedTuple
@@ -13,33 +13,43 @@ from domain.road_users import (
     seen_well,
     shrinking_mps,
 )  # fmt: skip
+from proto.observed import value_of
 from proto.perception import Track
 from proto.world import WorldState
 from services.orchestrator.state import GapSeen
 
 EGO_HALF_M, EGO_WIDTH_M = 2.25, 1.9
 BENDS_M = 1.0
-"""By how much the way that our lane takes must lead past a place elsewhere than straight ahead does."""
+"""By how much the way that the ego's lane takes must miss a place straight ahead."""
 NEAR_PATH_M = 3.0
 LOOK_AHEAD_M = 120.0
 WITHIN_S, SURELY_WITHIN_S, WALKS_MPS = 2.0, 3.0, 1.0
-"""Who walks towards the path and reaches it so soon, crosses it; who surely walks and is known for a second, sooner told of: at
-54 km/h two seconds are one reaction and too little braking."""
+"""A road user who reaches the path so soon crosses it; the longer time is for one known for 1 s who surely walks: at 54 km/h two
+seconds are one reaction and too little braking."""
 FLOOR = 0.15
 """Below this confidence perception itself says that there is probably nothing."""
 CERTAIN = 0.7
 """As the arbiter's profile: below it an actor is doubted and supports no ACT."""
 PERSON_ON_MOTORWAY = 0.5
-"""A person on a motorway is implausible; one that is doubted there bounds nothing."""
-
-
+"""A person on a motorway is implausible; below this confidence he bounds nothing."""
 KNOWN_S, KNOWN_CONFIDENCE = 1.0, 0.5
 YOUNG_S, LOST_S, FAINT, SPEED_KNOWN_MPS = 0.3, 0.3, 0.45, 3.0
 CROSSES_MPS = 2.0
 """Slower sideways a vehicle changes its lane, or is measured badly."""
 ACROSS_SIGMAS = 4.0
-"""Faster sideways than this many standard deviations a vehicle surely moves: what crosses is mostly measured with 12 and more."""
+"""Faster sideways than this many standard deviations a vehicle surely moves: crossing vehicles mostly show 12 and more."""
 SIGHT, ACROSS = Sight(YOUNG_S, LOST_S, CERTAIN, KNOWN_S), Across(CROSSES_MPS, ACROSS_SIGMAS)
+WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
+MOST_GAPS = 60
+CONFIRMING = 3
+"""Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: ghosts of people last one or two."""
+STANDING_MPS = 1.0
+"""A slower ego has nothing to brake."""
+SPEED_SIGMAS = 3.0
+"""Closing slower than this many standard deviations may be no closing at all."""
+CRAWL_MPS, QUEUED_M = 5.0, 2.0
+"""Below this speed one crawls in a queue; so much farther than the nearest is still beside it."""
+STANDS_MPS = 2.0
 
 
 class Way(NamedTuple):
@@ -55,28 +65,25 @@ class Way(NamedTuple):
 
 def tracks(world: WorldState) -> tuple[Track, ...]:
     """All actors known."""
-    if world.actors is None:
-        return ()
-    return tuple(track for track in world.actors.value if track.confidence >= _floor(world, track))
-
-
-def _floor(world: WorldState, track: Track) -> float:
-    road = world.environment.road_type
-    motorway = road is not None and road.value == "motorway"
-    return PERSON_ON_MOTORWAY if motorway and track.kind in ("pedestrian", "cyclist") else FLOOR
+    motorway = value_of(world.environment.road_type) == "motorway"
+    person = PERSON_ON_MOTORWAY if motorway else FLOOR
+    least = {"vehicle": FLOOR, "pedestrian": person, "cyclist": person}
+    return tuple(track for track in value_of(world.actors) or () if track.confidence >= least[track.kind])
 
 
 def vehicles(world: WorldState) -> tuple[Way, ...]:
     """All vehicles ahead in the ego's path: those that are met, the soonest first, then the others by their gap."""
     ahead = [way(world, t) for t in tracks(world) if t.kind != "pedestrian" and t.x_m > 0.0 and _in_path(world, t)]
-    return tuple(
-        sorted(ahead, key=lambda w: (w.ttc_s if w.ttc_s is not None else 1e6 + w.gap_m, w.track.track_id)),
-    )
+    return tuple(sorted(ahead, key=lambda w: (w.ttc_s if w.ttc_s is not None else 1e6 + w.gap_m, w.track.track_id)))
+
+
+def _in_path(world: WorldState, track: Track) -> bool:
+    return track.in_ego_path or track.track_id == world.lead_track_id
 
 
 def people(world: WorldState) -> tuple[Way, ...]:
     """All people in, or stepping into, the ego's path, the nearest first."""
-    crossing = [way(world, t) for t in tracks(world) if t.kind in ("pedestrian", "cyclist") and crosses(t)]
+    crossing = [way(world, track) for track in tracks(world) if track.kind != "vehicle" and crosses(track)]
     return tuple(sorted(crossing, key=lambda w: (w.gap_m, w.track.track_id)))
 
 
@@ -91,10 +98,10 @@ def pedestrian(world: WorldState) -> Way | None:
 
 
 def crosses(track: Track) -> bool:
-    """In the path, or close beside it and moving towards it.
+    """Whether a road user is in the path, or close beside it and moving towards it.
 
-    Beside the way that our lane takes, where that is known: in a bend who stands outside it is straight ahead of us for a
-    moment. On which side of it he is, is not told then, so that whoever moves sideways may come.
+    The path is that of the ego's lane, where it is known: in a bend it leads past a place straight ahead. On which side of it
+    a road user is, is unknown then, so that any motion sideways counts as towards it.
     """
     if not 0.0 < track.x_m < LOOK_AHEAD_M:
         return False
@@ -103,21 +110,18 @@ def crosses(track: Track) -> bool:
     sideways, straight_m = abs(track.vy_mps), abs(track.y_m)
     room_m = track.clearance_m
     aside_m = straight_m if room_m is None else room_m + (EGO_WIDTH_M + track.width_m) / 2.0
-    bends = abs(aside_m - straight_m) > BENDS_M
-    towards = sideways > 0.4 and (bends or track.vy_mps * track.y_m < 0.0)
+    towards = abs(aside_m - straight_m) > BENDS_M or track.vy_mps * track.y_m < 0.0
     surely = sideways >= WALKS_MPS and track.confidence >= CERTAIN and track.age_s >= KNOWN_S
     within_s = SURELY_WITHIN_S if surely else WITHIN_S
-    return towards and aside_m - within_s * sideways < NEAR_PATH_M / 2.0
+    return towards and sideways > 0.4 and aside_m - within_s * sideways < NEAR_PATH_M / 2.0
 
 
 def way(world: WorldState, track: Track) -> Way:
     """Gap, closing speed and time to collision of one actor."""
-    gap = track.x_m - track.length_m / 2.0 - EGO_HALF_M
-    closing = -track.vx_mps
-    ego = world.ego.speed_mps
-    speed = ego.value + track.vx_mps if ego is not None else None
+    gap, closing = track.x_m - track.length_m / 2.0 - EGO_HALF_M, -track.vx_mps
+    ego_mps = value_of(world.ego.speed_mps)
     ttc = 0.0 if gap <= 0.0 else gap / closing if closing > 0.1 else None
-    return Way(track, gap, closing, ttc, speed)
+    return Way(track, gap, closing, ttc, ego_mps + track.vx_mps if ego_mps is not None else None)
 
 
 def missed_as(way: Way) -> int:
@@ -126,35 +130,23 @@ def missed_as(way: Way) -> int:
     return way.track.track_id if known else 0
 
 
-WATCHED_S, KEPT_S, HARDLY = 0.25, 0.7, 0.25
-MOST_GAPS = 60
-
-
 def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     """The sightings of the last moments with those of this picture."""
     if world.actors is None:
         return gaps
     stamp_ns = world.actors.stamp_ns
-    known = {(gap.track_id, gap.stamp_ns) for gap in gaps}
+    known = {gap.track_id for gap in gaps if gap.stamp_ns == stamp_ns}
     new = (
         GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns, well=well_seen(t))
         for t in tracks(world)
-        if 0.0 < t.x_m < LOOK_AHEAD_M and (t.in_ego_path or crosses(t)) and (t.track_id, stamp_ns) not in known
+        if t.track_id not in known and 0.0 < t.x_m < LOOK_AHEAD_M and (t.in_ego_path or crosses(t))
     )
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
 
 
 def well_seen(track: Track) -> bool:
-    """Whether an actor may be spoken of. One that is younger, or fainter, or lost from sight for longer, or whose speed is a
-    guess, or a vehicle seen again for the first time after that, may lower the target, and is not shouted about.
-    """
-    sure = track.confidence >= FAINT and track.sigma_vx_mps <= SPEED_KNOWN_MPS
-    return seen_well(track, SIGHT) and sure
-
-
-CONFIRMING = 3
-"""Ticks of the last `KEPT_S` in which a doubted person has to be well seen in the way: 0.2 s at ten ticks a second. Ghosts of
-people last one or two."""
+    """Whether an actor is old, clear, in sight and measured enough to be spoken of; any other may still lower the target."""
+    return track.confidence >= FAINT and track.sigma_vx_mps <= SPEED_KNOWN_MPS and seen_well(track, SIGHT)
 
 
 def confirmed(gaps: tuple[GapSeen, ...], way: Way) -> bool:
@@ -169,23 +161,13 @@ def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     return rate is not None and rate < HARDLY * way.closing_mps
 
 
-STANDING_MPS = 1.0
-"""Who is slower has nothing to brake."""
-SPEED_SIGMAS = 3.0
-"""Closing slower than this many standard deviations may be no closing at all."""
-CRAWL_MPS, QUEUED_M = 5.0, 2.0
-"""Below this speed one crawls in a queue; so much farther than the nearest is still beside it."""
-
-
 def met(world: WorldState) -> tuple[Way, ...]:
     """The vehicles that may be met, in the order of `vehicles`: in a crawling queue none behind one that surely is before us."""
-    ways, ego = vehicles(world), world.ego.speed_mps
-    if ego is None or ego.value >= CRAWL_MPS:
+    ways, ego_mps = vehicles(world), value_of(world.ego.speed_mps)
+    if ego_mps is None or ego_mps >= CRAWL_MPS:
         return ways
-    nearest_m = min(
-        (way.gap_m for way in ways if hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track)),
-        default=math.inf,
-    )
+    hiding = (way.gap_m for way in ways if hides_others(way.track, way.gap_m, SIGHT) and well_seen(way.track))
+    nearest_m = min(hiding, default=math.inf)
     return tuple(way for way in ways if way.gap_m <= nearest_m + QUEUED_M)
 
 
@@ -200,32 +182,19 @@ def surely_nears(way: Way) -> bool:
 
 
 def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
-    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it."""
-    return well_seen(way.track) and believed(way) and not contradicted(gaps, way) and not passed(way)
+    """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it.
 
-
-def believed(way: Way) -> bool:
-    """Whether a vehicle ahead is one (`domain.road_users.is_vehicle_there`)."""
-    return is_vehicle_there(way.track, way.speed_mps, SIGHT, ACROSS)
-
-
-STANDS_MPS = 2.0
-
-
-def passed(way: Way) -> bool:
-    """Whether the ego passes a vehicle close by: the vehicle lowers the target, and is no hazard."""
-    return is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
+    A vehicle that the ego passes close by lowers the target and is no hazard.
+    """
+    passed = is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
+    there = well_seen(way.track) and is_vehicle_there(way.track, way.speed_mps, SIGHT, ACROSS)
+    return there and not passed and not contradicted(gaps, way)
 
 
 def comes_from(way: Way) -> Literal["left", "right"] | None:
-    """From which side a vehicle drives across our way; None: it does not, or that is unknown."""
+    """From which side a vehicle drives across the ego's way; None: it does not, it is through, or that is unknown."""
     track = way.track
-    if track.kind != "vehicle" or way.speed_mps is None or not crosses_over(track, way.speed_mps, ACROSS):
+    crossing = track.kind == "vehicle" and way.speed_mps is not None and crosses_over(track, way.speed_mps, ACROSS)
+    if not crossing or track.y_m * track.vy_mps >= 0.0:
         return None
-    if track.y_m * track.vy_mps >= 0.0:
-        return None  # it is through
     return "left" if track.y_m > 0.0 else "right"
-
-
-def _in_path(world: WorldState, track: Track) -> bool:
-    return track.in_ego_path or track.track_id == world.lead_track_id

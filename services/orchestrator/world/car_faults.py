@@ -1,4 +1,4 @@
-"""Which faults the car names, and whether what the tool said of it is about them."""
+"""Which faults the car names, and whether the tool's answer is about them."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -13,9 +13,8 @@ UNKNOWN_BRAKES = 0.8
 """As the arbiter's profile reckons with an envelope that was never observed."""
 UNKNOWN_H = 0.125
 """The h at which a car takes as much off the target as one that was never heard of."""
-
 TOLD_OTHERWISE = frozenset({"trouble_codes", "sensors_faulty"})
-"""Indicators that codes and sensors, named themselves, stand behind."""
+"""Indicators that stand for codes and sensors, which are named themselves."""
 GRAVE = frozenset({"stop_now", "stop_soon"})
 
 
@@ -28,40 +27,36 @@ def named(car: Degradation | VehicleHealth) -> tuple[str, ...]:
 
 def shown(car: Degradation | VehicleHealth) -> tuple[str, ...]:
     """Raised indicators, but for those that are named otherwise."""
-    return tuple(sorted({each.name for each in car.indicators if each.value > 0.0 and each.name not in TOLD_OTHERWISE}))
+    return tuple(sorted({each.name for each in car.indicators if each.value > 0.0} - TOLD_OTHERWISE))
 
 
 def covered(held: Held) -> bool:
-    """Whether the tool's answer knows of every fault that the car names now; no answer knows of none."""
-    if held.health is None:
-        return False
-    return held.degradation is None or _faults(held.degradation) <= _faults(held.health)
+    """Whether the tool's answer knows of every fault that the car names now."""
+    return held.health is not None and _faults(held.degradation) <= _faults(held.health)
 
 
 def said_of(held: Held) -> VehicleHealth | None:
-    """The tool's answer where it is about the faults of now: it knows them all, or is grave and one of its faults stands."""
-    health, car = held.health, held.degradation
+    """The tool's answer where it is about the faults of now: it covers them, or is grave and one of its faults stands."""
+    health = held.health
     if health is None or covered(held):
         return health
-    stands = car is not None and bool(_faults(car) & _faults(health))
-    return health if stands and health.safe_to_drive in GRAVE else None
+    return health if health.safe_to_drive in GRAVE and _faults(held.degradation) & _faults(health) else None
 
 
 def worse(car: Degradation | None, health: VehicleHealth) -> Degradation | None:
     """The degradation with every part that the tool's answer makes worse, and none that it makes better.
 
-    Of a car never heard of less than `UNKNOWN_H` tells nothing: such a car counts as no sounder.
+    A car never heard of counts as no sounder than `UNKNOWN_H`.
     """
     h = health.h or 0.0
     if car is None and h <= UNKNOWN_H and not _faults(health):
         return None
-    before = car if car is not None else Degradation(h=UNKNOWN_H)
-    codes = {code.code for code in health.dtcs}
+    before = car or Degradation(h=UNKNOWN_H)
     return msgspec.structs.replace(
         before,
         h=max(before.h or 0.0, h),
         brake_envelope=_weaker(before.brake_envelope, health.brake_envelope),
-        dtcs=tuple(sorted({*before.dtcs, *codes})),
+        dtcs=tuple(sorted({*before.dtcs, *(code.code for code in health.dtcs)})),
         warning_lamps=tuple(sorted({*before.warning_lamps, *health.warning_lamps})),
         indicators=_with(before.indicators, health.indicators, lambda each: each.name),
         trends=_with(before.trends, health.trends, lambda each: each.name),
@@ -81,5 +76,5 @@ def _with(before: tuple[T, ...], told: tuple[T, ...], name: Callable[[T], str]) 
     return (*before, *(each for each in told if name(each) not in known))
 
 
-def _faults(car: Degradation | VehicleHealth) -> frozenset[str]:
-    return frozenset((*named(car), *shown(car)))
+def _faults(car: Degradation | VehicleHealth | None) -> frozenset[str]:
+    return frozenset() if car is None else frozenset((*named(car), *shown(car)))

@@ -1,4 +1,4 @@
-"""The word of the Weather that is held: one that is hardly sure may tighten it, not loosen it."""
+"""The last word of the Weather: a word that is hardly sure may tighten it, not loosen it."""
 
 import math
 from typing import TypeVar
@@ -12,36 +12,30 @@ WEATHER_SURE = 0.4
 """Below this confidence a report of better weather changes nothing."""
 UNKNOWN_SPEED_FACTOR = 0.95
 UNKNOWN_FOLLOWING_FACTOR = 1.1
-"""Of weather never heard of by one who was sure, and of a vehicle never heard of."""
+"""Of weather without any sure word on it, and of a vehicle never heard of."""
+_UNKNOWN = Conditions(
+    precipitation="none", rain_mm_h=None, visibility_m=None, mu_low=math.inf, mu_high=0.0, risk_level="unknown",
+    speed_factor=UNKNOWN_SPEED_FACTOR, following_factor=UNKNOWN_FOLLOWING_FACTOR, confidence=0.0,
+)  # fmt: skip
 _WETNESS = (False, None, True)
 _PRECIPITATION = ("none", "unknown", "rain", "snow")
 
 
 def sane_conditions(conditions: Conditions) -> bool:
-    """Numbers that weather can have."""
-    numbers = [conditions.mu_low, conditions.mu_high, conditions.speed_factor, conditions.following_factor]
-    numbers += [
-        each for each in (conditions.visibility_m, conditions.rain_mm_h, conditions.safe_speed_mps) if each is not None
-    ]
-    if not all(math.isfinite(number) for number in (*numbers, conditions.confidence)):
-        return False
-    return 0.0 < conditions.mu_low <= conditions.mu_high <= 1.5 and conditions.speed_factor > 0.0
+    """Whether its numbers are such as weather can have."""
+    numbers = (
+        conditions.mu_low, conditions.mu_high, conditions.speed_factor, conditions.following_factor, conditions.confidence,
+        conditions.visibility_m or 0.0, conditions.rain_mm_h or 0.0, conditions.safe_speed_mps or 0.0,
+    )  # fmt: skip
+    possible = 0.0 < conditions.mu_low <= conditions.mu_high <= 1.5 and conditions.speed_factor > 0.0
+    return possible and all(map(math.isfinite, numbers))
 
 
 def settle(before: Conditions | None, after: Conditions) -> Conditions | None:
-    """The new word on the weather, in each of its parts no better than the old one where it is hardly sure."""
+    """The new word on the weather; where it is hardly sure, in each of its parts no better than the old one."""
     if not sane_conditions(after):
         return before
-    if after.confidence >= WEATHER_SURE:
-        return after
-    if before is None:
-        return msgspec.structs.replace(
-            after,
-            speed_factor=min(UNKNOWN_SPEED_FACTOR, after.speed_factor),
-            following_factor=max(UNKNOWN_FOLLOWING_FACTOR, after.following_factor),
-            wet=_worse(None, after.wet, _WETNESS),
-        )
-    return no_better(before, after)
+    return after if after.confidence >= WEATHER_SURE else no_better(before or _UNKNOWN, after)
 
 
 def no_better(before: Conditions, after: Conditions) -> Conditions:

@@ -1,32 +1,32 @@
 """Observations become `world_state`: typed, stamped, with confidences that fall once a field's validity is over."""
 
 import math
-from collections.abc import Callable
-from typing import Literal, TypeVar, cast
+from typing import Literal, NamedTuple, TypeVar, cast
 
 import msgspec
 
 from proto.observed import Observed, Source
-from proto.perception import Lanes, Track, Tracks
+from proto.perception import Lanes, Track
 from proto.rules import PostedLimit
 from proto.scene import Unit
-from proto.vehicle import Degradation, Ego
+from proto.vehicle import Degradation
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator.observations.inputs import Observations, Stamped
-from services.orchestrator.observations.motion import Motion, motion_of
 from services.orchestrator.observations.validity import (
     MOST_PLAUSIBLE,
     SECOND,
     VALID_NS,
+    Motion,
     confidence_at,
     fresh,
+    motion_of,
     newer,
     number,
+    roads,
     sane_health,
 )
 from services.orchestrator.signs import signs as sign_memory
-from services.orchestrator.signs.limits import value_kmh
-from services.orchestrator.state import Believed, Held, InForce, Light, Limiter, Onset, SignAhead, Signs, State
+from services.orchestrator.state import Believed, Held, InForce, Limiter, Onset, SignAhead, Signs, State
 from services.orchestrator.world.actors import watch
 from services.orchestrator.world.conditions import settle
 from services.orchestrator.world.giving_way import by_map
@@ -34,69 +34,68 @@ from services.orchestrator.world.lights import light_ahead
 from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line
 
 T = TypeVar("T")
-LightState = Literal["red", "red_amber", "amber", "green", "off"]
 GONE_EXPERT_NS = 60 * SECOND
 """For how long a restriction outlives its time when the expert that made it is gone."""
 
 
 def observe(state: State, seen: Observations) -> State:
     """The state with the observations taken in: world, signs, light, stop line, and the experts' last words."""
-    ego = fresh(seen.ego, VALID_NS["speed"], seen.now_ns)
-    motion = motion_of(state, ego, seen)
+    now_ns, motion = seen.now_ns, motion_of(state, seen)
     facts = tuple(fact for stamped in seen.facts for fact in stamped.message.facts)
-    signs = sign_memory.update(state.signs, facts, motion, seen.now_ns)
-    light = light_ahead(state.light, facts, motion, ego, seen.now_ns)
-    told = on_map(seen)
-    line = stop_line(state, told, motion)
-    held = _held(state.held, seen)
+    signs = sign_memory.update(state.signs, facts, motion, now_ns)
+    mapped = on_map(seen)
+    line = stop_line(state, mapped, motion)
     after = msgspec.structs.replace(
         state,
         tick=state.tick + 1,
-        now_ns=seen.now_ns,
+        now_ns=now_ns,
         signs=signs,
-        light=light,
+        light=light_ahead(state.light, facts, motion, now_ns),
         stop_m=line[0],
         stop_kind=line[1],
-        give_way=by_map(state.give_way, told, motion),
-        halted_ns=halted(state, signs, line, ego, seen.now_ns),
-        line_halted_ns=halted_at_line(state, line, ego, seen.now_ns),
-        held=held,
-        preferences=seen.preferences if seen.preferences is not None else state.preferences,
-        missing=_missing(state, degraded(seen), seen.now_ns),
+        give_way=by_map(state.give_way, mapped, motion),
+        halted_ns=halted(state, signs, line, motion, now_ns),
+        line_halted_ns=halted_at_line(state, line, motion, now_ns),
+        held=_held(state.held, seen),
+        preferences=seen.preferences or state.preferences,
+        missing=_missing(state, _degraded(seen), now_ns),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
     world = _world(after, seen, motion)
     return msgspec.structs.replace(after, world=world, gaps=watch(state.gaps, world))
 
 
+def _degraded(seen: Observations) -> tuple[str, ...]:
+    """What this tick had to do without."""
+    silent = ("snapshot",) if seen.cause == "watchdog" else ()
+    return tuple(sorted({*seen.unhealthy, *seen.absent, *silent}))
+
+
 def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, ...]:
-    known = {onset.kind: onset for onset in state.missing}
-    return tuple(
-        Onset(kind=name, since_ns=known[name].since_ns if name in known else now_ns, last_ns=now_ns) for name in names
-    )
+    since = {onset.kind: onset.since_ns for onset in state.missing}
+    return tuple(Onset(kind=name, since_ns=since.get(name, now_ns), last_ns=now_ns) for name in names)
 
 
 def _held(held: Held, seen: Observations) -> Held:
-    conditions, degradation = seen.conditions, seen.degradation
+    conditions, car = seen.conditions, seen.degradation
     if conditions is not None and newer(conditions.stamp_ns, held.conditions_ns, seen.now_ns):
         settled = settle(held.conditions, conditions.message)
         held = msgspec.structs.replace(held, conditions=settled, conditions_ns=conditions.stamp_ns)
-    told = degradation is not None and newer(degradation.stamp_ns, held.degradation_ns, seen.now_ns)
-    if degradation is not None and told and sane_health(degradation.message):
-        car = _with_envelope(degradation.message, held.degradation)
-        held = msgspec.structs.replace(held, degradation=car, degradation_ns=degradation.stamp_ns)
+    if car is not None and newer(car.stamp_ns, held.degradation_ns, seen.now_ns) and sane_health(car.message):
+        degradation = _with_envelope(car.message, held.degradation)
+        held = msgspec.structs.replace(held, degradation=degradation, degradation_ns=car.stamp_ns)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 
 def _with_envelope(told: Degradation, before: Degradation | None) -> Degradation:
-    """An envelope that is no longer told is the one last told: silence heals no brakes."""
+    """With the last known brake envelope where none is told: silence heals no brakes."""
     if told.brake_envelope is not None or before is None:
         return told
     return msgspec.structs.replace(told, brake_envelope=before.brake_envelope)
 
 
 def _stands(limiter: Limiter, seen: Observations) -> bool:
-    """Until it runs out; where its expert is gone and cannot say more, for some time on."""
+    """Until it runs out; for longer where its expert is gone and cannot renew it."""
     here = any(expert.tool == limiter.tool for expert in seen.experts)
     return seen.now_ns < limiter.until_ns + (0 if here else GONE_EXPERT_NS)
 
@@ -104,39 +103,46 @@ def _stands(limiter: Limiter, seen: Observations) -> bool:
 # -- the world -------------------------------------------------------------------------------------------------------
 
 
+class _Told(NamedTuple):
+    """One source's word, as sure as it is and at the age that it has now."""
+
+    source: Source
+    confidence: float
+    stamp_ns: int
+    valid_ns: int
+    now_ns: int
+
+    def observed(self, value: T | None) -> Observed[T] | None:
+        """The value, at the confidence its age leaves; None once that is nothing."""
+        left = confidence_at(self.confidence, self.now_ns - self.stamp_ns, self.valid_ns)
+        if value is None or left <= 0.0 < self.confidence:
+            return None
+        return Observed(
+            value=value, confidence=left, source=self.source, stamp_ns=self.stamp_ns, valid_for_ns=self.valid_ns
+        )
+
+
 def _world(state: State, seen: Observations, motion: Motion) -> WorldState:
-    tracks = fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
-    return WorldState(
+    tracks, lanes = (
+        fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns),
+        fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns),
+    )
+    world = WorldState(
         stamp_ns=seen.tracks.stamp_ns if seen.tracks is not None and seen.cause == "snapshot" else seen.now_ns,
         tick=state.tick,
-        ego=_ego(state, seen),
-        environment=_environment(state, seen, motion),
-        actors=_actors(tracks, seen.now_ns),
-        lead_track_id=tracks.message.lead_track_id if tracks is not None else None,
-        degraded=degraded(seen),
+        ego=_ego(state, seen, lanes),
+        environment=_environment(state, seen, motion, lanes),
+        degraded=_degraded(seen),
     )
-
-
-def degraded(seen: Observations) -> tuple[str, ...]:
-    """What this tick had to do without."""
-    names = {*seen.unhealthy, *seen.absent}
-    if seen.cause == "watchdog":
-        names.add("snapshot")
-    return tuple(sorted(names))
-
-
-def _actors(tracks: Stamped[Tracks] | None, now_ns: int) -> Observed[tuple[Track, ...]] | None:
     if tracks is None:
-        return None
-    known = tuple(track for track in tracks.message.tracks if sane(track))
-    seen: Observed[tuple[Track, ...]] | None = _observed(
-        known, 1.0, "perception", tracks.stamp_ns, VALID_NS["tracks"], now_ns
-    )
-    return seen
+        return world
+    told = _Told("perception", 1.0, tracks.stamp_ns, VALID_NS["tracks"], seen.now_ns)
+    actors = told.observed(tuple(track for track in tracks.message.tracks if _is_sane(track)))
+    return msgspec.structs.replace(world, actors=actors, lead_track_id=tracks.message.lead_track_id)
 
 
-def sane(track: Track) -> bool:
-    """A track with numbers that a road can hold; any other is no track."""
+def _is_sane(track: Track) -> bool:
+    """Whether its numbers are such as a road can hold."""
     numbers = (
         track.x_m, track.y_m, track.vx_mps, track.vy_mps, track.ax_mps2, track.length_m, track.width_m,
         track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
@@ -145,108 +151,83 @@ def sane(track: Track) -> bool:
     return all(math.isfinite(number) and abs(number) <= MOST_PLAUSIBLE for number in numbers)
 
 
-def _ego(state: State, seen: Observations) -> EgoState:
-    def signal(of: Callable[[Ego], float | None]) -> Observed[float] | None:
-        value = number(of(seen.ego.message)) if seen.ego is not None else None
-        if value is None or seen.ego is None:
-            return None
-        return _observed(value, 1.0, "can", seen.ego.stamp_ns, VALID_NS["speed"], seen.now_ns)
-
-    held, lanes = state.held, fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
-    car, stamp_ns = held.degradation, held.degradation_ns or 0
-
-    def health(value: T | None) -> Observed[T] | None:
-        return None if value is None else _observed(value, 1.0, "can", stamp_ns, VALID_NS["degradation"], seen.now_ns)
-
-    return EgoState(
-        speed_mps=signal(lambda ego: ego.speed_mps),
-        acceleration_mps2=signal(lambda ego: ego.acceleration_mps2),
-        yaw_rate_radps=signal(lambda ego: ego.yaw_rate_radps),
-        lane_id=_of_lanes(lanes, lambda each: each.ego_lane_id, seen.now_ns),
-        lateral_offset_m=_of_lanes(lanes, lambda each: each.lateral_offset_m, seen.now_ns),
-        position_m=_observed(seen.position_m, 0.9, "map", seen.now_ns, VALID_NS["position"], seen.now_ns)
-        if seen.position_m is not None
-        else None,
-        degradation_h=health(car.h if car is not None else None),
-        brake_envelope=health(car.brake_envelope if car is not None else None),
-        dtcs=health(car.dtcs if car is not None else None),
-        warning_lamps=health(car.warning_lamps if car is not None else None),
-    )
+def _by_lanes(lanes: Stamped[Lanes], now_ns: int) -> _Told:
+    if lanes.message.source == "map":
+        return _Told("map", 0.95, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
+    return _Told("perception", 0.5, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
 
 
-def _environment(state: State, seen: Observations, motion: Motion) -> Environment:
-    signs, now_ns, held = state.signs, seen.now_ns, state.held
-    lanes = fresh(seen.lanes, VALID_NS["lanes"], now_ns)
-    road = fresh(seen.road, VALID_NS["lanes"], now_ns)
-    segment = (road.message.segment_id if road is not None else "") or (
-        lanes.message.segment_id if lanes is not None else ""
-    )
-    conditions = held.conditions
-    return Environment(
-        lane_count=_of_lanes(lanes, lambda each: each.lane_count, now_ns),
-        stop_line_m=_map(state.stop_m, now_ns),
+def _ego(state: State, seen: Observations, lanes: Stamped[Lanes] | None) -> EgoState:
+    car, now_ns = state.held.degradation, seen.now_ns
+    ego = EgoState(position_m=_Told("map", 0.9, now_ns, VALID_NS["position"], now_ns).observed(seen.position_m))
+    if seen.ego is not None:
+        told, signals = _Told("can", 1.0, seen.ego.stamp_ns, VALID_NS["speed"], now_ns), seen.ego.message
+        ego = msgspec.structs.replace(
+            ego,
+            speed_mps=told.observed(number(signals.speed_mps)),
+            acceleration_mps2=told.observed(number(signals.acceleration_mps2)),
+            yaw_rate_radps=told.observed(number(signals.yaw_rate_radps)),
+        )
+    if lanes is not None:
+        told, lane = _by_lanes(lanes, now_ns), lanes.message
+        ego = msgspec.structs.replace(
+            ego, lane_id=told.observed(lane.ego_lane_id), lateral_offset_m=told.observed(lane.lateral_offset_m)
+        )
+    if car is not None:
+        told = _Told("can", 1.0, state.held.degradation_ns or 0, VALID_NS["degradation"], now_ns)
+        ego = msgspec.structs.replace(
+            ego,
+            degradation_h=told.observed(car.h),
+            brake_envelope=told.observed(car.brake_envelope),
+            dtcs=told.observed(car.dtcs),
+            warning_lamps=told.observed(car.warning_lamps),
+        )
+    return ego
+
+
+def _environment(state: State, seen: Observations, motion: Motion, lanes: Stamped[Lanes] | None) -> Environment:
+    signs, held, now_ns = state.signs, state.held, seen.now_ns
+    mapped = _Told("map", 0.95, now_ns, VALID_NS["lanes"], now_ns)
+    world = Environment(
+        stop_line_m=mapped.observed(state.stop_m),
         stop_line_kind=state.stop_kind,
-        junction_m=_map(motion.junction_m, now_ns),
-        segment_id=_map(segment or None, now_ns),
-        light=_observed_light(state.light, now_ns),
-        light_distance_m=_map(state.light.distance_m, now_ns) if state.light is not None else None,
-        signs=tuple(_observed_sign(sign, now_ns) for sign in signs.ahead),
+        junction_m=mapped.observed(motion.junction_m),
+        segment_id=mapped.observed(next((road.segment_id for road in roads(seen) if road.segment_id), None)),
+        signs=tuple(_sign(sign, now_ns) for sign in signs.ahead),
         posted_limit=_limit(signs.permanent, now_ns),
         dynamic_limit=_limit(signs.gantry, now_ns),
-        conditional_limit=_limit(signs.conditional[-1] if signs.conditional else None, now_ns),
+        conditional_limit=_limit(next(reversed(signs.conditional), None), now_ns),
         zone_limit=_limit(signs.zone, now_ns),
         doubted_limit=_doubted(signs, now_ns),
         ended=signs.ended,
-        conditions=_observed(
-            conditions, conditions.confidence, "weather", held.conditions_ns or 0, VALID_NS["conditions"], now_ns
-        )
-        if conditions is not None
-        else None,
-        jurisdiction=_believed(signs.jurisdiction, now_ns),
-        units=cast("Observed[Unit] | None", _believed(signs.units, now_ns)),
-        traffic_side=cast("Observed[Literal['left', 'right']] | None", _believed(signs.traffic_side, now_ns)),
-        road_type=_believed(_road_type(signs, seen), now_ns),
+        jurisdiction=_believed(signs.jurisdiction),
+        units=cast("Observed[Unit] | None", _believed(signs.units)),
+        traffic_side=cast("Observed[Literal['left', 'right']] | None", _believed(signs.traffic_side)),
+        road_type=_believed(signs.road_type or _road_by_map(seen)),
     )
+    if lanes is not None:
+        lane_count = _by_lanes(lanes, now_ns).observed(lanes.message.lane_count)
+        world = msgspec.structs.replace(world, lane_count=lane_count)
+    if state.light is not None:
+        told = _Told("drivelm", state.light.confidence, state.light.seen_ns, VALID_NS["light"], now_ns)
+        distance_m = mapped.observed(state.light.distance_m)
+        world = msgspec.structs.replace(world, light=told.observed(state.light.state), light_distance_m=distance_m)
+    if (weather := held.conditions) is not None:
+        told = _Told("weather", weather.confidence, held.conditions_ns or 0, VALID_NS["conditions"], now_ns)
+        world = msgspec.structs.replace(world, conditions=told.observed(weather))
+    return world
 
 
-def _road_type(signs: Signs, seen: Observations) -> Believed | None:
-    """From signs; where none was seen yet, what the map calls the road."""
-    if signs.road_type is not None:
-        return signs.road_type
-    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
-    road = fresh(seen.road, VALID_NS["lanes"], seen.now_ns)
-    for name in (road.message.road_class if road is not None else "", lanes.message.road_class if lanes else ""):
-        if name in ("urban", "rural", "motorway"):
-            return Believed(value=name, confidence=0.7, since_ns=seen.now_ns)
-    return None
+def _road_by_map(seen: Observations) -> Believed | None:
+    """What the map calls the road, where no sign has told it yet."""
+    names = (road.road_class for road in roads(seen) if road.road_class in ("urban", "rural", "motorway"))
+    return next((Believed(value=name, confidence=0.7, since_ns=seen.now_ns) for name in names), None)
 
 
-def _observed(
-    value: T, confidence: float, source: Source, stamp_ns: int, valid_ns: int, now_ns: int
-) -> Observed[T] | None:
-    """The observation, at the confidence its age leaves; None once that is nothing."""
-    left = confidence_at(confidence, now_ns - stamp_ns, valid_ns)
-    if left <= 0.0 and confidence > 0.0:
-        return None
-    return Observed(value=value, confidence=left, source=source, stamp_ns=stamp_ns, valid_for_ns=valid_ns)
-
-
-def _of_lanes(lanes: Stamped[Lanes] | None, of: Callable[[Lanes], T], now_ns: int) -> Observed[T] | None:
-    if lanes is None:
-        return None
-    confidence = 0.95 if lanes.message.source == "map" else 0.5
-    source: Source = "map" if lanes.message.source == "map" else "perception"
-    return _observed(of(lanes.message), confidence, source, lanes.stamp_ns, VALID_NS["lanes"], now_ns)
-
-
-def _map(value: T | None, now_ns: int) -> Observed[T] | None:
-    return None if value is None else _observed(value, 0.95, "map", now_ns, VALID_NS["lanes"], now_ns)
-
-
-def _believed(believed: Believed | None, now_ns: int) -> Observed[str] | None:
+def _believed(believed: Believed | None) -> Observed[str] | None:
+    """It does not wear off by itself; the front end restates it from time to time."""
     if believed is None:
         return None
-    # Restated from time to time by the front end; what was believed does not wear off by itself.
     return Observed(
         value=believed.value,
         confidence=believed.confidence,
@@ -260,10 +241,9 @@ def _believed(believed: Believed | None, now_ns: int) -> Observed[str] | None:
 def _limit(limit: InForce | None, now_ns: int) -> Observed[PostedLimit] | None:
     if limit is None:
         return None
-    posted = msgspec.structs.replace(limit.posted, age_s=round((now_ns - limit.since_ns) / 1e9, 1))
     return Observed(
-        value=posted,
-        confidence=posted.confidence,
+        value=msgspec.structs.replace(limit.posted, age_s=round((now_ns - limit.since_ns) / 1e9, 1)),
+        confidence=limit.posted.confidence,
         source="drivelm",
         stamp_ns=limit.since_ns,
         valid_for_ns=VALID_NS["limit"],
@@ -272,40 +252,31 @@ def _limit(limit: InForce | None, now_ns: int) -> Observed[PostedLimit] | None:
 
 
 def _doubted(signs: Signs, now_ns: int) -> Observed[PostedLimit] | None:
-    doubted = [sign for sign in signs.ahead if sign.kind == "limit" and not sign.believed and sign.value is not None]
-    sign = min(doubted, key=lambda each: value_kmh(each.value or 0.0, each.unit), default=None)
+    """The lowest limit that a doubted sign may show."""
+    doubted = [sign for sign in signs.ahead if sign.doubted_limit and sign.value is not None]
+    sign = min(doubted, key=lambda each: each.kmh, default=None)
     if sign is None or sign.value is None:
         return None
-    posted = PostedLimit(value=sign.value, unit=sign.unit or "km/h", confidence=sign.confidence, reading=sign.reading)
-    seen: Observed[PostedLimit] | None = _observed(
-        posted, sign.confidence, "drivelm", sign.seen_ns, VALID_NS["sign"], now_ns
+    told = _Told("drivelm", sign.confidence, sign.seen_ns, VALID_NS["sign"], now_ns)
+    return told.observed(
+        PostedLimit(value=sign.value, unit=sign.unit or "km/h", confidence=sign.confidence, reading=sign.reading)
     )
-    return seen
 
 
-def _observed_sign(sign: SignAhead, now_ns: int) -> Observed[SeenSign]:
-    seen = SeenSign(
-        reading=sign.reading,
-        track_id=sign.track_id,
-        distance_m=sign.distance_m,
-        candidates=sign.candidates,
-        plates=sign.plates,
-        believed=sign.believed,
-        text=sign.text,
-    )
-    left = confidence_at(sign.confidence, now_ns - sign.seen_ns, VALID_NS["sign"])
+def _sign(sign: SignAhead, now_ns: int) -> Observed[SeenSign]:
     return Observed(
-        value=seen,
-        confidence=left,
+        value=SeenSign(
+            reading=sign.reading,
+            track_id=sign.track_id,
+            distance_m=sign.distance_m,
+            candidates=sign.candidates,
+            plates=sign.plates,
+            believed=sign.believed,
+            text=sign.text,
+        ),
+        confidence=confidence_at(sign.confidence, now_ns - sign.seen_ns, VALID_NS["sign"]),
         source="drivelm",
         stamp_ns=sign.seen_ns,
         valid_for_ns=VALID_NS["sign"],
         evidence=f"track {sign.track_id}",
     )
-
-
-def _observed_light(light: Light | None, now_ns: int) -> Observed[LightState] | None:
-    if light is None:
-        return None
-    state = cast(LightState, light.state)
-    return _observed(state, light.confidence, "drivelm", light.seen_ns, VALID_NS["light"], now_ns)

@@ -13,14 +13,16 @@ STANDSTILL_M = 1.0
 PERSON_M = 3.0
 """Kept before a person."""
 COMFORT_MPS2 = 2.0
-"""Braking that nobody minds; the approach speed to a stop is sqrt(2 a d)."""
+"""Comfortable braking; the approach speed to a stop is sqrt(2 a d)."""
 UNKNOWN_STOP_M = 60.0
 LINE_CONFIDENCE = 0.7
 """Of a stop line that a map knows and nothing was seen of."""
+STOP_LINES = ("light", "stop_line", "crossing")
+"""Lines of a map at which a red light is waited for."""
 
 
 def to_be_told_m(speed_mps: float, slower_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
-    """From how far away one has to be told to come down to a speed by then: he reacts, and slows down."""
+    """The distance at which a driver has to be told to reach a lower speed by then: reaction and slowing down."""
     return REACTION_S * speed_mps + max(0.0, speed_mps**2 - slower_mps**2) / (2.0 * slowing_mps2)
 
 
@@ -32,7 +34,7 @@ class Stop(NamedTuple):
     room_m: float
     confidence: float
     track_id: int = 0
-    """The person who was seen well enough to be missed; 0: none."""
+    """The person that was seen well enough to be missed; 0: none."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -41,7 +43,7 @@ class Stop(NamedTuple):
 
 def stops(state: State) -> tuple[Stop, ...]:
     """All of them, the nearest first."""
-    found = [stop for stop in (_red(state), _sign(state), _line(state), _person(state)) if stop is not None]
+    found = (stop for stop in (_red(state), _sign(state), _line(state), _person(state)) if stop is not None)
     return tuple(sorted(found, key=lambda stop: (stop.room_m, stop.why)))
 
 
@@ -50,37 +52,31 @@ def needed_mps2(stop: Stop, speed_mps: float) -> float:
     return speed_mps * speed_mps / (2.0 * max(0.5, stop.room_m))
 
 
+def _at(why: str, at_m: float | None, confidence: float) -> Stop | None:
+    """A stop before a place, until the front has passed it."""
+    room_m = (at_m if at_m is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
+    return Stop(why, room_m, confidence) if room_m >= -EGO_HALF_M - 2.0 else None
+
+
 def _red(state: State) -> Stop | None:
     light = state.light
-    if light is None or light.lost_at_line or light.state not in ("red", "red_amber", "amber"):
+    if light is None or light.lost_at_line or light.permits:
         return None
-    line = state.stop_m if state.stop_kind in ("light", "stop_line", "crossing") else None
-    distance = line if line is not None else light.distance_m
-    room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
-    if room < -EGO_HALF_M - 2.0:
-        return None
-    return Stop("red_light", room, light.confidence)
+    line_m = state.stop_m if state.stop_kind in STOP_LINES else None
+    return _at("red_light", line_m if line_m is not None else light.distance_m, light.confidence)
 
 
 def _sign(state: State) -> Stop | None:
     signs = stop_signs(state.signs)
-    if state.halted_ns is not None:
-        signs = beyond(signs)
-    if not signs:
-        return None
-    sign = signs[0]
-    distance = line_of(sign, state.stop_m, state.stop_kind)
-    room = (distance if distance is not None else UNKNOWN_STOP_M) - EGO_HALF_M - STANDSTILL_M
-    return Stop("stop_sign", room, sign.confidence) if room > -EGO_HALF_M - 2.0 else None
+    ahead = signs if state.halted_ns is None else beyond(signs)
+    found = (_at("stop_sign", line_of(sign, state.stop_m, state.stop_kind), sign.confidence) for sign in ahead)
+    return next(found, None)
 
 
 def _line(state: State) -> Stop | None:
     """A line that a map knows, before what asks for it can be read. A light that is found there explains it."""
-    distance = unexplained_line(state)
-    if distance is None or state.line_halted_ns is not None:
-        return None
-    room = distance - EGO_HALF_M - STANDSTILL_M
-    return Stop("stop_line", room, LINE_CONFIDENCE) if room > -EGO_HALF_M - 2.0 else None
+    at_m = unexplained_line(state)
+    return None if at_m is None or state.line_halted_ns is not None else _at("stop_line", at_m, LINE_CONFIDENCE)
 
 
 def _person(state: State) -> Stop | None:

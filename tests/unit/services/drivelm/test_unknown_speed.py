@@ -10,7 +10,7 @@ from proto.rules import PostedLimit
 from proto.scene import Fact
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.vocabulary.classes import LIGHTS, OTHER, SENTENCES
-from services.orchestrator.observations.motion import Motion
+from services.orchestrator.observations.validity import Motion
 from services.orchestrator.signs.limits import enters_a_slower_town, in_force, value_kmh
 from services.orchestrator.signs.signs import update
 from services.orchestrator.state import Believed, InForce, Signs
@@ -63,7 +63,7 @@ def test_with_an_unknown_speed_no_reading_lifts_a_limit_or_changes_the_country(
     facts += _settled(end, now_ns, [None] * 400)
     for step in range(400):
         slower_town = any(enters_a_slower_town(signs, sign) for sign in signs.ahead)
-        signs = update(signs, tuple(facts), Motion(known=False), now_ns + step * STEP_NS)
+        signs = update(signs, tuple(facts), Motion(), now_ns + step * STEP_NS)
         facts = []
         assert slower_town or _least_kmh(signs) <= before
         if slower_town and not in_force(signs):
