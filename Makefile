@@ -5,6 +5,7 @@ BIN    := $(VENV)/bin
 # without what it asks for: opencv-python brings the same cv2 as our opencv-python-headless, and its metrics use neither
 TRACKEVAL := 'trackeval>=1.3,<2'
 SOURCES := proto domain drivemcp services app evaluation training studies benchmarks examples tests scripts
+PROJECTS := pyproject.toml evaluation/pyproject.toml
 ARGS   ?=
 # tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
@@ -29,16 +30,17 @@ $(VENV)/.made:
 	$(BIN)/pip install -q --upgrade pip
 	@touch $@
 
-$(VENV)/.demo: $(VENV)/.made pyproject.toml
+$(VENV)/.demo: $(VENV)/.made $(PROJECTS)
 	@echo "installing what a drive needs (a few minutes; no torch)"
 	$(BIN)/pip install --progress-bar on -e '.[demo]' | grep -v '^Requirement already satisfied' || true
+	$(BIN)/pip install -q --no-deps -e ./evaluation
 	@$(BIN)/python -c 'import zenoh, msgspec, cv2, onnxruntime, highway_env, moderngl, mcap, rerun' \
 		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }
 	@touch $@
 
-$(VENV)/.full: $(VENV)/.made pyproject.toml
+$(VENV)/.full: $(VENV)/.made $(PROJECTS)
 	@echo "installing the full environment (several minutes)"
-	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch,retrieval-qdrant,ray]' | grep -v '^Requirement already satisfied' || true
+	$(BIN)/pip install --progress-bar on -e '.[demo,dev,train,retrieval-torch,retrieval-qdrant,ray]' -e ./evaluation | grep -v '^Requirement already satisfied' || true
 	$(BIN)/pip install -q --no-deps $(TRACKEVAL)
 	@$(BIN)/python -c 'import zenoh, cv2, onnxruntime, highway_env, hypothesis, pytest, mypy, torch, trackeval' \
 		|| { echo "the installation did not finish; see pip's last lines above and run make again" >&2; exit 1; }

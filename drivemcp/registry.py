@@ -52,7 +52,10 @@ def registered(group: str, name: str, setting: str) -> Any:
     """What an installed distribution registers under an entry-point group. Raises ConfigError naming the setting."""
     points = {point.name: point for point in entry_points(group=group)}
     if name not in points:
-        raise ConfigError(f"{setting} = {name}: there is no such entry point in {group}; there are: {sorted(points)}")
+        raise ConfigError(
+            f"{setting} = {name}: there is no such entry point in {group}; there are: {sorted(points)}. Those of the "
+            "evaluation come with pip install 'drivemcp[evaluation]'"
+        )
     try:
         return points[name].load()
     except ModuleNotFoundError as error:

@@ -66,13 +66,7 @@ SERVICES: tuple[ServiceRow, ...] = (
     ),
     ServiceRow(name="weather", extra="weather", tools=("assess_weather",), step_order=20),
     ServiceRow(name="perception", extra="perception", tools=("list_tracks",), step_order=30, memory_mb=600),
-    ServiceRow(
-        name="drivelm",
-        extra="drivelm",
-        tools=("ask_scene", "describe_scene", "answer_prompt"),
-        step_order=40,
-        memory_mb=700,
-    ),
+    ServiceRow(name="drivelm", extra="drivelm", tools=("ask_scene", "describe_scene"), step_order=40, memory_mb=700),
     ServiceRow(name="retrieval", extra="retrieval", tools=("retrieve",), step_order=45, memory_mb=900),
     ServiceRow(
         name="rules",

@@ -57,7 +57,7 @@ METHODS = _by_label(
     ),
     Method(
         label="VLM-Direct",
-        settings={"orchestrator": {"method": "direct", "expected": _ALONE}},
+        settings={"orchestrator": {"method": "direct", "expected": _ALONE}, "drivelm": {"whole_prompts": True}},
         without=WITHOUT_EXPERTS,
         note=DIRECT,
     ),
@@ -68,7 +68,8 @@ METHODS = _by_label(
                 "method": "direct",
                 "method_settings": {"passages": PASSAGES},
                 "expected": (*_ALONE, "retrieval"),
-            }
+            },
+            "drivelm": {"whole_prompts": True},
         },
         without=("rules", "arbiter"),
         note=DIRECT + " The best passages of the rulepacks and sign tables are part of the prompt.",

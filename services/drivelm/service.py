@@ -11,17 +11,16 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
+from drivemcp.registry import registered
 from drivemcp.service import Service
 from proto import topics
 from proto.perception import Boxes, Lanes, Tracks
-from proto.scene import Fact, Facts, PromptAnswer, SceneGraph
+from proto.scene import Fact, Facts, SceneGraph
 from proto.sensors import Calibration, CameraFrame
 from proto.topics import Topic
-from services.drivelm import whole_prompts
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
-from services.drivelm.backends.prompts import PromptedBackend
 from services.drivelm.cameras import Calibrations, RecentFrames
 from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
 from services.drivelm.country.surroundings import surroundings
@@ -62,8 +61,10 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     """Read hours, distances and lengths on large plates; else as `read_names`."""
     guard: bool = True
     """Whether what the backend says counts only as far as it is borne out (`grounding.py`). Off: for the evaluation."""
+    whole_prompts: bool = False
+    """For the evaluation: offer `answer_prompt`, the tool of its Direct methods (entry point `drivemcp.whole_prompts`)."""
     prompt_backend: Literal["", "embedded", "transformers", "openai"] = ""
-    """Who answers whole prompts; empty: `backend`. In lockstep too, where the caller waits for it and counts its time."""
+    """The backend that answers whole prompts; empty: `backend`. In lockstep the caller waits for it and counts its time."""
 
 
 class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
@@ -107,16 +108,6 @@ def load_front_end(config: DrivelmConfig, node: Node, lettering: Lettering) -> F
     return late
 
 
-def load_generator(config: DrivelmConfig, front_end: FrontEnd) -> whole_prompts.Generator | None:
-    """Who answers whole prompts; None: the extractive reader."""
-    wanted = config.prompt_backend or config.backend
-    if wanted == "embedded":
-        return None
-    if wanted == config.backend and isinstance(front_end.backend, PromptedBackend):
-        return front_end.backend
-    return load.load(wanted, load.Slow(transformers=config.transformers, openai=config.openai))
-
-
 def build(config: DrivelmConfig, node: Node) -> None:
     """Subscribe, read, publish; offer the two tools."""
     Bindings(config, node)
@@ -134,7 +125,6 @@ class Bindings:
         lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
         self.front_end = front_end or load_front_end(config, node, lettering)
-        self.template, self.generator = whole_prompts.load(), load_generator(config, self.front_end)
         self.facts = RecentFacts()
         self.boxes: dict[str, tuple[int, Boxes]] = {}
         """The last of each camera, with the stamp of their picture."""
@@ -151,7 +141,8 @@ class Bindings:
         node.every(1.0, self.say_graph)
         node.tool(deadline_ms=60)(self.ask_scene)
         node.tool(deadline_ms=60)(self.describe_scene)
-        node.tool(deadline_ms=60)(self.answer_prompt)
+        if config.whole_prompts:
+            registered("drivemcp.whole_prompts", "answer_prompt", "drivelm.whole_prompts")(self)
 
     def on_frame(self, message: CameraFrame, info: Received[CameraFrame]) -> None:
         self.calibrations.sized(info.id, message.width_px, message.height_px)
@@ -251,23 +242,6 @@ class Bindings:
         """
         graph = self._graph()
         return SceneDescription(description=graph.description, graph=graph)
-
-    def answer_prompt(
-        self,
-        query: Annotated[str, msgspec.Meta(max_length=400)],
-        context: Annotated[str, msgspec.Meta(description="ego and scene, as text or JSON", max_length=8000)] = "",
-        passages: Annotated[
-            tuple[str, ...], msgspec.Meta(description="retrieved texts or tool outputs", max_length=20)
-        ] = (),
-    ) -> PromptAnswer:
-        """Answer one prompt of the fixed structure (system line, context, query, passages), and the advice found in the answer.
-
-        For the evaluation's Direct methods. With the embedded backend a sentence of the prompt, word for word. Advice is
-        taken by a closed grammar or not at all; it never acts.
-        """
-        asked = whole_prompts.Asked(context, query, whole_prompts.shown(passages))
-        picture = self.frames.newest(self.config.graph_camera) if self.generator is not None else None
-        return whole_prompts.answered(asked, self.template, self.front_end.backend.name, self.generator, picture)
 
     def _graph(self) -> SceneGraph:
         graph = self.graph

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
-from drivemcp.errors import ToolFailed
+from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
+from drivemcp.registry import registered
 from drivemcp.service import Service
 from proto import topics
 from proto.perception import Tracks
@@ -19,7 +20,7 @@ from services.perception.checks.decoding import Malformed
 from services.perception.detect.detector import DetectorOptions
 from services.perception.detect.loading import digest, load_detector
 from services.perception.pipeline import Perception
-from services.perception.track.untracked import tracker_of
+from services.perception.track.tracker import Tracker
 from services.perception.weather.camera_weather import WeatherModel
 from services.perception.weather.watch import WeatherWatch
 
@@ -37,7 +38,7 @@ class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
     closer_ms: float = 10.0
     """A picture that waited longer than this is not looked at more closely: what is told soon counts more than what is far."""
     tracking: bool = True
-    """Off, for the evaluation: each picture's road users are new ones, of unknown speed."""
+    """Off, for the evaluation: each picture's road users are new ones, of unknown speed. Refused outside lockstep."""
 
 
 class Drops:
@@ -55,12 +56,21 @@ class Drops:
             self._node.log.warning("dropped %s number %d: %s", what, self._counts[what], why)
 
 
+def _tracker(config: PerceptionConfig, node: Node) -> Tracker:
+    if config.tracking:
+        return Tracker()
+    if not node.lockstep:
+        raise ConfigError("perception.tracking = false knows no speeds and is for simulation: it needs lockstep")
+    untracked: type[Tracker] = registered("drivemcp.trackers", "untracked", "perception.tracking")
+    return untracked()
+
+
 def build(config: PerceptionConfig, node: Node) -> None:
     """Load the detector and subscribe; raises DetectorError where the model cannot be used."""
     path = Path(config.detector) if config.detector else data("models/detector.onnx")
     detector = load_detector(path, DetectorOptions(threads=config.threads, score_floor=config.score_floor))
     node.detail["detector"] = f"{detector.name} sha256:{digest(path)}"
-    perception, drops = Perception(detector, tracker=tracker_of(tracking=config.tracking)), Drops(node)
+    perception, drops = Perception(detector, tracker=_tracker(config, node)), Drops(node)
     latest: dict[str, tuple[int, Tracks]] = {}
     hurried = itertools.count(1)
     watch = WeatherWatch(

@@ -58,7 +58,10 @@ QUESTIONS = (
 )
 SENSORS = "blackout=0.1,freeze=0.1,lidar_loss=0.2,jitter_ms=30,dropout=0.2,seed=3"
 SIGNS = "sign_miss=0.3,limit_misread=0.3,seed=5"
-PROMPTED = {"orchestrator": {"method": "direct", "method_settings": {"passages": 3}}}
+PROMPTED: dict[str, dict[str, Any]] = {
+    "orchestrator": {"method": "direct", "method_settings": {"passages": 3}},
+    "drivelm": {"whole_prompts": True},
+}
 
 RECORDINGS: Mapping[str, Recording] = {
     "town": Recording("urb-rain/calibration/3"),

@@ -4,6 +4,7 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from services.drivelm.backends.backend import NO_ANSWER, Answer
 from services.drivelm.vocabulary.classes import KIND_OF_QUESTION, OTHER, WORDS
@@ -18,6 +19,14 @@ UNMEASURED = 0.5
 and below the orchestrator's SURE (0.6): by itself it can never make a reading believed; see ``late_front_end.Agreement``."""
 _SAID_CHARS = 60
 _HEADS = {kind: frozenset(label.partition(":")[0] for label in labels) for kind, labels in OFFERED.items()}
+
+
+class Said(NamedTuple):
+    """An answer's text and its probability (None: not stated), or why there is none."""
+
+    text: str = ""
+    score: float | None = None
+    reason: str = ""
 
 
 class Abstentions:

@@ -6,7 +6,7 @@ from typing import Any
 import cv2
 import msgspec
 
-from services.drivelm.backends.abstentions import probability
+from services.drivelm.backends.abstentions import Said, probability
 from services.drivelm.reading.crops import Picture
 
 
@@ -42,14 +42,6 @@ class Reply(msgspec.Struct, frozen=True):
     """The part of a chat completion that is read; everything else is passed over."""
 
     choices: list[Choice]
-
-
-class Said(msgspec.Struct, frozen=True):
-    """An answer's text and its probability, or why there is none."""
-
-    text: str = ""
-    score: float | None = None
-    reason: str = ""
 
 
 def request(image: Picture, prompt: str, model: str, max_tokens: int, *, logprobs: bool) -> dict[str, Any]:

@@ -19,8 +19,7 @@ import msgspec
 from drivemcp.errors import MALFORMED, ConfigError
 from drivemcp.files.addresses import is_loopback
 from services.drivelm.backends import chat
-from services.drivelm.backends.abstentions import judged
-from services.drivelm.backends.backend import Answer
+from services.drivelm.backends.abstentions import Said
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.backends.prompts import PromptedBackend, Prompts
 from services.drivelm.reading.crops import Picture
@@ -44,20 +43,15 @@ class OpenaiBackend(PromptedBackend):
         self._tls = ssl.create_default_context() if base.scheme == "https" else False
         self._logprobs = config.logprobs
 
-    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
-        """Raises nothing: whatever goes wrong is an abstention."""
+    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
         said = asyncio.run(self._all(images, prompt))
-        return [self._abstentions.note(each.reason) if each.reason else self._judged(each, question) for each in said]
+        if not self._key:
+            return said
+        return [
+            each._replace(text=each.text.replace(self._key, "(key)")) for each in said
+        ]  # an echo must not be logged
 
-    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
-        (said,) = asyncio.run(self._all([image], prompt))
-        return said.text.replace(self._key, "(key)") if self._key else said.text, said.score, said.reason
-
-    def _judged(self, said: chat.Said, question: str) -> Answer:
-        text = said.text.replace(self._key, "(key)") if self._key else said.text  # what echoes it must not log it
-        return judged(text, question, said.score, self._abstentions)
-
-    async def _all(self, images: Sequence[Picture], prompt: str) -> list[chat.Said]:
+    async def _all(self, images: Sequence[Picture], prompt: str) -> list[Said]:
         async with httpx2.AsyncClient(
             headers=_HEADERS | ({"Authorization": f"Bearer {self._key}"} if self._key else {}),
             timeout=self._config.timeout_s,
@@ -67,19 +61,19 @@ class OpenaiBackend(PromptedBackend):
         ) as client:
             return list(await asyncio.gather(*(self._one(client, image, prompt) for image in images)))
 
-    async def _one(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> chat.Said:
+    async def _one(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> Said:
         try:
             async with asyncio.timeout(self._config.timeout_s):
                 status, body = await self._post(client, image, prompt)
-            return chat.said(body) if status == 200 else chat.Said(reason=f"status {status}")
+            return chat.said(body) if status == 200 else Said(reason=f"status {status}")
         except (TimeoutError, httpx2.TimeoutException):
-            return chat.Said(reason="no answer in time")
+            return Said(reason="no answer in time")
         except _TooLong:
-            return chat.Said(reason="body too long")
+            return Said(reason="body too long")
         except (httpx2.HTTPError, OSError) as error:
-            return chat.Said(reason=f"connection failed, {type(error).__name__}")
+            return Said(reason=f"connection failed, {type(error).__name__}")
         except (*MALFORMED, ValueError):
-            return chat.Said(reason="malformed reply")
+            return Said(reason="malformed reply")
 
     async def _post(self, client: httpx2.AsyncClient, image: Picture, prompt: str) -> tuple[int, bytes]:
         asked = self._logprobs

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from services.drivelm.backends.abstentions import OFFERED, UNMEASURED, Abstentions
+from services.drivelm.backends.abstentions import OFFERED, UNMEASURED, Abstentions, Said, judged
 from services.drivelm.backends.backend import Answer
 from services.drivelm.reading.crops import Picture
 from services.drivelm.vocabulary.classes import OTHER, QUESTIONS, SENTENCES
@@ -78,19 +78,20 @@ class PromptedBackend(ABC):
         prompt = self._prompts.texts.get(question)
         if prompt is None:
             return [self._abstentions.note("no prompt for this question", question) for _ in images]
-        return self._prompted(images, prompt, question)
-
-    @abstractmethod
-    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
-        """One sentence or abstention per picture, all asked with the prompt of the question."""
+        return [
+            self._abstentions.note(said.reason, said.text)
+            if said.reason
+            else judged(said.text, question, said.score, self._abstentions)
+            for said in self._say(images, prompt)
+        ]
 
     def free(self, image: Picture, prompt: str) -> tuple[str, float]:
         """Whatever text the model makes of a whole prompt, and its probability; an empty one is an abstention."""
-        text, score, reason = self._free(image, prompt)
-        if reason:
-            return self._abstentions.note(reason).text, 0.0
-        return text, UNMEASURED if score is None else score
+        (said,) = self._say([image], prompt)
+        if said.reason:
+            return self._abstentions.note(said.reason).text, 0.0
+        return said.text, UNMEASURED if said.score is None else said.score
 
     @abstractmethod
-    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
-        """Text, probability (None: not stated), and the reason for an empty text."""
+    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
+        """What the model says of each picture to the prompt. Raises nothing: whatever goes wrong is a reason to abstain."""

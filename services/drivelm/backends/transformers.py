@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from drivemcp.errors import ConfigError
-from services.drivelm.backends.abstentions import judged, probability
-from services.drivelm.backends.backend import Answer
+from services.drivelm.backends.abstentions import Said, probability
 from services.drivelm.backends.config import TransformersConfig
 from services.drivelm.backends.prompts import PromptedBackend, Prompts
 from services.drivelm.reading.crops import Picture
@@ -41,26 +40,16 @@ class TransformersBackend(PromptedBackend):
         folder = _folder(config)
         super().__init__(f"transformers:{cleaned(folder.name, 40)}:{_digest(folder)[:12]}", prompts)
 
-    def _prompted(self, images: Sequence[Picture], prompt: str, question: str) -> Sequence[Answer]:
+    def _say(self, images: Sequence[Picture], prompt: str) -> Sequence[Said]:
         with self._lock:
-            return [self._one(image, prompt, question) for image in images]
+            return [self._one(image, prompt) for image in images]
 
-    def _one(self, image: Picture, prompt: str, question: str) -> Answer:
+    def _one(self, image: Picture, prompt: str) -> Said:
         try:
             text, score, ended = self._generated(image, prompt)
         except _UNANSWERABLE as error:
-            return self._abstentions.note(f"failed, {type(error).__name__}", str(error))
-        if not ended or score is None:
-            return self._abstentions.note("no probabilities" if ended else "cut off", text)
-        return judged(text, question, score, self._abstentions)
-
-    def _free(self, image: Picture, prompt: str) -> tuple[str, float | None, str]:
-        with self._lock:
-            try:
-                text, score, ended = self._generated(image, prompt)
-            except _UNANSWERABLE as error:
-                return "", None, f"failed, {type(error).__name__}"
-        return text, score, "" if ended else "cut off"
+            return Said(str(error), reason=f"failed, {type(error).__name__}")
+        return Said(text, score, "cut off" if not ended else "no probabilities" if score is None else "")
 
     def _generated(self, image: Picture, prompt: str) -> tuple[str, float | None, bool]:
         """The text, its probability, and whether it came to its end."""

@@ -79,11 +79,12 @@ def test_labels_move_the_arbiter_only_where_it_learns_and_are_kept_all_the_same(
 
 def test_a_question_is_answered_by_the_prompt_alone_under_the_direct_method(monkeypatch: pytest.MonkeyPatch) -> None:
     from services.drivelm.service import SERVICE as DRIVELM
+    from services.drivelm.service import DrivelmConfig
 
     monkeypatch.setattr(advise, "DEADLINE_MS", PATIENT_MS)
     monkeypatch.setattr(ask, "BUDGET_MS", PATIENT_MS)
     with bus() as b:
-        b.start(DRIVELM)
+        b.start(DRIVELM, DrivelmConfig(whole_prompts=True))
         config = OrchestratorConfig(silence_s=60.0, expected=(), method="direct")
         orchestrator = b.start(SERVICE, config)
         road = Road(b)

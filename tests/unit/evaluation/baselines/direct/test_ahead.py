@@ -7,11 +7,11 @@ import pytest
 
 from evaluation.baselines.direct.context import MOST_CHARS, as_json, summary
 from evaluation.baselines.direct.memory import recalled
+from evaluation.baselines.direct.whole_prompts import Asked, answered, load
 from proto.observed import Observed
 from proto.scene import PromptAnswer
 from proto.tools import Outcome
 from proto.world import Environment, SeenSign, WorldState
-from services.drivelm.whole_prompts import Asked, answered, load
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Method
 from services.orchestrator.tick import redecide, trace_of

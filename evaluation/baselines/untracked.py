@@ -1,4 +1,4 @@
-"""A tracker without memory, for the evaluation's ablation of tracking."""
+"""A tracker without memory: `perception.tracking = false`, the ablation of tracking. For simulation only."""
 
 from collections.abc import Callable, Sequence
 
@@ -29,8 +29,3 @@ class Untracked(Tracker):
         """Everything that this picture shows."""
         sure = (replace(track, sure=min(1.0, track.sure / BIRTH_SHARE)) for track in self.tracks)
         return [as_message(track, self._now_ns, self._ego.speed_mps) for track in sure]
-
-
-def tracker_of(*, tracking: bool) -> Tracker:
-    """The tracker that the setting asks for."""
-    return Tracker() if tracking else Untracked()

@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.testing import bus
+from evaluation.baselines.direct.parsed_advice import NO_ADVICE, advice_of
+from evaluation.baselines.direct.whole_prompts import Asked, extracted, filled, load
 from proto import topics
 from proto.scene import PromptAnswer
 from proto.sensors import CameraFrame
-from services.drivelm.advice import NO_ADVICE, advice_of
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.service import SERVICE, DrivelmConfig
-from services.drivelm.whole_prompts import Asked, extracted, filled, load
 from tests.unit.services.drivelm.chat_server import chat_server, says
 
 URBAN = "In built-up areas (inside the town signs) the speed limit for all motor vehicles is 50 km/h."
@@ -136,7 +136,7 @@ def test_a_limit_ahead_and_the_one_in_force_are_told_apart_by_the_query() -> Non
 
 def test_the_service_answers_whole_prompts_and_says_how() -> None:
     with bus() as b:
-        b.start(SERVICE)
+        b.start(SERVICE, DrivelmConfig(whole_prompts=True))
         outcome = b.call("answer_prompt", {"query": "Which speed limit is in force here?", "context": CONTEXT})
         assert outcome.ok, outcome.error
         answer = msgspec.convert(outcome.result, PromptAnswer)
@@ -151,7 +151,7 @@ def test_the_service_answers_whole_prompts_and_says_how() -> None:
 def test_a_language_model_gets_the_whole_prompt_with_the_picture_and_its_time_is_told() -> None:
     with chat_server(says("Drive at most 60 km/h. Have a nice day.", logprob=-0.01)) as server, bus() as b:
         openai = OpenaiConfig(base_url=server.url, model="tiny-vlm", timeout_s=8.0)
-        b.start(SERVICE, DrivelmConfig(prompt_backend="openai", openai=openai))
+        b.start(SERVICE, DrivelmConfig(whole_prompts=True, prompt_backend="openai", openai=openai))
         picture = cv2.imencode(".jpg", np.full((36, 64, 3), 120, np.uint8))[1].tobytes()
         frame = CameraFrame(jpeg=picture, width_px=64, height_px=36, frame=1)
         for _ in range(200):  # until the picture is there
