@@ -1,10 +1,12 @@
-"""Time to collision, by the paper's formula and with accelerations.
+"""Gravity, and time to collision by the paper's formula and with accelerations.
 
 A braking car stops at zero and stays there: it does not drive backwards, as the plain quadratic would have it.
 """
 
 import math
 
+GRAVITY_MPS2 = 9.81
+"""The one owner of g: grip times this is what brakes."""
 HORIZON_S = 3600.0
 """What is further off than an hour is never: no measured speed carries that far."""
 STILL = 1e-6

@@ -9,7 +9,7 @@ import math
 
 import msgspec
 
-GRAVITY_MPS2 = 9.81
+from domain.kinematics import GRAVITY_MPS2 as GRAVITY_MPS2
 
 
 class Longitudinal(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,7 +6,7 @@ from proto.rules import LegalLimit
 from proto.scene import Unit
 
 MPS_PER: dict[str, float] = {"km/h": 1.0 / 3.6, "mph": 0.44704}
-M_PER_FOOT, KM_PER_MILE = 0.3048, 1.609344
+M_PER_FOOT, KM_PER_MILE, MM_PER_INCH = 0.3048, 1.609344, 25.4
 
 
 def to_mps(value: float, unit: Unit) -> float:
@@ -14,9 +14,34 @@ def to_mps(value: float, unit: Unit) -> float:
     return value * MPS_PER[unit]
 
 
+def from_mps(speed_mps: float, unit: Unit) -> float:
+    """A speed in m/s as it would be posted, unrounded."""
+    return speed_mps / MPS_PER[unit]
+
+
+def convert(value: float, unit: Unit, target: Unit) -> float:
+    """From one posted unit into the other, unrounded."""
+    return value if unit == target else from_mps(to_mps(value, unit), target)
+
+
+def legal_limit(value: float, unit: Unit, *, advisory: bool = False) -> LegalLimit:
+    """A limit as posted beside SI."""
+    return LegalLimit(value=value, unit=unit, mps=to_mps(value, unit), advisory=advisory)
+
+
+def spoken(value: float, unit: Unit) -> str:
+    """`50 km/h`: no decimals where there are none."""
+    return f"{value:g} {unit}"
+
+
+def spoken_converted(value: float, unit: Unit, target: Unit) -> str:
+    """In the driver's unit, rounded down: the number is never more than what is allowed."""
+    return f"{int(convert(value, unit, target) + 1e-9)} {target}"
+
+
 def shown(mps: float, unit: Unit) -> int:
     """A speed as told to the driver; rounded down: what is told is never more than what is meant."""
-    return int(min(1e4, max(-1e4, mps / MPS_PER[unit])) + 1e-6)
+    return int(min(1e4, max(-1e4, from_mps(mps, unit))) + 1e-6)
 
 
 def told_target(mps: float, unit: Unit) -> int:

@@ -6,9 +6,9 @@ road without a number has no limit known. Abroad that is wrong, and with a home 
 
 from typing import Any
 
+from domain.units import legal_limit
 from drivemcp.node import Node
 from proto.rules import RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
-from services.rules.units import legal_limit
 
 NOTE = "No law is consulted: the number on the sign, in the driver's unit."
 

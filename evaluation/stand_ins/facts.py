@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
+from domain.units import from_mps
 from proto import topics
 from proto.scene import Fact, FactKind, Facts, Scope, Unit
 from proto.truth import Truth
 from services.drivelm.reading.facts import public_code
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
 from services.drivelm.vocabulary.parser import statement_of
-from services.rules.units import from_mps
 
 BACKEND = "truth"
 AGAIN_NS = 200_000_000

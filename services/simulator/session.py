@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from domain.kinematics import GRAVITY_MPS2
 from proto import topics
 from proto.decision import Advisory, BrakeCommand
 from proto.sensors import CanFrame, CanFrames, ClockTick
@@ -14,7 +15,6 @@ from proto.topics import Topic
 from proto.truth import ScenarioState
 from services.simulator.car.braking import decelerate
 from services.simulator.car.car import Car
-from services.simulator.car.kinematics import GRAVITY_MPS2
 from services.simulator.car.state import CarState
 from services.simulator.driver.driver import Advice
 from services.simulator.ecus.bank import EcuBank

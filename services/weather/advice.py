@@ -3,7 +3,8 @@
 import math
 from typing import Literal, NamedTuple
 
-G_MPS2 = 9.81
+from domain.kinematics import GRAVITY_MPS2
+
 MU_REFERENCE = 0.70
 """The grip that limits take for granted: just below the lower end of a dry road, so that dry gives factors of 1."""
 REACTION_S = 1.5
@@ -43,14 +44,14 @@ class Advice(NamedTuple):
 
 def stopping_distance_m(speed_mps: float, mu: float) -> float:
     """v t + v^2 / (2 mu g)."""
-    return speed_mps * REACTION_S + speed_mps**2 / (2.0 * mu * G_MPS2)
+    return speed_mps * REACTION_S + speed_mps**2 / (2.0 * mu * GRAVITY_MPS2)
 
 
 def speed_for_distance_mps(distance_m: float, mu: float) -> float:
     """The speed from which one stops within `distance_m`: the positive root of the same equation."""
     if distance_m <= 0.0:
         return 0.0
-    brake = mu * G_MPS2
+    brake = mu * GRAVITY_MPS2
     return brake * (math.sqrt(REACTION_S**2 + 2.0 * distance_m / brake) - REACTION_S)
 
 

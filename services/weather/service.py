@@ -6,6 +6,7 @@ from typing import Annotated
 
 import msgspec
 
+from domain.kinematics import GRAVITY_MPS2
 from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
@@ -25,7 +26,6 @@ from services.weather.sources.internet import Internet, InternetConfig
 from services.weather.sources.table import providers
 
 NS = 1_000_000_000
-G_MPS2 = 9.81
 ABS_DECELERATION_MPS2 = 0.3
 """Below this an anti-lock system at work says nothing of grip: the car hardly brakes."""
 
@@ -66,7 +66,7 @@ class _Inputs:
     def _on_ego(self, ego: Ego, info: object) -> None:
         deceleration = -(ego.acceleration_mps2 or 0.0)
         if ego.abs_active and deceleration > ABS_DECELERATION_MPS2:
-            self._abs = (deceleration / G_MPS2, self._node.clock.now_ns())
+            self._abs = (deceleration / GRAVITY_MPS2, self._node.clock.now_ns())
         self._braking.add(ego, self._node.clock.now_ns())
 
     def observations(self, now_ns: int) -> tuple[Observation, ...]:

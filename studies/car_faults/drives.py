@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from domain.kinematics import GRAVITY_MPS2
 from proto.sensors import CanFrame
 from services.simulator.car import tyres
 from services.simulator.car.braking import Ability, Braked, decelerate
 from services.simulator.car.car import Car
 from services.simulator.car.faults import Faults
-from services.simulator.car.kinematics import GRAVITY_MPS2
 from services.simulator.car.state import WHEELBASE_M, CarState, Controls
 from services.simulator.driver.driver import pedals
 from services.simulator.ecus.can_frames import FrameEncoder

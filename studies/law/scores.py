@@ -5,11 +5,11 @@ from typing import Any
 
 import msgspec
 
+from domain.units import to_mps
 from proto.rules import RulesAnswer, SignMeaning
 from services.rules.authoring.cases import answer, failures
 from services.rules.book import RuleBook
 from services.rules.packs.format import Case
-from services.rules.units import to_mps
 
 ROUNDING_MPS = 1e-6
 

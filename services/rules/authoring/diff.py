@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import msgspec
 
+from domain.units import to_mps
 from services.rules.authoring.wording import said, spaced, subject, value
 from services.rules.packs.format import (
     Advisory,
@@ -18,7 +19,6 @@ from services.rules.packs.format import (
     Sign,
 )
 from services.rules.packs.loading import Pack
-from services.rules.units import to_mps
 
 _ABOUT = {
     "jurisdiction": "country",

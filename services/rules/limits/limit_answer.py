@@ -2,6 +2,7 @@
 
 import msgspec
 
+from domain.units import legal_limit, spoken, spoken_converted
 from proto.rules import Citation, LegalAction, RulesAnswer, Situation
 from services.rules.book import (
     FOREIGN_LAW,
@@ -16,7 +17,6 @@ from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
 from services.rules.limits.limit_candidates import LimitCandidate
 from services.rules.limits.precedence import Verdict, decide
 from services.rules.packs.loading import Pack
-from services.rules.units import legal_limit, spoken, spoken_converted
 from services.rules.words import country, named_packs, part, say
 
 

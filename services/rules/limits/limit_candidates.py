@@ -6,13 +6,13 @@ from typing import Literal
 
 import msgspec
 
+from domain.units import to_mps
 from proto.rules import PostedLimit, Situation
 from proto.scene import Unit
 from services.rules.limits.conditions import Holds, holds, plate_holds, unknown_facts
 from services.rules.packs.format import Advisory, Kind, Limit, Provision, Sign, When
 from services.rules.packs.loading import Pack
 from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, parse_reading
-from services.rules.units import to_mps
 
 Basis = Literal["posted", "gantry", "temporary", "zone", "conditional", "default", "cap", "advisory", "uncertain"]
 TRUST = 0.5

@@ -7,13 +7,13 @@ from typing import Literal
 
 import msgspec
 
+from domain.units import legal_limit
 from proto.rules import Citation, LegalAction, LegalLimit, Passage, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite, cite_sign
 from services.rules.packs.format import Advisory, Duty, Effect, Limit, Prohibition, RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.signs.meaning import careful_rank
-from services.rules.units import legal_limit
 from services.rules.words import say
 
 WITHOUT_RETRIEVAL = 0.8

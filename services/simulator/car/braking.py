@@ -12,9 +12,9 @@
 import math
 from dataclasses import dataclass
 
+from domain.kinematics import GRAVITY_MPS2
 from services.simulator.car import tyres
 from services.simulator.car.condition import NONE, Condition, Four
-from services.simulator.car.kinematics import GRAVITY_MPS2
 from services.simulator.car.state import FRONT_BRAKE_SHARE, CarState
 
 FADE_FROM_C, FADE_TO_C, FADE_LOSS = 350.0, 650.0, 0.45

@@ -2,7 +2,8 @@
 
 import math
 
-GRAVITY_MPS2 = 9.81
+from domain.kinematics import GRAVITY_MPS2
+
 COMFORT_MPS2 = 1.2
 """A stop is begun once it would take this much."""
 LATERAL_COMFORT_MPS2 = 2.2

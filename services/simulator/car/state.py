@@ -5,6 +5,7 @@ physics step.
 import math
 from dataclasses import dataclass, field, replace
 
+from domain.kinematics import GRAVITY_MPS2
 from services.simulator.car import tyres
 from services.simulator.car.condition import SOUND, Condition, Four, four
 
@@ -222,7 +223,7 @@ def _wheel_speeds(speed_mps: float, controls: Controls, lacking: Four) -> Four:
     """
     if speed_mps <= 0.0 or controls.locked:
         return (0.0, 0.0, 0.0, 0.0)
-    used = abs(controls.acceleration_mps2) / max(0.05, controls.mu * 9.81)
+    used = abs(controls.acceleration_mps2) / max(0.05, controls.mu * GRAVITY_MPS2)
     slip = 0.12 if controls.abs_active else _slip(min(1.0, used), controls.mu)
     along = speed_mps * (1.0 - math.copysign(slip, -controls.acceleration_mps2)) if slip else speed_mps
     across = controls.yaw_rate_radps * TRACK_M / 2.0

@@ -10,7 +10,7 @@
 
 import math
 
-from domain.units import MPS_PER
+from domain.units import MM_PER_INCH, MPS_PER
 from services.simulator.car.condition import Four, four
 
 NOMINAL_BAR: Four = (2.4, 2.4, 2.6, 2.6)
@@ -24,7 +24,6 @@ FULL_LIFT_MM = 0.5
 RADIUS_LOSS = 0.02
 PULL_RAD = 0.004
 """Road wheel angle that holds against one side without air; ours."""
-MM_PER_IN = 25.4
 
 
 def warm_bar(cold_bar: float, filled_c: float, now_c: float) -> float:
@@ -39,7 +38,7 @@ def lack(pressure_bar: Four) -> Four:
 
 def aquaplaning_mps(film_mm: float, lacking: float = 0.0) -> float:
     """Speed at which a tyre floats on that film; `lacking`: share of the nominal pressure that is gone."""
-    film_in = max(film_mm, 0.01) / MM_PER_IN
+    film_in = max(film_mm, 0.01) / MM_PER_INCH
     speed: float = 26.04 * film_in**-0.259 * MPS_PER["mph"] * math.sqrt(max(0.05, 1.0 - lacking))
     return speed
 

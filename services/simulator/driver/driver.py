@@ -7,9 +7,9 @@ road and the time come in, a wish for acceleration goes out. SI units, seconds s
 import zlib
 from dataclasses import dataclass, field
 
+from domain.kinematics import GRAVITY_MPS2
 from services.simulator.car.kinematics import (
     FREE,
-    GRAVITY_MPS2,
     following_mps2,
     free_road_mps2,
     stopping_mps2,

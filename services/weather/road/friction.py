@@ -20,6 +20,7 @@ Sources of the relations; what is called ours is provisional and held by `studie
 
 import math
 
+from domain.units import MM_PER_INCH, MPS_PER
 from services.weather.observations.observation import Interval, between
 
 DRY = Interval(0.72, 0.98)
@@ -71,16 +72,16 @@ def floating_speed_mps(film_mm: float, tyre_low: float = 0.0, tread_mm: float = 
     `tyre_low` in [0, 1]: how soft the tyres are; 1 is half the nominal pressure. A deeper tread than the legal one
     raises the speed by Gallaway's (TD + 1)^0.06, TD in 32nds of an inch.
     """
-    film_in = max(film_mm, 0.01) / 25.4
-    thin: float = 26.04 * min(film_in, HUEBNER_MM / 25.4) ** -0.259
+    film_in = max(film_mm, 0.01) / MM_PER_INCH
+    thin: float = 26.04 * min(film_in, HUEBNER_MM / MM_PER_INCH) ** -0.259
     mph = thin if film_mm <= HUEBNER_MM else min(thin, _gallaway_mph(film_in))
     tread = ((max(tread_mm, 0.0) / 0.794 + 1.0) / (LEGAL_TREAD_MM / 0.794 + 1.0)) ** 0.06
-    return float(mph * 0.44704 * tread * (1.0 - 0.5 * tyre_low) ** 0.5)
+    return float(mph * MPS_PER["mph"] * tread * (1.0 - 0.5 * tyre_low) ** 0.5)
 
 
 def _gallaway_mph(film_in: float) -> float:
     """SD^0.04 P^0.3 (TD + 1)^0.06 A at 10 % spin-down, nominal pressure and the legal tread."""
-    texture = (28.952 / film_in**0.06 - 7.817) * (TEXTURE_MM / 25.4) ** 0.14
+    texture = (28.952 / film_in**0.06 - 7.817) * (TEXTURE_MM / MM_PER_INCH) ** 0.14
     a = max(10.409 / film_in**0.06 + 3.507, texture)
     return float(10.0**0.04 * _NOMINAL_PSI**0.3 * (LEGAL_TREAD_MM / 0.794 + 1.0) ** 0.06 * a)
 

@@ -10,6 +10,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from domain.units import M_PER_FOOT, MM_PER_INCH, MPS_PER
 from services.weather.observations.observation import Observation
 
 FOG_LAMP_SIGHT_M = 100.0
@@ -23,9 +24,9 @@ LEAST_M = 5.0
 
 def rain_sight_m(rain_mm_h: float, speed_mps: float) -> float:
     """Sight through rain and a wet windscreen."""
-    inches_h = max(rain_mm_h, 0.05) / 25.4
-    mph = max(speed_mps, 4.0) / 0.44704
-    return float(2000.0 / inches_h**0.68 * 40.0 / mph * 0.3048)
+    inches_h = max(rain_mm_h, 0.05) / MM_PER_INCH
+    mph = max(speed_mps, 4.0) / MPS_PER["mph"]
+    return float(2000.0 / inches_h**0.68 * 40.0 / mph * M_PER_FOOT)
 
 
 def snow_sight_m(snow_mm_h: float) -> float:

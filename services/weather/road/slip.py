@@ -12,10 +12,10 @@ from collections import deque
 from statistics import fmean
 from typing import NamedTuple
 
+from domain.kinematics import GRAVITY_MPS2
 from proto.vehicle import Ego
 from services.weather.observations.observation import Interval
 
-G_MPS2 = 9.81
 STIFF, SOFT = 45.0, 18.0
 """C of a stiff summer tyre and of a soft winter tyre (ours, around the 20 to 40 of the literature)."""
 SLIP_ERROR = 0.002
@@ -55,7 +55,7 @@ def mu_of(braking: float, slip: float, stiffness: float) -> float:
 
 def slip_error(braking: float, speed_mps: float) -> float:
     """How far a measured slip may be from the true one while braking with `braking` (in g)."""
-    return SLIP_ERROR + SKEW_S * braking * G_MPS2 / speed_mps
+    return SLIP_ERROR + SKEW_S * braking * GRAVITY_MPS2 / speed_mps
 
 
 def friction(braking: float, slip: float, error: float = SLIP_ERROR) -> Interval:
@@ -111,4 +111,4 @@ def _sample(ego: Ego, stamp_ns: int) -> _Sample | None:
     fast = ego.speed_mps >= LEAST_SPEED_MPS
     if not (straight and braked and fast and ego.acceleration_mps2 <= -LEAST_BRAKING_MPS2) or ego.abs_active:
         return None
-    return _Sample(stamp_ns, -ego.acceleration_mps2 / G_MPS2, max(0.0, ego.wheel_slip), ego.speed_mps)
+    return _Sample(stamp_ns, -ego.acceleration_mps2 / GRAVITY_MPS2, max(0.0, ego.wheel_slip), ego.speed_mps)

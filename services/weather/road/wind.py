@@ -9,6 +9,7 @@ vehicle accidents, J. Wind Eng. Ind. Aerodyn. 22 (1986).
 import math
 from collections.abc import Sequence
 
+from domain.kinematics import GRAVITY_MPS2
 from services.weather.observations.observation import Observation
 
 AIR_KG_M3, FRONT_M2, SIDE_PER_SINE = 1.25, 2.2, 2.2
@@ -22,7 +23,6 @@ BRIDGE_RATIO = 1.2
 """A bridge stands in the open, in the faster wind above ground (ours)."""
 LEAST_MPS = 13.9
 """Below 50 km/h the gust is nearly all of the flow: going slower still does not lessen the force (ours)."""
-G_MPS2 = 9.81
 
 
 def gust_mps(observations: Sequence[Observation]) -> float | None:
@@ -37,6 +37,6 @@ def wind_speed_mps(mu_low: float, gust: float | None) -> float | None:
     """The speed at which the gust takes `SIDE_SHARE` of the grip, `LEAST_MPS` at least; None where there is no gust to speak of."""
     if gust is None or gust < 1.0:
         return None
-    held = SIDE_SHARE * mu_low * MASS_KG * G_MPS2 / (0.5 * AIR_KG_M3 * FRONT_M2)
+    held = SIDE_SHARE * mu_low * MASS_KG * GRAVITY_MPS2 / (0.5 * AIR_KG_M3 * FRONT_M2)
     flow_squared = max(held, (held / (SIDE_PER_SINE * gust)) ** 2)
     return max(LEAST_MPS, math.sqrt(max(0.0, flow_squared - gust**2)))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from domain.units import to_mps
 from drivemcp.paths import data
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, Situation
 from proto.scene import Candidate
@@ -17,7 +18,6 @@ from services.rules.packs.format import Advisory, Limit
 from services.rules.packs.loading import Pack
 from services.rules.right_of_way import right_of_way
 from services.rules.signs.meaning import careful_rank
-from services.rules.units import to_mps
 
 BOOK, REFUSED = load_book(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))
 EXAMPLES = settings(max_examples=150, deadline=None)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.rules.units import convert, from_mps, legal_limit, spoken_converted, to_mps
+from domain.units import convert, from_mps, legal_limit, spoken_converted, to_mps
 
 SPEEDS = st.floats(0.1, 300.0)
 
