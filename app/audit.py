@@ -7,10 +7,11 @@ import sqlite3
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import msgspec
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from services.logger.format import chain, signing
 from services.logger.memory import kept_files, kept_head
@@ -18,15 +19,12 @@ from services.logger.verification.report import UNSEALED, Report
 from services.logger.verification.verifier import verify
 from services.logger.writing import log_folder
 
-if TYPE_CHECKING:
-    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
 T = TypeVar("T")
 _HEX = re.compile(r"[0-9a-fA-F]{64}")
 """A public key, or a head."""
 
 
-def register(subparsers: "Subparsers") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp audit`."""
     parser = subparsers.add_parser("audit", help="check that a log is as it was written")
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+from drivemcp.commands import Subparsers
 from drivemcp.paths import has_data
 
 _MODULES = {
@@ -39,7 +40,7 @@ class Finding(NamedTuple):
     needed: bool = True
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser("doctor", help="what is missing on this machine, and what to type")
     parser.set_defaults(run=command)

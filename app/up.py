@@ -6,13 +6,14 @@ from pathlib import Path
 from app.drive.precheck import check_asked, check_faults, check_scenario
 from app.drive.run import add_common, drive
 from app.drive.start import start_settings
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.models import find_model
 from drivemcp.numbers import number
 from drivemcp.paths import data, has_data
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp up`."""
     parser = subparsers.add_parser("up", help="start the whole stack and drive a scenario")
     parser.add_argument(

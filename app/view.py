@@ -2,16 +2,13 @@
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
 
+from drivemcp.commands import Subparsers
 from drivemcp.numbers import number, port
 from services.logger.writing import log_folder
 
-if TYPE_CHECKING:
-    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
 
-
-def register(subparsers: "Subparsers") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp view`."""
     parser = subparsers.add_parser("view", help="show old logs in the viewer, or write them as a Rerun recording")
     parser.add_argument(

@@ -103,21 +103,3 @@ class SceneGraph(msgspec.Struct, frozen=True, kw_only=True):
     backend: str = ""
     carried: dict[str, Any] = {}
     """What a file of DriveLM says of the frame beside this; empty for what was seen."""
-
-
-class PromptAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """What the front end answers to a whole prompt, and the advice that the constrained parser finds in it."""
-
-    text: str
-    """Empty: an abstention."""
-    score: float
-    method: str
-    backend: str
-    prompt_sha256: str
-    action: Literal["stop", "hazard", "give_way", "limit", "limit_ahead", "slow", "none"] = "none"
-    """`none`: nothing was understood, so nothing is advised. `limit_ahead`: the limit begins at a sign ahead."""
-    value: float | None = None
-    unit: Unit | None = None
-    hazard: str = ""
-    took_ms: float = 0.0
-    """What a slow backend took; 0: the embedded reader, whose time is that of the call."""

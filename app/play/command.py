@@ -3,10 +3,11 @@
 import argparse
 
 from app.drive.run import add_common
+from drivemcp.commands import Subparsers
 from drivemcp.numbers import number
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "play",

@@ -5,18 +5,67 @@ having decided that tick again with the same result. After a gap, ticks up to th
 they are counted as such, never as identical.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from itertools import zip_longest
+from pathlib import Path
 from typing import Literal
 
 import msgspec
 
-from app.replay.at_hand import AtHand, UnknownProfile
+from app.drive.precheck import profile_of
 from app.replay.differences import Difference, differences
-from drivemcp.errors import UserError
+from drivemcp.errors import MALFORMED, UserError
+from proto import topics
 from proto.decision import TraceRecord
 from services.arbiter import decide as arbiter
+from services.arbiter.profiles.profile import Profile, load, names
+from services.logger.format.reader import messages
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of
+
+
+def traces(paths: Iterable[Path]) -> Iterator[TraceRecord]:
+    """Every trace of the files, which are read one after the other. Raises UserError where one cannot be used."""
+    decoder = msgspec.json.Decoder(TraceRecord)
+    for path in paths:
+        for logged in messages(path):
+            if logged.name == topics.TRACE.name:
+                try:
+                    yield decoder.decode(logged.data)
+                except MALFORMED as error:
+                    raise UserError(
+                        f"{path}: trace {logged.sequence} does not fit this version's TraceRecord: {error}"
+                    ) from None
+
+
+class UnknownProfile(LookupError):
+    """The log names a profile that is not at hand with the same content."""
+
+
+class AtHand:
+    """By their content: a file counts whatever its name is. Raises UserError where one is no profile."""
+
+    def __init__(self, files: Sequence[Path] = ()) -> None:
+        self._named = {profile.sha256: profile for profile in (profile_of("--profile", str(file)) for file in files)}
+
+    def of(self, name: str, sha256: str) -> Profile:
+        """The one of that name and content. Raises UnknownProfile."""
+        return self._named.get(sha256) or _shipped(name, sha256)
+
+
+@cache
+def _shipped(name: str, sha256: str) -> Profile:
+    if name not in names():
+        raise UnknownProfile(f"profile {name!r} is not shipped: give its file with --profile FILE")
+    profile = load(name)
+    if profile.sha256 != sha256:
+        raise UnknownProfile(
+            f"profile {name!r} here has other constants than the log's (SHA-256 {sha256[:12]}): give that file with "
+            "--profile FILE"
+        )
+    return profile
+
 
 LOCAL = "local"
 """The profile that a decision names which the orchestrator took itself, the arbiter being away."""
@@ -115,3 +164,20 @@ def _joined(tick: int, one: Again, other: Again) -> Again:
         differences=one.differences + other.differences,
         why="; ".join(part for part in (one.why, other.why) if part),
     )
+
+
+COMPARED = ("tick", "stamp_ns", "cause", "events", "fused", "request", "decision", "advisory", "state_sha256")
+"""All that was decided, and the hash of all that was remembered. Call ids and measured times of calls are no decisions."""
+
+
+def side_by_side(one: Iterable[TraceRecord], other: Iterable[TraceRecord]) -> Iterator[Again]:
+    """Tick by tick, in the order of the two logs."""
+    for first, second in zip_longest(one, other):
+        if first is None or second is None:
+            tick = (first or second).tick
+            lacking = Difference(field="trace", logged=str(first is not None), again=str(second is not None))
+            yield Again(tick=tick, status="different", differences=(lacking,))
+            continue
+        pairs = ((name, getattr(first, name), getattr(second, name)) for name in COMPARED)
+        found = tuple(one for name, logged, new in pairs for one in differences(name, logged, new))
+        yield Again(tick=first.tick, status="different" if found else "identical", differences=found)

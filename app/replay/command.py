@@ -5,16 +5,13 @@ import sys
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 
 from app.audit import broken_links, gone_files
-from app.replay.again import Again, decide_again
-from app.replay.against import side_by_side
-from app.replay.at_hand import AtHand, UnknownProfile
-from app.replay.log import traces
+from app.replay.again import Again, AtHand, UnknownProfile, decide_again, side_by_side, traces
 from app.replay.whatif import Change, Otherwise, otherwise
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
 from proto.decision import TraceRecord
@@ -22,13 +19,10 @@ from services.logger.verification.verifier import verify
 from services.logger.writing.log_folder import named
 from services.rules.book import RuleBook, load_book
 
-if TYPE_CHECKING:
-    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
 LISTED = 20
 
 
-def register(subparsers: "Subparsers") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp replay`."""
     parser = subparsers.add_parser(
         "replay",

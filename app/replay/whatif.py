@@ -9,8 +9,7 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
-from app.replay.again import LOCAL, SHIPPED, known_state
-from app.replay.at_hand import AtHand
+from app.replay.again import LOCAL, SHIPPED, AtHand, known_state
 from app.replay.differences import Difference, differences
 from drivemcp.errors import UserError
 from proto.decision import ArbitrationRequest, Decision, TraceRecord

@@ -9,11 +9,12 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.bus.access import access_control, dictionary, make_credentials
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.registry import service_rows
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser("access", help="make a router's access control and every service's credentials")
     parser.add_argument("folder", help="where to write router/access.json, router/users.txt and <service>/password")

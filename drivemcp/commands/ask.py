@@ -6,10 +6,11 @@ import sys
 import msgspec
 
 from drivemcp.client import join
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser("ask", help="ask the running assistant a question")
     parser.add_argument("question")

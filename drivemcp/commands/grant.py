@@ -9,13 +9,14 @@ from pathlib import Path
 
 import msgspec
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.numbers import number
 from proto.decision import Grant
 from proto.topics import BRAKE
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "grant",

@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.fetching import fetch
 from drivemcp.files.models import ModelRow, State, load_table, model_folder, path_of, row_of, state_of
@@ -11,7 +12,7 @@ from drivemcp.files.models import ModelRow, State, load_table, model_folder, pat
 _HERE: dict[State, str] = {"whole": "here, verified", "absent": "not here", "differs": "here, CHECKSUM DIFFERS"}
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "models",

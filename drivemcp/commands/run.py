@@ -2,11 +2,12 @@
 
 import argparse
 
+from drivemcp.commands import Subparsers
 from drivemcp.registry import load_service, service_rows
 from drivemcp.service import run as run_service
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "run", help="run one service", description=f"Services: {', '.join(service_rows())}", add_help=True

@@ -7,13 +7,14 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.client import join
+from drivemcp.commands import Subparsers
 from drivemcp.commands.scaffold import write_expert
 from drivemcp.errors import UserError
 from drivemcp.numbers import number
 from drivemcp.tools.client import LOCKSTEP_BOUND_MS
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser("tools", help="list the running tools, call one, or begin a new one")
     actions = parser.add_subparsers(metavar="list|call|new", required=True)

@@ -2,6 +2,7 @@
 
 import argparse
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
@@ -10,7 +11,7 @@ MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp evaluate`."""
     parser = subparsers.add_parser(
         "evaluate",

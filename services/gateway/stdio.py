@@ -3,10 +3,11 @@
 import argparse
 
 from drivemcp.client import join
+from drivemcp.commands import Subparsers
 from drivemcp.node import Node
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add the command."""
     parser = subparsers.add_parser("mcp", help="speak MCP over stdio for the running stack")
     parser.add_argument("--connect", metavar="ENDPOINT")

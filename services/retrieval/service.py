@@ -169,8 +169,8 @@ def _index(config: RetrievalConfig, node: Node) -> Callable[[Sequence[Text]], In
     """In memory, or by the engine; by the memory alone where the engine's packages are absent."""
     if config.engine == "memory":
         return Index
-    from services.retrieval.engines.connect import connect
     from services.retrieval.engines.scaled import Engine
+    from services.retrieval.engines.server import connect
 
     def tell(news: str) -> None:
         node.detail["engine"] = f"{config.engine} {news}"

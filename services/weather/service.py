@@ -22,8 +22,7 @@ from services.weather.observations.observation import Observation
 from services.weather.road.car import Car
 from services.weather.road.slip import Braking
 from services.weather.senses import from_camera, from_car, from_sensing, suppose, supposing, tyre_low
-from services.weather.sources.internet import Internet, InternetConfig
-from services.weather.sources.table import providers
+from services.weather.sources.internet import Internet, InternetConfig, providers
 
 NS = 1_000_000_000
 ABS_DECELERATION_MPS2 = 0.3

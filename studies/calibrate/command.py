@@ -2,12 +2,13 @@
 
 import argparse
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.numbers import whole
 from evaluation.campaign.machine import cores
 
 
-def register(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp calibrate`."""
     parser = subparsers.add_parser(
         "calibrate",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from app.replay.log import traces
+from app.replay.again import traces
 from drivemcp.errors import MALFORMED, UserError
 from evaluation.campaign.store import LOG, SPEC
 from evaluation.metrics import Record, from_log

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from app.replay.log import traces
+from app.replay.again import traces
 from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import UserError

@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 import msgspec
 
-from app.replay.log import traces
+from app.replay.again import traces
 from drivemcp.node import Node
 from evaluation.run.grant import granted
 from evaluation.run.host import drive

@@ -14,10 +14,10 @@ import msgspec
 from domain.units import limit_text, to_mps
 from evaluation.baselines.direct.context import context, shows_limit, signs_ahead
 from evaluation.baselines.direct.memory import Direct, Told, kept, recalled
+from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from proto.decision import Event, Fused, Reason, Urgency
 from proto.messages import Kind
 from proto.rules import LegalLimit, Retrieved
-from proto.scene import PromptAnswer
 from proto.speech import News
 from proto.tools import Outcome
 from services.orchestrator.advisor import Advised

@@ -3,7 +3,7 @@
 from evaluation.baselines.direct import advise
 from evaluation.baselines.direct.advise import DirectSettings
 from evaluation.baselines.direct.memory import recalled
-from proto.scene import PromptAnswer
+from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from services.orchestrator.driver.answer import Answer, used
 from services.orchestrator.driver.question import subject_of
 from services.orchestrator.experts.answers import degraded, failed, results

@@ -15,7 +15,7 @@ from typing import Annotated, NamedTuple, Protocol
 import msgspec
 
 from evaluation.baselines.direct.parsed_advice import Advice, advice_of, careful, sentences
-from proto.scene import PromptAnswer
+from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from services.drivelm.backends import load as backends
 from services.drivelm.backends.prompts import PromptedBackend
 from services.drivelm.graph.answering import words

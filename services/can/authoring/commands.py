@@ -5,8 +5,8 @@ import itertools
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from proto.sensors import CanFrame
 from services.can.authoring.drive_check import DriveReport, Shown, check_drive
@@ -18,13 +18,10 @@ from services.can.profiles.dbc import Dbc
 from services.can.profiles.profile import Profile, find_descriptions, load_profile
 from services.can.signals.board import Board
 
-if TYPE_CHECKING:
-    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
 NEVER_SEEN = "never seen: is the message on this bus?"
 
 
-def register(subparsers: "Subparsers") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp can`."""
     parser = subparsers.add_parser("can", help="make and check the profile of a car")
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -35,7 +32,7 @@ def register(subparsers: "Subparsers") -> None:
     _check(profiles)
 
 
-def _new(subparsers: "Subparsers") -> None:
+def _new(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("new", help="write a first profile from a bus description, its guesses marked")
     parser.add_argument("description", metavar="DBC", type=Path, help="a DBC, ARXML, KCD or SYM file")
     parser.add_argument("--out", metavar="FOLDER", type=Path, help="where profile.toml goes (default: named after DBC)")
@@ -43,7 +40,7 @@ def _new(subparsers: "Subparsers") -> None:
     parser.set_defaults(run=_run_new)
 
 
-def _check(subparsers: "Subparsers") -> None:
+def _check(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("check", help="check a profile against its descriptions, and against a drive's log")
     parser.add_argument("profile", metavar="PROFILE", type=Path)
     parser.add_argument(

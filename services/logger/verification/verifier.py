@@ -18,8 +18,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, MetadataIndex
 
 from services.logger.format import chain, container, scan, signing
-from services.logger.verification.difference import Found, What, first_difference
-from services.logger.verification.report import UNSEALED, Place, Report
+from services.logger.verification.report import UNSEALED, Found, Place, Report, What, first_difference
 from services.logger.writing.log_file import ORIGIN, Origin, opening
 
 _LINK_START = re.compile(rb'\{"body":\{"n":(\d{1,18}),')

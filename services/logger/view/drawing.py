@@ -1,5 +1,6 @@
 """Draws log records with Rerun: the same records whether they come live or from an old file."""
 
+import re
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
@@ -15,7 +16,6 @@ from proto.tools import CallRecords
 from proto.topics import Topic
 from proto.vehicle import Ego
 from services.logger.view.blueprint import blueprint, name_series
-from services.logger.view.markdown import literal
 
 M = TypeVar("M", bound=msgspec.Struct)
 KMH = 3.6
@@ -176,3 +176,11 @@ def _now(message: Advisory) -> str:
 def _typed(topic: Topic[M], draw: Callable[[M], None]) -> Callable[[str, bytes], None]:
     decoder = msgspec.json.Decoder(topic.message)
     return lambda _, data: draw(decoder.decode(data))
+
+
+_PUNCTUATION = re.compile(r"([!-/:-@\[-`{-~])")
+
+
+def literal(text: str) -> str:
+    """One line of Markdown that shows the text, in which a backslash stands before all that Markdown could take for its own."""
+    return _PUNCTUATION.sub(r"\\\1", " ".join(text.split()))

@@ -1,12 +1,25 @@
 """Qdrant as a server, by its client (extra `retrieval-qdrant`); `:memory:` is the client's own stand-in inside the process."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
-from services.retrieval.engines.stores import KEYWORDS, MEANING, NUMBERS, WORDS, Ask, Point, StoreError, conditions
+from services.retrieval.engines.edge import QdrantEdge
+from services.retrieval.engines.stores import (
+    KEYWORDS,
+    MEANING,
+    NUMBERS,
+    WORDS,
+    Ask,
+    Point,
+    Store,
+    StoreError,
+    conditions,
+)
 
 BATCH = 500
 IN_PROCESS = ":memory:"
@@ -87,3 +100,12 @@ class QdrantServer:
             yield
         except (self._refused, OSError, RuntimeError, ValueError) as error:
             raise StoreError(f"Qdrant: {str(error).strip() or type(error).__name__}".splitlines()[0]) from error
+
+
+def connect(url: str, key_file: str = "") -> Store:
+    """A server's (`host:port`, http://, https://), or a folder's. Raises ImportError where the packages are absent, OSError for the key."""
+    if re.fullmatch(r"[\w.-]+:\d+", url):
+        url = f"http://{url}"
+    if url == IN_PROCESS or url.startswith(("http://", "https://")):
+        return QdrantServer(url, Path(key_file).read_text(encoding="utf-8").strip() if key_file else None)
+    return QdrantEdge(Path(url))

@@ -4,8 +4,8 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.packfiles import folder_of
 from services.rules.authoring import cases, diff, scaffold, show, validate
@@ -15,14 +15,11 @@ from services.rules.errors import PackError
 from services.rules.packs.loading import content_hash, load
 from services.rules.packs.signature import Trust, sign
 
-if TYPE_CHECKING:
-    Subparsers = argparse._SubParsersAction[argparse.ArgumentParser]
-
 Run = Callable[[argparse.Namespace], int]
 _FOLDER = "a pack's folder, or the name of one that is installed"
 
 
-def register(subparsers: "Subparsers") -> None:
+def register(subparsers: Subparsers) -> None:
     """Add `drivemcp rulepack`."""
     parser = subparsers.add_parser(
         "rulepack",
@@ -59,7 +56,7 @@ def register(subparsers: "Subparsers") -> None:
     taken.add_argument("--jurisdiction", metavar="CODE", default="", help="where the file does not say it")
 
 
-def _command(kinds: "Subparsers", name: str, run: Run, said: str) -> argparse.ArgumentParser:
+def _command(kinds: Subparsers, name: str, run: Run, said: str) -> argparse.ArgumentParser:
     parser = kinds.add_parser(name, help=said, description=said[0].upper() + said[1:] + ".")
     parser.set_defaults(run=lambda flags: _guarded(run, flags))
     return parser

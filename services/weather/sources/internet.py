@@ -4,8 +4,9 @@ Caching, conditional requests and stale answers while a service is away are requ
 here is the pace. No tick ever waits for it: what was answered last is there to be read, and ages.
 """
 
+import re
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -13,6 +14,8 @@ import msgspec
 from drivemcp.errors import ConfigError
 from drivemcp.files.addresses import is_private
 from services.weather.observations.observation import Observation
+from services.weather.sources.met_norway import met_norway
+from services.weather.sources.open_meteo import open_meteo
 from services.weather.sources.provider import NS, Place, Provider, UnusableAnswer, rounded
 
 TIMEOUT_S = (5.0, 10.0)
@@ -148,3 +151,25 @@ def _session(config: InternetConfig, addresses: list[str]) -> Any:
     session.headers["User-Agent"] = f"DriveMCP {config.contact}".strip()
     session.trust_env = any(address.startswith("https") for address in addresses)
     return session
+
+
+FORECASTS: Mapping[str, Callable[..., Provider]] = {"met_norway": met_norway, "open_meteo": open_meteo}
+_STATION = re.compile(r"metar:([A-Z]{4})")
+
+
+def providers(config: InternetConfig) -> tuple[Provider, ...]:
+    """The configured services. Raises ConfigError, naming the one that is none."""
+    if "met_norway" in config.providers and not config.contact:
+        raise ConfigError("internet.contact must be set: MET Norway answers nobody who does not say how to be reached")
+    return tuple(_provider(name, config.addresses) for name in config.providers)
+
+
+def _provider(name: str, addresses: Mapping[str, str]) -> Provider:
+    base = (addresses[name],) if name in addresses else ()
+    if name in FORECASTS:
+        return FORECASTS[name](*base)
+    if station := _STATION.fullmatch(name):
+        from services.weather.sources.metar import metar
+
+        return metar(station[1], *base)
+    raise ConfigError(f"internet.providers: {name[:40]!r} is none of {', '.join(FORECASTS)}, metar:<four letters>")

@@ -6,8 +6,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from app.replay.again import decide_again
-from app.replay.log import traces
+from app.replay.again import decide_again, traces
 from app.replay.whatif import Change, otherwise
 from drivemcp.cli import make_parser
 from drivemcp.errors import UserError

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.replay.log import traces
+from app.replay.again import traces
 from drivemcp.errors import UserError
 from evaluation.metrics import TRUTH_FILE, from_log, measure
 from evaluation.run.methods import METHODS

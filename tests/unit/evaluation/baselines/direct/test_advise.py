@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from evaluation.baselines.direct.memory import recalled
+from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from proto.decision import ArbitrationRequest, Decision
-from proto.scene import PromptAnswer
 from proto.tools import Outcome
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.observations.inputs import Method

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from drivemcp.testing import bus
 from evaluation.baselines.direct.parsed_advice import NO_ADVICE, advice_of
+from evaluation.baselines.direct.prompt_answer import PromptAnswer
 from evaluation.baselines.direct.whole_prompts import Asked, extracted, filled, load
 from proto import topics
-from proto.scene import PromptAnswer
 from proto.sensors import CameraFrame
 from services.drivelm.backends.config import OpenaiConfig
 from services.drivelm.service import SERVICE, DrivelmConfig

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from services.logger.format.chain import Entry
-from services.logger.verification.difference import Found, first_difference
+from services.logger.verification.report import Found, first_difference
 
 ENTRIES = tuple(Entry(opcode=5, id=1, sequence=i, log_time_ns=i, sha256=f"{i:064x}") for i in range(20))
 OTHER = Entry(opcode=5, id=1, sequence=99, log_time_ns=99, sha256="ff" * 32)

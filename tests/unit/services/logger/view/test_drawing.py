@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from proto import topics
 from proto.decision import Advisory
 from proto.rules import Citation
-from services.logger.view.drawing import Drawing
-from services.logger.view.markdown import literal
+from services.logger.view.drawing import Drawing, literal
 
 SLOW = Advisory(
     tick=1, snapshot_stamp_ns=1, kind="SPEAK", directive="Slow down", justification="The road is wet.", urgency="advice",

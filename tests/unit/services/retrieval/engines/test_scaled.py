@@ -12,8 +12,8 @@ from drivemcp.paths import data
 from drivemcp.runtime.supervisor import free_port
 from proto.rules import Retrieved
 from services.retrieval.engines import scaled
-from services.retrieval.engines.connect import connect
 from services.retrieval.engines.scaled import Engine
+from services.retrieval.engines.server import connect
 from services.retrieval.engines.stores import Store, StoreError
 from services.retrieval.library import AWAY, LOADING, Library, Request
 from services.retrieval.ranking.tuning import Tuning

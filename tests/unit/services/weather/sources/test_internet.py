@@ -12,9 +12,15 @@ import pytest
 
 from drivemcp.errors import ConfigError
 from drivemcp.testing import serving
-from services.weather.sources.internet import FIRST_BACK_OFF_S, LONGEST_BACK_OFF_S, Asked, Internet, InternetConfig
+from services.weather.sources.internet import (
+    FIRST_BACK_OFF_S,
+    LONGEST_BACK_OFF_S,
+    Asked,
+    Internet,
+    InternetConfig,
+    providers,
+)
 from services.weather.sources.provider import NS
-from services.weather.sources.table import providers
 from tests.unit.services.weather.sources.answers import NOW_NS, met_norway_body, open_meteo_body
 
 METAR = b"EDDB 211150Z 24012KT 3000 -RA BKN020 04/03 Q1008\n"
