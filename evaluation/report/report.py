@@ -130,7 +130,7 @@ def _machines(kept: Sequence[Kept]) -> str:
 def html(tables: Sequence[Table], told_of: About, runs: Path, folder: Path) -> str:
     """The whole report, to be written in `folder`; links to `runs` are relative to it."""
     again = f"{told_of.command} {shlex.join(['--out', str(folder)])} --again"
-    return _TEMPLATES.get_template("report.html.jinja").render(
+    return TEMPLATES.get_template("report.html.jinja").render(
         tables=tables, about=told_of, behind=Behind(runs, os.path.relpath(runs, folder), again), facts=_facts(told_of),
         goals=judged(tables), worst=worst(tables), missing=_missing(tables), contradictions=contradictions(),
         about_latencies=about_latencies(tables, "<i>assumed</i>"),
@@ -186,8 +186,8 @@ def _heads(found: Sequence[Difference]) -> list[tuple[str, str]]:
 
 def _templates() -> jinja2.Environment:
     made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
+        loader=jinja2.FileSystemLoader(Path(__file__).parent), undefined=jinja2.StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True, autoescape=lambda name: name != "page.md.jinja",
     )  # fmt: skip
     made.filters.update(
         anchor=lambda text: "".join(letter if letter.isalnum() else "-" for letter in text),
@@ -202,4 +202,4 @@ def _templates() -> jinja2.Environment:
     return made
 
 
-_TEMPLATES = _templates()
+TEMPLATES = _templates()
