@@ -14,7 +14,7 @@ from proto.decision import Feedback
 from services.arbiter.memory.adapt import learn, relax
 from services.arbiter.profiles.profile import Profile, load
 from services.arbiter.state import Adapted
-from services.orchestrator.driver.feedback_rate import Given, admit
+from services.orchestrator.driver.wishes import Given, admit
 
 CALIBRATED = "calibrated"
 

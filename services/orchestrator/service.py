@@ -21,9 +21,8 @@ from proto.tools import Outcome
 from proto.topics import Topic
 from services.orchestrator.advisor import advisor_of
 from services.orchestrator.driver.answer import Answer
-from services.orchestrator.driver.feedback_rate import Given, admit
-from services.orchestrator.driver.preferences import changed, remembered
 from services.orchestrator.driver.question import in_language
+from services.orchestrator.driver.wishes import Given, admit, changed, remembered
 from services.orchestrator.events import new, out_of_bounds
 from services.orchestrator.experts.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
 from services.orchestrator.experts.routing import Call
@@ -87,9 +86,8 @@ class LiveAsk:
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         """In parallel, unless set otherwise; each with min(its deadline, what is left)."""
-        if self._parallel:
-            return self._at_once(calls)
-        return tuple(outcome for call in calls for outcome in self._at_once((call,)))
+        batches = [calls] if self._parallel else [(call,) for call in calls]
+        return tuple(outcome for batch in batches for outcome in self._at_once(batch))
 
     def _at_once(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         outcomes = self._node.call_all(within_budget(calls, self.spent_ms()))
@@ -278,13 +276,14 @@ class Orchestrator:
 
     def give_feedback(self, label: Label, number: int, note: str) -> int:
         """Queue a label for the next tick; raises ToolFailed when there were too many."""
+        given = Feedback(label=label, tick=number or self.state.tick, note=plain(note))
         with self._lock:
             self._given, refused = admit(self._given, self._node.clock.now_ns())
             if refused:
                 raise ToolFailed(f"{refused}; try again later")
-            self._feedback.append(Feedback(label=label, tick=number or self.state.tick, note=plain(note)))
-        self._remember("feedback", label, {"tick": number or self.state.tick, "note": plain(note)})
-        return number or self.state.tick
+            self._feedback.append(given)
+        self._remember("feedback", label, {"tick": given.tick, "note": given.note})
+        return given.tick
 
     def prefer(self, **fields: Any) -> Preferences:
         """Change preferences from the next tick on, and have them remembered."""
@@ -321,14 +320,7 @@ def build(config: OrchestratorConfig, node: Node) -> None:
         raise ConfigError(problem)
     orchestrator = Orchestrator(config, node)
     node.watch_services()
-    quiet: tuple[Topic[Any], ...] = (
-        topics.EGO,
-        topics.LANES,
-        topics.MAP,
-        topics.GNSS,
-        topics.CONDITIONS,
-        topics.DEGRADATION,
-    )
+    quiet: tuple[Topic[Any], ...] = (*WELCOME, topics.EGO, topics.CONDITIONS, topics.DEGRADATION)
     for topic in quiet:
         node.subscribe(topic)
     node.subscribe(topics.FACTS, orchestrator.on_facts)

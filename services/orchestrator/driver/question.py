@@ -4,7 +4,7 @@ import re
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import msgspec
 
@@ -34,7 +34,7 @@ def _pattern(words: list[str]) -> re.Pattern[str]:
 
 
 def subject_of(question: str) -> Subject:
-    """By the words in it; what names nothing known is a question for the law books."""
+    """By the words in it; without a known one it is a question for the law books."""
     scores = [
         (weight * len(pattern.findall(question)), -i, name) for i, (name, pattern, weight) in enumerate(_subjects())
     ]
@@ -45,21 +45,30 @@ def subject_of(question: str) -> Subject:
 # -- whom to ask ---------------------------------------------------------------------------------------------------------
 
 
+ASKED: dict[Subject, tuple[str, ...]] = {
+    "sign": ("interpret_sign", "assess_weather"),
+    "units": ("applicable_limit", "lookup_rule"),
+    "change": ("applicable_limit", "assess_weather", "lookup_rule"),
+    "lamp": ("vehicle_health", "read_dtcs", "lookup_rule"),
+    "limit": ("applicable_limit", "assess_weather"),
+    "law": ("lookup_rule",),
+}
+"""The tools that a question about a subject asks."""
+
+
 def calls_for(subject: Subject, question: str, state: State) -> tuple[Call, ...]:
-    """A sign → Rules and Weather; units or country → Rules; a changed limit → Rules and Weather; a lamp → CAN and Rules."""
-    limit = Call(tool="applicable_limit", arguments=rules_question.situation_arguments(state), deadline_ms=DEADLINE_MS)
-    weather = Call(tool="assess_weather", arguments={}, deadline_ms=DEADLINE_MS)
-    language = {"language": state.preferences.language}
-    car = tuple(Call(tool=t, arguments=language, deadline_ms=DEADLINE_MS) for t in ("vehicle_health", "read_dtcs"))
-    table: dict[Subject, tuple[Call, ...]] = {
-        "sign": (*_sign_call(state), weather),
-        "units": (limit, *_lookups("units", state)),
-        "change": (limit, weather, *_lookups("change", state)),
-        "lamp": (*car, *_lookups("lamp", state)),
-        "limit": (limit, weather),
-        "law": (_lookup(question, state, state.preferences.language),),
+    """The calls that answer a question, in the order of `ASKED`."""
+    sign, language = sign_asked_about(state), {"language": state.preferences.language}
+    arguments: dict[str, list[dict[str, Any]]] = {
+        "applicable_limit": [rules_question.situation_arguments(state)],
+        "assess_weather": [{}],
+        "vehicle_health": [language],
+        "read_dtcs": [language],
+        "interpret_sign": [sign_question(state, sign)] if sign is not None else [],
+        "lookup_rule": _lookups(subject, question, state),
     }
-    return table[subject]
+    every = ((tool, each) for tool in ASKED[subject] for each in arguments[tool])
+    return tuple(Call(tool=tool, arguments=each, deadline_ms=DEADLINE_MS) for tool, each in every)
 
 
 LAW_QUERIES: dict[str, dict[str, str]] = {
@@ -77,38 +86,22 @@ LAW_QUERIES: dict[str, dict[str, str]] = {
 """In the language in which the law is to be told: its text is searched by words too."""
 
 
-def _lookups(subject: str, state: State) -> tuple[Call, ...]:
+def _lookups(subject: Subject, question: str, state: State) -> list[dict[str, Any]]:
     """In the driver's language, and in English: not every country's law is there in every language."""
     languages = dict.fromkeys((state.preferences.language, "en"))
-    return tuple(_lookup(LAW_QUERIES[each][subject], state, each) for each in languages if each in LAW_QUERIES)
-
-
-def _lookup(query: str, state: State, language: str) -> Call:
-    here = state.signs.jurisdiction
-    return Call(
-        tool="lookup_rule",
-        arguments={
-            "query": plain(query, 400),
-            "jurisdiction": here.value if here is not None else None,
-            "language": language,
-        },
-        deadline_ms=DEADLINE_MS,
-    )
+    queries = {each: LAW_QUERIES[each].get(subject, "") for each in languages if each in LAW_QUERIES}
+    if subject == "law":
+        queries = {state.preferences.language: question}
+    return [
+        {"query": plain(query, 400), "jurisdiction": state.signs.country, "language": language}
+        for language, query in queries.items()
+    ]
 
 
 def sign_asked_about(state: State) -> SignAhead | None:
     """The nearest sign ahead, else the one passed last."""
     ahead = sorted(state.signs.ahead, key=lambda s: (s.distance_m if s.distance_m is not None else 1e3, s.track_id))
-    if ahead:
-        return ahead[0]
-    return state.signs.recent[-1] if state.signs.recent else None
-
-
-def _sign_call(state: State) -> tuple[Call, ...]:
-    sign = sign_asked_about(state)
-    if sign is None:
-        return ()
-    return (Call(tool="interpret_sign", arguments=sign_question(state, sign), deadline_ms=DEADLINE_MS),)
+    return next(iter((*ahead, *reversed(state.signs.recent))), None)
 
 
 def in_language(state: State, language: str | None) -> State:

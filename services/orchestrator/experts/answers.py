@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 
@@ -22,6 +22,8 @@ from services.orchestrator.world.conditions import no_better, sane_conditions, s
 S = TypeVar("S")
 KEPT = 24
 LATE_SERVES_MS = 2000.0
+DOUBTED_NS = 10_000_000_000
+"""For how long a doubted sign's lowest reading lowers the target."""
 
 
 def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
@@ -31,7 +33,7 @@ def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
         if outcome.ok and outcome.age_ms <= LATE_SERVES_MS:
             held = _take_one(held, state, outcome)
         elif not outcome.ok:
-            held = _prolonged(held, outcome.tool, state.now_ns)
+            held = _prolonged(held, outcome.tool, state.now_ns + EXPERT_VALID_NS)
         asked = _note(asked, outcome, state.now_ns)
     return msgspec.structs.replace(state, held=held, asked=asked)
 
@@ -61,71 +63,63 @@ def results(outcomes: tuple[Outcome, ...], tool: str, kind: type[S]) -> list[S]:
 
 
 def _note(asked: tuple[Cached, ...], outcome: Outcome, now_ns: int) -> tuple[Cached, ...]:
-    stamp_ns = now_ns - int(outcome.age_ms * 1e6)
-    entry = Cached(
-        tool=outcome.tool, arguments_sha256=rules_question.key(outcome.arguments), stamp_ns=stamp_ns, ok=outcome.ok
-    )
-    others = tuple(
+    """The questions with this one; an answer drops what failed of its tool before."""
+    sha, ok = rules_question.key(outcome.arguments), outcome.ok
+    entry = Cached(tool=outcome.tool, arguments_sha256=sha, stamp_ns=_answered_ns(outcome, now_ns), ok=ok)
+    others = (
         each
         for each in asked
-        if (each.tool, each.arguments_sha256) != (entry.tool, entry.arguments_sha256)
-        and not (outcome.ok and each.tool == entry.tool and not each.ok)
+        if each.tool != entry.tool or (each.arguments_sha256 != sha and (each.ok or not entry.ok))
     )
     return (*others, entry)[-KEPT:]
 
 
+def _answered_ns(outcome: Outcome, now_ns: int) -> int:
+    return now_ns - int(outcome.age_ms * 1e6)
+
+
 def _take_one(held: Held, state: State, outcome: Outcome) -> Held:
-    taker = _TAKERS.get(outcome.tool)
+    taker, effect = _TAKERS.get(outcome.tool), dict(state.effects).get(outcome.tool)
     if taker is not None:
-        return taker(held, state, outcome)
-    effect = dict(state.effects).get(outcome.tool)
-    return held if effect is None else _take_expert(held, state, outcome, effect)
-
-
-def _legal(held: Held, state: State, outcome: Outcome) -> Held:
-    answer = typed(outcome, RulesAnswer)
-    if answer is None or not rules_question.sane_limit(answer):
+        answer = typed(outcome, taker.kind)
+        return taker.take(held, state, outcome, answer) if answer is not None else held
+    if effect is None:
         return held
+    limiter = expert_limiter(outcome.tool, outcome.result or {}, effect, state.now_ns + EXPERT_VALID_NS)
+    others = tuple(each for each in held.limiters if each.tool != outcome.tool)
+    return msgspec.structs.replace(held, limiters=(*others, limiter)) if limiter is not None else held
+
+
+def _legal(held: Held, state: State, outcome: Outcome, answer: RulesAnswer) -> Held:
     key = rules_question.key(outcome.arguments)
-    if key != rules_question.key(rules_question.situation_arguments(state)):
-        return held  # a late answer to another question than today's
-    if held.legal is not None and raises(held.legal, answer) and answer.confidence < SURE / 2.0:
-        return held
+    doubtful = answer.confidence < SURE / 2.0 and held.legal is not None and _raises(held.legal, answer)
+    if doubtful or not rules_question.sane_limit(answer) or key != rules_question.todays_key(state):
+        return held  # the last: a late answer to another question than today's
     return msgspec.structs.replace(held, legal=answer, legal_key=key, legal_ns=state.now_ns)
 
 
-def raises(before: RulesAnswer, after: RulesAnswer) -> bool:
+def _raises(before: RulesAnswer, after: RulesAnswer) -> bool:
     """Whether an answer allows more than the one before."""
-    if before.limit is None:
-        return False
-    return after.limit is None or after.limit.mps > before.limit.mps
+    return before.limit is not None and (after.limit is None or after.limit.mps > before.limit.mps)
 
 
-def _meaning(held: Held, state: State, outcome: Outcome) -> Held:
-    meaning = typed(outcome, SignMeaning)
-    if meaning is None:
-        return held
+def _meaning(held: Held, state: State, outcome: Outcome, meaning: SignMeaning) -> Held:
     if meaning.reading in PLACES:
         return msgspec.structs.replace(held, place=meaning, place_key=rules_question.key(outcome.arguments))
-    held = msgspec.structs.replace(held, meaning=meaning)
-    doubted = bool(outcome.arguments.get("candidates"))
-    if not doubted or meaning.limit is None or not math.isfinite(meaning.limit.mps) or meaning.limit.mps < 1.0:
+    held, limit = msgspec.structs.replace(held, meaning=meaning), meaning.limit
+    if limit is None or not 1.0 <= limit.mps < math.inf or not outcome.arguments.get("candidates"):
         return held
-    return msgspec.structs.replace(held, doubted_mps=meaning.limit.mps, doubted_until_ns=state.now_ns + 10_000_000_000)
+    return msgspec.structs.replace(held, doubted_mps=limit.mps, doubted_until_ns=state.now_ns + DOUBTED_NS)
 
 
-def _right_of_way(held: Held, state: State, outcome: Outcome) -> Held:
-    answer = typed(outcome, RulesAnswer)
-    if answer is None:
-        return held
+def _right_of_way(held: Held, state: State, outcome: Outcome, answer: RulesAnswer) -> Held:
     return msgspec.structs.replace(held, right_of_way=answer, right_of_way_key=rules_question.key(outcome.arguments))
 
 
-def _weather(held: Held, state: State, outcome: Outcome) -> Held:
-    conditions = typed(outcome, Conditions)
-    if conditions is None or not sane_conditions(conditions):
+def _weather(held: Held, state: State, outcome: Outcome, conditions: Conditions) -> Held:
+    stamp_ns = _answered_ns(outcome, state.now_ns)
+    if not sane_conditions(conditions):
         return held
-    stamp_ns = state.now_ns - int(outcome.age_ms * 1e6)
     if newer(stamp_ns, held.conditions_ns, state.now_ns):
         return msgspec.structs.replace(held, conditions=settle(held.conditions, conditions), conditions_ns=stamp_ns)
     if stamp_ns != held.conditions_ns or held.conditions is None:
@@ -133,9 +127,8 @@ def _weather(held: Held, state: State, outcome: Outcome) -> Held:
     return msgspec.structs.replace(held, conditions=no_better(held.conditions, conditions))
 
 
-def _health(held: Held, state: State, outcome: Outcome) -> Held:
-    health = typed(outcome, VehicleHealth)
-    if health is None or not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
+def _health(held: Held, state: State, outcome: Outcome, health: VehicleHealth) -> Held:
+    if not (math.isfinite(health.speed_factor) and math.isfinite(health.headway_factor)):
         return held
     held = msgspec.structs.replace(held, health=health)
     if fresh_ns(held.degradation_ns, VALID_NS["degradation"], state.now_ns):
@@ -144,58 +137,59 @@ def _health(held: Held, state: State, outcome: Outcome) -> Held:
     return msgspec.structs.replace(held, degradation=car) if car is not None and sane_health(car) else held
 
 
-def _prolonged(held: Held, tool: str, now_ns: int) -> Held:
+class _Taker(NamedTuple):
+    """The type of a tool's answer, and what it changes."""
+
+    kind: Any
+    take: Callable[[Held, State, Outcome, Any], Held]
+
+
+_TAKERS = {
+    "applicable_limit": _Taker(RulesAnswer, _legal),
+    "interpret_sign": _Taker(SignMeaning, _meaning),
+    "right_of_way": _Taker(RulesAnswer, _right_of_way),
+    "assess_weather": _Taker(Conditions, _weather),
+    "vehicle_health": _Taker(VehicleHealth, _health),
+}
+
+
+# -- third parties -----------------------------------------------------------------------------------------------------
+
+
+def _prolonged(held: Held, tool: str, until_ns: int) -> Held:
     """An expert that is asked and does not answer lifts nothing: its restriction stands for another while."""
-    until_ns = now_ns + EXPERT_VALID_NS
-    limiters = (
+    limiters = tuple(
         msgspec.structs.replace(each, until_ns=until_ns) if each.tool == tool else each for each in held.limiters
     )
-    return msgspec.structs.replace(held, limiters=tuple(limiters))
-
-
-def _take_expert(held: Held, state: State, outcome: Outcome, effect: Effect) -> Held:
-    limiter = expert_limiter(outcome.tool, outcome.result or {}, effect, state.now_ns + EXPERT_VALID_NS)
-    others = tuple(each for each in held.limiters if each.tool != outcome.tool)
-    return msgspec.structs.replace(held, limiters=(*others, limiter)) if limiter is not None else held
+    return msgspec.structs.replace(held, limiters=limiters)
 
 
 def expert_limiter(tool: str, result: dict[str, Any], effect: Effect, until_ns: int) -> Limiter | None:
     """What a third party's result may do: lower the target, shrink the factor below 1, widen the headway above 1."""
-    target = _number(result.get(effect.target_mps_field)) if effect.target_mps_field else None
-    speed = _number(result.get(effect.speed_factor_field)) if effect.speed_factor_field else None
-    headway = _number(result.get(effect.headway_factor_field)) if effect.headway_factor_field else None
+    target = _number(result, effect.target_mps_field, 0.0, math.inf)
+    speed = _number(result, effect.speed_factor_field, 0.3, 1.0)
+    headway = _number(result, effect.headway_factor_field, 1.0, 3.0)
+    confidence, text = _number(result, effect.confidence_field, 0.0, 1.0), result.get(effect.text_field)
     if target is None and speed is None and headway is None:
         return None
-    confidence = _number(result.get(effect.confidence_field)) if effect.confidence_field else None
     return Limiter(
         tool=tool,
         until_ns=until_ns,
-        confidence=min(1.0, max(0.0, confidence if confidence is not None else 0.5)),
-        target_mps=max(0.0, target) if target is not None else None,
-        speed_factor=min(1.0, max(0.3, speed)) if speed is not None else 1.0,
-        headway_factor=min(3.0, max(1.0, headway)) if headway is not None else 1.0,
-        text=_words(result.get(effect.text_field)) if effect.text_field else "",
+        confidence=0.5 if confidence is None else confidence,
+        target_mps=target,
+        speed_factor=1.0 if speed is None else speed,
+        headway_factor=1.0 if headway is None else headway,
+        text=plain(text) if isinstance(text, str) else "",
     )
 
 
-def _words(value: object) -> str:
-    return plain(value) if isinstance(value, str) else ""
-
-
-def _number(value: object) -> float | None:
+def _number(result: dict[str, Any], field: str, low: float, high: float) -> float | None:
+    """A field of a result between two bounds; None where it is no finite number, or the field has no name."""
+    value = result.get(field) if field else None
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
     try:
         number = float(value)
     except OverflowError:
         return None
-    return number if math.isfinite(number) else None
-
-
-_TAKERS: dict[str, Callable[[Held, State, Outcome], Held]] = {
-    "applicable_limit": _legal,
-    "interpret_sign": _meaning,
-    "right_of_way": _right_of_way,
-    "assess_weather": _weather,
-    "vehicle_health": _health,
-}
+    return min(high, max(low, number)) if math.isfinite(number) else None

@@ -16,7 +16,7 @@ LEAST_MS = 5.0
 
 
 class Ask(Protocol):
-    """Whoever answers for the experts and the arbiter."""
+    """Answers for the experts and the arbiter."""
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         """One outcome per call, in order; never raises."""
@@ -40,15 +40,13 @@ class Recorded:
         self._outcomes = {(outcome.tool, rules_question.key(outcome.arguments)): outcome for outcome in trace.calls}
         self._decision = trace.decision if trace.request is not None and trace.decision.profile != "local" else None
         self.unknown: list[Call] = []
-        self.request: ArbitrationRequest | None = None
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
         """What was answered then."""
         return tuple(self._outcome(call) for call in calls)
 
     def arbiter(self, request: ArbitrationRequest) -> Decision | None:
-        """What was decided then; the request is kept to be compared."""
-        self.request = request
+        """What was decided then."""
         return self._decision
 
     def _outcome(self, call: Call) -> Outcome:

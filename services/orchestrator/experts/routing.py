@@ -43,19 +43,18 @@ class ToolRow(NamedTuple):
 
 def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[Call, ...]:
     """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
-    because = _because(events, experts)
-    rows = {**TOOL_TABLE, **{x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}}
-    calls = []
-    for tool, kinds in sorted(because.items()):
-        row = rows.get(tool)
-        arguments = row.arguments(state) if row is not None else None
-        if row is not None and arguments is not None and not answered(state, tool, arguments, row.serves_s):
-            calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=tuple(kinds)))
-    return tuple(calls)
+    rows = TOOL_TABLE | {x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}
+    because = ((tool, rows[tool], kinds) for tool, kinds in sorted(_because(events, experts).items()) if tool in rows)
+    asked = ((tool, row, row.arguments(state), tuple(kinds)) for tool, row, kinds in because)
+    return tuple(
+        Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=kinds)
+        for tool, row, arguments, kinds in asked
+        if arguments is not None and not _answered(state, tool, arguments, row.serves_s)
+    )
 
 
 def failing(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[str, ...]:
-    """Tools that these events route to and that failed, in this tick or so lately that they are left in peace in it."""
+    """Tools that these events route to and that failed, in this tick or so lately that they are not asked in it."""
     late = {each.tool for each in state.asked if not each.ok and 0 <= state.now_ns - each.stamp_ns < RETRY_NS}
     return tuple(sorted(late & _because(events, experts).keys()))
 
@@ -73,16 +72,14 @@ def _because(events: tuple[Event, ...], experts: tuple[Expert, ...]) -> dict[str
 def _stale_tools(event: Event) -> tuple[str, ...]:
     """Only those facts are asked for again that are stale."""
     names = event.detail.split()
-    experts = tuple(name.removeprefix(BY_TOOL) for name in names if name.startswith(BY_TOOL))
+    experts = (name.removeprefix(BY_TOOL) for name in names if name.startswith(BY_TOOL))
     return (*(REFRESHES[name] for name in names if name in REFRESHES), *experts)
 
 
-def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
+def _answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float) -> bool:
     """Whether this very question was answered lately, or the tool failed a moment ago."""
     sha = rules_question.key(arguments)
-    for asked in state.asked:
-        if asked.tool != tool:
-            continue
+    for asked in (each for each in state.asked if each.tool == tool):
         age_ns = state.now_ns - asked.stamp_ns
         if not asked.ok and age_ns < RETRY_NS:
             return True
@@ -93,17 +90,13 @@ def answered(state: State, tool: str, arguments: dict[str, Any], serves_s: float
 
 def _at_hand(state: State, tool: str, arguments: dict[str, Any], sha: str) -> bool:
     """Whether it is this question's answer that is held, and not a later one's nor one about other faults."""
+    held = state.held
     if tool == "vehicle_health":
-        return covered(state.held)
-    if tool == "right_of_way":
-        return state.held.right_of_way_key == sha
-    if tool == "applicable_limit":
-        return state.held.legal_key == sha
-    if tool == "interpret_sign":
-        if arguments["reading"] in PLACES:
-            return state.held.place_key == sha
-        return state.held.meaning is not None and state.held.meaning.reading == arguments["reading"]
-    return True
+        return covered(held)
+    if tool == "interpret_sign" and arguments["reading"] not in PLACES:
+        return held.meaning is not None and held.meaning.reading == arguments["reading"]
+    keys = {"right_of_way": held.right_of_way_key, "applicable_limit": held.legal_key, "interpret_sign": held.place_key}
+    return keys.get(tool, sha) == sha
 
 
 # -- arguments ---------------------------------------------------------------------------------------------------------
@@ -118,10 +111,10 @@ def _language(state: State) -> dict[str, Any]:
 
 
 def _sign(state: State) -> dict[str, Any] | None:
-    """The sign to be explained: a doubted one with all its candidates, else the place whose limit is not known yet, else
-    one with a plate in a foreign language."""
+    """The sign to be explained: a doubted one with all its candidates, else the place whose limit is not known yet, else one with
+    a plate in a foreign language."""
     language = state.preferences.language
-    doubted = [s for s in state.signs.ahead if not s.believed and s.kind == "limit"]
+    doubted = [s for s in state.signs.ahead if s.doubted_limit]
     places = [s for s in places_ahead(state) if state.held.place_key != rules_question.key(sign_question(state, s))][:1]
     foreign = [s for s in state.signs.ahead if s.believed and foreign_plate(s, language)]
     sign = max(doubted or places or foreign, key=lambda each: (each.seen_ns, each.track_id), default=None)
@@ -129,42 +122,37 @@ def _sign(state: State) -> dict[str, Any] | None:
 
 
 def right_of_way(state: State) -> RulesAnswer | None:
-    """The answer on the junction ahead; none that was given on another one, or on another moment of it."""
-    arguments = _junction(state)
-    asked = arguments is not None and state.held.right_of_way_key == rules_question.key(arguments)
-    return state.held.right_of_way if asked else None
+    """The answer on the junction ahead; None where it is on another one, or on another moment of it."""
+    arguments, held = _junction(state), state.held
+    asked = arguments is not None and held.right_of_way_key == rules_question.key(arguments)
+    return held.right_of_way if asked else None
 
 
 def _junction(state: State) -> dict[str, Any] | None:
     """Only where a sign, a light or a crossing gives the law something to go by."""
-    person = pedestrian(state.world)
-    light = state.light if state.light is not None and not state.light.lost_at_line else None
+    light = state.light.state if state.light is not None and not state.light.lost_at_line else None
     signs = tuple(s.reading for s in state.signs.ahead if s.believed and s.reading in JUNCTION_SIGNS)
     if state.stop_kind == "crossing" and "crossing" not in signs:
         signs = (*signs, "crossing")
     if not signs and light is None:
         return None
+    # An unseen person is not an absent one: only a tick with tracks can say so.
+    person = pedestrian(state.world) is not None or (None if state.world.actors is None else False)
     question = RightOfWayQuestion(
-        jurisdiction=state.signs.jurisdiction.value if state.signs.jurisdiction is not None else None,
+        jurisdiction=state.signs.country,
         signs=signs,
-        light=light.state if light is not None else None,  # type: ignore[arg-type]
-        # Nobody seen is not nobody there: only a tick with tracks can say so.
-        pedestrians_on_crossing=True if person is not None else None if state.world.actors is None else False,
+        light=light,  # type: ignore[arg-type]
+        pedestrians_on_crossing=person,
         language=state.preferences.language,
     )
-    arguments: dict[str, Any] = {"question": msgspec.to_builtins(question)}
-    return arguments
+    return {"question": msgspec.to_builtins(question)}
 
 
 def _new_law(state: State) -> dict[str, Any] | None:
-    here = state.signs.jurisdiction
-    if here is None:
+    if state.signs.country is None:
         return None
-    return {
-        "query": "speed limits, units and side of the road in this country",
-        "jurisdiction": here.value,
-        "language": state.preferences.language,
-    }
+    query = "speed limits, units and side of the road in this country"
+    return {"query": query, "jurisdiction": state.signs.country, "language": state.preferences.language}
 
 
 JUNCTION_SIGNS = frozenset({"stop", "yield", "priority_road", "priority_here", "crossing"})

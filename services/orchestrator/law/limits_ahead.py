@@ -7,7 +7,7 @@ from domain.units import to_mps
 from proto.rules import SignMeaning
 from proto.scene import Unit
 from services.orchestrator.law import rules_question
-from services.orchestrator.signs.limits import DISTANCE_PLATE, RESTRICTED_PLATES, SURE, WET_PLATE, may_be_ours
+from services.orchestrator.signs.limits import DISTANCE_PLATE, RESTRICTED_PLATES, SURE, WET_PLATE, hangs, may_be_ours
 from services.orchestrator.state import SignAhead, State
 
 PLACES = frozenset({"town_entry", "calm_street"})
@@ -29,13 +29,12 @@ class LimitAhead(NamedTuple):
 def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
     """All of the own lane that may hold for a car, in the order in which the signs are remembered."""
     dry = surely(state, wet=False)
-    signs = (sign for sign in state.signs.ahead if sign.believed and sign.own_lane)
-    found = (_limit(state, sign) for sign in signs if may_be_ours(sign.scope, sign.plates, dry=dry))
-    return tuple(limit for limit in found if limit is not None)
+    signs = (sign for sign in state.signs.ahead if sign.ours and may_be_ours(sign.scope, sign.plates, dry=dry))
+    return tuple(limit for sign in signs if (limit := _limit(state, sign)) is not None)
 
 
 def binding_ahead(state: State) -> tuple[LimitAhead, ...]:
-    """Those of them that are sure to hold for us right behind their sign."""
+    """Those of them that are sure to hold for the ego right behind their sign."""
     return tuple(limit for limit in limits_ahead(state) if _binds(state, limit.sign))
 
 
@@ -46,18 +45,18 @@ def surely(state: State, *, wet: bool) -> bool:
 
 
 def _binds(state: State, sign: SignAhead) -> bool:
-    """No plate restricts it, or to wet roads and it is wet."""
-    plates = [plate for plate in sign.plates if plate.startswith((*RESTRICTED_PLATES, DISTANCE_PLATE))]
+    """Whether no plate restricts it, or only to wet roads and it is wet."""
     if sign.scope != "when_wet":
-        return not plates
-    return all(plate.startswith(WET_PLATE) for plate in plates) and surely(state, wet=True)
+        return not hangs(sign.plates, *RESTRICTED_PLATES, DISTANCE_PLATE)
+    others = tuple(plate for plate in sign.plates if not plate.startswith(WET_PLATE))
+    return not hangs(others, *RESTRICTED_PLATES, DISTANCE_PLATE) and surely(state, wet=True)
 
 
 def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
     if sign.kind == "limit" and sign.value is not None and sign.scope != "end":
         unit: Unit = "km/h" if sign.unit is None or _behind_a_border(state, sign) else sign.unit
         return LimitAhead(sign, sign.value, unit, to_mps(sign.value, unit), sign.confidence)
-    law = law_behind(state, sign)
+    law = _law_behind(state, sign)
     if law is None or law.limit is None:
         return None
     limit = law.limit
@@ -65,43 +64,35 @@ def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
 
 
 def _behind_a_border(state: State, sign: SignAhead) -> bool:
-    """Whether another country's sign stands before it: its number is read in this country's unit until then, and counts as
-    the lower reading."""
-    borders = (each for each in state.signs.ahead if each.believed and each.reading.startswith("border:"))
-    ahead_m = sign.distance_m
-    return ahead_m is not None and any(each.distance_m is not None and each.distance_m < ahead_m for each in borders)
+    """Whether another country's sign stands before it: until then its number is read in this country's unit, and counts as the
+    lower reading."""
+    borders = (each for each in state.signs.ahead if each.believed and each.head == "border")
+    before_m = min((each.distance_m for each in borders if each.distance_m is not None), default=math.inf)
+    return sign.distance_m is not None and before_m < sign.distance_m
 
 
 def places_ahead(state: State) -> tuple[SignAhead, ...]:
     """Believed signs of a place, the nearest first."""
-    found = [sign for sign in state.signs.ahead if sign.reading in PLACES and sign.believed and sign.own_lane]
+    found = (sign for sign in state.signs.ahead if sign.ours and sign.reading in PLACES)
     return tuple(sorted(found, key=lambda s: (s.distance_m if s.distance_m is not None else math.inf, s.track_id)))
 
 
-def law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
+def _law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
     """What the Rules said of this sign of a place, here; None: not asked yet, or nothing to go by."""
     law = state.held.place
-    if (
-        law is None
-        or sign.reading not in PLACES
-        or state.held.place_key != rules_question.key(sign_question(state, sign))
-    ):
+    if law is None or sign.reading not in PLACES or law.confidence < rules_question.LAW_KNOWN:
         return None
-    return (
-        law
-        if law.limit is not None and law.confidence >= rules_question.LAW_KNOWN and rules_question.sane_limit(law)
-        else None
-    )
+    asked = state.held.place_key == rules_question.key(sign_question(state, sign))
+    return law if asked and rules_question.sane_limit(law) else None
 
 
 def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:
-    """The arguments of `interpret_sign`: what else a doubted sign may be, too, with confidences rounded down, so that a
+    """The arguments of `interpret_sign`: with the other readings of a doubted sign, their confidences rounded down so that a
     wavering one is the same question."""
-    here = state.signs.jurisdiction
     others = () if sign.believed else sign.candidates
     return {
         "reading": sign.reading,
-        "jurisdiction": here.value if here is not None else None,
+        "jurisdiction": state.signs.country,
         "language": state.preferences.language,
         "plates": list(sign.plates),
         "candidates": [

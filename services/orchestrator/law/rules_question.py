@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import msgspec
 
+from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning, Situation
-from proto.weather import Conditions
 from services.orchestrator.signs.limits import ROAD_TYPES, RoadType, in_force
 from services.orchestrator.state import State
 
@@ -18,30 +18,23 @@ LAW_KNOWN = 0.4
 
 def situation(state: State) -> Situation:
     """Limits in force, ends passed, road, wetness, sight; rounded to the careful side."""
-    signs, conditions = state.signs, state.held.conditions
-    road = state.world.environment.road_type
-    segment = state.world.environment.segment_id
+    signs, conditions, environment = state.signs, state.held.conditions, state.world.environment
     posted = tuple(_coarse(limit.posted) for limit in in_force(signs))
-    return Situation(
-        jurisdiction=signs.jurisdiction.value if signs.jurisdiction is not None else None,
-        road_type=cast(RoadType, road.value) if road is not None and road.value in ROAD_TYPES else None,
+    asked = Situation(
+        jurisdiction=signs.country,
+        road_type=cast(RoadType, state.road) if state.road in ROAD_TYPES else None,
         posted=posted,
         # what was ended is out of `posted` already; a limit seen since must not fall to an end sign that came before it
         ended=() if posted else tuple(reading for reading in signs.ended if reading != "junction"),
-        wet=conditions.wet if conditions is not None else None,
-        visibility_m=_step(conditions.visibility_m if conditions is not None else None),
-        snow=_snow(conditions),
-        segment_id=segment.value if segment is not None else "",
+        segment_id=value_of(environment.segment_id) or "",
         language=state.preferences.language,
         home_unit=state.preferences.unit,
     )
-
-
-def _snow(conditions: Conditions | None) -> bool | None:
-    """Whether it snows; what nobody knows is not taken for no."""
-    if conditions is None or conditions.precipitation == "unknown":
-        return None
-    return conditions.precipitation == "snow"
+    if conditions is None:
+        return asked
+    snow = None if conditions.precipitation == "unknown" else conditions.precipitation == "snow"
+    visibility_m = _step(conditions.visibility_m)
+    return msgspec.structs.replace(asked, wet=conditions.wet, visibility_m=visibility_m, snow=snow)
 
 
 def _coarse(posted: PostedLimit) -> PostedLimit:
@@ -65,9 +58,13 @@ def situation_arguments(state: State) -> dict[str, Any]:
     return arguments
 
 
+def todays_key(state: State) -> str:
+    """The key of `applicable_limit` as it would be asked now."""
+    return key(situation_arguments(state))
+
+
 def sane_limit(answer: RulesAnswer | SignMeaning) -> bool:
-    """A limit that a road can have, with a confidence that is one."""
-    if not (math.isfinite(answer.confidence) and 0.0 <= answer.confidence <= 1.0):
-        return False
+    """Whether limit and confidence are such as a road and an answer can have."""
     limit = answer.limit
-    return limit is None or (math.isfinite(limit.value) and math.isfinite(limit.mps) and 1.0 <= limit.mps <= 45.0)
+    sane = limit is None or (math.isfinite(limit.value) and 1.0 <= limit.mps <= 45.0)
+    return sane and 0.0 <= answer.confidence <= 1.0

@@ -1,5 +1,6 @@
 """One sign under two tracks: what hangs below it holds for both, and a stop sign asks for one stop."""
 
+import math
 from collections.abc import Iterable
 
 import msgspec
@@ -9,13 +10,12 @@ from services.orchestrator.state import SignAhead
 
 SAME_M = 8.0
 """Ranges of one sign by two cameras differ by a few metres; two signs of one limit do not follow each other so closely."""
-
 RANGE_SHARE = 0.5
 """From afar only its size tells how far away a sign is: stop signs 90 m away were thought to be 129 m away."""
 
 
 def without_earlier_tracks(stop: SignAhead, others: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
-    """The other signs without those that a stop sign was known as before, which is to be forgotten. Other signs have none."""
+    """The other signs without the earlier tracks of a stop sign; other signs have none."""
     return tuple(each for each in others if not is_earlier_track(each, stop))
 
 
@@ -24,34 +24,30 @@ def is_earlier_track(other: SignAhead, stop: SignAhead) -> bool:
 
     A second sign behind the first would have been seen since then.
     """
-    if stop.reading != "stop" or not _same(stop, other) or other.seen_ns >= stop.first_ns:
-        return False
-    if stop.distance_m is None or other.distance_m is None or other.seen_m is None:
-        return False
-    return abs(other.distance_m - stop.distance_m) <= RANGE_SHARE * other.seen_m
+    before = stop.reading == "stop" and _same(stop, other) and other.seen_ns < stop.first_ns
+    return before and other.seen_m is not None and _apart_m(other, stop) <= RANGE_SHARE * other.seen_m
 
 
 def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[SignAhead]) -> SignAhead:
-    """The sign with the plates that another track surely shows of it: who cannot read them from afar sees a sign without any.
+    """The sign with the plates that another track surely shows of it: from afar plates cannot be read.
 
     `known`: what was known of this track before. Its shared plates stay once the other track was passed, and go if that one
     no longer shows any.
     """
-    if sign.plates or sign.scope != "permanent" or sign.distance_m is None:
+    if sign.plates or sign.scope != "permanent":
         return sign
-    there = [each for each in others if _same(sign, each) and _beside(sign, each) and not each.shared]
-    twin = next((each for each in there if each.plates and each.believed and each.confidence >= SURE), None)
-    if twin is None and not there and known is not None and known.shared and _same(known, sign):
-        twin = known
-    if twin is None:
-        return sign
-    return msgspec.structs.replace(sign, plates=twin.plates, scope=twin.scope, shared=True)
+    there = [each for each in others if _same(sign, each) and not each.shared and _apart_m(sign, each) <= SAME_M]
+    twins = [each for each in there if each.plates and each.believed and each.confidence >= SURE]
+    if known is not None and known.shared and _same(known, sign) and sign.distance_m is not None and not there:
+        twins = [known]
+    return msgspec.structs.replace(sign, plates=twins[0].plates, scope=twins[0].scope, shared=True) if twins else sign
 
 
-def _beside(one: SignAhead, other: SignAhead) -> bool:
+def _apart_m(one: SignAhead, other: SignAhead) -> float:
+    """How far apart two signs stand; infinite where a distance is unknown."""
     if one.distance_m is None or other.distance_m is None:
-        return False
-    return abs(one.distance_m - other.distance_m) <= SAME_M
+        return math.inf
+    return abs(one.distance_m - other.distance_m)
 
 
 def _same(one: SignAhead, other: SignAhead) -> bool:

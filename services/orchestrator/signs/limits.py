@@ -11,7 +11,7 @@ from typing import Literal, cast, get_args
 import msgspec
 
 from proto.rules import PostedLimit
-from proto.scene import COUNTRIES, Unit
+from proto.scene import COUNTRIES
 from services.orchestrator.state import Believed, InForce, SignAhead, Signs
 
 RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
@@ -21,7 +21,7 @@ SURE = 0.6
 TOLD = 0.3
 """From this confidence on a believed reading may lower one."""
 SAME_POST_NS = 5_000_000_000
-"""Signs that are passed within this time may stand on one post, or on both sides of the road."""
+"""Signs passed within this time may stand on one post, or on both sides of the road."""
 SAME_BORDER_NS = 20_000_000_000
 """A border's signs are passed within this time."""
 UNSIGNED_KMH: dict[str, float] = {
@@ -33,32 +33,30 @@ MOST_CONDITIONAL = 3
 SCHOOL_PLATE, ARROW_PLATE, DISTANCE_PLATE, WET_PLATE = "plate:school", "plate:arrow", "plate:distance", "plate:when_wet"
 LORRIES_PLATE = "plate:lorries"
 RESTRICTED_PLATES = (LORRIES_PLATE, "plate:time", WET_PLATE, SCHOOL_PLATE, ARROW_PLATE)
-"""Plates under which a limit stands beside the others instead of replacing them. Which way the ego will go is not
-known: a limit under an arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing, but for
-a town where more than its law is posted."""
+"""Plates under which a limit stands beside the others instead of replacing them. The ego's way is not known: a limit under an
+arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing, but for a slower town."""
 TOWN_KMH = 50.0
 """No country of ours lets cars drive faster in a town unless a sign there says so."""
 
 
 def lowers(signs: Signs, sign: SignAhead) -> bool:
     """Whether a sign shows a limit not above the lowest in force; where none is, not above what such roads have."""
-    if sign.value is None or not shows_limit(sign):
-        return False
-    value = value_kmh(sign.value, sign.unit)
-    road = signs.road_type.value if signs.road_type is not None else ""
-    unsigned = UNSIGNED_KMH.get(road, UNSIGNED_UNKNOWN_KMH)
-    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=unsigned)
-    return value <= least
+    unsigned = UNSIGNED_KMH.get(signs.road, UNSIGNED_UNKNOWN_KMH)
+    return shows_limit(sign) and sign.kmh <= _least_kmh(signs, unsigned)
+
+
+def _least_kmh(signs: Signs, default: float) -> float:
+    return min((each.kmh for each in in_force(signs)), default=default)
 
 
 def shows_limit(sign: SignAhead) -> bool:
     """Whether a sign sets a limit, other than ending one."""
-    return sign.value is not None and sign.scope != "end" and not sign.reading.partition(":")[0].endswith("_end")
+    return sign.value is not None and sign.scope != "end" and not sign.head.endswith("_end")
 
 
-def value_kmh(value: float, unit: Unit | None) -> float:
-    """For comparison; a number without unit is taken as km/h, the lower reading."""
-    return value * 1.609344 if unit == "mph" else value
+def hangs(plates: tuple[str, ...], *heads: str) -> bool:
+    """Whether one of these plates hangs below a sign."""
+    return any(plate.startswith(heads) for plate in plates)
 
 
 def in_force(signs: Signs) -> tuple[InForce, ...]:
@@ -71,26 +69,21 @@ def apply(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     """The limits after a sign was passed."""
     others = tuple(each for each in signs.recent if each.reading != sign.reading)
     signs = msgspec.structs.replace(signs, recent=(*others, sign)[-4:])
-    if not sign.believed or not sign.own_lane or sign.confidence < TOLD:
-        return signs
-    if sign.confidence < SURE and not lowers(signs, sign):
+    if not sign.ours or sign.confidence < (TOLD if lowers(signs, sign) else SURE):
         return signs
     if shows_limit(sign):
         return _set(signs, sign, now_ns)
-    if any(plate.startswith(ARROW_PLATE) for plate in sign.plates) and not enters_a_slower_town(signs, sign):
+    if hangs(sign.plates, ARROW_PLATE) and not enters_a_slower_town(signs, sign):
         return signs
-    head = sign.reading.partition(":")[0]
-    if sign.scope == "end" and sign.value is not None:
-        head = "limit_end"
+    head = "limit_end" if sign.scope == "end" and sign.value is not None else sign.head
     ends = ENDS.get(sign.reading) or ENDS.get(head)
     return ends(signs, sign, now_ns) if ends is not None else signs
 
 
 def enters_a_slower_town(signs: Signs, sign: SignAhead) -> bool:
     """Whether a town begins here whose law is lower than all that holds; no such sign is for one way, its arrow is misread."""
-    inside = signs.road_type is not None and signs.road_type.value in ("urban", "living_street")
-    least = min((value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs)), default=math.inf)
-    return sign.reading == "town_entry" and not inside and least > TOWN_KMH
+    begins = sign.reading == "town_entry" and signs.road not in ("urban", "living_street")
+    return begins and _least_kmh(signs, math.inf) > TOWN_KMH
 
 
 def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
@@ -103,27 +96,22 @@ def _set(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         reading=sign.reading,
     )
     limit = InForce(posted=posted, since_ns=now_ns, track_id=sign.track_id)
-    beside = sign.scope == "when_wet" or any(plate.startswith(RESTRICTED_PLATES) for plate in sign.plates)
-    if beside:
+    if sign.scope == "when_wet" or hangs(sign.plates, *RESTRICTED_PLATES):
         others = tuple(each for each in signs.conditional if _differs(each, posted))
         return changed(signs, now_ns, conditional=_strictest((*others, limit)))
-    if any(plate.startswith(DISTANCE_PLATE) for plate in sign.plates) and not lowers(signs, sign):
+    if hangs(sign.plates, DISTANCE_PLATE) and not lowers(signs, sign):
         return signs
     if sign.confidence >= SURE:
         signs = _beyond_the_junction(signs, now_ns)
-    slot = {"gantry": "gantry", "zone": "zone"}.get(sign.scope, "permanent")
-    known: InForce | None = getattr(signs, slot)
-    if slot == "permanent" and _is_of_the_zone(signs, posted, now_ns):
+    slot = sign.scope if sign.scope in ("gantry", "zone") else "permanent"
+    if not _differs(getattr(signs, slot), posted) or (slot == "permanent" and _is_of_the_zone(signs, posted, now_ns)):
         return signs
-    if known is not None and not _differs(known, posted):
-        return signs
-    also = {"permanent": None} if slot == "zone" else {}
-    when = {"gantry_changed_ns": now_ns} if slot == "gantry" else {}
-    return changed(signs, now_ns, ended=(), **{slot: limit}, **also, **when)
+    also: dict[str, dict[str, object]] = {"zone": {"permanent": None}, "gantry": {"gantry_changed_ns": now_ns}}
+    return changed(signs, now_ns, ended=(), **{slot: limit}, **also.get(slot, {}))
 
 
 def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:
-    """Whether a limit is what a zone's sign shows on the same post: the ring on its board, which a camera may find alone.
+    """Whether a limit is the ring on the board of a zone's sign on the same post, which a camera may find alone.
 
     Where another limit stands beside the zone it is none: it may lower what holds once the zone has ended.
     """
@@ -134,36 +122,34 @@ def _is_of_the_zone(signs: Signs, posted: PostedLimit, now_ns: int) -> bool:
 
 
 def _beyond_the_junction(signs: Signs, now_ns: int) -> Signs:
-    """Without limits under arrows of an earlier post: the limit that is posted next for all holds for us, whichever way we went."""
-    left = tuple(
-        each
-        for each in signs.conditional
-        if now_ns - each.since_ns < SAME_POST_NS
-        or not any(plate.startswith(ARROW_PLATE) for plate in each.posted.plates)
-    )
-    return _with_conditional(signs, left, now_ns)
+    """Without limits under arrows of an earlier post: the next limit for all holds for the ego, whichever way it went."""
+    earlier = (each for each in signs.conditional if now_ns - each.since_ns >= SAME_POST_NS)
+    return _without(signs, [each for each in earlier if hangs(each.posted.plates, ARROW_PLATE)], now_ns)
 
 
-def _with_conditional(signs: Signs, left: tuple[InForce, ...], now_ns: int) -> Signs:
-    return signs if left == signs.conditional else changed(signs, now_ns, conditional=left)
+def _without(signs: Signs, ended: list[InForce], now_ns: int) -> Signs:
+    """Without some of the conditional limits; unchanged where there are none of them."""
+    left = tuple(each for each in signs.conditional if each not in ended)
+    return changed(signs, now_ns, conditional=left) if ended else signs
 
 
 def may_be_ours(scope: str, plates: tuple[str, ...], *, dry: bool) -> bool:
     """Whether a posted limit can hold for a car now: not one of wet roads where it is surely dry, nor one of lorries."""
-    if scope == "when_wet":
-        return not dry
-    return not any(plate.startswith(LORRIES_PLATE) for plate in plates)
+    return not dry if scope == "when_wet" else not hangs(plates, LORRIES_PLATE)
 
 
 def _strictest(limits: tuple[InForce, ...]) -> tuple[InForce, ...]:
     """As many as are remembered, in the order in which they came; the highest goes first."""
-    low = sorted(limits, key=lambda each: value_kmh(each.posted.value, each.posted.unit))[:MOST_CONDITIONAL]
+    low = sorted(limits, key=lambda each: each.kmh)[:MOST_CONDITIONAL]
     return tuple(each for each in limits if each in low)
 
 
-def _differs(known: InForce, posted: PostedLimit) -> bool:
-    old = known.posted
-    return (old.value, old.unit, old.scope, old.plates) != (posted.value, posted.unit, posted.scope, posted.plates)
+def _differs(known: InForce | None, posted: PostedLimit) -> bool:
+    return known is None or _shown(known.posted) != _shown(posted)
+
+
+def _shown(posted: PostedLimit) -> tuple[object, ...]:
+    return posted.value, posted.unit, posted.scope, posted.plates
 
 
 # -- ends ------------------------------------------------------------------------------------------------------------
@@ -174,14 +160,23 @@ def changed(signs: Signs, now_ns: int, **fields: object) -> Signs:
     return msgspec.structs.replace(signs, changed_ns=now_ns, **fields)
 
 
-def clear(signs: Signs, now_ns: int) -> Signs:
+def _clear(signs: Signs, now_ns: int) -> Signs:
     """No limit in force: those of the road or country left behind end."""
     return changed(signs, now_ns, permanent=None, gantry=None, zone=None, conditional=())
 
 
+def ended(signs: Signs, reading: str) -> tuple[str, ...]:
+    """The last ends passed, with this one."""
+    return (*signs.ended, reading)[-4:]
+
+
+def _believed(value: str, sign: SignAhead, now_ns: int, evidence: str = "") -> Believed:
+    return Believed(value=value, confidence=sign.confidence, since_ns=now_ns, evidence=evidence)
+
+
 def in_another_country(signs: Signs, now_ns: int) -> Signs:
-    """Nothing of the country left behind holds: no limit, and no unit in which the numbers ahead were read till now."""
-    return _without_units(clear(signs, now_ns))
+    """No limit of the country left behind holds, nor the unit in which the numbers ahead were read."""
+    return _without_units(_clear(signs, now_ns))
 
 
 def _without_units(signs: Signs) -> Signs:
@@ -190,12 +185,12 @@ def _without_units(signs: Signs) -> Signs:
 
 
 def is_unknown_country(code: str) -> bool:
-    """Whether a text is a country's code, of a country whose signs nobody knows here."""
+    """Whether a text is the code of a country whose signs are unknown here."""
     return len(code) == 3 and code.isascii() and code.isalpha() and code.isupper() and code not in COUNTRIES
 
 
 def without_country(signs: Signs, now_ns: int) -> Signs:
-    """The country is unknown, which is the careful side: the law is then the strictest of all. No limit ends by it."""
+    """The country is unknown, and the law the strictest of all; no limit ends by it."""
     if signs.jurisdiction is None:
         return signs
     return msgspec.structs.replace(
@@ -209,26 +204,26 @@ def without_country(signs: Signs, now_ns: int) -> Signs:
 
 def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
     def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-        fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
         if not any(getattr(signs, slot) for slot in slots):
             return signs
-        when = {"gantry_changed_ns": now_ns} if signs.gantry is not None and "gantry" in slots else {}
-        ended = (*signs.ended, sign.reading)[-4:]
-        return changed(signs, now_ns, ended=ended, **fields, **when)
+        fields: dict[str, object] = {slot: () if slot == "conditional" else None for slot in slots}
+        if signs.gantry is not None and "gantry" in slots:
+            fields["gantry_changed_ns"] = now_ns
+        return changed(signs, now_ns, ended=ended(signs, sign.reading), **fields)
 
     return end
 
 
 def _school_end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    left = tuple(each for each in signs.conditional if SCHOOL_PLATE not in each.posted.plates)
-    return _with_conditional(signs, left, now_ns)
+    return _without(signs, [each for each in signs.conditional if SCHOOL_PLATE in each.posted.plates], now_ns)
 
 
 def _place(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
+    """Another kind of road, on which no earlier limit holds."""
+
     def place(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
-        ended = (*signs.ended, sign.reading)[-4:]
-        return msgspec.structs.replace(clear(signs, now_ns), road_type=believed, ended=ended)
+        after = _road(road_type)(_clear(signs, now_ns), sign, now_ns)
+        return msgspec.structs.replace(after, ended=ended(signs, sign.reading))
 
     return place
 
@@ -237,36 +232,32 @@ def _road(road_type: str) -> Callable[[Signs, SignAhead, int], Signs]:
     """Another kind of road, on which limits go on: such signs lift none in most countries."""
 
     def road(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-        believed = Believed(value=road_type, confidence=sign.confidence, since_ns=now_ns)
-        return changed(signs, now_ns, road_type=believed)
+        return changed(signs, now_ns, road_type=_believed(road_type, sign, now_ns))
 
     return road
 
 
 def _national(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
     after = _end("permanent", "zone", "conditional")(signs, sign, now_ns)
-    if signs.road_type is None or signs.road_type.value == "urban":
-        rural = Believed(value="rural", confidence=sign.confidence, since_ns=now_ns)
-        after = changed(after, now_ns, road_type=rural)
-    return after
+    return _road("rural")(after, sign, now_ns) if signs.road in ("", "urban") else after
 
 
 def _border(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
-    country = sign.reading.partition(":")[2]
+    country, here = sign.reading.partition(":")[2], signs.jurisdiction
     if is_unknown_country(country):
         return without_country(signs, now_ns)
     if country not in COUNTRIES:
         return signs
-    here = signs.jurisdiction
-    believed = Believed(value=country, confidence=sign.confidence, since_ns=now_ns, evidence=sign.reading)
-    told: dict[str, object] = {"jurisdiction": believed, "crossed": True, "ended": (sign.reading,)}
+    told: dict[str, object] = {
+        "jurisdiction": _believed(country, sign, now_ns, sign.reading), "crossed": True, "ended": (sign.reading,),
+    }  # fmt: skip
     if here is None or here.value != country:
-        former = here.value if here is not None else ""
-        return msgspec.structs.replace(in_another_country(signs, now_ns), former_jurisdiction=former, **told)
+        abroad = in_another_country(signs, now_ns)
+        return msgspec.structs.replace(abroad, former_jurisdiction=signs.country or "", **told)
     if not here.assumed and now_ns - here.since_ns < SAME_BORDER_NS:
         return signs  # its other camera's track, or the sign on the other side of the road
-    # We were taken to be here before we were: its units go on to hold, and no limit of the country left behind does.
-    return msgspec.structs.replace(clear(signs, now_ns), former_jurisdiction="", **told)
+    # The ego was taken to be here before it was: its units go on to hold, and no limit of the country left behind does.
+    return msgspec.structs.replace(_clear(signs, now_ns), former_jurisdiction="", **told)
 
 
 ENDS: dict[str, Callable[[Signs, SignAhead, int], Signs]] = {

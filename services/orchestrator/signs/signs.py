@@ -26,7 +26,6 @@ from services.orchestrator.signs.limits import (
     is_unknown_country,
     lowers,
     shows_limit,
-    value_kmh,
     without_country,
 )
 from services.orchestrator.signs.turning_off import turned_off
@@ -61,12 +60,11 @@ _NUMBERED = re.compile(
     rf"plate:time:{_HOUR}-{_HOUR} h|plate:(?:distance|length):(?:[1-9][0-9]{{0,3}}|[1-9]\.[0-9]|[13]/[24]) (?:m|km|yds|miles|ft)"
 )
 """Plates with what is written on them: hours of the day, ways."""
-GIVE_WAY = frozenset({"yield", "priority_road", "priority_here", "crossing", "no_entry"})
+_ENDS_OR_GIVES_WAY = frozenset({*ENDS, "yield", "priority_road", "priority_here", "crossing", "no_entry"})
 STATEMENTS: dict[str, frozenset[str]] = {
     "jurisdiction": COUNTRIES, "units": frozenset({"km/h", "mph"}), "traffic_side": frozenset({"left", "right"}),
     "road_type": ROAD_TYPES,
 }  # fmt: skip
-"""What may be stated; a jurisdiction is one of `COUNTRIES`, or leaves the country unknown."""
 
 
 def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -> Signs:
@@ -86,13 +84,12 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return signs
     if fact.kind in _STATED:
         return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
-    if fact.kind not in ("limit", "sign", "message") or not plausible_value(fact.value):
-        return signs
-    if not known_code(fact.reading) or not consistent(fact):
+    if fact.kind not in ("limit", "sign", "message") or not (known_code(fact.reading) and consistent(fact)):
         return signs
     of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
     others = tuple(each for each in signs.ahead if each.track_id != fact.track_id)
-    sign = with_its_plates(_merge(signs, fact, motion), next(iter(of_track), None), others)
+    known = next(iter(of_track), None)
+    sign = with_its_plates(_merge(known, fact, motion), known, others)
     others = tuple(with_its_plates(each, None, (sign,)) for each in others)
     read = (*(_doubted(each, sign) for each in of_track if _outlives(each, sign)), sign)
     if not fact.passed:
@@ -120,19 +117,21 @@ def known_plate(plate: str) -> str:
 
 
 def consistent(fact: Fact) -> bool:
-    """Whether number and code agree: a code with a number is that number, one without has none."""
+    """Whether the number is one that a sign can show and agrees with the code, which has none or this one."""
     tail = fact.reading.partition(":")[2]
-    return fact.value == (float(tail) if tail.isascii() and tail.isdigit() else None)
+    number = float(tail) if tail.isascii() and tail.isdigit() else None
+    return fact.value == number and plausible_value(number)
 
 
 def plausible_value(value: float | None) -> bool:
     """A number that a sign can show: none, or one from 5 to 140."""
-    return value is None or (math.isfinite(value) and 5.0 <= value <= 140.0)
+    return value is None or 5.0 <= value <= 140.0
 
 
-def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
-    known = next((each for each in signs.ahead if each.track_id == fact.track_id), None)
-    distance = fact.distance_m if fact.distance_m is not None and math.isfinite(fact.distance_m) else None
+def _merge(known: SignAhead | None, fact: Fact, motion: Motion) -> SignAhead:
+    distance_m, seen_m = (known.distance_m, known.seen_m) if known is not None else (None, None)
+    if fact.distance_m is not None and math.isfinite(fact.distance_m):
+        distance_m = seen_m = fact.distance_m
     return SignAhead(
         track_id=fact.track_id,
         kind=fact.kind,
@@ -142,14 +141,14 @@ def _merge(signs: Signs, fact: Fact, motion: Motion) -> SignAhead:
         unit=fact.unit,
         confidence=min(1.0, max(0.0, fact.confidence)),
         believed=fact.believed,
-        distance_m=distance if distance is not None or known is None else known.distance_m,
-        seen_m=distance if distance is not None or known is None else known.seen_m,
+        distance_m=distance_m,
+        seen_m=seen_m,
         seen_ns=fact.frame_stamp_ns,
         first_ns=known.first_ns if known is not None else fact.frame_stamp_ns,
         candidates=tuple(each for each in fact.candidates[:5] if known_code(each.reading)),
         plates=tuple(filter(None, map(known_plate, fact.plates[:4]))),
         text=fact.text[:120],
-        own_lane=not fact.lane_id or fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
+        own_lane=fact.lane_id == motion.lane_id or not fact.lane_id.startswith("offset:"),
     )
 
 
@@ -164,10 +163,8 @@ def _importance(sign: SignAhead) -> tuple[int, float]:
     if sign.reading == "stop":
         return 3, 0.0
     if shows_limit(sign) and sign.kind == "limit":
-        counts = sign.believed and sign.own_lane and sign.confidence >= TOLD
-        return 3 if counts else 2, -value_kmh(sign.value or 0.0, sign.unit)
-    head = sign.reading.partition(":")[0]
-    return int(head in ENDS or sign.reading in ENDS or head in GIVE_WAY), 0.0
+        return 3 if sign.ours and sign.confidence >= TOLD else 2, -sign.kmh
+    return int(not {sign.head, sign.reading}.isdisjoint(_ENDS_OR_GIVES_WAY)), 0.0
 
 
 def _outlives(known: SignAhead, sign: SignAhead) -> bool:
@@ -190,43 +187,32 @@ def _shown(sign: SignAhead) -> tuple[object, ...]:
 
 def _state(field: str) -> Callable[[Signs, Fact, int], Signs]:
     def state(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+        if fact.reading not in STATEMENTS[field] or fact.confidence < SURE:
+            return signs
         known: Believed | None = getattr(signs, field)
-        if not _may_be_stated(field, fact.reading):
-            return signs
-        if fact.confidence < SURE:
-            return signs
+        since_ns = now_ns
         if known is not None and known.value == fact.reading:
-            seen_now = known.assumed and not fact.assumed
-            return msgspec.structs.replace(signs, **{field: _seen(known, fact)}) if seen_now else signs
+            if fact.assumed or not known.assumed:
+                return signs
+            since_ns = known.since_ns  # assumed by a setting so far, and seen now
+        confidence, evidence = min(1.0, fact.confidence), kept(fact.text)
         believed = Believed(
-            value=fact.reading,
-            confidence=min(1.0, fact.confidence),
-            since_ns=now_ns,
-            assumed=fact.assumed,
-            evidence=kept(fact.text),
+            value=fact.reading, confidence=confidence, since_ns=since_ns, assumed=fact.assumed, evidence=evidence
         )
         return msgspec.structs.replace(signs, **{field: believed})
 
     return state
 
 
-def _seen(known: Believed, fact: Fact) -> Believed:
-    return msgspec.structs.replace(known, confidence=min(1.0, fact.confidence), assumed=False, evidence=kept(fact.text))
-
-
-def _may_be_stated(field: str, value: str) -> bool:
-    return value in STATEMENTS[field]
-
-
 def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     if fact.confidence >= SURE and is_unknown_country(fact.reading):
         return without_country(signs, now_ns)
     after = _state("jurisdiction")(signs, fact, now_ns)
-    before, now = signs.jurisdiction, after.jurisdiction
-    if before is None or now is None or before.value == now.value:
+    if signs.country in (None, after.country):
         return after
-    # Another country's signs, believed: the border is behind us even if its sign was missed.
-    return msgspec.structs.replace(in_another_country(after, now_ns), former_jurisdiction=before.value, crossed=True)
+    # Another country's signs, believed: the border is behind the ego even if its sign was missed.
+    abroad = in_another_country(after, now_ns)
+    return msgspec.structs.replace(abroad, former_jurisdiction=signs.country, crossed=True)
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
@@ -241,36 +227,33 @@ _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
 
 
 def _move(signs: Signs, motion: Motion) -> Signs:
-    ahead = tuple(
-        msgspec.structs.replace(each, distance_m=each.distance_m - motion.travelled_m)
-        if each.distance_m is not None
-        else each
-        for each in signs.ahead
-    )
-    return msgspec.structs.replace(signs, ahead=ahead)
+    return msgspec.structs.replace(signs, ahead=tuple(_nearer(each, motion.travelled_m) for each in signs.ahead))
+
+
+def _nearer(sign: SignAhead, by_m: float) -> SignAhead:
+    return sign if sign.distance_m is None else msgspec.structs.replace(sign, distance_m=sign.distance_m - by_m)
 
 
 def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
     for sign in sorted(signs.ahead, key=lambda each: (each.first_ns, each.track_id)):
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
-        reached = sign.distance_m is not None and sign.distance_m <= (0.0 if lowers(signs, sign) else -3.0)
-        if reached or _is_lost(signs, sign, now_ns):
-            left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
-            signs = msgspec.structs.replace(signs, ahead=left)
-            # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
-            if reached or lowers(signs, sign) or (not motion.known and enters_a_slower_town(signs, sign)):
-                signs = apply(signs, sign, now_ns)
+        careful = lowers(signs, sign)
+        reached = sign.distance_m is not None and sign.distance_m <= (0.0 if careful else -3.0)
+        if not reached and not _is_lost(signs, sign, now_ns):
+            continue
+        left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
+        signs = msgspec.structs.replace(signs, ahead=left)
+        # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
+        if reached or careful or (not motion.known and enters_a_slower_town(signs, sign)):
+            signs = apply(signs, sign, now_ns)
     return signs
 
 
 def _is_lost(signs: Signs, sign: SignAhead, now_ns: int) -> bool:
-    """Whether a sign out of sight is given up: sooner where nobody knows how far away it is."""
-    unseen_s, kept = (now_ns - sign.seen_ns) / 1e9, _open(signs, sign)
+    """Whether a sign out of sight is given up: sooner at an unknown distance, later where a limit may still lower."""
+    unseen_s = (now_ns - sign.seen_ns) / 1e9
+    # A believed limit may lower what no sign set; till its post it only bounds.
+    undecided = sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)
     if sign.distance_m is None:
-        return unseen_s > FORGOTTEN_S or (unseen_s > LOST_S and not kept)
-    return unseen_s > FORGOTTEN_S and not (kept or sign.reading == "stop")
-
-
-def _open(signs: Signs, sign: SignAhead) -> bool:
-    """Whether it is open what a believed limit would do: it may lower what no sign set. Till its post it only bounds."""
-    return sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)
+        return unseen_s > (FORGOTTEN_S if undecided else LOST_S)
+    return unseen_s > FORGOTTEN_S and not undecided and sign.reading != "stop"

@@ -5,7 +5,7 @@ import math
 import msgspec
 
 from services.orchestrator.observations.validity import Motion
-from services.orchestrator.signs.limits import changed
+from services.orchestrator.signs.limits import changed, ended
 from services.orchestrator.state import Signs
 
 TURN_RAD = math.radians(50.0)
@@ -25,7 +25,7 @@ def turned_off(signs: Signs, motion: Motion, now_ns: int) -> Signs:
     turned = signs.turned_rad + (motion.turned_rad if motion.travelled_m > 0.0 else 0.0)
     if abs(turned) < TURN_RAD:
         return msgspec.structs.replace(signs, turned_rad=turned)
-    cleared = changed(signs, now_ns, permanent=None, conditional=(), ended=(*signs.ended, "junction")[-4:])
+    cleared = changed(signs, now_ns, permanent=None, conditional=(), ended=ended(signs, "junction"))
     return msgspec.structs.replace(cleared, near_junction=False, turned_rad=0.0, junction_m=0.0)
 
 

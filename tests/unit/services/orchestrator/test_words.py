@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from domain.units import in_unit, limit_text, shown, told_target
 from proto.decision import Preferences
 from proto.rules import LegalLimit
-from services.orchestrator.driver.feedback_rate import MOST, Given, admit
-from services.orchestrator.driver.preferences import changed, remembered
+from services.orchestrator.driver.wishes import MOST, Given, admit, changed, remembered
 from services.orchestrator.speech.wording import FOLDER, LANGUAGES, say, toned
 from services.orchestrator.text import plain
 from tests.unit.services.orchestrator.scenes import scenes
