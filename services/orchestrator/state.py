@@ -1,6 +1,7 @@
 """What the orchestrator remembers between two ticks. Frozen, and the same bytes for the same drive."""
 
 import hashlib
+import math
 from typing import Any
 
 import msgspec
@@ -72,6 +73,11 @@ class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
     """Its plates and its scope are those of another track of the same sign."""
     text: str = ""
     own_lane: bool = True
+
+    @property
+    def at_m(self) -> float:
+        """Its distance; infinite where that is unknown."""
+        return math.inf if self.distance_m is None else self.distance_m
 
     @property
     def kmh(self) -> float:

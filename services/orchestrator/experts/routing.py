@@ -19,8 +19,7 @@ REFRESHES = {"legal_limit": "applicable_limit", "conditions": "assess_weather", 
 RETRY_NS = 500_000_000
 """After a failure a tool is left in peace for so long: a dead service must not cost every tick its time."""
 PATIENT = frozenset({"vehicle_health", "right_of_way"})
-"""So are these after an answer that does not serve: one that does not know yet what the car tells, and one to a question that
-comes and goes with a person."""
+"""So are these after an answer that does not serve: it lacks what the car tells, or its question comes and goes with a person."""
 
 
 class Call(msgspec.Struct, frozen=True, kw_only=True):
@@ -111,8 +110,7 @@ def _language(state: State) -> dict[str, Any]:
 
 
 def _sign(state: State) -> dict[str, Any] | None:
-    """The sign to be explained: a doubted one with all its candidates, else the place whose limit is not known yet, else one with
-    a plate in a foreign language."""
+    """The sign to be explained: a doubted one, else a place whose limit is unknown, else one with a plate in a foreign language."""
     language = state.preferences.language
     doubted = [s for s in state.signs.ahead if s.doubted_limit]
     places = [s for s in places_ahead(state) if state.held.place_key != rules_question.key(sign_question(state, s))][:1]

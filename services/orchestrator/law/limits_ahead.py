@@ -1,6 +1,5 @@
 """Limits that begin ahead: numbers on signs, and the law's own limit behind a town sign, for which the Rules are asked."""
 
-import math
 from typing import Any, NamedTuple
 
 from domain.units import to_mps
@@ -64,17 +63,15 @@ def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
 
 
 def _behind_a_border(state: State, sign: SignAhead) -> bool:
-    """Whether another country's sign stands before it: until then its number is read in this country's unit, and counts as the
-    lower reading."""
+    """Whether another country's sign stands before it: its unit is not known yet, and its number counts as the lower reading."""
     borders = (each for each in state.signs.ahead if each.believed and each.head == "border")
-    before_m = min((each.distance_m for each in borders if each.distance_m is not None), default=math.inf)
-    return sign.distance_m is not None and before_m < sign.distance_m
+    return sign.distance_m is not None and any(each.at_m < sign.at_m for each in borders)
 
 
 def places_ahead(state: State) -> tuple[SignAhead, ...]:
     """Believed signs of a place, the nearest first."""
     found = (sign for sign in state.signs.ahead if sign.ours and sign.reading in PLACES)
-    return tuple(sorted(found, key=lambda s: (s.distance_m if s.distance_m is not None else math.inf, s.track_id)))
+    return tuple(sorted(found, key=lambda sign: (sign.at_m, sign.track_id)))
 
 
 def _law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
@@ -87,8 +84,7 @@ def _law_behind(state: State, sign: SignAhead) -> SignMeaning | None:
 
 
 def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:
-    """The arguments of `interpret_sign`: with the other readings of a doubted sign, their confidences rounded down so that a
-    wavering one is the same question."""
+    """The arguments of `interpret_sign`; confidences are rounded down, so that a wavering one is the same question."""
     others = () if sign.believed else sign.candidates
     return {
         "reading": sign.reading,

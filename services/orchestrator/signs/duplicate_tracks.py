@@ -1,6 +1,5 @@
 """One sign under two tracks: what hangs below it holds for both, and a stop sign asks for one stop."""
 
-import math
 from collections.abc import Iterable
 
 import msgspec
@@ -20,10 +19,7 @@ def without_earlier_tracks(stop: SignAhead, others: tuple[SignAhead, ...]) -> tu
 
 
 def is_earlier_track(other: SignAhead, stop: SignAhead) -> bool:
-    """Whether another track was of the same stop sign, lost from sight before this one was first seen.
-
-    A second sign behind the first would have been seen since then.
-    """
+    """Whether another track of the same stop sign was lost before this one began; a second sign would have been seen since."""
     before = stop.reading == "stop" and _same(stop, other) and other.seen_ns < stop.first_ns
     return before and other.seen_m is not None and _apart_m(other, stop) <= RANGE_SHARE * other.seen_m
 
@@ -44,10 +40,8 @@ def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[S
 
 
 def _apart_m(one: SignAhead, other: SignAhead) -> float:
-    """How far apart two signs stand; infinite where a distance is unknown."""
-    if one.distance_m is None or other.distance_m is None:
-        return math.inf
-    return abs(one.distance_m - other.distance_m)
+    """How far apart two signs stand; not finite where a distance is unknown."""
+    return abs(one.at_m - other.at_m)
 
 
 def _same(one: SignAhead, other: SignAhead) -> bool:

@@ -1,7 +1,7 @@
 """Signs seen become limits in force: pure, from facts and the way travelled.
 
 A limit comes into force when its sign is passed; see `limits` for what it does there. What is doubted never comes into
-force; see `targets` for what it does.
+force; see `target` for what it does.
 """
 
 import math
@@ -107,10 +107,7 @@ def known_code(reading: str) -> bool:
 
 
 def known_plate(plate: str) -> str:
-    """A plate's code of the readers' table, with its number where that is of a form of theirs; empty: none.
-
-    A number that is none leaves the plate, which restricts its sign, and is dropped.
-    """
+    """A plate's code of the readers' table, without a number that is not of a form of theirs; empty: no such plate."""
     if plate in PLATES or (len(plate) <= 32 and _NUMBERED.fullmatch(plate)):
         return plate
     return next((each for each in _WITH_NUMBERS if plate.startswith(f"{each}:")), "")

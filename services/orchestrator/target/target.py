@@ -333,9 +333,7 @@ def _experts(state: State) -> Iterator[Bound]:
 
 
 def _following(state: State, headway: float) -> Iterator[Bound]:
-    """Open a gap that is too small, and close one that is wider no faster than in `GAP_TIME_S`: a bound that fades with the
-    distance. Of all vehicles ahead, doubted ones too: the one that is met first need not be the one that is followed.
-    """
+    """Open or close the gap to each vehicle ahead within `GAP_TIME_S`: the one met first need not be the one followed."""
     for way in vehicles(state.world):
         if way.speed_mps is not None and not way.track.oncoming:
             speed = max(0.0, way.speed_mps)

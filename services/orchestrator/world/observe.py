@@ -123,10 +123,8 @@ class _Told(NamedTuple):
 
 
 def _world(state: State, seen: Observations, motion: Motion) -> WorldState:
-    tracks, lanes = (
-        fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns),
-        fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns),
-    )
+    tracks = fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
+    lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
     world = WorldState(
         stamp_ns=seen.tracks.stamp_ns if seen.tracks is not None and seen.cause == "snapshot" else seen.now_ns,
         tick=state.tick,
@@ -224,31 +222,29 @@ def _road_by_map(seen: Observations) -> Believed | None:
     return next((Believed(value=name, confidence=0.7, since_ns=seen.now_ns) for name in names), None)
 
 
+def _read(value: T, confidence: float, stamp_ns: int, valid: str, evidence: str) -> Observed[T]:
+    """What the front end read; it does not wear off by itself."""
+    return Observed(
+        value=value,
+        confidence=confidence,
+        source="drivelm",
+        stamp_ns=stamp_ns,
+        valid_for_ns=VALID_NS[valid],
+        evidence=evidence,
+    )
+
+
 def _believed(believed: Believed | None) -> Observed[str] | None:
-    """It does not wear off by itself; the front end restates it from time to time."""
     if believed is None:
         return None
-    return Observed(
-        value=believed.value,
-        confidence=believed.confidence,
-        source="drivelm",
-        stamp_ns=believed.since_ns,
-        evidence=believed.evidence,
-        valid_for_ns=VALID_NS["stated"],
-    )
+    return _read(believed.value, believed.confidence, believed.since_ns, "stated", believed.evidence)
 
 
 def _limit(limit: InForce | None, now_ns: int) -> Observed[PostedLimit] | None:
     if limit is None:
         return None
-    return Observed(
-        value=msgspec.structs.replace(limit.posted, age_s=round((now_ns - limit.since_ns) / 1e9, 1)),
-        confidence=limit.posted.confidence,
-        source="drivelm",
-        stamp_ns=limit.since_ns,
-        valid_for_ns=VALID_NS["limit"],
-        evidence=f"track {limit.track_id}",
-    )
+    posted = msgspec.structs.replace(limit.posted, age_s=round((now_ns - limit.since_ns) / 1e9, 1))
+    return _read(posted, posted.confidence, limit.since_ns, "limit", f"track {limit.track_id}")
 
 
 def _doubted(signs: Signs, now_ns: int) -> Observed[PostedLimit] | None:
@@ -264,19 +260,14 @@ def _doubted(signs: Signs, now_ns: int) -> Observed[PostedLimit] | None:
 
 
 def _sign(sign: SignAhead, now_ns: int) -> Observed[SeenSign]:
-    return Observed(
-        value=SeenSign(
-            reading=sign.reading,
-            track_id=sign.track_id,
-            distance_m=sign.distance_m,
-            candidates=sign.candidates,
-            plates=sign.plates,
-            believed=sign.believed,
-            text=sign.text,
-        ),
-        confidence=confidence_at(sign.confidence, now_ns - sign.seen_ns, VALID_NS["sign"]),
-        source="drivelm",
-        stamp_ns=sign.seen_ns,
-        valid_for_ns=VALID_NS["sign"],
-        evidence=f"track {sign.track_id}",
+    seen = SeenSign(
+        reading=sign.reading,
+        track_id=sign.track_id,
+        distance_m=sign.distance_m,
+        candidates=sign.candidates,
+        plates=sign.plates,
+        believed=sign.believed,
+        text=sign.text,
     )
+    left = confidence_at(sign.confidence, now_ns - sign.seen_ns, VALID_NS["sign"])
+    return _read(seen, left, sign.seen_ns, "sign", f"track {sign.track_id}")

@@ -1,6 +1,5 @@
 """The stop line ahead, and whether the ego has stood at the one that its stop sign means."""
 
-from proto.sensors import StopLine
 from services.orchestrator.observations.inputs import Observations, RoadAhead, along_lane
 from services.orchestrator.observations.validity import STANDING_MPS, VALID_NS, Motion, fresh
 from services.orchestrator.signs.duplicate_tracks import is_earlier_track
@@ -35,11 +34,7 @@ def on_map(seen: Observations) -> RoadAhead | None:
 
 def _ahead(road: RoadAhead) -> RoadAhead:
     lines = (line for line in road.stop_lines if line.distance_m > LINE_PASSED_M and line.kind in KINDS)
-    return RoadAhead(stop_lines=tuple(sorted(lines, key=_distance_m)), junction_m=road.junction_m)
-
-
-def _distance_m(line: StopLine) -> float:
-    return line.distance_m
+    return RoadAhead(stop_lines=tuple(sorted(lines, key=lambda line: line.distance_m)), junction_m=road.junction_m)
 
 
 def reckoned(at_m: float | None, motion: Motion) -> float | None:
@@ -67,15 +62,15 @@ def beyond(signs: tuple[SignAhead, ...]) -> tuple[SignAhead, ...]:
     """Those, of stop signs by their distance, that do not mean the line of the nearest."""
     first_m = (signs[0].distance_m or 0.0) if signs else 0.0
     others = (sign for sign in signs[1:] if not is_earlier_track(sign, signs[0]))
-    return tuple(sign for sign in others if sign.distance_m is None or sign.distance_m > first_m + SAME_LINE_M)
+    return tuple(sign for sign in others if sign.at_m > first_m + SAME_LINE_M)
 
 
 def line_of(sign: SignAhead, stop_m: float | None, stop_kind: str) -> float | None:
     """Where to stand for a stop sign: at the line that a map knows beside it, else at the sign; None: unknown."""
     if stop_m is None or stop_kind == "light":
         return sign.distance_m
-    beside = sign.distance_m is None or abs(stop_m - sign.distance_m) <= SIGN_TO_LINE_M
-    return stop_m if beside else sign.distance_m
+    far = sign.distance_m is not None and abs(stop_m - sign.distance_m) > SIGN_TO_LINE_M
+    return sign.distance_m if far else stop_m
 
 
 def unexplained_line(state: State) -> float | None:

@@ -11,7 +11,7 @@ from proto.scene import Fact
 from services.drivelm.front_end import FrontEnd
 from services.drivelm.vocabulary.classes import LIGHTS, OTHER, SENTENCES
 from services.orchestrator.observations.validity import Motion
-from services.orchestrator.signs.limits import enters_a_slower_town, in_force, value_kmh
+from services.orchestrator.signs.limits import enters_a_slower_town, in_force
 from services.orchestrator.signs.signs import update
 from services.orchestrator.state import Believed, InForce, Signs
 from tests.unit.services.drivelm.approach import NS, Scripted, box_at, says, sighting
@@ -39,7 +39,7 @@ def _in_force(kmh: float, scope: str) -> InForce:
 
 
 def _least_kmh(signs: Signs) -> float:
-    return min(value_kmh(each.posted.value, each.posted.unit) for each in in_force(signs))
+    return min(each.kmh for each in in_force(signs))
 
 
 @given(st.sampled_from(READINGS), st.sets(st.integers(0, 90)))
