@@ -14,9 +14,11 @@ from drivemcp.errors import UserError
 from evaluation.metrics import At, Record
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.run.recorded import record_of
+from evaluation.tables.columns import Column
 from proto.decision import Advisory
 from proto.truth import Truth
 from services.simulator.truth.ledger import SPEEDING_AFTER_S, TOLERANCE_MPS
+from studies.output import Cell, Sheet, add_json, show
 
 Cause = Literal["told in time", "told late", "not told"]
 BEFORE_S = 25.0
@@ -116,30 +118,33 @@ def _needs_mps2(record: Record, told_s: float, begun: Truth) -> float:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print; 2 where a log cannot be used."""
+    """Show them; 2 where a log cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m studies speedings", description=__doc__)
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="MCAP files of runs, their truth beside them")
-    causes: Counter[Cause] = Counter()
-    for log in parser.parse_args(arguments).logs:
-        try:
-            found = list(speedings(record_of(log)))
-        except UserError as error:
-            print(error, file=sys.stderr)  # noqa: T201
-            return 2
-        causes.update(each.cause for each in found)
-        print(*(f"{log}: {_line(each)}\n" for each in found), sep="", end="")  # noqa: T201
-    print(", ".join(f"{causes[cause]} {cause}" for cause in get_args(Cause)))  # noqa: T201
+    add_json(parser)
+    flags, found = parser.parse_args(arguments), list[tuple[Path, Speeding]]()
+    try:
+        for log in flags.logs:
+            found += [(log, each) for each in speedings(record_of(log))]
+    except UserError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    causes = Counter(each.cause for _, each in found)
+    counted = Sheet(("cause", "speedings"), [(cause, causes[cause]) for cause in get_args(Cause)])
+    show([Sheet(COLUMNS, [_row(log, each) for log, each in found]), counted], as_json=flags.json)
     return 0
 
 
-def _line(each: Speeding) -> str:
-    told = (
-        ""
-        if each.told_s is None
-        else f" {each.from_s - each.told_s:.1f} s before, to obey took {each.needs_mps2:.1f} m/s²"
-    )
-    over = f"{each.by_mps * 3.6:.0f} km/h above {each.limit_mps * 3.6:.0f}"
-    return f"{each.from_s:.1f} to {each.to_s:.1f} s, up to {over}: {each.cause}{told}"
+COLUMNS = (
+    "log", Column(title="from", unit="s", places=1), Column(title="to", unit="s", places=1),
+    Column(title="above the limit", unit="km/h", scale=3.6, places=0), Column(title="limit", unit="km/h", scale=3.6, places=0),
+    "cause", Column(title="told before", unit="s", places=1), Column(title="to obey took", unit="m/s²", places=1),
+)  # fmt: skip
+
+
+def _row(log: Path, each: Speeding) -> tuple[Cell, ...]:
+    told = (None, None) if each.told_s is None else (each.from_s - each.told_s, each.needs_mps2)
+    return str(log), each.from_s, each.to_s, each.by_mps, each.limit_mps, each.cause, *told
 
 
 if __name__ == "__main__":

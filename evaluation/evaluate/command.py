@@ -49,7 +49,7 @@ def register(subparsers: Subparsers) -> None:
         "--latencies",
         default="fixed",
         metavar="FILE",
-        help="what calls take: `fixed`, 4 ms each, for exact repeats anywhere; or the table of `python -m evaluation.latencies measure`",
+        help="what calls take: `fixed`, 4 ms each, for exact repeats anywhere; or the table of `python -m studies latencies measure`",
     )
     parser.add_argument(
         "--quick", action="store_true", help=f"one run of {QUICK_S:g} s a row: shows that all of it works"

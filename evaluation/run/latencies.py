@@ -1,6 +1,6 @@
 """The table: what was measured, on what, and which numbers runs take from it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -54,18 +54,7 @@ def read(path: Path) -> Latencies:
         return msgspec.json.decode(path.read_bytes(), type=Latencies)
     except OSError as error:
         raise UserError(
-            f"latencies {path}: {error.strerror}; measure them by `python -m evaluation.latencies measure --out {path}`"
+            f"latencies {path}: {error.strerror}; measure them by `python -m studies latencies measure --out {path}`"
         ) from None
     except MALFORMED as error:
         raise UserError(f"latencies {path}: {error}") from None
-
-
-def lines(found: Latencies) -> list[str]:
-    """As a table in Markdown."""
-    rows: Mapping[str, Took] = {**found.stages, **found.tools}
-    head = ["| what | p50 ms | p99 ms | count | taken by runs, ms |", "|---|---|---|---|---|"]
-    taken = found.modelled_ms()
-    return head + [
-        f"| {name} | {each.p50_ms:.2f} | {each.p99_ms:.2f} | {each.count} | {taken.get(name, '-' if name in found.stages else 'fixed')} |"
-        for name, each in rows.items()
-    ]

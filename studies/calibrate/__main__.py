@@ -12,10 +12,17 @@ from app.drive.precheck import check_folder_of, profile_of
 from drivemcp.errors import DriveMcpError, UserError
 from drivemcp.numbers import whole
 from evaluation.campaign.plan import DELTAS
+from evaluation.tables.columns import Column
 from services.arbiter.profiles.profile import Profile
 from studies.calibrate.feedback import from_truth, sequence, svg, swing
-from studies.calibrate.margins import approached, as_if_asked, decided, pooled, table
+from studies.calibrate.margins import approached, as_if_asked, decided, pooled, sheet
 from studies.calibrate.recordings import Recording, find, load
+from studies.output import Cell, Sheet, add_json, show
+
+SWING: tuple[str | Column, ...] = (
+    "", *(Column(title=each, places=3) for each in ("least", "most", "bound below", "bound above", "last")),
+    "reversals", Column(title="by more than", places=3), Column(title="span of the second half", places=3),
+)  # fmt: skip
 
 
 def main() -> int:
@@ -29,6 +36,7 @@ def main() -> int:
     for command, needed in ((feedback, True), (margins, False)):
         command.add_argument("--from", dest="logs", nargs="+", required=needed, default=(), metavar="LOG|FOLDER")
         command.add_argument("--profile", default="calibrated", metavar="NAME|FILE")
+        add_json(command)
     flags = parser.parse_args()
     try:
         profile = profile_of("--profile", flags.profile)
@@ -46,10 +54,10 @@ def _margins(flags: argparse.Namespace, profile: Profile) -> int:
         drives.append([decided(drive, profile, delta) for delta in DELTAS])
         sys.stderr.write(f"{number} of {len(logs)} drives: {drive.name}\n")
     rows = [pooled(each) for each in zip(*drives, strict=True)]
-    if rows:
-        _say(f"{len(logs)} drives, {rows[0].km:.1f} km, decided again: road and driver are the recording's")
-    for line in table(found, rows):
-        _say(line)
+    title = (
+        f"{len(logs)} drives, {rows[0].km:.1f} km, decided again: road and driver are the recording's" if rows else ""
+    )
+    show([sheet(found, rows, title)], as_json=flags.json)
     return 0
 
 
@@ -59,17 +67,19 @@ def _feedback(flags: argparse.Namespace, profile: Profile) -> int:
     found = sequence(from_truth(recordings, profile, flags.drives), profile, flags.drives)
     if flags.svg:
         Path(flags.svg).write_text(svg(found, profile), encoding="utf-8")
-    _say(f"{flags.drives} drives, of {len(recordings)} recorded ones in turn; {sum(each.given for each in found)} labels, "
-         f"{sum(each.counted for each in found)} counted")  # fmt: skip
-    kept = True
+    rows, kept = list[tuple[Cell, ...]](), True
     for name, values, step, low, high in (
         ("Delta", [each.delta for each in found], profile.k_late, profile.delta_low, profile.delta_high),
         ("c_min", [each.c_min for each in found], profile.k_fp, profile.c_min_low, profile.c_min_high),
     ):
         told = swing(values, step)
         kept = kept and low <= told.low <= told.high <= high
-        _say(f"{name}: {told.low:.3f} to {told.high:.3f} within [{low:g}, {high:g}], last {told.last:.3f}; "
-             f"{told.turns} reversals by more than {step:g}; span of the second half {told.late_span:.3f}")  # fmt: skip
+        rows.append((name, told.low, told.high, low, high, told.last, told.turns, step, told.late_span))
+    title = (
+        f"{flags.drives} drives, of {len(recordings)} recorded ones in turn; {sum(each.given for each in found)} labels, "
+        f"{sum(each.counted for each in found)} counted"
+    )
+    show([Sheet(SWING, rows, title=title)], as_json=flags.json)
     return int(not kept)
 
 
@@ -78,10 +88,6 @@ def _check_file(svg: str) -> None:
     check_folder_of([svg])
     if svg and Path(svg).is_dir():
         raise UserError(f"--svg {svg} is a folder; name a file in it")
-
-
-def _say(line: str) -> None:
-    sys.stdout.write(line + "\n")
 
 
 if __name__ == "__main__":

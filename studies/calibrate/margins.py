@@ -14,6 +14,7 @@ import msgspec
 
 from evaluation.metrics.conflicts import interventions, is_false, nearest_ttc_at
 from evaluation.statistics import poisson_ci
+from evaluation.tables.columns import Column
 from proto import topics
 from proto.topics import Topic
 from services.arbiter.assessment.reading import Latest, read
@@ -25,6 +26,7 @@ from studies.calibrate.again import again
 from studies.calibrate.bench import APPROACHES, meet
 from studies.calibrate.constants import shipped
 from studies.calibrate.recordings import Recording, Step
+from studies.output import Sheet
 
 M = TypeVar("M", bound=msgspec.Struct)
 
@@ -117,17 +119,21 @@ def _valid(topic: Topic[M], stamped: Stamped[M] | None, seen: Observations) -> t
     return stamped.message, stamped.stamp_ns
 
 
-def table(found: Sequence[Approached], drives: Sequence[Decided]) -> list[str]:
-    """Lines of Markdown; without drives their columns are left out."""
-    head = ["Delta", "approaches braked in", "TTC as braking begins, s", "mean impact, m/s"]
-    more = ["interventions, /10 km", "false", "TTC at intervention, s"] if drives else []
-    lines = [_line([*head, *more]), _line(["---"] * (len(head) + len(more)))]
-    for at, each in enumerate(found):
-        ttc = f"{each.ttc_s:.2f}" if each.ttc_s is not None else "-"
-        cells = [f"{each.delta:g}", f"{each.braked} of {len(APPROACHES)}", ttc, f"{each.impact_mps:.1f}"]
-        lines.append(_line([*cells, *(drives[at].cells() if drives else ())]))
-    return lines
-
-
-def _line(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def sheet(found: Sequence[Approached], drives: Sequence[Decided], title: str = "") -> Sheet:
+    """A row a Delta; without drives their columns are left out."""
+    columns: list[str | Column] = [
+        "Delta", "approaches braked in", Column(title="TTC as braking begins", unit="s"),
+        Column(title="mean impact", unit="m/s", places=1),
+    ]  # fmt: skip
+    columns += ["interventions, /10 km", "false", "TTC at intervention, s"] if drives else []
+    rows = [
+        (
+            f"{each.delta:g}",
+            f"{each.braked} of {len(APPROACHES)}",
+            each.ttc_s,
+            each.impact_mps,
+            *(drives[at].cells() if drives else ()),
+        )
+        for at, each in enumerate(found)
+    ]
+    return Sheet(columns, rows, title=title)

@@ -17,6 +17,7 @@ import numpy as np
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data
+from evaluation.tables.columns import Column
 from services.perception.range.camera import Camera
 from services.perception.weather.camera_weather import WeatherModel, WeatherWindow
 from studies.camera_weather.measure import (
@@ -30,47 +31,35 @@ from studies.camera_weather.measure import (
     figures,
     rate_held,
 )
+from studies.output import Cell, Sheet, add_json, percent, show
 from training.weather.train import read_pictures
 
 COLUMNS = (
-    "weather", "cases", "visibility off, median", "interval holds", "lower end too far", "high / low", "wet right", "wet told dry",
-    "rain right", "rain told none", "unknown",
+    "weather", "cases", percent("visibility off, median"), percent("interval holds"), percent("lower end too far"),
+    Column(title="high / low", places=1), percent("wet right"), percent("wet told dry"), percent("rain right"),
+    percent("rain told none"), percent("unknown"),
 )  # fmt: skip
 
 
-def table(cases: Sequence[Case]) -> Iterator[str]:
-    """Markdown rows, one a weather, then all."""
-    yield f"| {' | '.join(COLUMNS)} |"
-    yield "|" + "---|" * len(COLUMNS)
-    for name, _ in GROUPS:
-        yield _row(name, figures([case for case in cases if case.group == name]))
-    yield _row("all", figures(cases))
+def sheet(cases: Sequence[Case], title: str) -> Sheet:
+    """A row a weather, then all, then how honest the probabilities are."""
+    groups = [(name, [case for case in cases if case.group == name]) for name, _ in GROUPS]
+    rows = [_row(name, figures(of)) for name, of in (*groups, ("all", cases))]
+    return Sheet(COLUMNS, rows, list(sums(cases)), title)
 
 
-def _row(name: str, of: Figures) -> str:
-    shares = (
-        of.held,
-        of.too_good,
-        of.wide,
-        of.wet_right,
-        of.wet_called_dry,
-        of.rain_right,
-        of.rain_called_none,
-        of.unknown,
-    )
-    told = [f"{value:.1f}" if number == 2 else _percent(value) for number, value in enumerate(shares)]
-    return f"| {name} | {of.cases} | {_percent(of.error)} | {' | '.join(told)} |".replace("nan", "-")
-
-
-def _percent(value: float) -> str:
-    return "-" if np.isnan(value) else f"{100 * value:.1f}%"
+def _row(name: str, of: Figures) -> tuple[Cell, ...]:
+    return (
+        name, of.cases, of.error, of.held, of.too_good, of.wide, of.wet_right, of.wet_called_dry, of.rain_right,
+        of.rain_called_none, of.unknown,
+    )  # fmt: skip
 
 
 def sums(cases: Sequence[Case]) -> Iterator[str]:
     """How honest the probabilities are."""
     for name in ("wet", "rain"):
         yield f"{name}: area under ROC {area(cases, name):.3f}, expected calibration error {calibration_error(cases, name):.3f}"
-    yield f"rain intensity within its interval: {_percent(rate_held(cases))}; told dry or none: probability at most {DRY}"
+    yield f"rain intensity within its interval: {rate_held(cases):.1%}; told dry or none: probability at most {DRY}"
 
 
 def of_photographs(model: WeatherModel, paths: Sequence[Path]) -> Iterator[str]:
@@ -90,11 +79,12 @@ def main() -> int:
     parser.add_argument("--cache", type=Path, help="folder of the shards")
     parser.add_argument("--model", type=Path, default=data("models") / "weather.onnx")
     parser.add_argument("--photographs", type=Path, nargs="+", default=[], metavar="FILE")
+    add_json(parser)
     flags = parser.parse_args()
     try:
         model = WeatherModel(flags.model)
         if flags.photographs:
-            sys.stdout.writelines(line + "\n" for line in of_photographs(model, flags.photographs))
+            show([Sheet((), (), list(of_photographs(model, flags.photographs)))], as_json=flags.json)
             return 0
         if flags.cache is None:
             parser.error("--cache or --photographs is needed")
@@ -102,10 +92,8 @@ def main() -> int:
     except (UserError, FileNotFoundError) as error:
         sys.stderr.write(f"studies.camera_weather: {error}\n")
         return 2
-    for most in (1, 6):
-        cases = cases_of(model, pictures, most)
-        sys.stdout.write(f"\nAfter at most {most} pictures:\n\n")
-        sys.stdout.writelines(line + "\n" for line in (*table(cases), "", *sums(cases)))
+    told = [sheet(cases_of(model, pictures, most), f"After at most {most} pictures:") for most in (1, 6)]
+    show(told, as_json=flags.json)
     return 0
 
 

@@ -8,11 +8,10 @@ import multiprocessing
 import sys
 from collections.abc import Sequence
 
-import msgspec
-
 from studies.car_faults.cases import Case, cases
 from studies.car_faults.hearing import Heard, hear
-from studies.car_faults.scores import score, table
+from studies.car_faults.scores import score, sheets
+from studies.output import add_json, show
 
 
 def main() -> int:
@@ -23,8 +22,7 @@ def main() -> int:
         sys.stderr.write(f"no case is called {flags.only!r}\n")
         return 2
     scores = score(flags.seeds, _hear(chosen, flags.jobs))
-    sys.stdout.write(msgspec.json.encode(scores).decode() if flags.json else table(scores))
-    sys.stdout.write("\n")
+    show(sheets(scores), as_json=flags.json, figures=scores)
     return 0 if scores.overall.share >= flags.least else 1
 
 
@@ -44,7 +42,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only each Nth case")
     parser.add_argument("--least", type=float, default=0.0, metavar="SHARE", help="status 1 below this share")
-    parser.add_argument("--json", action="store_true", help="JSON in place of the tables")
+    add_json(parser)
     return parser
 
 

@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 
 import msgspec
 
+from evaluation.tables.columns import Column
 from studies.car_faults.hearing import Heard
 from studies.car_faults.verdicts import Class, right, right_kind, truth
+from studies.output import Sheet, percent
 
 CLASSES: tuple[Class, ...] = ("sound", "sensor", "vehicle")
 
@@ -109,40 +111,29 @@ def _miss(heard: Heard) -> Miss:
     )
 
 
-def table(scores: Scores) -> str:
-    """For people."""
-    parts = [
-        _lines("", (scores.overall, *scores.by_class)),
+def sheets(scores: Scores) -> list[Sheet]:
+    """Shares by group, the confusion of classes, and what was judged wrongly."""
+    rates = [
         f"false alarms in sound drives: {scores.false_alarms:.1%}",
         f"sensor faults with their kind named: {scores.kinds_named:.1%}",
-        _lines("by kind of sensor fault", scores.by_sensor_kind),
-        _lines("by sensor", scores.by_sensor),
-        _lines("by fault of the car", scores.by_preset),
-        _matrix(scores.confusion),
-        _wrong(scores.misses),
     ]
-    return "\n\n".join(part for part in parts if part)
+    return [
+        _shares_sheet("", (scores.overall, *scores.by_class), rates),
+        _shares_sheet("by kind of sensor fault", scores.by_sensor_kind),
+        _shares_sheet("by sensor", scores.by_sensor),
+        _shares_sheet("by fault of the car", scores.by_preset),
+        Sheet(("is", *CLASSES), [(true, *(row[said] for said in CLASSES)) for true, row in scores.confusion.items()]),
+        Sheet(
+            ("seed", "road", "wrong", "severity", "said", "right before the end"),
+            [
+                (each.seed, each.road, each.label, each.severity, each.said, "yes" if each.once_right else "no")
+                for each in scores.misses
+            ],
+        ),
+    ]
 
 
-def _lines(title: str, shares: Sequence[Share]) -> str:
-    rows = [title] if title else []
-    for each in shares:
-        after = "" if each.median_s is None else f"  after {each.median_s:.1f} s"
-        rows.append(f"{each.name:24} {each.right:4} of {each.all:4}  {each.share:7.1%}{after}")
-    return "\n".join(rows)
-
-
-def _matrix(confusion: dict[str, dict[str, int]]) -> str:
-    rows = [f"{'is':12}" + "".join(f"{said:>9}" for said in CLASSES)]
-    rows += [f"{true:12}" + "".join(f"{row[said]:9}" for said in CLASSES) for true, row in confusion.items()]
-    return "\n".join(rows)
-
-
-def _wrong(misses: Sequence[Miss]) -> str:
-    return "\n".join(
-        f"seed {each.seed} {each.road}: {each.label}"
-        + (f" at {each.severity}" if each.severity is not None else "")
-        + f", said {each.said}"
-        + (" (right before the end)" if each.once_right else "")
-        for each in misses
-    )
+def _shares_sheet(title: str, shares: Sequence[Share], notes: Sequence[str] = ()) -> Sheet:
+    rows = [(each.name, each.right, each.all, each.share, each.median_s) for each in shares]
+    columns = ("", "right", "of", percent("share"), Column(title="median time to it", unit="s", places=1))
+    return Sheet(columns, rows, notes, title)

@@ -20,6 +20,7 @@ from services.drivelm.graph.templates import recognise
 from studies.gvqa.drivelm_json import from_drivelm
 from studies.gvqa.files import Row, load, rows
 from studies.gvqa.json_fields import UnreadableGraph
+from studies.output import Sheet, add_json, show
 
 
 class Answered(NamedTuple):
@@ -55,6 +56,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m studies gvqa.answer", description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("out", type=Path)
+    add_json(parser)
     flags = parser.parse_args(arguments)
     try:
         found = answers(load(flags.file))
@@ -62,7 +64,7 @@ def main(arguments: Sequence[str]) -> int:
         sys.stderr.write(f"studies.gvqa.answer: {error}\n")
         return 2
     flags.out.write_bytes(as_challenge(found))
-    sys.stdout.write(table(found))
+    show([sheet(found)], as_json=flags.json)
     return 0
 
 
@@ -72,13 +74,14 @@ def as_challenge(found: Sequence[Answered]) -> bytes:
     return msgspec.json.format(msgspec.json.encode(given))
 
 
-def table(found: Sequence[Answered]) -> str:
+def sheet(found: Sequence[Answered]) -> Sheet:
     """Answered and abstained by family, and over all."""
     answered, asked = Counter(one.family for one in found if one.answer), Counter(one.family for one in found)
-    lines = [f"{'family':<20} {'answered':>9} {'abstained':>10}"]
     counted = sorted(asked, key=lambda name: (-answered[name], name))
-    lines += [f"{name:<20} {answered[name]:>9} {asked[name] - answered[name]:>10}" for name in counted]
-    return "\n".join([*lines, f"{'all':<20} {answered.total():>9} {asked.total() - answered.total():>10}"]) + "\n"
+    rows = [(name, answered[name], asked[name] - answered[name]) for name in counted]
+    return Sheet(
+        ("family", "answered", "abstained"), [*rows, ("all", answered.total(), asked.total() - answered.total())]
+    )
 
 
 if __name__ == "__main__":

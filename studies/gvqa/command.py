@@ -5,12 +5,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
-
+from evaluation.tables.columns import Column
 from studies.gvqa.files import load, rows
 from studies.gvqa.json_fields import UnreadableGraph
 from studies.gvqa.pairing import Oddities, pair
 from studies.gvqa.scores import Report, report
+from studies.output import Sheet, add_json, show
 
 TOLD = {
     "unanswered": "questions without an answer (score 0)",
@@ -32,27 +32,26 @@ def main(arguments: Sequence[str]) -> int:
         "predictions", type=Path, help="a file of DriveLM's form, or its challenge's list of id and answer"
     )
     parser.add_argument("reference", type=Path, help="a file of DriveLM's form")
-    parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
+    add_json(parser)
     flags = parser.parse_args(arguments)
     try:
         found = report(*pair(load(flags.predictions), rows(load(flags.reference))))
     except UnreadableGraph as error:
         sys.stderr.write(f"studies.gvqa: {error}\n")
         return 2
-    sys.stdout.write(msgspec.json.encode(found).decode() + "\n" if flags.json else table(found))
+    show([sheet(found)], as_json=flags.json, figures=found)
     return 0
 
 
-def table(found: Report) -> str:
-    """The report as text."""
-    lines = [f"{'metric':<20} {'asked':>6} {'answered':>9} {'score':>8}"]
-    for one in found.scores:
-        value = "none" if one.score is None else f"{one.score:.4f}"
-        lines.append(f"{one.metric:<20} {one.asked:>6} {one.answered:>9} {value:>8}")
-    lines.append(f"{found.answered} of {found.asked} questions answered")
+def sheet(found: Report) -> Sheet:
+    """A row a metric."""
+    rows = [(one.metric, one.asked, one.answered, one.score) for one in found.scores]
+    notes = [f"{found.answered} of {found.asked} questions answered"]
     if found.judged:
-        lines.append(f"{found.judged} questions are for a language model to judge: not scored here")
-    return "\n".join([*lines, *_odd(found.oddities)]) + "\n"
+        notes.append(f"{found.judged} questions are for a language model to judge: not scored here")
+    return Sheet(
+        ("metric", "asked", "answered", Column(title="score", places=4)), rows, [*notes, *_odd(found.oddities)]
+    )
 
 
 def _odd(oddities: Oddities) -> list[str]:

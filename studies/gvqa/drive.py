@@ -31,13 +31,14 @@ from services.perception.pipeline import FRONT, Perception
 from services.simulator.render import RendererUnavailable
 from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
-from studies.gvqa.answer import Answered, as_challenge, table
-from studies.gvqa.command import table as scores_table
+from studies.gvqa.answer import Answered, as_challenge, sheet
+from studies.gvqa.command import sheet as scores_sheet
 from studies.gvqa.drivelm_json import Scene, to_drivelm
 from studies.gvqa.files import rows
 from studies.gvqa.pairing import pair
 from studies.gvqa.scores import report
 from studies.gvqa.truth import true_graph
+from studies.output import add_json, show
 from studies.tracking.recording import DriveName, Look, Step, record
 
 EVERY_NS = 1_000_000_000
@@ -122,6 +123,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--scenario", default="urb-rain")
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=30.0)
+    add_json(parser)
     flags = parser.parse_args(arguments)
     try:
         steps = record(DriveName(scenario=flags.scenario, seed=flags.seed, seconds=flags.seconds))
@@ -132,9 +134,8 @@ def main(arguments: Sequence[str]) -> int:
     flags.folder.mkdir(parents=True, exist_ok=True)
     (flags.folder / "reference.json").write_bytes(msgspec.json.format(msgspec.json.encode(reference)))
     (flags.folder / "answers.json").write_bytes(as_challenge(ours))
-    sys.stdout.write(
-        table(ours) + scores_table(report(*pair(msgspec.json.decode(as_challenge(ours)), rows(reference))))
-    )
+    scores = report(*pair(msgspec.json.decode(as_challenge(ours)), rows(reference)))
+    show([sheet(ours), scores_sheet(scores)], as_json=flags.json)
     return 0
 
 

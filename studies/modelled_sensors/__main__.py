@@ -18,12 +18,13 @@ from evaluation.modelled_sensors.hosted import CARD
 from evaluation.run.spec import RunSpec
 from studies.modelled_sensors import recording
 from studies.modelled_sensors.again import see_again
-from studies.modelled_sensors.compare import figures, table
+from studies.modelled_sensors.compare import figures, sheet
 from studies.modelled_sensors.fit import fit, save
 from studies.modelled_sensors.imagined import imagine
 from studies.modelled_sensors.recording import Recording
 from studies.modelled_sensors.retold import retell
 from studies.modelled_sensors.tune import tuned
+from studies.output import add_json, show
 
 
 def opened(path: Path) -> Recording:
@@ -69,13 +70,14 @@ def _fit(flags: argparse.Namespace) -> None:
 def _check(flags: argparse.Namespace) -> None:
     runs, card = [opened(run) for run in flags.runs], read_card(flags.card or data(CARD))
     drawn = [imagine(run, card, seed) for run in runs for seed in range(1, flags.seeds + 1)]
-    told, rows, agree = table(figures(runs), figures(drawn))
-    sys.stdout.write(f"{told}\n\n{agree} of {rows} rows agree within their 95 % intervals\n")
+    show([sheet(figures(runs), figures(drawn))], as_json=flags.json)
 
 
 def _flags() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m evaluation.observed", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m studies modelled_sensors",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     commands = parser.add_subparsers(required=True)
     record = commands.add_parser("record", help="drive a run and keep truth beside what was seen")
@@ -96,6 +98,7 @@ def _flags() -> argparse.ArgumentParser:
         if name == "check":
             command.add_argument("--card", type=Path, help="the model (default: the shipped one)")
             command.add_argument("--seeds", type=int, default=2, help="how often the model draws each run")
+            add_json(command)
         else:
             command.add_argument("--out", type=Path, required=True)
     return parser
@@ -107,7 +110,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         flags.act(flags)
     except (DriveMcpError, OSError) as error:
-        sys.stderr.write(f"evaluation.observed: {error}\n")
+        sys.stderr.write(f"studies.modelled_sensors: {error}\n")
         return 2
     return 0
 

@@ -14,6 +14,7 @@ from proto.truth import TrueActor, Truth
 from services.drivelm.reading.facts import public_code
 from studies.modelled_sensors.pairing import looks
 from studies.modelled_sensors.recording import Recording
+from studies.output import Sheet
 
 BINS_PX = (5.0, 10.0, 15.0, 25.0, 40.0, 80.0, 400.0)
 BANDS_M = (0.0, 15.0, 30.0, 45.0, 70.0)
@@ -164,16 +165,13 @@ def _passed(recording: Recording) -> dict[str, frozenset[str]]:
     return {key: codes for key, codes in told.items() if any(not code.startswith("plate") for code in codes)}
 
 
-def table(rendered: Figures, modelled: Figures) -> tuple[str, int, int]:
-    """A Markdown table; how many rows there are, and in how many the two agree within their 95 % intervals."""
-    rows, agree = [["", "rendered", "modelled", "agree"], ["---"] * 4], 0
+def sheet(rendered: Figures, modelled: Figures) -> Sheet:
+    """Both beside each other, and in how many rows they agree within their 95 % intervals."""
     names = [name for name in rendered if name in modelled]
-    for name in names:
-        a, b = rendered[name], modelled[name]
-        fits = _agree(a, b)
-        agree += fits
-        rows.append([name, _words(a), _words(b), "yes" if fits else "**no**"])
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows), len(names), agree
+    fits = {name: _agree(rendered[name], modelled[name]) for name in names}
+    rows = [(name, _words(rendered[name]), _words(modelled[name]), "yes" if fits[name] else "**no**") for name in names]
+    note = f"{sum(fits.values())} of {len(names)} rows agree within their 95 % intervals"
+    return Sheet(("", "rendered", "modelled", "agree"), rows, [note])
 
 
 def _agree(a: Share | list[float], b: Share | list[float]) -> bool:

@@ -22,7 +22,8 @@ from evaluation.evaluate.whole import interruptible
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import FAMILIES
 from studies.neighbours.drive import key_of, run_any
-from studies.neighbours.table import LABELS, cells, markdown, specs
+from studies.neighbours.table import LABELS, cells, sheet, specs
+from studies.output import add_json, show
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -43,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--set", action="append", default=[], metavar="SERVICE.KEY=VALUE", help="the same")
     parser.add_argument("--published", default="", metavar="FILE", help="runs that need not be driven again, as there")
+    add_json(parser)
     flags = parser.parse_args(arguments)
     try:
         settings_in_runs(flags.set)
@@ -75,7 +77,7 @@ def _table(flags: argparse.Namespace, store: Store) -> int:
     told = f"{flags.runs} runs a family and row, modelled sensors; {machine()}"
     flags.out.mkdir(parents=True, exist_ok=True)
     (flags.out / "neighbours.json").write_bytes(msgspec.json.format(msgspec.json.encode({"of": told, "rows": found})))
-    sys.stdout.write(f"{told}\n\n{markdown(found)}\n")
+    show([sheet(found, told)], as_json=flags.json)
     return int(failed > 0)
 
 

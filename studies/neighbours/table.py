@@ -11,9 +11,9 @@ from evaluation.run.methods import METHODS, applied
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import Family
 from evaluation.tables.columns import COLLISIONS, INFRACTIONS, NEAR, OURS, Column
-from evaluation.tables.goals import told
 from evaluation.tables.tables import Value, value_of
 from studies.neighbours.drive import NEIGHBOURS
+from studies.output import Sheet
 
 WITH_SERVICES = ("No-assistant", "DriveMCP")
 LABELS = (WITH_SERVICES[0], *NEIGHBOURS, WITH_SERVICES[1])
@@ -87,19 +87,7 @@ def _s_per_km(run: Mapping[str, Any]) -> float | None:
     return None if run["collisions"] or not run["distance_m"] else run["seconds"] / run["distance_m"] * 1000.0
 
 
-def markdown(rows: Sequence[Cell]) -> str:
-    """The table as the docs show it."""
-    head = [
-        "family",
-        "row",
-        "runs",
-        "km",
-        *(f"{column.title}{f' ({column.unit})' * bool(column.unit)}" for column in COLUMNS),
-    ]
-    lines = [head, ["---"] * len(head), *(_line(row) for row in rows)]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
-def _line(row: Cell) -> list[str]:
-    numbers = [told(value, column) for value, column in zip(row.values, COLUMNS, strict=True)]
-    return [row.family, row.label, str(row.runs), f"{row.km:.1f}", *numbers]
+def sheet(rows: Sequence[Cell], title: str = "") -> Sheet:
+    """As the docs show it."""
+    columns: tuple[str | Column, ...] = ("family", "row", "runs", Column(title="km", places=1), *COLUMNS)
+    return Sheet(columns, [(row.family, row.label, row.runs, row.km, *row.values) for row in rows], title=title)

@@ -18,8 +18,10 @@ from evaluation.metrics import At, Record, Scores, measure
 from evaluation.metrics.record import Call, Tick
 from evaluation.run.methods import METHODS, Method
 from evaluation.run.recorded import record_of
+from evaluation.tables.columns import F1, TOOLS, Column
 from proto.decision import Event
 from studies.openloop.answers import Answered, answers
+from studies.output import Sheet, add_json, show
 
 
 class OpenRow(msgspec.Struct, frozen=True, kw_only=True):
@@ -97,23 +99,15 @@ def _percentile(values: Sequence[float], share: float) -> float | None:
     return percentile(values, share) if values else None
 
 
-def markdown(found: Iterable[OpenRow]) -> str:
-    """As the docs show it."""
-    lines = [
-        "| method | ticks | event F1 % | correct tools % | ticks spoken in | p50 ms, tools asked | p99 ms | p50 ms, all ticks |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for row in found:
-        numbers = [
-            _told(row.event_f1, 100.0, 1), _told(row.tools_right, 100.0, 1), str(row.spoken),
-            _told(row.asked_p50_ms, 1.0, 1), _told(row.asked_p99_ms, 1.0, 1), _told(row.tick_p50_ms, 1.0, 2),
-        ]  # fmt: skip
-        lines.append(f"| {row.label} | {row.ticks} | {' | '.join(numbers)} |")
-    return "\n".join(lines)
+COLUMNS = (
+    "method", "ticks", F1, TOOLS, "ticks spoken in", Column(title="p50, tools asked", unit="ms", places=1),
+    Column(title="p99, tools asked", unit="ms", places=1), Column(title="p50, all ticks", unit="ms"),
+)  # fmt: skip
 
 
-def _told(value: float | None, scale: float, places: int) -> str:
-    return "-" if value is None else f"{value * scale:.{places}f}"
+def sheet(found: Iterable[OpenRow]) -> Sheet:
+    """A row a method."""
+    return Sheet(COLUMNS, [msgspec.structs.astuple(row) for row in found])
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -122,6 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "logs", nargs="+", type=Path, metavar="LOG", help="RUN/log.mcap of `drivemcp evaluate`, truth beside it"
     )
+    add_json(parser)
     flags, found = parser.parse_args(arguments), list[OpenRow]()
     try:
         for row in rows(flags.logs):
@@ -130,5 +125,6 @@ def main(arguments: list[str] | None = None) -> int:
     except UserError as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    sys.stdout.write(f"{len(flags.logs)} logs; {machine()}\n\n{markdown(found)}\n")
+    told = msgspec.structs.replace(sheet(found), title=f"{len(flags.logs)} logs; {machine()}")
+    show([told], as_json=flags.json)
     return 0

@@ -2,10 +2,13 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from drivemcp.errors import UserError
 from drivemcp.files.models import find_model
+from evaluation.tables.columns import Column
+from studies.output import Sheet, add_json, percent, show
 from studies.ranging.labels import read_labels
 from studies.ranging.measure import Ranged, measure, share_within
 
@@ -20,6 +23,7 @@ def main() -> int:
     parser.add_argument(
         "--floor", type=float, default=0.3, help="score below which boxes are dropped (perception's own: 0.3)"
     )
+    add_json(parser)
     flags = parser.parse_args()
     try:
         file = Path(flags.frame) / "frame.json" if Path(flags.frame).is_dir() else Path(flags.frame)
@@ -27,35 +31,39 @@ def main() -> int:
     except UserError as error:
         sys.stderr.write(f"studies.ranging: {error}\n")
         return 2
-    for line in lines(ranged):
-        sys.stdout.write(line + "\n")
+    show([sheet(ranged)], as_json=flags.json)
     return 0
 
 
-def lines(ranged: list[Ranged]) -> list[str]:
-    """The table and its sums."""
-    head = f"{'label':12} {'score':>5} {'source':>7} {'range':>7} {'near surface':>13} {'off':>7} {'centre':>7} {'track':>7} {'off':>7}"
+COLUMNS = (
+    "label", "score", "source", Column(title="range", unit="m"), Column(title="near surface", unit="m"), percent("off"),
+    Column(title="centre", unit="m"), Column(title="track", unit="m"), percent("track off"),
+)  # fmt: skip
+
+
+def sheet(ranged: Sequence[Ranged]) -> Sheet:
+    """A row an object, and their sums."""
     rows = [
-        f"{one.category:12} {one.score:5.2f} {one.source:>7} {one.depth_m:6.2f}m {one.near_m:12.2f}m {one.error:+7.1%} "
-        f"{one.centre_m:6.2f}m {_metres(one.track_m)} {_percent(one.track_error)}"
+        (
+            one.category,
+            one.score,
+            one.source,
+            one.depth_m,
+            one.near_m,
+            one.error,
+            one.centre_m,
+            one.track_m,
+            one.track_error,
+        )
         for one in ranged
     ]
     by_lidar = [one for one in ranged if one.source == "lidar"]
-    return [
-        head,
-        *rows,
+    notes = (
         f"{len(ranged)} detected objects with a label, {len(by_lidar)} of them ranged by LiDAR",
         f"within {WITHIN:.0%} of the label's near surface: {share_within([one.error for one in by_lidar], WITHIN)}",
         f"within {WITHIN:.0%} of the label's centre, track's body: {share_within([one.track_error for one in by_lidar], WITHIN)}",
-    ]
-
-
-def _metres(value: float | None) -> str:
-    return "      -" if value is None else f"{value:6.2f}m"
-
-
-def _percent(value: float | None) -> str:
-    return "      -" if value is None else f"{value:+7.1%}"
+    )
+    return Sheet(COLUMNS, rows, notes)
 
 
 if __name__ == "__main__":

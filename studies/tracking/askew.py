@@ -18,10 +18,12 @@ import numpy as np
 
 from drivemcp.errors import UserError
 from evaluation.metrics import from_log
+from evaluation.tables.columns import Column
 from proto import topics
 from proto.perception import Track, Tracks
 from proto.truth import TrueActor, Truth
 from services.logger.format.reader import messages
+from studies.output import Cell, Sheet, add_json, show
 
 SURE, NEAR_M, FAR_M, MOVING_MPS = 0.7, 8.0, 60.0, 2.0
 """Tracks as sure as this, and moving vehicles between these distances, are compared."""
@@ -77,28 +79,30 @@ def told_in(log: Path) -> Iterator[Told]:
             yield from compared(msgspec.json.decode(logged.data, type=Tracks).tracks, truth)
 
 
-def table(told: Sequence[Told]) -> str:
-    """As Markdown."""
-    rows = ["| | askew, rad | vehicles in pictures | aside, median | nine in ten |", "|---|---|---|---|---|"]
+def sheet(told: Sequence[Told]) -> Sheet:
+    """A row for each way and each range of angles."""
+    rows: list[tuple[Cell, ...]] = []
     for oncoming in (True, False):
         for low, high in pairwise(ASKEW_RAD):
             off = [each.aside_m for each in told if each.oncoming == oncoming and low <= each.askew_rad < high]
-            shown = (f"{q:.2f} m" for q in np.quantile(off, (0.5, 0.9))) if off else ("-", "-")
-            way = "oncoming" if oncoming else "our way"
-            rows.append(f"| {way} | {low} to {high} | {len(off)} | {' | '.join(shown)} |")
-    return "\n".join(rows)
+            quantiles = [float(each) for each in np.quantile(off, (0.5, 0.9))] if off else [None, None]
+            rows.append(("oncoming" if oncoming else "our way", f"{low} to {high}", len(off), *quantiles))
+    aside = (Column(title="aside, median", unit="m"), Column(title="nine in ten", unit="m"))
+    return Sheet(("", "askew, rad", "vehicles in pictures", *aside), rows)
 
 
 def main() -> int:
     """Measure and print; 2 where a log is none."""
     parser = argparse.ArgumentParser(prog="python -m studies tracking.askew", description=__doc__)
     parser.add_argument("log", nargs="+", type=Path)
+    add_json(parser)
+    flags = parser.parse_args()
     try:
-        told = [each for log in parser.parse_args().log for each in told_in(log)]
+        told = [each for log in flags.log for each in told_in(log)]
     except (UserError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    sys.stdout.write(table(told) + "\n")
+    show([sheet(told)], as_json=flags.json)
     return 0
 
 

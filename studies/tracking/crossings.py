@@ -21,6 +21,7 @@ from drivemcp.errors import UserError
 from drivemcp.paths import data
 from evaluation.scenarios.generate import generate
 from evaluation.scenarios.names import Place, read_place
+from evaluation.tables.columns import Column
 from proto.perception import Track
 from proto.truth import TrueActor
 from services.orchestrator.world.actors import crosses, well_seen
@@ -28,6 +29,7 @@ from services.perception.detect.detector import Detector
 from services.perception.detect.loading import load_detector
 from services.simulator.render import RendererUnavailable
 from services.simulator.scenario.plan import Scenario
+from studies.output import Cell, Sheet, add_json, show
 from studies.tracking.recording import Step, drive_of, kept
 from studies.tracking.seeing import View, glances, views
 
@@ -132,19 +134,21 @@ def _near(track: Track, actor: TrueActor, who: Who) -> bool:
     return math.hypot(track.x_m - actor.x_m, track.y_m - actor.y_m) < who.near_m + NEAR_SHARE * abs(actor.x_m)
 
 
-def table(found: Sequence[Crossing]) -> str:
+def sheet(found: Sequence[Crossing]) -> Sheet:
     """A row a crossing, and what they come to."""
-    lines = ["| who crosses | onset, s | seen to come after, s | falsely crossing |", "| --- | --- | --- | --- |"]
-    lines += [
-        f"| {c.place} | {c.onset_s:.2f} | {'never' if c.late_s is None else f'{c.late_s:.2f}'} | {c.false} |"
-        for c in found
+    rows: list[tuple[Cell, ...]] = [
+        (each.place, each.onset_s, "never" if each.late_s is None else each.late_s, each.false) for each in found
     ]
     late = [math.inf if each.late_s is None else each.late_s for each in found]
-    in_time = sum(each <= IN_TIME_S for each in late)
-    lines.append(
-        f"| {len(found)}: median | | {median(late):.2f}; {in_time} within {IN_TIME_S} | {sum(each.false for each in found)} |"
+    in_time, false = sum(each <= IN_TIME_S for each in late), sum(each.false for each in found)
+    rows.append((f"{len(found)}: median", "", f"{median(late):.2f}; {in_time} within {IN_TIME_S}", false))
+    columns = (
+        "who crosses",
+        Column(title="onset", unit="s"),
+        Column(title="seen to come after", unit="s"),
+        "falsely crossing",
     )
-    return "\n".join(lines)
+    return Sheet(columns, rows)
 
 
 def main() -> int:
@@ -155,6 +159,7 @@ def main() -> int:
     parser.add_argument(
         "--keep", type=Path, default=None, help="a folder for the drives, so that they are rendered once"
     )
+    add_json(parser)
     flags = parser.parse_args()
     try:
         detector = load_detector(data("models/detector.onnx"))
@@ -162,7 +167,7 @@ def main() -> int:
     except (UserError, RendererUnavailable) as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    sys.stdout.write((table(found) if found else "nobody came in sight") + "\n")
+    show([sheet(found) if found else Sheet((), (), ["nobody came in sight"])], as_json=flags.json)
     return 0
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from services.perception.detect.detector import Detector
+from studies.output import Sheet
 from studies.tracking.drop_outs import Kept, drop_outs
 from studies.tracking.errors import Errors, errors
 from studies.tracking.faces import Faces, faces
@@ -85,13 +86,8 @@ def _cut_ins(leads: Leads) -> str:
     return f"{soon} of {leads.cut_ins}" if leads.cut_ins else "none"
 
 
-def table(drives: Sequence[Measured]) -> str:
-    """A Markdown table, one column for each drive."""
-    head = [
-        "",
-        "target",
-        *(f"{each.drive.scenario}{', cut-ins' * each.drive.cut_ins}, {each.drive.seed}" for each in drives),
-    ]
-    rows = [head, ["---"] * len(head)]
-    rows += [[name, target, *(told(each) for each in drives)] for name, target, told in ROWS]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+def sheet(drives: Sequence[Measured]) -> Sheet:
+    """One column for each drive."""
+    names = (f"{each.drive.scenario}{', cut-ins' * each.drive.cut_ins}, {each.drive.seed}" for each in drives)
+    rows = [(name, target, *(told(each) for each in drives)) for name, target, told in ROWS]
+    return Sheet(("", "target", *names), rows)

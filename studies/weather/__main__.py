@@ -8,10 +8,9 @@ import argparse
 import itertools
 import sys
 
-import msgspec
-
 from drivemcp.paths import data
 from services.simulator.environment.weather import WeatherCourse
+from studies.output import Cell, Sheet, add_json, percent, show
 from studies.weather.measure import WANTED_GAP, WANTED_INSIDE, Figures, Sample, drive, figures, weather_of
 from studies.weather.sources import SOURCES
 from studies.weather.weathers import GENERATED, shipped
@@ -25,10 +24,8 @@ def main() -> int:
     seeds = _seeds(flags.seeds)
     measured = _measured(flags.weather, flags.sources or list(SOURCES), seeds)
     told = {source: _summed(by_weather) for source, by_weather in measured.items()}
-    if flags.json:
-        sys.stdout.write(msgspec.json.format(msgspec.json.encode(_plain(told))).decode() + "\n")
-    else:
-        sys.stdout.write("\n".join(_table(told)) + "\n")
+    goals = f"goals: inside at least {WANTED_INSIDE:.0%}, median gap at most {WANTED_GAP:.2f}"
+    show([Sheet((), (), title=goals), *itertools.starmap(_sheet, told.items())], as_json=flags.json)
     return 0 if "all" not in told or told["all"]["together"].reached else 1
 
 
@@ -38,7 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     known = [*(path.stem for path in sorted(data("scenarios").glob("*.toml"))), *GENERATED]
     parser.add_argument("--weather", nargs="+", choices=known)
     parser.add_argument("--sources", nargs="+", choices=list(SOURCES))
-    parser.add_argument("--json", action="store_true")
+    add_json(parser)
     return parser
 
 
@@ -70,25 +67,18 @@ def _summed(by_weather: dict[str, list[Sample]]) -> dict[str, Figures]:
     return {**{name: figures(samples) for name, samples in by_weather.items()}, "together": figures(together)}
 
 
-def _plain(told: dict[str, dict[str, Figures]]) -> dict[str, dict[str, dict[str, float]]]:
-    return {source: {name: each._asdict() for name, each in rows.items()} for source, rows in told.items()}
+COLUMNS = (
+    percent("inside"), percent("below low"), "by at most", "median gap", "p90 gap", "speed factor", "goals",
+)  # fmt: skip
 
 
-def _table(told: dict[str, dict[str, Figures]]) -> list[str]:
-    lines = [f"goals: inside at least {WANTED_INSIDE:.0%}, median gap at most {WANTED_GAP:.2f}", ""]
-    for source, rows in told.items():
-        lines += [f"| {source} | inside | below low | by at most | median gap | p90 gap | speed factor | goals |"]
-        lines += ["|---|---|---|---|---|---|---|---|"]
-        lines += [_row(name, each) for name, each in rows.items()]
-        lines.append("")
-    return lines
+def _sheet(source: str, rows: dict[str, Figures]) -> Sheet:
+    return Sheet((source, *COLUMNS), [_row(name, each) for name, each in rows.items()])
 
 
-def _row(name: str, told: Figures) -> str:
-    return (
-        f"| {name} | {told.inside:.1%} | {told.over:.1%} | {told.worst_over:.2f} | {told.gap:.2f} | {told.gap_p90:.2f}"
-        f" | {told.speed_factor:.2f} | {'reached' if told.reached else 'missed'} |"
-    )
+def _row(name: str, told: Figures) -> tuple[Cell, ...]:
+    goals = "reached" if told.reached else "missed"
+    return name, told.inside, told.over, told.worst_over, told.gap, told.gap_p90, told.speed_factor, goals
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from proto.perception import Tracks
 from services.orchestrator.observations.inputs import Method, Observations, Stamped
 from studies.calibrate import __main__ as command
 from studies.calibrate.bench import APPROACHES, Approach, meet
-from studies.calibrate.margins import Decided, approached, as_if_asked, pooled, table
+from studies.calibrate.margins import Decided, approached, as_if_asked, pooled, sheet
 from studies.calibrate.recordings import Recording, Step
 from tests.unit.services.arbiter.support import CALIBRATED, SECOND, track
 
@@ -47,11 +47,10 @@ def test_drives_are_added_and_told_with_their_interval() -> None:
 
 def test_the_table_has_a_line_for_each_margin_and_columns_of_drives_only_where_there_are_some() -> None:
     found = [approached(CALIBRATED, delta) for delta in (0.2, NEVER)]
-    alone, beside = table(found, []), table(found, [Decided(km=1.0), Decided(km=1.0)])
-    assert len(alone) == len(beside) == 4
-    assert alone[3].startswith("| 1 | 0 of 9 | - |")
-    assert [line.count("|") for line in alone] == [5] * 4
-    assert [line.count("|") for line in beside] == [8] * 4
+    alone, beside = sheet(found, []), sheet(found, [Decided(km=1.0), Decided(km=1.0)])
+    assert [row[:3] for row in alone.rows[1:]] == [("1", "0 of 9", None)]
+    assert {len(alone.columns), *map(len, alone.rows)} == {4}
+    assert {len(beside.columns), *map(len, beside.rows)} == {7}
 
 
 def silent(**fields: object) -> Recording:

@@ -6,7 +6,7 @@ from proto.vehicle import Degradation, Indicator, SensorFault
 from studies.car_faults.cases import Case
 from studies.car_faults.drives import Onset
 from studies.car_faults.hearing import Heard, hear
-from studies.car_faults.scores import score, table
+from studies.car_faults.scores import score, sheets
 from studies.car_faults.verdicts import Verdict, right, right_kind, verdict
 
 STUCK = Case(1, Onset("wheel_fl_stuck", 1.0, 20.0), "wheel_fl", "stuck")
@@ -56,7 +56,7 @@ def test_scores_count_what_was_heard() -> None:
     assert scores.kinds_named == 1.0
     assert scores.confusion["vehicle"] == {"sound": 1, "sensor": 0, "vehicle": 0}
     assert [miss.once_right for miss in scores.misses] == [False, True]
-    assert "wheel_fl" in table(scores)
+    assert any("wheel_fl" in each.markdown() for each in sheets(scores))
 
 
 @pytest.mark.parametrize("preset", ["booster_lost", "steering_assist", "stability_off"])

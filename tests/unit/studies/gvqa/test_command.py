@@ -53,7 +53,7 @@ ALL = ("Going ahead.", "No.", "<c1,CAM_FRONT,12.0,10.0>", "The light is red.", "
 
 
 def _scores(out: str) -> dict[str, float]:
-    return {one["metric"]: one["score"] for one in json.loads(out)["scores"]}
+    return {one["metric"]: one["score"] for one in json.loads(out)["figures"]["scores"]}
 
 
 def test_each_question_counts_under_the_metric_of_its_form(score: Any) -> None:
@@ -63,7 +63,7 @@ def test_each_question_counts_under_the_metric_of_its_form(score: Any) -> None:
     assert found["exact match"] == 0.5  # "Going ahead." right, "No." for "Yes." wrong
     assert found["coordinate match F1"] == pytest.approx(2 / 3, abs=1e-6)  # one of two points
     assert found["BLEU-1"] == found["ROUGE-L"] == 1.0
-    assert json.loads(out)["judged"] == 1
+    assert json.loads(out)["figures"]["judged"] == 1
 
 
 def test_an_unanswered_question_scores_0_and_is_told(score: Any) -> None:
@@ -93,7 +93,7 @@ def test_what_does_not_fit_is_counted(score: Any) -> None:
         "no row",
     ]
     _, out, _ = score(rows, "--json")
-    assert json.loads(out)["oddities"] == {
+    assert json.loads(out)["figures"]["oddities"] == {
         "unanswered": 4, "other_question": 1, "disputed": 1, "unknown": 1, "wrong_form": 2, "broken_tags": 1,
     }  # fmt: skip
     assert _scores(out)["exact match"] == 0.5
@@ -105,7 +105,7 @@ def test_a_file_of_drivelms_form_is_scored_by_question_whatever_its_order(score:
     turned["s"]["key_frames"]["f"]["QA"]["perception"].reverse()
     _, out, _ = score(turned, "--json")
     assert _scores(out)["exact match"] == 1.0
-    assert json.loads(out)["oddities"]["unanswered"] == 0
+    assert json.loads(out)["figures"]["oddities"]["unanswered"] == 0
 
 
 def test_a_questions_own_tags_decide_its_metrics(score: Any) -> None:

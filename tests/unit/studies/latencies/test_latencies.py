@@ -125,7 +125,7 @@ def test_evaluate_refuses_a_table_that_is_not_there_before_it_drives(
     out = tmp_path / "out"
     asked = ["evaluate", "results", "--quick", "--out", str(out), "--latencies", str(tmp_path / "none.json")]
     assert cli.run(asked) == 2
-    assert "evaluation.latencies measure" in capsys.readouterr().err
+    assert "studies latencies measure" in capsys.readouterr().err
     assert not list(out.glob("runs/*"))
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from proto.rules import LegalAction, LegalLimit, RulesAnswer
 from services.rules.authoring.cases import answer
+from studies.law.__main__ import sheet
 from studies.law.scores import Measured, above_the_law, measure
 from studies.law.situations import every_book, own_cases, read_table, situations
-from studies.law.table import table
 from tests.unit.services.rules.quotes import misquoted
 
 PACKS = {"DEU-v1", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "USA-CA-v1", "VIENNA-v1"}
@@ -88,4 +88,4 @@ def test_a_wrong_expectation_is_counted_and_printed() -> None:
     found = measure("one", every_book(), [(pack, msgspec.structs.replace(case, expect={"limit": [40, "km/h"]}))])
     assert not found.all_right
     assert (found.total.asked, found.total.right, found.total.above) == (1, 0, 1)
-    assert f"wrong: {case.name}" in table(found)
+    assert f"wrong: {case.name}" in sheet(found).markdown()

@@ -24,7 +24,7 @@ from studies.neighbours.__main__ import main
 from studies.neighbours.drive import NEIGHBOURS, key_of, neighbour_truths, run_any
 from studies.neighbours.following import Following, FollowingAll, Model
 from studies.neighbours.governor import FASTEST_MPS, cap_mps, governed_mps2
-from studies.neighbours.table import LABELS, cells, markdown, specs
+from studies.neighbours.table import LABELS, cells, sheet, specs
 
 ROOT = Path(__file__).parents[4]
 SPEC = RunSpec(scenario="urb-rain/development/0", seed=5, seconds=4.0, sensors="model")
@@ -135,7 +135,7 @@ def test_the_table_has_every_row_of_each_family_and_all_together() -> None:
     assert (rows[-1].runs, rows[-1].km, rows[-1].collisions) == (4, 10.0, 2)
     assert rows[0].values[-1].value == pytest.approx(100.0), "a wreck has no travel time"
     assert rows[0].values[2].value == pytest.approx(8.0), "4 infractions in 5 km"
-    assert "| RSS governor | 2 | 5.0 |" in markdown(rows)
+    assert "| RSS governor | 2 | 5.0 |" in sheet(rows).markdown()
 
 
 def test_runs_with_services_are_those_of_the_results_table_and_neighbours_have_keys_of_their_own(

@@ -12,7 +12,7 @@ from drivemcp.errors import UserError
 from evaluation.metrics import TRUTH_FILE, from_log, measure
 from evaluation.run.methods import METHODS
 from studies.openloop.answers import Answered, answers, waited_ms
-from studies.openloop.table import OPEN, main, markdown, rows
+from studies.openloop.table import OPEN, main, rows, sheet
 from tests.unit.app.replay.drive import write_log
 
 
@@ -60,7 +60,7 @@ def test_the_table_scores_every_method_that_can_be_asked_on_the_same_snapshots(l
     assert ours.asked_p50_ms is not None
     assert ours.tick_p50_ms is not None
     assert 0.0 < ours.tick_p50_ms < ours.asked_p50_ms
-    assert f"| DriveMCP | {ours.ticks} |" in markdown(found.values())
+    assert f"| DriveMCP | {ours.ticks} |" in sheet(found.values()).markdown()
 
 
 def test_a_log_without_truth_is_refused(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from drivemcp.errors import UserError
-from studies.ranging.__main__ import WITHIN, lines
+from studies.ranging.__main__ import WITHIN, sheet
 from studies.ranging.labels import read_labels
 from studies.ranging.measure import measure
 from tests.shared import SHARED
@@ -26,7 +26,7 @@ def test_nine_in_ten_detected_objects_are_ranged_within_five_per_cent() -> None:
     assert sum(one.track_error is not None and abs(one.track_error) <= WITHIN for one in by_lidar) >= 0.9 * len(
         by_lidar
     )
-    assert any("4 of 4" in line for line in lines(ranged))
+    assert any("4 of 4" in line for line in sheet(ranged).notes)
 
 
 @there

@@ -9,7 +9,7 @@ import pytest
 from drivemcp.errors import UserError
 from proto.perception import Track
 from proto.truth import TrueActor, Truth
-from studies.tracking.askew import compared, main, table, told_in
+from studies.tracking.askew import compared, main, sheet, told_in
 
 
 def car(x_m: float, y_m: float, ahead_mps: float, askew_rad: float, ego_mps: float = 10.0) -> TrueActor:
@@ -51,8 +51,8 @@ def test_what_is_unsure_stands_or_is_nobodys_is_left_out() -> None:
 
 def test_each_vehicle_counts_in_the_row_of_its_axis() -> None:
     seen = [*compared([track(30.0, 6.5)], truth(car(30.0, 6.0, -12.0, 0.4))), *compared([], truth())]
-    assert "| oncoming | 0.3 to 0.5 | 1 | 0.50 m | 0.50 m |" in table(seen)
-    assert "| our way | 0.3 to 0.5 | 0 | - | - |" in table(seen)
+    assert ("oncoming", "0.3 to 0.5", 1, 0.5, 0.5) in sheet(seen).rows
+    assert ("our way", "0.3 to 0.5", 0, None, None) in sheet(seen).rows
 
 
 def test_a_drives_tracks_are_laid_beside_its_own_truth(log: Path) -> None:

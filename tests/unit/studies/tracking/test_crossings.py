@@ -9,7 +9,7 @@ from evaluation.scenarios.names import Place
 from proto.perception import Track
 from proto.truth import TrueHazard
 from proto.vehicle import Ego
-from studies.tracking.crossings import BEFORE_M, PEOPLE, Crossing, approaches, judged, table
+from studies.tracking.crossings import BEFORE_M, PEOPLE, Crossing, approaches, judged, sheet
 from studies.tracking.recording import Step
 from studies.tracking.seeing import View
 from tests.unit.studies.tracking.views import actor, track, view
@@ -61,8 +61,8 @@ def test_whom_nothing_tells_is_never_seen_and_with_nobody_coming_there_is_nothin
 
 def test_the_table_counts_those_in_time_and_takes_never_for_the_latest() -> None:
     rows = [Crossing(place="a", onset_s=1.0, late_s=late, false=1) for late in (0.2, 0.4, None)]
-    assert table(rows).splitlines()[-1] == "| 3: median | | 0.40; 2 within 0.5 | 3 |"
-    assert "never" in table(rows)
+    assert sheet(rows).rows[-1] == ("3: median", "", "0.40; 2 within 0.5", 3)
+    assert "never" in sheet(rows).rows[-2]
 
 
 def test_each_junction_at_which_a_car_comes_is_driven_up_to() -> None:

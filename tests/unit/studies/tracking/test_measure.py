@@ -11,7 +11,7 @@ from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Seen
 from services.simulator.render import Label, RendererUnavailable
 from studies.tracking.faces import faces
-from studies.tracking.measure import measure, table
+from studies.tracking.measure import measure, sheet
 from studies.tracking.recording import DriveName, Look
 from studies.tracking.seeing import Glance
 from tests.unit.studies.tracking.views import label, view
@@ -30,7 +30,7 @@ def test_a_drive_gives_figures_that_hold_together() -> None:
     assert measured.errors.gap_m < 1.0
     assert measured.faces.found <= measured.faces.faces
     assert measured.ms_per_picture > 0
-    assert table([measured]).count("\n") > 10
+    assert len(sheet([measured]).rows) > 10
 
 
 def test_a_face_counts_as_found_with_one_box_on_it_and_is_told_the_ids_it_had() -> None:
