@@ -183,17 +183,15 @@ class Orchestrator:
 
     def _timed(self, ticked: Ticked, seen: Observations, ask: LiveAsk) -> Advisory:
         """With both latencies: from event detection, where an event began, and from the snapshot."""
-        began = bool(new(ticked.events, seen.now_ns)) and ticked.decision.kind != "SILENT"
-        modelled = ask.modelled_ms
-        took_ms = modelled if self._node.lockstep else ask.spent_ms()
-        if ticked.latency_ms is not None and ticked.decision.kind != "SILENT":
-            began, took_ms = True, ticked.latency_ms
-        now_ns = self._node.clock.now_ns()
-        from_snapshot = (now_ns - ticked.world.stamp_ns) / 1e6 + (modelled if self._node.lockstep else 0.0)
+        took_ms: float | None = ticked.latency_ms
+        if took_ms is None and new(ticked.events, seen.now_ns):
+            took_ms = ask.spent_ms()
+        since_ms = (self._node.clock.now_ns() - ticked.world.stamp_ns) / 1e6 + ask.modelled_ms
+        spoken, snapshot = ticked.decision.kind != "SILENT", seen.cause == "snapshot"
         return msgspec.structs.replace(
             ticked.advisory,
-            event_to_advice_ms=round(took_ms, 3) if began else None,
-            snapshot_to_advice_ms=round(from_snapshot, 3) if seen.cause == "snapshot" else None,
+            event_to_advice_ms=round(took_ms, 3) if spoken and took_ms is not None else None,
+            snapshot_to_advice_ms=round(since_ms, 3) if snapshot else None,
         )
 
     def _versions(self, ticked: Ticked) -> dict[str, str]:

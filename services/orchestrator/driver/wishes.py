@@ -18,12 +18,9 @@ def changed(before: Preferences, **fields: Any) -> Preferences:
 
 def remembered(result: dict[str, Any] | None) -> Preferences | None:
     """The newest preferences in an answer of `recall`; None where there are none or they are damaged."""
-    entries = (result or {}).get("entries")
-    if not isinstance(entries, list) or not entries or not isinstance(entries[0], dict):
-        return None
     try:
-        return msgspec.convert(entries[0].get("value"), Preferences)
-    except msgspec.ValidationError:
+        return msgspec.convert((result or {})["entries"][0]["value"], Preferences)
+    except (LookupError, TypeError, msgspec.ValidationError):
         return None
 
 

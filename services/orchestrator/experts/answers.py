@@ -166,20 +166,21 @@ def _prolonged(held: Held, tool: str, until_ns: int) -> Held:
 
 def expert_limiter(tool: str, result: dict[str, Any], effect: Effect, until_ns: int) -> Limiter | None:
     """What a third party's result may do: lower the target, shrink the factor below 1, widen the headway above 1."""
-    target = _number(result, effect.target_mps_field, 0.0, math.inf)
-    speed = _number(result, effect.speed_factor_field, 0.3, 1.0)
-    headway = _number(result, effect.headway_factor_field, 1.0, 3.0)
+    bounds = {
+        "target_mps": _number(result, effect.target_mps_field, 0.0, math.inf),
+        "speed_factor": _number(result, effect.speed_factor_field, 0.3, 1.0),
+        "headway_factor": _number(result, effect.headway_factor_field, 1.0, 3.0),
+    }
+    given = {name: value for name, value in bounds.items() if value is not None}
     confidence, text = _number(result, effect.confidence_field, 0.0, 1.0), result.get(effect.text_field)
-    if target is None and speed is None and headway is None:
+    if not given:
         return None
     return Limiter(
         tool=tool,
         until_ns=until_ns,
         confidence=0.5 if confidence is None else confidence,
-        target_mps=target,
-        speed_factor=1.0 if speed is None else speed,
-        headway_factor=1.0 if headway is None else headway,
         text=plain(text) if isinstance(text, str) else "",
+        **given,
     )
 
 

@@ -43,13 +43,13 @@ class ToolRow(NamedTuple):
 def route(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[Call, ...]:
     """The calls of this tick: each tool once, none whose question is answered, none that just failed."""
     rows = TOOL_TABLE | {x.tool: ToolRow(_nothing, x.deadline_ms, EXPERT_SERVES_S) for x in experts}
-    because = ((tool, rows[tool], kinds) for tool, kinds in sorted(_because(events, experts).items()) if tool in rows)
-    asked = ((tool, row, row.arguments(state), tuple(kinds)) for tool, row, kinds in because)
-    return tuple(
-        Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=kinds)
-        for tool, row, arguments, kinds in asked
-        if arguments is not None and not _answered(state, tool, arguments, row.serves_s)
-    )
+    because, calls = _because(events, experts), []
+    for tool in sorted(because.keys() & rows.keys()):
+        row, arguments = rows[tool], rows[tool].arguments(state)
+        if arguments is not None and not _answered(state, tool, arguments, row.serves_s):
+            kinds = tuple(because[tool])
+            calls.append(Call(tool=tool, arguments=arguments, deadline_ms=row.deadline_ms, events=kinds))
+    return tuple(calls)
 
 
 def failing(events: tuple[Event, ...], state: State, experts: tuple[Expert, ...]) -> tuple[str, ...]:

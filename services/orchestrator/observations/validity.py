@@ -1,6 +1,5 @@
 """What inputs are worth: how long they count, which numbers are plausible, and how the ego moved by them."""
 
-import math
 from typing import Any, NamedTuple
 
 from proto.vehicle import Degradation
@@ -59,7 +58,7 @@ def sane_health(car: Degradation) -> bool:
 
 def number(value: float | None) -> float | None:
     """The value if it is one that a road can hold."""
-    return value if value is not None and math.isfinite(value) and abs(value) <= MOST_PLAUSIBLE else None
+    return value if value is not None and abs(value) <= MOST_PLAUSIBLE else None
 
 
 def roads(seen: Observations) -> tuple[RoadAhead, ...]:

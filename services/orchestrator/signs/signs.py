@@ -80,7 +80,7 @@ def update(signs: Signs, facts: tuple[Fact, ...], motion: Motion, now_ns: int) -
 
 
 def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
-    if not (math.isfinite(fact.confidence) and len(fact.reading) <= 64):
+    if not math.isfinite(fact.confidence):
         return signs
     if fact.kind in _STATED:
         return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs

@@ -139,7 +139,7 @@ def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:
     new = (
         GapSeen(track_id=t.track_id, x_m=t.x_m, stamp_ns=stamp_ns, well=well_seen(t))
         for t in tracks(world)
-        if t.track_id not in known and 0.0 < t.x_m < LOOK_AHEAD_M and (t.in_ego_path or crosses(t))
+        if t.track_id not in known and crosses(t)
     )
     return tuple(gap for gap in (*gaps, *new) if stamp_ns - gap.stamp_ns <= KEPT_S * 1e9)[-MOST_GAPS:]
 
@@ -149,15 +149,18 @@ def well_seen(track: Track) -> bool:
     return track.confidence >= FAINT and track.sigma_vx_mps <= SPEED_KNOWN_MPS and seen_well(track, SIGHT)
 
 
+def _seen(gaps: tuple[GapSeen, ...], way: Way) -> list[GapSeen]:
+    return [gap for gap in gaps if gap.track_id == way.track.track_id]
+
+
 def confirmed(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether an actor is certain, or was seen well in the way often enough."""
-    often = sum(gap.well for gap in gaps if gap.track_id == way.track.track_id)
-    return way.track.confidence >= CERTAIN or often >= CONFIRMING
+    return way.track.confidence >= CERTAIN or sum(gap.well for gap in _seen(gaps, way)) >= CONFIRMING
 
 
 def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether the actor was watched for long enough and hardly came nearer: part of the car ahead, not a person."""
-    rate = shrinking_mps([(gap.stamp_ns, gap.x_m) for gap in gaps if gap.track_id == way.track.track_id], WATCHED_S)
+    rate = shrinking_mps([(gap.stamp_ns, gap.x_m) for gap in _seen(gaps, way)], WATCHED_S)
     return rate is not None and rate < HARDLY * way.closing_mps
 
 

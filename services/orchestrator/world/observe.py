@@ -1,6 +1,5 @@
 """Observations become `world_state`: typed, stamped, with confidences that fall once a field's validity is over."""
 
-import math
 from typing import Literal, NamedTuple, TypeVar, cast
 
 import msgspec
@@ -146,7 +145,7 @@ def _is_sane(track: Track) -> bool:
         track.sigma_x_m, track.sigma_vx_mps, track.confidence, track.age_s, track.unseen_s,
         track.steady_s or 0.0,
     )  # fmt: skip
-    return all(math.isfinite(number) and abs(number) <= MOST_PLAUSIBLE for number in numbers)
+    return all(abs(number) <= MOST_PLAUSIBLE for number in numbers)
 
 
 def _by_lanes(lanes: Stamped[Lanes], now_ns: int) -> _Told:
