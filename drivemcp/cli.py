@@ -4,7 +4,7 @@ import argparse
 import os
 import select
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points, version
 
 from drivemcp.errors import BusError, DriveMcpError, UserError
@@ -56,10 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(run(arguments))
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """As `main`, returning the exit status."""
+def run(arguments: Sequence[str] | None = None, check: Callable[[], None] = check_proto) -> int:
+    """As `main`, returning the exit status; `check` is made before anything else."""
     try:
-        check_proto()
+        check()
         flags = make_parser().parse_args(arguments)
         status: int = flags.run(flags)
         sys.stdout.flush()

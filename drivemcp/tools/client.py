@@ -58,14 +58,21 @@ class _Pending:
     )
 
     def __init__(
-        self, tool: str, server: str, arguments: Any, payload: bytes, deadline_ms: float, ended: "SimpleQueue[None]"
+        self,
+        tool: str,
+        server: str,
+        arguments: Any,
+        payload: bytes,
+        sent_ns: int,
+        deadline_ms: float,
+        ended: "SimpleQueue[None]",
     ) -> None:
         self.tool = tool
         self.server = server
         self.arguments = arguments
         self.payload = payload
         self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
-        self.sent_ns = time.time_ns()
+        self.sent_ns = sent_ns
         self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
         self.until_s = time.monotonic() + deadline_ms / 1e3  # the same for our own wait, whatever becomes of the clock
         self.ended = ended
@@ -98,13 +105,16 @@ class ToolClient:
         log_call: Callable[[CallRecord], None],
         logger: logging.Logger,
         modelled_ms: Mapping[str, float] | None = None,
+        now_ns: Callable[[], int] = time.time_ns,
     ) -> None:
+        """`now_ns`: the wall clock, which servers read as well."""
         self._bus = bus
         self._vehicle = vehicle
         self._caller = caller
         self._log_call = log_call
         self._logger = logger
         self._modelled_ms = modelled_ms
+        self._now_ns = now_ns
         self._lock = threading.Lock()
         self._tools: dict[str, ToolEntry] = {}
         self._queriers: dict[str, tuple[str, Querier]] = {}
@@ -226,7 +236,7 @@ class ToolClient:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
         server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
-        pending = _Pending(tool, server, arguments, payload, wall_ms, ended)
+        pending = _Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, ended)
         pending.limit_ms = limit_ms
         head = CallHead(
             call_id=pending.call_id,
@@ -269,7 +279,7 @@ class ToolClient:
     def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
         if pending.done:
             return  # a tool has one server: its first reply is the answer
-        now_ns = time.time_ns()
+        now_ns = self._now_ns()
         late = pending.collected or now_ns > pending.deadline_ns
         if reply is not None and reply.payload is not None and late:
             age_ms = (now_ns - pending.sent_ns) / 1e6
@@ -286,7 +296,7 @@ class ToolClient:
                 break
         done, pending.collected = pending.done, True
         self._waiting.discard(pending)
-        elapsed_ms = (time.time_ns() - pending.sent_ns) / 1e6
+        elapsed_ms = (self._now_ns() - pending.sent_ns) / 1e6
         if self._modelled_ms is not None and done:
             elapsed_ms = self._modelled_ms.get(pending.tool, DEFAULT_MODELLED_MS)
         outcome = self._outcome(pending, pending.reply if done else None, elapsed_ms, gone=done)
@@ -315,7 +325,7 @@ class ToolClient:
 
     def _without(self, tool: str, payload: bytes, error: str, status: CallStatus = "unavailable") -> Outcome:
         outcome = Outcome(tool=tool, status=status, error=error, arguments_sha256=hashlib.sha256(payload).hexdigest())
-        self._record(time.time_ns(), outcome)
+        self._record(self._now_ns(), outcome)
         return outcome
 
     def _record(self, sent_ns: int, outcome: Outcome) -> None:
@@ -326,7 +336,7 @@ class ToolClient:
                 tool=outcome.tool,
                 side="caller",
                 sent_ns=sent_ns,
-                done_ns=time.time_ns(),
+                done_ns=self._now_ns(),
                 status=outcome.status,
                 arguments_sha256=outcome.arguments_sha256,
                 result_sha256=outcome.result_sha256,

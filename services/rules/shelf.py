@@ -18,6 +18,8 @@ from services.rules.packs.loading import Pack, extended_folders
 from services.rules.packs.signature import Trust
 
 V = TypeVar("V")
+Load = Callable[[Path, Mapping[Path, Pack], Trust | None], Pack]
+"""Reads the pack of a folder, beside those that are there. Raises PackError."""
 
 
 class Cache(Generic[V]):
@@ -90,10 +92,11 @@ class Shelf:
         today: str = "",
         trust: Trust | None = None,
         cache_size: int = 512,
+        load: Load = load_beside,
     ) -> None:
         """Raises PackError if the expectations are malformed; packs that cannot be used are `refused`."""
         self._folders = folders
-        self._trust = trust
+        self._trust, self._load = trust, load
         self._cache_size = cache_size
         self._watch = Watch((*FILES, SIGNATURE, "sources/*.md"))
         self._family = {folder: extended_folders(folder) for folder in folders}
@@ -133,7 +136,7 @@ class Shelf:
         packs, refused = dict(before), dict[Path, str]()
         for folder in folders:
             try:
-                packs[folder] = load_beside(folder, packs, self._trust)
+                packs[folder] = self._load(folder, packs, self._trust)
             except PackError as error:
                 refused[folder] = str(error)
         return {folder: packs[folder] for folder in self._folders if folder in packs}, refused

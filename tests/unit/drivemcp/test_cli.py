@@ -118,12 +118,9 @@ def test_nothing_is_said_where_nobody_reads_on(asked: list[str]) -> None:
     assert (ran.returncode, ran.stderr) == (0, b"")
 
 
-def test_a_connection_that_breaks_is_no_reader_that_went_away(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_connection_that_breaks_is_no_reader_that_went_away(capsys: pytest.CaptureFixture[str]) -> None:
     def broken() -> None:
         raise BrokenPipeError(32, "Broken pipe")
 
-    monkeypatch.setattr("drivemcp.cli.check_proto", broken)
-    assert run(["models", "list"]) == 1
+    assert run(["models", "list"], broken) == 1
     assert "drivemcp: a connection broke off: " in capsys.readouterr().err

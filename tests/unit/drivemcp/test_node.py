@@ -4,7 +4,6 @@ import threading
 import time
 from collections.abc import Callable
 from queue import SimpleQueue
-from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -15,7 +14,7 @@ from drivemcp.errors import ContractError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
-from drivemcp.tools.client import LATE_GRACE_S, LOCKSTEP_BOUND_MS
+from drivemcp.tools.client import LATE_GRACE_S, LOCKSTEP_BOUND_MS, ToolClient
 from drivemcp.tools.definition import define
 from proto import topics
 from proto.keys import alive_key, catalogue_key, tool_key
@@ -136,7 +135,7 @@ def test_a_tool_that_hangs_costs_its_deadline_and_no_more_and_the_others_answer(
     assert answered.ok
 
 
-def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus) -> None:
     wet_bus.call("how_wet", {"rain_mm_h": 1})
     hour_ns = 3600 * 10**9
     ahead = iter([hour_ns])  # as the call is sent; afterwards the clock is right
@@ -144,9 +143,19 @@ def test_a_clock_that_is_stepped_back_prolongs_no_call(wet_bus: TestBus, monkeyp
     def stepped_ns() -> int:
         return time.time_ns() + next(ahead, 0)
 
-    monkeypatch.setattr("drivemcp.tools.client.time", SimpleNamespace(time_ns=stepped_ns, monotonic=time.monotonic))
+    probe = wet_bus.probe
+    client = ToolClient(
+        wet_bus.session,
+        vehicle=probe.config.vehicle,
+        caller="late",
+        log_call=lambda _: None,
+        logger=probe.log,
+        now_ns=stepped_ns,
+    )
+    client.discover()
     began_s = time.monotonic()
-    assert wet_bus.probe.call("hang", {}, deadline_ms=200.0).status == "timeout"
+    (hung,) = client.call_all([("hang", {}, 200.0)])
+    assert hung.status == "timeout"
     assert time.monotonic() - began_s < 5.0
 
 

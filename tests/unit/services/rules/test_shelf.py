@@ -1,7 +1,7 @@
 """Packs that change while a service runs."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from proto.rules import Situation
 from services.rules.authoring.scaffold import scaffold
-from services.rules.book import load_book
+from services.rules.book import load_beside, load_book
 from services.rules.limits.limit_answer import applicable_limit
+from services.rules.packs.loading import Pack
+from services.rules.packs.signature import Trust
 from services.rules.shelf import Change, Shelf
 from tests.unit.services.rules.editing import edit, rehash, set_limit
 
@@ -51,10 +53,16 @@ def test_a_sound_change_is_taken_into_use_as_a_whole(pack: Path) -> None:
     assert shelf.look() is None
 
 
-def test_nothing_is_read_where_nothing_changed(pack: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shelf = Shelf((pack,))
-    monkeypatch.setattr("services.rules.shelf.load_beside", lambda *_: pytest.fail("was read"))
+def test_nothing_is_read_where_nothing_changed(pack: Path) -> None:
+    read = list[Path]()
+
+    def load(folder: Path, others: Mapping[Path, Pack], trust: Trust | None) -> Pack:
+        read.append(folder)
+        return load_beside(folder, others, trust)
+
+    shelf = Shelf((pack,), load=load)
     assert [shelf.look() for _ in range(3)] == [None, None, None]
+    assert read == [pack]
 
 
 def test_caches_are_of_one_edition(pack: Path) -> None:
