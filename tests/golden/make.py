@@ -3,6 +3,7 @@
 import sys
 import types
 import typing
+from enum import Enum
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,6 +32,8 @@ def sample(kind: Any, depth: int = 0) -> Any:
     if isinstance(struct, type) and issubclass(struct, msgspec.Struct):
         fields = msgspec.structs.fields(kind)
         return struct(**{field.name: sample(field.type, depth + 1) for field in fields})
+    if isinstance(struct, type) and issubclass(struct, Enum):
+        return next(iter(struct))
     plain: dict[Any, Any] = {int: 7, float: 0.5, str: "a", bytes: b"\x01\x02", bool: True, Any: "any", type(None): None}
     return plain[kind]
 
