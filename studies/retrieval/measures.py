@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import msgspec
 
-from services.retrieval.questions import Question
+from training.retrieval.questions import Question
 
 DEPTH = 10
 RECALL_AT = 5

@@ -1,6 +1,6 @@
 """lambda of S(q, d) = (1 - lambda) BM25 + lambda cos, per corpus and encoder, and the line below which nothing is answered.
 
-Tuned by `python -m services.retrieval.tune`, stored.
+Tuned by `python -m training retrieval.tune`, stored.
 """
 
 from pathlib import Path

@@ -9,18 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import topics
-from proto.generate import FOLDER, schemas
 from proto.keys import chunk, tool_key, topic_key
 from proto.services import SERVICES
 from proto.topics import TOPICS, Topic
+from scripts.schemas import MESSAGES, of_messages
 
 GOLDEN = Path(__file__).parents[2] / "golden"
 NAMES = {row.name for row in SERVICES} | {"evaluation", "*"}
 
 
 def test_the_schemas_are_in_step() -> None:
-    written = {path.name: path.read_bytes() for path in FOLDER.glob("*.json")}
-    assert written == schemas(), "run: python -m proto.generate"
+    written = {path.name: path.read_bytes() for path in MESSAGES.glob("*.json")}
+    assert written == of_messages(), "run: python scripts/schemas.py"
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.name)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from services.retrieval.questions import Question
 from studies.retrieval.measures import discounted_gain, measure
+from training.retrieval.questions import Question
 
 INSIDE = Question(query="who goes first", language="en", kind="right_of_way", expect=("a", "b"))
 OUTSIDE = Question(query="play some jazz", language="en", kind="out_of_scope")

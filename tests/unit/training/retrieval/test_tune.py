@@ -4,9 +4,9 @@ import pytest
 
 from services.retrieval.encoding.encoders import installed, load_encoder
 from services.retrieval.library import ABSENT, Library
-from services.retrieval.questions import read_questions
 from services.retrieval.ranking.tuning import FALLBACK, read_tuning
-from services.retrieval.tune import folders, mean_rank
+from training.retrieval.questions import read_questions
+from training.retrieval.tune import folders, mean_rank
 
 PACKS = folders()
 

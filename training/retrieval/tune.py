@@ -1,6 +1,6 @@
-"""`python -m services.retrieval.tune`: chooses lambda per corpus and the line below which a question is refused.
+"""`python -m training retrieval.tune`: chooses lambda per corpus and the line below which a question is refused.
 
-On the development questions of the packs (`queries.json`); stored beside this file with the hashes of the packs.
+On the development questions of the packs (`queries.json`); stored in `services/retrieval/ranking/lambda.json` with the hashes of the packs.
 """
 
 import sys
@@ -12,8 +12,8 @@ import msgspec
 from drivemcp.paths import data
 from services.retrieval.encoding.encoders import Encoder, Vectors, installed, load_encoder
 from services.retrieval.library import ABSENT, LOADING, Library, Request
-from services.retrieval.questions import Question, read_questions
 from services.retrieval.ranking.tuning import BM25_ALONE, PATH, Tuning
+from training.retrieval.questions import Question, read_questions
 
 STEPS = tuple(step / 20 for step in range(21))
 DEPTH = 10

@@ -1,0 +1,1 @@
+"""What retrieval is tuned on: labelled questions, and the choice of lambda."""
