@@ -10,11 +10,11 @@ from services.drivelm.reading.facts import public_code
 from services.drivelm.vocabulary.classes import SENTENCES
 from services.drivelm.vocabulary.jurisdictions import unit_of
 from services.drivelm.vocabulary.parser import statement_of
-from services.simulator.render import Label
 from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 from studies.tracking.recording import Look, Step
 from training.dataset.shards import MIN_HEIGHT_PX, MIN_VISIBLE
+from training.labelling import Label
 from training.sign_pictures.avenue import class_of
 
 READABLE_PX = 20.0

@@ -10,8 +10,8 @@ import numpy as np
 
 from proto.perception import Boxes
 from services.perception.detect.detection import overlaps
-from services.simulator.render import Label
 from studies.tracking.seeing import Glance
+from training.labelling import Label
 
 FACE_PX = 20.0
 """Of the unoccluded face; smaller ones, and those more than a tenth hidden, are not looked for."""

@@ -16,10 +16,10 @@ from scipy.optimize import linear_sum_assignment
 
 from proto.perception import Track
 from proto.truth import TrueActor, Truth
-from services.simulator.render import Label
 from services.simulator.session import CAMERAS
 from studies.tracking.seeing import View
 from training.dataset.shards import MIN_HEIGHT_PX, MIN_VISIBLE
+from training.labelling import Label
 
 Floats = NDArray[np.float64]
 REACH_M = 60.0

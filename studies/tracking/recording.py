@@ -18,11 +18,11 @@ from drivemcp.paths import data
 from proto.sensors import CameraFrame, LidarSweep, MapView
 from proto.truth import Truth
 from proto.vehicle import Ego
-from services.simulator.render import Label, Renderer
 from services.simulator.scenario.load import load_scenario
 from services.simulator.scenario.plan import Scenario
 from services.simulator.session import CAMERAS, Batch, Session, Shot
 from studies.tracking.cut_ins import CutIns
+from training.labelling import Label, LabellingRenderer
 
 JPEG_QUALITY = 85
 EPOCH_NS = 1_000_000_000
@@ -94,7 +94,7 @@ def record(name: DriveName) -> list[Step]:
 def drive_of(plan: Scenario, seed: int, seconds: float, *, cut_ins: bool = False) -> list[Step]:
     """Drive and render a plan. Raises ScenarioError, and RendererUnavailable where there is no OpenGL."""
     session = Session(plan, seed, seconds=seconds, epoch_ns=EPOCH_NS, dbc=data("vehicles/sim/sim.dbc"), bus="car")
-    renderer = Renderer(session.world.static, seed)
+    renderer = LabellingRenderer(session.world.static, seed)
     steered = CutIns(session.world) if cut_ins else None
     steps = []
     while not session.finished:
@@ -105,7 +105,7 @@ def drive_of(plan: Scenario, seed: int, seconds: float, *, cut_ins: bool = False
     return steps
 
 
-def _step(batch: Batch, renderer: Renderer) -> Step:
+def _step(batch: Batch, renderer: LabellingRenderer) -> Step:
     ego = batch.snapshot.ego
     said: dict[type, Any] = {type(out.message): out.message for out in batch.messages}
     return Step(
@@ -118,7 +118,7 @@ def _step(batch: Batch, renderer: Renderer) -> Step:
     )
 
 
-def _look(shot: Shot, renderer: Renderer) -> Look:
+def _look(shot: Shot, renderer: LabellingRenderer) -> Look:
     camera = CAMERAS[shot.camera]
     frame = coded(renderer.render(shot.scene, camera), shot.frame)
     return Look(camera=shot.camera, frame=frame, labels=tuple(renderer.render_labels(shot.scene, camera)))

@@ -17,12 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from drivemcp.paths import data
-from services.simulator.render import FAMILIES, Renderer
+from services.simulator.render import FAMILIES
 from services.simulator.render.device.resources import CONIFERS, HEDGES, TREES
 from services.simulator.scenario.load import load_scenario
 from services.simulator.scene.scene import Actor, Scenery, SignPost, StaticWorld
 from services.simulator.session import CAMERAS, Session
 from training.dataset.shards import Shot, jittered, shot_of, write_shard
+from training.labelling import LabellingRenderer
 from training.stages.road_course import FONTS
 from training.stages.stage import random_stage
 
@@ -35,7 +36,7 @@ def drive_shots(scenario: str, seed: int, seconds: float, every_s: float) -> Ite
     session = session_of(scenario, seed, seconds)
     rng = np.random.default_rng((78, seed))
     static = held_in(session.world.static)
-    renderer = Renderer(static, seed)
+    renderer = LabellingRenderer(static, seed)
     due_s = float(rng.uniform(0.0, every_s))
     while not session.finished:
         batch = session.advance()

@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
-from services.simulator.render import Label, Renderer
 from services.simulator.scene.scene import FRONT, TELE, CameraSpec, Pose, Scene, SignPost
 from services.simulator.signart import CODES
 from training.dataset.crossing import with_crossing
 from training.dataset.people import with_people
+from training.labelling import Label, LabellingRenderer
 from training.stages.stage import Split, random_stage
 
 CLASSES: tuple[ObjectClass, ...] = get_args(ObjectClass)
@@ -63,14 +63,14 @@ class Frames:
 
 
 def render_stage(
-    renderer: Renderer | None,
+    renderer: LabellingRenderer | None,
     seed: int,
     split: Split,
     views: int,
     boards: float = 0.0,
     people: float = 0.0,
     crossing: float = 0.0,
-) -> tuple[Renderer, list[Shot]]:
+) -> tuple[LabellingRenderer, list[Shot]]:
     """Some views of one stage by both cameras; makes the renderer where there is none yet.
 
     `boards`: which share of the posts carries a board (town, border, information) instead, which are rare otherwise.
@@ -83,7 +83,7 @@ def render_stage(
         static = replace(static, signs=tuple(_with_board(post, boards, rng) for post in static.signs))
         first = replace(first, static=static)
     if renderer is None:
-        renderer = Renderer(static)
+        renderer = LabellingRenderer(static)
     shots = []
     for number in range(views):
         scene = first if number == 0 else _further(first, rng, split)
@@ -147,7 +147,7 @@ def jittered(camera: CameraSpec, rng: np.random.Generator) -> CameraSpec:
     )
 
 
-def shot_of(renderer: Renderer, scene: Scene, camera: CameraSpec, rng: np.random.Generator, seed: int) -> Shot:
+def shot_of(renderer: LabellingRenderer, scene: Scene, camera: CameraSpec, rng: np.random.Generator, seed: int) -> Shot:
     """A picture as a real camera gives it, with all that is in it."""
     picture = renderer.render(scene, camera)
     objects = rows_of(renderer.render_labels(scene, camera))
@@ -265,7 +265,7 @@ def main() -> None:
     parser.add_argument("--crossing", type=float, default=0.0, help="share of views with vehicles across our way")
     flags = parser.parse_args()
     flags.out.mkdir(parents=True, exist_ok=True)
-    renderer: Renderer | None = None
+    renderer: LabellingRenderer | None = None
     started, done = time.monotonic(), 0
     for first in range(flags.first, flags.first + flags.stages, STAGES_PER_SHARD):
         shots: list[Shot] = []

@@ -27,8 +27,8 @@ from services.drivelm.reading.crops import Region
 from services.drivelm.reading.facts import public_code
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import LIGHTS, LIMIT_VALUES, PANELS, SIGNS
-from services.simulator.render import Label, Renderer
 from services.simulator.scene.scene import FRONT, TELE, CameraSpec
+from training.labelling import Label, LabellingRenderer
 from training.reader.tracks import keep
 from training.sign_pictures.avenue import SPACING_M, Avenue, Frame, any_atmosphere, avenue, class_of, frame_at
 from training.sign_pictures.degrade import jittered
@@ -56,7 +56,7 @@ def drive(
     """Drive past ``posts`` signs in changing weather at 8 to 36 m/s; also the mean time of one picture in ms."""
     chance = np.random.default_rng([seed, 61])
     world = avenue(posts, "test", seed + 500, _LIMITS if limits_only else (), _ONE_STYLE)
-    renderer, end = Renderer(world.static), FrontEnd(EmbeddedBackend(reader), home="")
+    renderer, end = LabellingRenderer(world.static), FrontEnd(EmbeddedBackend(reader), home="")
     log, spent_s, pictures = _Log(), 0.0, 0
     for stamp_ns, frame, speed_mps in _frames(renderer, world, camera, chance):
         boxes = log.boxes(frame, chance)
@@ -76,7 +76,7 @@ def drive(
 
 
 def _frames(
-    renderer: Renderer, world: Avenue, camera: CameraSpec, chance: np.random.Generator
+    renderer: LabellingRenderer, world: Avenue, camera: CameraSpec, chance: np.random.Generator
 ) -> Iterator[tuple[int, Frame, float]]:
     x_m, stamp_ns, speed_mps, sky = 0.0, _NS, 20.0, any_atmosphere(chance, "test")
     next_change_m = 0.0

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from services.drivelm.reading import plates
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
-from services.simulator.render import Label
+from training.labelling import Label
 from training.sign_pictures.avenue import Frame, class_of, drive
 from training.sign_pictures.avenue_lights import drive_lights
 from training.sign_pictures.degrade import jittered

@@ -12,7 +12,6 @@ import numpy as np
 from evaluation.modelled_sensors.sign_faces import orders
 from services.drivelm.reading.crops import Picture
 from services.drivelm.vocabulary.classes import LED_VALUES, LIGHTS, PANELS, PLATES, SIGNS
-from services.simulator.render import Label, Renderer
 from services.simulator.scene.scene import (
     FRONT,
     TELE,
@@ -33,6 +32,7 @@ from services.simulator.scene.scene import (
     TrafficLight,
 )
 from services.simulator.signart.lettering import STYLES
+from training.labelling import Label, LabellingRenderer
 from training.sign_pictures.fonts import TEST_STYLES
 from training.sign_pictures.texts import text_for
 from training.stages.stage import random_stage
@@ -174,7 +174,7 @@ class Frame(NamedTuple):
 
 
 def frame_at(
-    renderer: Renderer, static: StaticWorld, x_m: float, camera: CameraSpec, sky: Atmosphere, chance: Chance
+    renderer: LabellingRenderer, static: StaticWorld, x_m: float, camera: CameraSpec, sky: Atmosphere, chance: Chance
 ) -> Frame:
     """What the camera sees from a place on the avenue, after JPEG."""
     ego = Pose(x_m=x_m, y_m=float(chance.normal(0, 0.05)), yaw_rad=float(chance.normal(0, 0.004)))
@@ -182,7 +182,7 @@ def frame_at(
     return taken(renderer, scene, camera, chance)
 
 
-def taken(renderer: Renderer, scene: Scene, camera: CameraSpec, chance: Chance) -> Frame:
+def taken(renderer: LabellingRenderer, scene: Scene, camera: CameraSpec, chance: Chance) -> Frame:
     """The picture of a scene after JPEG, with its labels."""
     picture, labels = renderer.render(scene, camera), renderer.render_labels(scene, camera)
     coded = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, int(chance.integers(70, 96))])[1]
@@ -195,7 +195,7 @@ def drive(split: str, seed: int, frames: int, step_m: float = 4.0) -> Iterator[F
     stage instead, with traffic and people."""
     chance = np.random.default_rng([seed, 43])
     world = avenue(40, split, seed)
-    renderer = Renderer(world.static)
+    renderer = LabellingRenderer(world.static)
     x, sky = 0.0, any_atmosphere(chance, split)
     for number in range(frames):
         if number % 10 == 0:

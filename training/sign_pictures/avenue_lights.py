@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from services.simulator.render import Renderer
 from services.simulator.scene.scene import FRONT, TELE, Pose, StaticWorld, TrafficLight
+from training.labelling import LabellingRenderer
 from training.sign_pictures.avenue import (
     Avenue,
     Chance,
@@ -55,7 +55,7 @@ def drive_lights(split: str, seed: int, frames: int) -> Iterator[Frame]:
     """Frames at places of their own, three of four through the tele camera, a new sky for each third."""
     chance = np.random.default_rng([seed, 89])
     world, sky = light_avenue(split, seed), any_atmosphere(chance, split)
-    renderer = Renderer(world.static)
+    renderer = LabellingRenderer(world.static)
     for number in range(frames):
         if number and number % _FRAMES_EACH == 0:
             world = light_avenue(split, seed + 7919 * (number // _FRAMES_EACH))

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.simulator.render.device.context import RendererUnavailable
-from services.simulator.render.drawing.annotate import Label
-from services.simulator.render.renderer import Renderer
 from services.simulator.scene.scene import FRONT, TELE, Road, StaticWorld
+from training.labelling import Label, LabellingRenderer
 from training.stages.stage import random_stage
 
 COLOURS = {
@@ -44,7 +43,7 @@ def main() -> int:
     parser.add_argument("--boxes", action="store_true", help="draw the labels")
     options = parser.parse_args()
     try:
-        renderer = Renderer(StaticWorld(road=Road()))
+        renderer = LabellingRenderer(StaticWorld(road=Road()))
     except RendererUnavailable as error:
         parser.exit(2, f"{error}\n")
     options.folder.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,7 @@
 """The camera renderer: a scene in, a picture out, in software OpenGL without a screen."""
 
 from services.simulator.render.device.context import RendererUnavailable, open_context
-from services.simulator.render.drawing.annotate import Label
 from services.simulator.render.models.actors import FAMILIES
 from services.simulator.render.renderer import Renderer
 
-__all__ = ["FAMILIES", "Label", "Renderer", "RendererUnavailable", "open_context"]
+__all__ = ["FAMILIES", "Renderer", "RendererUnavailable", "open_context"]

@@ -1,4 +1,4 @@
-"""The renderer's face to the rest: a scene and a camera in, a picture or labels out."""
+"""The renderer's face to the rest: a scene and a camera in, a picture out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from services.simulator.render.device.context import Picture, Targets
 from services.simulator.render.device.resources import Resources, Uniform
 from services.simulator.render.drawing import frame, glow
-from services.simulator.render.drawing.annotate import Label, annotate
 from services.simulator.render.drawing.frame import Cast
 from services.simulator.render.drawing.light import light_of
 from services.simulator.render.drawing.static_world import World
@@ -53,12 +52,6 @@ class Renderer:
         self._develop(cast, picture)
         data = picture.final.read(components=3, alignment=1)
         return np.frombuffer(data, dtype=np.uint8).reshape(camera.height_px, camera.width_px, 3)
-
-    def render_labels(self, scene: Scene, camera: CameraSpec) -> list[Label]:
-        """All labelled objects with at least one visible pixel, nearest first."""
-        cast = self._cast(scene, camera)
-        shared = frame.common(cast, self._world)
-        return annotate(self._resources, self._world, cast, self._targets, shared)
 
     def close(self) -> None:
         """Free the graphics context; the renderer is of no use afterwards."""

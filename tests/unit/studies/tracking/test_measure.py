@@ -9,12 +9,13 @@ from proto.perception import Box, Boxes, ObjectClass
 from proto.sensors import CameraFrame
 from services.perception.detect.loading import load_detector
 from services.perception.pipeline import Seen
-from services.simulator.render import Label, RendererUnavailable
+from services.simulator.render import RendererUnavailable
 from studies.tracking.faces import faces
 from studies.tracking.measure import measure, sheet
 from studies.tracking.recording import DriveName, Look
 from studies.tracking.seeing import Glance
 from tests.unit.studies.tracking.views import label, view
+from training.labelling import Label
 
 
 def test_a_drive_gives_figures_that_hold_together() -> None:

@@ -3,9 +3,9 @@
 from proto.perception import Track, Tracks
 from proto.sensors import CameraFrame
 from proto.truth import TrueActor, Truth
-from services.simulator.render import Label
 from studies.tracking.recording import Look
 from studies.tracking.seeing import View
+from training.labelling import Label
 
 BOX = (300.0, 150.0, 340.0, 180.0)
 

@@ -13,7 +13,7 @@ from proto.perception import ObjectClass
 from services.drivelm.reading.crops import Region
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import LIGHTS, OTHER, READER_CLASSES
-from services.simulator.render import Label
+from training.labelling import Label
 from training.reader.samples import Source
 from training.reader.scores import SURE, SURELY_WRONG, Measured, score_table, sure_from
 from training.reader.train import tuned

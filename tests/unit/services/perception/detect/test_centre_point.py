@@ -14,8 +14,8 @@ from services.perception.detect.detection import Detection, overlaps
 from services.perception.detect.detector import DetectorOptions, Picture
 from services.perception.detect.loading import load_detector
 from services.simulator.render.device.context import RendererUnavailable
-from services.simulator.render.renderer import Renderer
 from services.simulator.scene.scene import FRONT, Actor, Lane, Pose, Road, Scene, StaticWorld
+from training.labelling import LabellingRenderer
 
 Edges = np.typing.NDArray[np.float32]
 
@@ -52,11 +52,11 @@ def of_kind(found: list[Detection], kind: str = "pedestrian") -> Edges:
     return np.array(boxes, dtype=np.float32).reshape(-1, 4)
 
 
-def straight_road() -> tuple[StaticWorld, Renderer]:
+def straight_road() -> tuple[StaticWorld, LabellingRenderer]:
     line = np.array([(x, 0.0) for x in np.arange(-20.0, 200.0, 5.0)])
     static = StaticWorld(road=Road(lanes=(Lane(centre_m=line, left="dashed", right="edge"),)))
     try:
-        return static, Renderer(static)
+        return static, LabellingRenderer(static)
     except RendererUnavailable as error:
         pytest.skip(str(error))
 

@@ -16,8 +16,8 @@ from services.perception.detect.detector import DetectorError, DetectorOptions, 
 from services.perception.detect.loading import digest, load_detector
 from services.perception.detect.second_look import AROUND, MOST, SIDE_PX, SecondLook, boxes_in, cut, windows
 from services.simulator.render.device.context import RendererUnavailable
-from services.simulator.render.renderer import Renderer
 from services.simulator.scene.scene import FRONT, Actor, Lane, Pose, Road, Scene, StaticWorld
+from training.labelling import LabellingRenderer
 
 edges = st.floats(-20.0, 600.0)
 sizes = st.floats(1.0, 300.0)
@@ -91,7 +91,7 @@ def people(count: int) -> tuple[list[Picture], list[FloatArray]]:
     line = np.array([(x, 0.0) for x in np.arange(-20.0, 200.0, 5.0)])
     static = StaticWorld(road=Road(lanes=(Lane(centre_m=line, left="dashed", right="edge"),)))
     try:
-        renderer = Renderer(static)
+        renderer = LabellingRenderer(static)
     except RendererUnavailable as error:
         pytest.skip(str(error))
     pictures, boxes = [], []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from services.simulator.render.drawing.annotate import inside_share, visible_boxes
+from training.labelling import inside_share, visible_boxes
 
 
 def test_boxes_enclose_exactly_the_pixels_of_each_id() -> None:

@@ -1,4 +1,4 @@
-"""Labels from a second drawing of the scene into an integer target, and each object's pixels as if it stood alone."""
+"""A renderer that labels as well: the scene drawn a second time into an integer target, and each object as if it stood alone."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from services.simulator.render.drawing.static_world import World, light_centre
 from services.simulator.render.drawing.view import NEAR_M
 from services.simulator.render.models.actors import world_points
 from services.simulator.render.models.mesh import Floats
+from services.simulator.render.renderer import Renderer
+from services.simulator.scene.scene import CameraSpec, Scene
 from services.simulator.scene.solids import LIGHT_HEAD_M
 
 Box = tuple[float, float, float, float]
@@ -83,6 +85,16 @@ class Candidate:
     points: Floats
     centre: Floats
     label: Label
+
+
+class LabellingRenderer(Renderer):
+    """Draws pictures as the simulator's does, and tells what is in them."""
+
+    def render_labels(self, scene: Scene, camera: CameraSpec) -> list[Label]:
+        """All labelled objects with at least one visible pixel, nearest first."""
+        cast = self._cast(scene, camera)
+        shared = frame.common(cast, self._world)
+        return annotate(self._resources, self._world, cast, self._targets, shared)
 
 
 def annotate(
