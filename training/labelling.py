@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
-from services.simulator.render.device.context import Targets
 from services.simulator.render.device.resources import Resources, Uniform
 from services.simulator.render.drawing import frame
 from services.simulator.render.drawing.frame import Cast
@@ -20,7 +19,7 @@ from services.simulator.render.drawing.view import NEAR_M
 from services.simulator.render.models.actors import world_points
 from services.simulator.render.models.mesh import Floats
 from services.simulator.render.renderer import Renderer
-from services.simulator.scene.scene import CameraSpec, Scene
+from services.simulator.scene.scene import CameraSpec, Scene, StaticWorld
 from services.simulator.scene.solids import LIGHT_HEAD_M
 
 Box = tuple[float, float, float, float]
@@ -90,20 +89,32 @@ class Candidate:
 class LabellingRenderer(Renderer):
     """Draws pictures as the simulator's does, and tells what is in them."""
 
+    def __init__(self, static: StaticWorld, seed: int = 0) -> None:
+        super().__init__(static, seed)
+        self._ids: dict[tuple[int, int], moderngl.Framebuffer] = {}
+
     def render_labels(self, scene: Scene, camera: CameraSpec) -> list[Label]:
         """All labelled objects with at least one visible pixel, nearest first."""
         cast = self._cast(scene, camera)
         shared = frame.common(cast, self._world)
-        return annotate(self._resources, self._world, cast, self._targets, shared)
+        target = self._target(camera.width_px, camera.height_px)
+        return annotate(self._resources, self._world, cast, target, shared)
+
+    def _target(self, width_px: int, height_px: int) -> moderngl.Framebuffer:
+        """Two unsigned integers per pixel: instance id, distance in centimetres; with depth."""
+        size, ctx = (width_px, height_px), self._resources.ctx
+        if size not in self._ids:
+            colour = ctx.texture(size, 2, dtype="u4")
+            colour.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._ids[size] = ctx.framebuffer([colour], ctx.depth_renderbuffer(size))
+        return self._ids[size]
 
 
 def annotate(
-    resources: Resources, world: World, cast: Cast, targets: Targets, shared: dict[str, Uniform]
+    resources: Resources, world: World, cast: Cast, target: moderngl.Framebuffer, shared: dict[str, Uniform]
 ) -> list[Label]:
     """Labels of everything with a visible pixel, nearest first. Instance ids count from 1 in candidate order."""
-    spec = cast.view.spec
     candidates = _candidates(resources, cast, shared)
-    target = targets.ids(spec.width_px, spec.height_px)
     ids = _draw_all(resources, world, cast, target, candidates, shared)
     seen = visible_boxes(ids)
     labels = [_label(cast, target, candidates[k - 1], seen[k]) for k in sorted(seen)]

@@ -8,13 +8,6 @@ from collections.abc import Callable
 from contextlib import suppress
 
 
-def time_left(done: int, total: int, began_s: float) -> str:
-    """How long the rest will take by what was done since then (monotonic)."""
-    left_s = (time.monotonic() - began_s) / max(1, done) * max(0, total - done)
-    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
-    return f"about {f'{hours} h {minutes:.0f} min' if hours else f'{minutes:.1f} min'} left"
-
-
 def _to_terminal(text: str) -> None:
     with suppress(OSError):  # a terminal that was closed; what there is to end is ended all the same
         sys.stderr.write(text)

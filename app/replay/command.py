@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import msgspec
@@ -95,14 +95,19 @@ def _differing(ticks: Iterable[Again]) -> list[Again]:
 
 def _tell(ticks: list[Again], counts: Counter[str], *, everything: bool) -> None:
     differing = _differing(ticks)
-    for one in differing if everything else differing[:LISTED]:
-        _say(f"tick {one.tick}: " + "; ".join(str(difference) for difference in one.differences[:4]))
-    if len(differing) > LISTED and not everything:
-        _say(f"... and {len(differing) - LISTED} more ticks (--all lists them)")
+    _list(differing, everything=everything)
     for why, count in Counter(one.why for one in ticks if one.status == "undecidable").most_common(5):
         _say(f"{count} ticks cannot be decided again: {why}")
     undecidable = f", {counts['undecidable']} not decidable" if counts["undecidable"] else ""
     _say(f"{len(ticks)} ticks, {counts['identical']} identical decisions, {counts['different']} different{undecidable}")
+
+
+def _list(differing: Sequence[Again | Otherwise], *, everything: bool, most: int | None = 4) -> None:
+    """Each tick with its first differences, `most` of them."""
+    for one in differing if everything else differing[:LISTED]:
+        _say(f"tick {one.tick}: " + "; ".join(map(str, one.differences[:most])))
+    if len(differing) > LISTED and not everything:
+        _say(f"... and {len(differing) - LISTED} more ticks (--all lists them)")
 
 
 def _change(flags: argparse.Namespace) -> Change:
@@ -132,10 +137,7 @@ def _suppose(log: Iterable[TraceRecord], change: Change, at_hand: AtHand, flags:
     if flags.json:
         _say(msgspec.json.encode({"ticks": len(ticks), "differing": differing}).decode())
         return 0
-    for one in differing if flags.all else differing[:LISTED]:
-        _say(f"tick {one.tick}: " + "; ".join(str(difference) for difference in one.differences))
-    if len(differing) > LISTED and not flags.all:
-        _say(f"... and {len(differing) - LISTED} more ticks (--all lists them)")
+    _list(differing, everything=flags.all, most=None)
     _say(f"{len(ticks)} ticks, {len(differing)} would have differed{_by_field(differing)}")
     return 0
 

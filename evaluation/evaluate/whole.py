@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from app.drive.screen import Screen, time_left
+from app.drive.screen import Screen
 from drivemcp.errors import UserError
 from evaluation.campaign import published
 from evaluation.campaign.feedback import specs_of
@@ -161,6 +161,13 @@ def _ends(jobs: Sequence[Job], store: Store, flags: argparse.Namespace) -> Itera
 def _progress(count: int, total: int, failed: int, began_s: float, last: Run) -> str:
     left = time_left(count, total, began_s)
     return f"{count} of {total} runs{f', {failed} failed' if failed else ''}; {left}; last: {_named(last)}"
+
+
+def time_left(done: int, total: int, began_s: float) -> str:
+    """How long the rest will take by what was done since then (monotonic)."""
+    left_s = (time.monotonic() - began_s) / max(1, done) * max(0, total - done)
+    hours, minutes = int(left_s // 3600), left_s % 3600 / 60
+    return f"about {f'{hours} h {minutes:.0f} min' if hours else f'{minutes:.1f} min'} left"
 
 
 def _named(run: Run) -> str:

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable
 
-from proto.rules import Citation
+from proto.rules import Citation, LegalAction, RulesAnswer
 from services.rules.book import is_fallback
 from services.rules.packs.format import Provision, Sign, Source
 from services.rules.packs.loading import Pack
-from services.rules.words import spoken_language
+from services.rules.words import say, spoken_language
 
 Cites = tuple[Citation, ...]
 
@@ -36,6 +36,14 @@ def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tupl
 def unique(citations: Iterable[Citation]) -> tuple[Citation, ...]:
     """Each place once, in order."""
     return tuple({(c.document, c.start): c for c in citations}.values())
+
+
+def without_packs(action: LegalAction, phrase: str, language: str) -> RulesAnswer:
+    """The answer where no pack is loaded: nothing is cited, and nothing is sure."""
+    return RulesAnswer(
+        legal_action=action, limit=None, citations=(), confidence=0.0, rulepack_version="", note=say(phrase, language),
+        basis="unknown", degraded=("jurisdiction",),
+    )  # fmt: skip
 
 
 def _source(sources: tuple[Source, ...], language: str) -> Source:

@@ -4,7 +4,7 @@ import msgspec
 
 from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
-from services.rules.citing import cite_ids, cited_in_doubt
+from services.rules.citing import cite_ids, cited_in_doubt, without_packs
 from services.rules.packs.format import RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.signs.meaning import careful_rank
@@ -35,7 +35,7 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
     known = here is not None and bool(own)
     answers = [(pack, _answer(book, pack, question)) for pack in packs]
     if not answers:
-        return _nothing(question)
+        return without_packs("proceed_with_care", "nothing_found", question.language)
     chosen = min(answers, key=lambda found: (careful_rank(found[1].legal_action), not is_fallback(found[0])))[1]
     if known and book.covers(here):
         return chosen
@@ -142,16 +142,3 @@ def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:
 def _someone_crosses(question: RightOfWayQuestion) -> bool:
     at_crossing = any(parse_reading(text).code == "crossing" for text in question.signs)
     return bool(question.pedestrians_on_crossing) or (at_crossing and question.pedestrians_on_crossing is None)
-
-
-def _nothing(question: RightOfWayQuestion) -> RulesAnswer:
-    return RulesAnswer(
-        legal_action="proceed_with_care",
-        limit=None,
-        citations=(),
-        confidence=0.0,
-        rulepack_version="",
-        note=say("nothing_found", question.language),
-        basis="unknown",
-        degraded=("jurisdiction",),
-    )

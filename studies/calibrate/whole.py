@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import msgspec
 
-from app.drive.screen import Screen, time_left
+from app.drive.screen import Screen
 from drivemcp.errors import UserError
 from evaluation.campaign.machine import commit, machine
 from evaluation.campaign.store import Store
-from evaluation.evaluate.whole import interruptible
+from evaluation.evaluate.whole import interruptible, time_left
 from evaluation.run.spec import RunSpec
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.profiles.profile import load as load_profile

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from app.drive.screen import Screen, time_left
+from app.drive.screen import Screen
 from drivemcp.errors import UserError
 from drivemcp.numbers import number, whole
 from evaluation.campaign import published
@@ -18,7 +18,7 @@ from evaluation.campaign.pool import Job, Pool
 from evaluation.campaign.store import Store
 from evaluation.evaluate.asked import settings_in_runs
 from evaluation.evaluate.command import MOST
-from evaluation.evaluate.whole import interruptible
+from evaluation.evaluate.whole import interruptible, time_left
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import FAMILIES
 from studies.neighbours.drive import key_of, run_any

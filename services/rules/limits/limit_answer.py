@@ -13,7 +13,7 @@ from services.rules.book import (
     is_fallback,
     normal_jurisdiction,
 )
-from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
+from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique, without_packs
 from services.rules.limits.limit_candidates import LimitCandidate
 from services.rules.limits.precedence import Verdict, decide
 from services.rules.packs.loading import Pack
@@ -69,7 +69,7 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
     if not packs:
         packs = book.for_jurisdiction(None)
     if not packs:
-        return _nothing(known)
+        return without_packs("unknown", "no_limit_known", known.language)
     answers = [(pack, _answer(book, pack, known)) for pack in packs]
     chosen = min(answers, key=_strictness)[1]
     if known.jurisdiction is None or foreign:
@@ -137,19 +137,6 @@ def _part_unknown(chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situa
         confidence=chosen.confidence * UNKNOWN_PART,
         note=f"{chosen.note} {why}",
         degraded=(*chosen.degraded, "jurisdiction"),
-    )
-
-
-def _nothing(situation: Situation) -> RulesAnswer:
-    return RulesAnswer(
-        legal_action="unknown",
-        limit=None,
-        citations=(),
-        confidence=0.0,
-        rulepack_version="",
-        note=say("no_limit_known", situation.language),
-        basis="unknown",
-        degraded=("jurisdiction",),
     )
 
 

@@ -44,7 +44,6 @@ class Targets:
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._pictures: dict[tuple[int, int], Picture] = {}
-        self._ids: dict[tuple[int, int], moderngl.Framebuffer] = {}
 
     def picture(self, width_px: int, height_px: int) -> Picture:
         """The drawn frame (colour, shade, depth) and the developed picture."""
@@ -57,12 +56,3 @@ class Targets:
             final = self._ctx.framebuffer([self._ctx.texture(size, 4)])
             self._pictures[size] = Picture(raw, raw_colour, final)
         return self._pictures[size]
-
-    def ids(self, width_px: int, height_px: int) -> moderngl.Framebuffer:
-        """Two unsigned integers per pixel: instance id, distance in centimetres; with depth."""
-        size = (width_px, height_px)
-        if size not in self._ids:
-            colour = self._ctx.texture(size, 2, dtype="u4")
-            colour.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            self._ids[size] = self._ctx.framebuffer([colour], self._ctx.depth_renderbuffer(size))
-        return self._ids[size]
