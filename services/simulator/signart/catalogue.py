@@ -59,11 +59,9 @@ _COMMON: dict[str, Face] = {
     "no_entry": Face(_DISC, discs.no_entry),
     "no_vehicles": Face(_DISC, discs.limit),
     "no_overtaking": Face(_DISC, discs.no_overtaking),
-    "ahead_only": Face(_DISC, discs.ahead_only),
+    "ahead_only": Face(_DISC, discs.order, "ahead"),
     "roundabout": Face(_DISC, discs.roundabout),
-    "children": Face(_TRIANGLE, triangles.children),
-    "roadworks": Face(_TRIANGLE, triangles.roadworks),
-    "slippery": Face(_TRIANGLE, triangles.slippery),
+    **{code: Face(_TRIANGLE, triangles.warning, code) for code in ("children", "roadworks", "slippery")},
     "danger": Face(_TRIANGLE, triangles.danger),
     "town_entry": Face(panels.TOWN_M, panels.town_entry),
     "motorway": Face(panels.MOTORWAY_M, panels.motorway),
@@ -75,7 +73,7 @@ _COMMON: dict[str, Face] = {
 _CONTINENT: dict[str, Face] = {
     "all_end": Face(_DISC, discs.all_end),
     "no_overtaking_end": Face(_DISC, discs.no_overtaking_end),
-    "keep_right": Face(_DISC, discs.keep_right),
+    "keep_right": Face(_DISC, discs.order, "right"),
     "priority_road": Face(_DIAMOND, triangles.priority_road),
     "priority_road_end": Face(_DIAMOND, triangles.priority_road_end),
     "priority_here": Face(_TRIANGLE, triangles.priority_here),
@@ -87,8 +85,8 @@ _CONTINENT: dict[str, Face] = {
 
 _BRITAIN: dict[str, Face] = {
     "national": Face(_DISC, discs.national),
-    "keep_left": Face(_DISC, discs.keep_left),
-    "crossing": Face(_TRIANGLE, triangles.crossing_ahead),
+    "keep_left": Face(_DISC, discs.order, "left"),
+    "crossing": Face(_TRIANGLE, triangles.warning, "crossing"),
     "one_way": Face(panels.ONE_WAY_M["GBR"], panels.one_way),
 }
 
@@ -142,10 +140,8 @@ def _vienna(country: str) -> dict[str, Face]:
 
 def _faces(country: str) -> dict[str, Face]:
     faces = _AMERICA if country == "USA" else _vienna(country)
-    wet = {
-        f"plate:when_wet:{tongue}": Face(plates.PLATE_M, plates.when_wet, tongue) for tongue in WET_LANGUAGES[country]
-    }
-    return {**faces, **wet}
+    tongues = WET_LANGUAGES[country]
+    return faces | {f"plate:when_wet:{each}": Face(plates.PLATE_M, plates.when_wet, each) for each in tongues}
 
 
 FACES: dict[str, dict[str, Face]] = {country: _faces(country) for country in COUNTRIES}

@@ -10,14 +10,17 @@ from services.simulator.signart.sheet import Sheet
 DISC_M = 0.6
 _C: Point = (DISC_M / 2, DISC_M / 2)
 _R = DISC_M / 2
+_REACH = _R * 0.93 * math.sqrt(0.5)
+_DIAGONAL = [(_C[0] + _REACH, _C[1] - _REACH), (_C[0] - _REACH, _C[1] + _REACH)]
+_PAIR = Box(_C[0] - _R * 0.58, _C[1] - _R * 0.3, _R * 1.16, _R * 0.6)
+"""Where the two cars of the signs about overtaking stand."""
 
 
 def ring(painter: Painter, sheet: Sheet, centre: Point = _C, radius: float = _R) -> None:
     """White disc with a red ring and a thin light rim."""
-    ground = sheet.paint.yellow if sheet.country == "SWE" else sheet.paint.white
     painter.disc(centre, radius, sheet.paint.white)
     painter.disc(centre, radius * 0.97, sheet.paint.red)
-    painter.disc(centre, radius * (0.76 if sheet.country == "GBR" else 0.74), ground)
+    painter.disc(centre, radius * (0.76 if sheet.country == "GBR" else 0.74), sheet.paint.white)
 
 
 def number_box(text: str, centre: Point, radius: float) -> Box:
@@ -43,9 +46,7 @@ def limit_end(painter: Painter, sheet: Sheet, value: str) -> None:
     grey_disc(painter, sheet)
     write_centred(painter, sheet.letters, value, number_box(value, _C, _R), sheet.paint.grey)
     if sheet.country == "FRA":
-        reach = _R * 0.93 * math.sqrt(0.5)
-        ends = [(_C[0] + reach, _C[1] - reach), (_C[0] - reach, _C[1] + reach)]
-        painter.stroke(ends, _R * 0.16, sheet.paint.black, flat=True)
+        painter.stroke(_DIAGONAL, _R * 0.16, sheet.paint.black, flat=True)
         return
     strike(painter, sheet.paint.black, _C, _R, lines=5)
 
@@ -60,10 +61,7 @@ def national(painter: Painter, sheet: Sheet, _: str) -> None:
     """The national limit applies: white disc, one broad black diagonal."""
     painter.disc(_C, _R, sheet.paint.black)
     painter.disc(_C, _R * 0.95, sheet.paint.white)
-    reach = _R * 0.93 * math.sqrt(0.5)
-    painter.stroke(
-        [(_C[0] + reach, _C[1] - reach), (_C[0] - reach, _C[1] + reach)], _R * 0.26, sheet.paint.black, flat=True
-    )
+    painter.stroke(_DIAGONAL, _R * 0.26, sheet.paint.black, flat=True)
 
 
 def grey_disc(painter: Painter, sheet: Sheet) -> None:
@@ -92,54 +90,40 @@ def no_entry(painter: Painter, sheet: Sheet, _: str) -> None:
 def no_overtaking(painter: Painter, sheet: Sheet, _: str) -> None:
     """Two cars in a red ring; the overtaking one is red."""
     ring(painter, sheet)
-    left, right = (
-        (sheet.paint.black, sheet.paint.red) if sheet.country == "GBR" else (sheet.paint.red, sheet.paint.black)
-    )
-    symbols.car_pair(painter, _pair_box(), left, right, sheet.paint.white)
+    inks = sheet.paint.red, sheet.paint.black
+    left, right = reversed(inks) if sheet.country == "GBR" else inks
+    symbols.car_pair(painter, _PAIR, left, right, sheet.paint.white)
 
 
 def no_overtaking_end(painter: Painter, sheet: Sheet, _: str) -> None:
     """Two grey cars struck through."""
     grey_disc(painter, sheet)
-    symbols.car_pair(painter, _pair_box(), sheet.paint.grey, sheet.paint.grey, sheet.paint.white)
+    symbols.car_pair(painter, _PAIR, sheet.paint.grey, sheet.paint.grey, sheet.paint.white)
     strike(painter, sheet.paint.black, _C, _R, lines=5)
 
 
-def _pair_box() -> Box:
-    return Box(_C[0] - _R * 0.58, _C[1] - _R * 0.3, _R * 1.16, _R * 0.6)
+_TURN_DEG = {"left": 225, "right": 135, "ahead": 0}
 
 
-def keep_left(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Blue disc, arrow down left."""
-    _blue_arrow(painter, sheet, 225)
-
-
-def keep_right(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Blue disc, arrow down right."""
-    _blue_arrow(painter, sheet, 135)
-
-
-def ahead_only(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Blue disc, arrow up."""
-    _blue_arrow(painter, sheet, 0)
+def order(painter: Painter, sheet: Sheet, way: str) -> None:
+    """Blue disc, white arrow: keep left (down left), keep right (down right) or ahead only (up)."""
+    _blue(painter, sheet)
+    box = Box(_C[0] - _R * 0.62, _C[1] - _R * 0.62, _R * 1.24, _R * 1.24)
+    symbols.arrow(painter, box, sheet.paint.white, _TURN_DEG[way])
 
 
 def roundabout(painter: Painter, sheet: Sheet, _: str) -> None:
     """Blue disc, three arrows round; clockwise where traffic keeps left."""
-    painter.disc(_C, _R, sheet.paint.white)
-    painter.disc(_C, _R * 0.95, sheet.paint.blue)
+    _blue(painter, sheet)
     way = 1 if sheet.country == "GBR" else -1
     for start in (0, 120, 240):
         painter.stroke(symbols.curve(_C, _R * 0.5, start, start + way * 72), _R * 0.15, sheet.paint.white)
-        tip = math.radians(start + way * 100)
-        side = math.radians(start + way * 66)
+        tip, side = math.radians(start + way * 100), math.radians(start + way * 66)
         ends = [(_C[0] + reach * math.cos(side), _C[1] + reach * math.sin(side)) for reach in (_R * 0.28, _R * 0.72)]
-        painter.polygon(
-            [*ends, (_C[0] + _R * 0.5 * math.cos(tip), _C[1] + _R * 0.5 * math.sin(tip))], sheet.paint.white
-        )
+        point = (_C[0] + _R * 0.5 * math.cos(tip), _C[1] + _R * 0.5 * math.sin(tip))
+        painter.polygon([*ends, point], sheet.paint.white)
 
 
-def _blue_arrow(painter: Painter, sheet: Sheet, turn_deg: float) -> None:
+def _blue(painter: Painter, sheet: Sheet) -> None:
     painter.disc(_C, _R, sheet.paint.white)
     painter.disc(_C, _R * 0.95, sheet.paint.blue)
-    symbols.arrow(painter, Box(_C[0] - _R * 0.62, _C[1] - _R * 0.62, _R * 1.24, _R * 1.24), sheet.paint.white, turn_deg)

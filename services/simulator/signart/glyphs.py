@@ -51,10 +51,8 @@ def _with_marks_above(table: dict[str, Glyph]) -> dict[str, Glyph]:
         built[letter] = Glyph(glyph.width, [*glyph.strokes, *dots])
     for letter, base in {"é": "e", "è": "e", "à": "a", "ó": "o", "ń": "n", "ś": "s", "ć": "c"}.items():
         lean = -1.0 if letter in "èà" else 1.0
-        glyph = table[base]
-        built[letter] = Glyph(
-            glyph.width, [*glyph.strokes, [(glyph.width / 2 - lean, 2.0), (glyph.width / 2 + lean, 0.4)]]
-        )
+        glyph, middle = table[base], table[base].width / 2
+        built[letter] = Glyph(glyph.width, [*glyph.strokes, [(middle - lean, 2.0), (middle + lean, 0.4)]])
     return built
 
 

@@ -58,13 +58,9 @@ class StrokeLettering:
         thickness, x = self.style.weight * 10 * min(scale_x, scale_y), thick_units / 2
         for char in text:
             for stroke in self._glyph(char).strokes:
-                points = [
-                    (
-                        box.x + scale_x * (x + px * self.style.width + self.style.slant * (10 - py)),
-                        box.y + scale_y * (py + thick_units / 2),
-                    )
-                    for px, py in stroke
-                ]
+                across = [x + px * self.style.width + self.style.slant * (10 - py) for px, py in stroke]
+                down = [py + thick_units / 2 for _, py in stroke]
+                points = [(box.x + scale_x * u, box.y + scale_y * v) for u, v in zip(across, down, strict=True)]
                 painter.stroke(points, thickness, colour)
             x += self._advance(char)
 

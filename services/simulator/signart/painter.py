@@ -24,10 +24,8 @@ class Painter:
     def __init__(self, width: float, height: float, size_px: int) -> None:
         self.width, self.height = width, height
         self._scale = size_px * _OVERSAMPLE / max(width, height)
-        self._shape_px = (
-            max(1, round(size_px * height / max(width, height))),
-            max(1, round(size_px * width / max(width, height))),
-        )
+        longer = max(width, height)
+        self._shape_px = (max(1, round(size_px * height / longer)), max(1, round(size_px * width / longer)))
         self._rgb = np.zeros((self._shape_px[0] * _OVERSAMPLE, self._shape_px[1] * _OVERSAMPLE, 3), np.uint8)
         self._alpha = np.zeros(self._rgb.shape[:2], np.uint8)
 
@@ -44,9 +42,8 @@ class Painter:
     def ellipse(self, centre: Point, radius_x: float, radius_y: float, colour: Colour) -> None:
         """Fill an upright ellipse."""
         angles = np.linspace(0.0, 2 * np.pi, 96, endpoint=False)
-        self.polygon(
-            [(centre[0] + radius_x * float(np.cos(a)), centre[1] + radius_y * float(np.sin(a))) for a in angles], colour
-        )
+        (x, y), turns = centre, [(float(np.cos(a)), float(np.sin(a))) for a in angles]
+        self.polygon([(x + radius_x * c, y + radius_y * s) for c, s in turns], colour)
 
     def rounded(self, x: float, y: float, width: float, height: float, radius: float, colour: Colour) -> None:
         """Fill a rectangle with rounded corners."""

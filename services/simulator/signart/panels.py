@@ -33,14 +33,9 @@ TOWN_STYLES = {
     "CHE": TownStyle("blue", "white", "white"),
 }
 COUNTRY_NAMES = {
-    "DEU": "Bundesrepublik Deutschland",
-    "GBR": "United Kingdom",
-    "AUT": "Republik Österreich",
-    "FRA": "France",
-    "NLD": "Nederland",
-    "POL": "Polska",
-    "CHE": "Schweiz Suisse Svizzera",
-}
+    "DEU": "Bundesrepublik Deutschland", "GBR": "United Kingdom", "AUT": "Republik Österreich", "FRA": "France",
+    "NLD": "Nederland", "POL": "Polska", "CHE": "Schweiz Suisse Svizzera",
+}  # fmt: skip
 _GREEN_MOTORWAYS = {"CHE"}
 
 
@@ -75,9 +70,8 @@ def zone_end(painter: Painter, sheet: Sheet, value: str) -> None:
     zone(painter, sheet._replace(paint=pale), value)
     for index in range(5):
         offset = (index - 2) * 0.035
-        painter.stroke(
-            [(0.72 + offset, 0.08 + offset), (0.08 + offset, 0.72 + offset)], 0.018, sheet.paint.black, flat=True
-        )
+        ends = [(0.72 + offset, 0.08 + offset), (0.08 + offset, 0.72 + offset)]
+        painter.stroke(ends, 0.018, sheet.paint.black, flat=True)
 
 
 def general(painter: Painter, sheet: Sheet, value: str) -> None:
@@ -97,7 +91,12 @@ def general_end(painter: Painter, sheet: Sheet, value: str) -> None:
 
 def town_entry(painter: Painter, sheet: Sheet, _: str) -> None:
     """A built-up area starts; its name is on the board."""
-    _town(painter, sheet)
+    style = TOWN_STYLES.get(sheet.country, TOWN_STYLES["DEU"])
+    board(painter, _paint(sheet.paint, style.ground), _paint(sheet.paint, style.edge))
+    ink = _paint(sheet.paint, style.ink)
+    first, _, second = (sheet.text or "Ort").partition("\n")
+    write_centred(painter, sheet.letters, first, Box(0.08, 0.19 if second else 0.24, 0.84, 0.17), ink)
+    write_centred(painter, sheet.letters, second, Box(0.15, 0.45, 0.7, 0.09), ink)
 
 
 def town_exit(painter: Painter, sheet: Sheet, _: str) -> None:
@@ -109,17 +108,8 @@ def town_exit(painter: Painter, sheet: Sheet, _: str) -> None:
         write_centred(painter, sheet.letters, name, Box(0.1, 0.41, 0.8, 0.14), sheet.paint.black)
         painter.stroke([(0.05, 0.59), (0.95, 0.37)], 0.035, sheet.paint.red, flat=True)
         return
-    _town(painter, sheet)
+    town_entry(painter, sheet, "")
     painter.stroke([(0.06, 0.58), (0.94, 0.07)], 0.05, sheet.paint.red, flat=True)
-
-
-def _town(painter: Painter, sheet: Sheet) -> None:
-    style = TOWN_STYLES.get(sheet.country, TOWN_STYLES["DEU"])
-    board(painter, _paint(sheet.paint, style.ground), _paint(sheet.paint, style.edge))
-    ink = _paint(sheet.paint, style.ink)
-    first, _, second = (sheet.text or "Ort").partition("\n")
-    write_centred(painter, sheet.letters, first, Box(0.08, 0.19 if second else 0.24, 0.84, 0.17), ink)
-    write_centred(painter, sheet.letters, second, Box(0.15, 0.45, 0.7, 0.09), ink)
 
 
 def motorway(painter: Painter, sheet: Sheet, _: str) -> None:
@@ -145,12 +135,10 @@ def border(painter: Painter, sheet: Sheet, country: str) -> None:
     else:
         symbols.star_ring(painter, (0.6, 0.34), 0.24, sheet.paint.yellow)
     name = sheet.text or COUNTRY_NAMES.get(country, country)
-    words = name.split(" ", 1)
-    write_centred(
-        painter, sheet.letters, words[0], Box(0.08, 0.66 if len(words) == 2 else 0.68, 1.04, 0.085), sheet.paint.white
-    )
-    if len(words) == 2:
-        write_centred(painter, sheet.letters, words[1], Box(0.08, 0.775, 1.04, 0.085), sheet.paint.white)
+    first, _, second = name.partition(" ")
+    top = 0.66 if second else 0.68
+    write_centred(painter, sheet.letters, first, Box(0.08, top, 1.04, 0.085), sheet.paint.white)
+    write_centred(painter, sheet.letters, second, Box(0.08, 0.775, 1.04, 0.085), sheet.paint.white)
 
 
 def _cross_flag(painter: Painter, sheet: Sheet) -> None:
@@ -196,10 +184,8 @@ def one_way(painter: Painter, sheet: Sheet, _: str) -> None:
     if sheet.country == "GBR":
         symbols.arrow_up(painter, Box(0.1, 0.08, 0.25, 0.44), sheet.paint.white)
         return
-    painter.polygon(
-        [(0.06, 0.08), (0.56, 0.08), (0.56, 0.05), (0.75, 0.15), (0.56, 0.25), (0.56, 0.22), (0.06, 0.22)],
-        sheet.paint.white,
-    )
+    arrow = [(0.06, 0.08), (0.56, 0.08), (0.56, 0.05), (0.75, 0.15), (0.56, 0.25), (0.56, 0.22), (0.06, 0.22)]
+    painter.polygon(arrow, sheet.paint.white)
     write_centred(painter, sheet.letters, "Einbahnstraße", Box(0.09, 0.115, 0.5, 0.07), sheet.paint.black)
 
 

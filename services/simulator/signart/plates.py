@@ -13,12 +13,9 @@ from services.simulator.signart.sheet import Sheet
 PLATE_M = (0.6, 0.33)
 LED_M = (1.1, 1.1)
 WET_WORDS = {
-    "de": "bei Nässe",
-    "en": "when wet",
-    "fr": "par temps\nde pluie",
-    "nl": "bij nat\nwegdek",
+    "de": "bei Nässe", "en": "when wet", "fr": "par temps\nde pluie", "nl": "bij nat\nwegdek",
     "pl": "podczas\nopadów",
-}
+}  # fmt: skip
 _END_WORDS = {"DEU": "Ende", "AUT": "Ende", "GBR": "End", "FRA": "Fin", "NLD": "Einde", "POL": "Koniec",
               "CHE": "Ende", "USA": "END"}  # fmt: skip
 
@@ -98,15 +95,10 @@ _CENTRE = LED_M[0] / 2
 
 
 def _led_limit(painter: Painter, sheet: Sheet, value: str) -> None:
-    _led_ring(painter)
-    width, height = (0.56, 0.38) if len(value) < 3 else (0.66, 0.34)
-    write_centred(
-        painter, sheet.letters, value, Box(_CENTRE - width / 2, _CENTRE - height / 2, width, height), _LAMP_WHITE
-    )
-
-
-def _led_ring(painter: Painter) -> None:
     painter.stroke(symbols.curve((_CENTRE, _CENTRE), 0.455, 0, 360), 0.1, _LAMP_RED)
+    width, height = (0.56, 0.38) if len(value) < 3 else (0.66, 0.34)
+    box = Box(_CENTRE - width / 2, _CENTRE - height / 2, width, height)
+    write_centred(painter, sheet.letters, value, box, _LAMP_WHITE)
 
 
 def _led_blank(painter: Painter, sheet: Sheet, value: str) -> None:
@@ -128,26 +120,18 @@ def _led_end(painter: Painter, sheet: Sheet, value: str) -> None:
         painter.stroke([(0.83 + offset, 0.27 + offset), (0.27 + offset, 0.83 + offset)], 0.045, _LAMP_WHITE, flat=True)
 
 
-def _led_triangle(painter: Painter, symbol: symbols.Symbol) -> None:
+def _led_symbol(painter: Painter, sheet: Sheet, value: str) -> None:
     painter.stroke([(_CENTRE, 0.12), (1.0, 0.92), (0.1, 0.92), (_CENTRE, 0.12)], 0.08, _LAMP_RED)
-    symbol(painter, Box(0.34, 0.4, 0.42, 0.44), _LAMP_WHITE)
+    _LED_SYMBOLS[value](painter, Box(0.34, 0.4, 0.42, 0.44), _LAMP_WHITE)
 
 
-def _led_congestion(painter: Painter, sheet: Sheet, value: str) -> None:
-    _led_triangle(painter, symbols.queue)
-
-
-def _led_slippery(painter: Painter, sheet: Sheet, value: str) -> None:
-    _led_triangle(painter, symbols.skid)
-
-
+_LED_SYMBOLS = {"congestion": symbols.queue, "slippery": symbols.skid}
 _LED_PICTURES = {
     "blank": _led_blank,
     "lane_closed": _led_closed,
     "lane_open": _led_open,
     "end": _led_end,
-    "congestion": _led_congestion,
-    "slippery": _led_slippery,
+    **dict.fromkeys(_LED_SYMBOLS, _led_symbol),
 }
 
 

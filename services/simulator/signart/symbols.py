@@ -26,6 +26,10 @@ def _head(painter: Painter, box: Box, x: float, y: float, radius: float, colour:
     painter.disc((box.x + x * box.width, box.y + y * box.height), radius * box.height, colour)
 
 
+def _part(box: Box, x: float, y: float, width: float, height: float) -> Box:
+    return Box(box.x + x * box.width, box.y + y * box.height, width * box.width, height * box.height)
+
+
 def walker(painter: Painter, box: Box, colour: Colour) -> None:
     """A person walking."""
     _head(painter, box, 0.5, 0.1, 0.095, colour)
@@ -40,15 +44,13 @@ def zebra(painter: Painter, box: Box, colour: Colour) -> None:
     """A person walking over stripes."""
     for left in (0.02, 0.24, 0.46, 0.68):
         _fill(painter, box, [(left + 0.1, 0.8), (left + 0.2, 0.8), (left + 0.22, 1.0), (left, 1.0)], colour)
-    walker(painter, Box(box.x + 0.18 * box.width, box.y, 0.64 * box.width, 0.84 * box.height), colour)
+    walker(painter, _part(box, 0.18, 0.0, 0.64, 0.84), colour)
 
 
 def children(painter: Painter, box: Box, colour: Colour) -> None:
     """Two children running, one smaller."""
-    walker(
-        painter, Box(box.x - 0.02 * box.width, box.y + 0.02 * box.height, 0.62 * box.width, 0.96 * box.height), colour
-    )
-    walker(painter, Box(box.x + 0.5 * box.width, box.y + 0.26 * box.height, 0.5 * box.width, 0.72 * box.height), colour)
+    walker(painter, _part(box, -0.02, 0.02, 0.62, 0.96), colour)
+    walker(painter, _part(box, 0.5, 0.26, 0.5, 0.72), colour)
     _line(painter, box, [(0.42, 0.42), (0.62, 0.5)], 0.07, colour)
 
 
@@ -65,7 +67,7 @@ def digger(painter: Painter, box: Box, colour: Colour) -> None:
 
 def skid(painter: Painter, box: Box, colour: Colour) -> None:
     """A car from behind above two wavy tracks."""
-    car(painter, Box(box.x + 0.2 * box.width, box.y, 0.6 * box.width, 0.48 * box.height), colour)
+    car(painter, _part(box, 0.2, 0.0, 0.6, 0.48), colour)
     for left in (0.3, 0.66):
         wave = [(left + 0.1 * math.sin(step * 0.75), 0.52 + step * 0.048) for step in range(11)]
         _line(painter, box, wave, 0.08, colour)
@@ -81,7 +83,7 @@ def car(painter: Painter, box: Box, colour: Colour) -> None:
 def car_pair(painter: Painter, box: Box, left: Colour, right: Colour, glass: Colour) -> None:
     """Two cars side by side, as on the signs about overtaking."""
     for start, colour in ((0.0, left), (0.52, right)):
-        place = Box(box.x + start * box.width, box.y, 0.48 * box.width, box.height)
+        place = _part(box, start, 0.0, 0.48, 1.0)
         car(painter, place, colour)
         _fill(painter, place, [(0.3, 0.2), (0.7, 0.2), (0.78, 0.46), (0.22, 0.46)], glass)
 
@@ -96,22 +98,16 @@ def lorry(painter: Painter, box: Box, colour: Colour) -> None:
 
 def arrow_up(painter: Painter, box: Box, colour: Colour) -> None:
     """A straight arrow."""
-    _fill(
-        painter,
-        box,
-        [(0.5, 0.0), (0.92, 0.42), (0.64, 0.42), (0.64, 1.0), (0.36, 1.0), (0.36, 0.42), (0.08, 0.42)],
-        colour,
-    )
+    shape = [(0.5, 0.0), (0.92, 0.42), (0.64, 0.42), (0.64, 1.0), (0.36, 1.0), (0.36, 0.42), (0.08, 0.42)]
+    _fill(painter, box, shape, colour)
 
 
 def arrow(painter: Painter, box: Box, colour: Colour, turn_deg: float) -> None:
     """A straight arrow turned clockwise from up."""
     shape = [(0.5, 0.0), (0.9, 0.42), (0.62, 0.42), (0.62, 1.0), (0.38, 1.0), (0.38, 0.42), (0.1, 0.42)]
     sine, cosine = math.sin(math.radians(turn_deg)), math.cos(math.radians(turn_deg))
-    turned = [
-        (0.5 + (x - 0.5) * cosine - (y - 0.5) * sine, 0.5 + (x - 0.5) * sine + (y - 0.5) * cosine) for x, y in shape
-    ]
-    _fill(painter, box, turned, colour)
+    arms = [(x - 0.5, y - 0.5) for x, y in shape]
+    _fill(painter, box, [(0.5 + x * cosine - y * sine, 0.5 + x * sine + y * cosine) for x, y in arms], colour)
 
 
 def motorway(painter: Painter, box: Box, colour: Colour, ground: Colour) -> None:
@@ -126,9 +122,8 @@ def star_ring(painter: Painter, centre: Point, radius: float, colour: Colour) ->
     """Twelve stars in a circle."""
     for hour in range(12):
         angle = math.radians(30 * hour)
-        star(
-            painter, (centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)), radius * 0.16, colour
-        )
+        middle = (centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle))
+        star(painter, middle, radius * 0.16, colour)
 
 
 def star(painter: Painter, centre: Point, radius: float, colour: Colour) -> None:
@@ -160,11 +155,8 @@ def town(painter: Painter, box: Box, colour: Colour) -> None:
 def queue(painter: Painter, box: Box, colour: Colour) -> None:
     """Cars standing one behind the other."""
     for left, top, size in ((0.28, 0.56, 0.44), (0.32, 0.24, 0.36), (0.36, 0.0, 0.28)):
-        car(
-            painter,
-            Box(box.x + left * box.width, box.y + top * box.height, size * box.width, size * box.height * 0.9),
-            colour,
-        )
+        place = _part(box, left, top, size, size)
+        car(painter, place._replace(height=place.height * 0.9), colour)
 
 
 def curve(centre: Point, radius: float, start_deg: float, end_deg: float) -> list[Point]:

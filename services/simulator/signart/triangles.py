@@ -44,24 +44,15 @@ def yield_(painter: Painter, sheet: Sheet, _: str) -> None:
         write_centred(painter, sheet.letters, "WAY", Box(0.34, 0.29, 0.22, 0.085), sheet.paint.black)
 
 
-def _warning(painter: Painter, sheet: Sheet, symbol: symbols.Symbol) -> None:
+_PICTURES: dict[str, symbols.Symbol] = {
+    "children": symbols.children, "roadworks": symbols.digger, "slippery": symbols.skid, "crossing": symbols.zebra,
+}  # fmt: skip
+
+
+def warning(painter: Painter, sheet: Sheet, name: str) -> None:
+    """A warning with a picture: children, works, a slippery road, a pedestrian crossing (Britain)."""
     _triangle(painter, sheet, down=False)
-    symbol(painter, Box(0.285, 0.30, 0.33, 0.36), sheet.paint.black)
-
-
-def children(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Children may be near."""
-    _warning(painter, sheet, symbols.children)
-
-
-def roadworks(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Works ahead."""
-    _warning(painter, sheet, symbols.digger)
-
-
-def slippery(painter: Painter, sheet: Sheet, _: str) -> None:
-    """The road may be slippery."""
-    _warning(painter, sheet, symbols.skid)
+    _PICTURES[name](painter, Box(0.285, 0.30, 0.33, 0.36), sheet.paint.black)
 
 
 def danger(painter: Painter, sheet: Sheet, _: str) -> None:
@@ -78,18 +69,11 @@ def priority_here(painter: Painter, sheet: Sheet, _: str) -> None:
     painter.stroke([(0.31, 0.545), (0.59, 0.545)], 0.05, sheet.paint.black, flat=True)
 
 
-def crossing_ahead(painter: Painter, sheet: Sheet, _: str) -> None:
-    """A pedestrian crossing ahead, as a warning (Britain)."""
-    _warning(painter, sheet, symbols.zebra)
-
-
 def stop(painter: Painter, sheet: Sheet, _: str) -> None:
     """Red octagon with the word."""
     centre, radius = STOP_M / 2, STOP_M / 2 / math.cos(math.pi / 8)
-    corners = [
-        (centre + radius * math.cos(math.pi / 8 * (2 * k + 1)), centre + radius * math.sin(math.pi / 8 * (2 * k + 1)))
-        for k in range(8)
-    ]
+    angles = [math.pi / 8 * (2 * k + 1) for k in range(8)]
+    corners = [(centre + radius * math.cos(angle), centre + radius * math.sin(angle)) for angle in angles]
     painter.polygon(corners, sheet.paint.white)
     painter.polygon(_inset(corners, 0.06), sheet.paint.red)
     write_centred(painter, sheet.letters, "STOP", Box(0.09, 0.25, STOP_M - 0.18, 0.25), sheet.paint.white)
@@ -97,21 +81,16 @@ def stop(painter: Painter, sheet: Sheet, _: str) -> None:
 
 def priority_road(painter: Painter, sheet: Sheet, _: str) -> None:
     """Yellow diamond in white."""
-    _diamond(painter, sheet)
-
-
-def priority_road_end(painter: Painter, sheet: Sheet, _: str) -> None:
-    """Yellow diamond struck through."""
-    _diamond(painter, sheet)
-    for offset in (-0.05, 0.0, 0.05):
-        painter.stroke(
-            [(0.62 + offset, 0.23 + offset), (0.23 + offset, 0.62 + offset)], 0.022, sheet.paint.black, flat=True
-        )
-
-
-def _diamond(painter: Painter, sheet: Sheet) -> None:
     half = DIAMOND_M / 2
     corners = [(half, 0.02), (DIAMOND_M - 0.02, half), (half, DIAMOND_M - 0.02), (0.02, half)]
     _rounded(painter, corners, 0.018, sheet.paint.black)
     _rounded(painter, corners, 0.012, sheet.paint.white)
     painter.polygon(_inset(corners, 0.3), sheet.paint.yellow)
+
+
+def priority_road_end(painter: Painter, sheet: Sheet, _: str) -> None:
+    """Yellow diamond struck through."""
+    priority_road(painter, sheet, "")
+    for offset in (-0.05, 0.0, 0.05):
+        ends = [(0.62 + offset, 0.23 + offset), (0.23 + offset, 0.62 + offset)]
+        painter.stroke(ends, 0.022, sheet.paint.black, flat=True)
