@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import moderngl
@@ -23,6 +23,7 @@ from services.simulator.scene.scene import CameraSpec, Scene, StaticWorld
 from services.simulator.scene.solids import LIGHT_HEAD_M
 
 Box = tuple[float, float, float, float]
+NOWHERE: Box = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +75,10 @@ def inside_share(box: Box, width: int, height: int) -> float:
     wide = min(box[2], width) - max(box[0], 0.0)
     high = min(box[3], height) - max(box[1], 0.0)
     return max(wide, 0.0) * max(high, 0.0) / area if area > 0 else 0.0
+
+
+_blank = partial(Label, box_px=NOWHERE, full_box_px=NOWHERE, visible_fraction=0.0, distance_m=0.0, visible_px=0)
+"""What is known of a label before its pixels are counted."""
 
 
 @dataclass(slots=True, eq=False)
@@ -153,19 +158,13 @@ def _candidates(resources: Resources, cast: Cast, shared: dict[str, Uniform]) ->
             continue
         points = world_points(model, actor)
         kind: ObjectClass = "pedestrian" if actor.kind == "pedestrian" else "vehicle"
-        label = _blank(actor.id, kind, mesh_family=actor.mesh_family, detail=actor.kind)
-        out.append(
-            Candidate(
-                partial(frame.draw_actor, resources, actor, cast, "id_object", number),
-                points,
-                points.mean(axis=0),
-                label,
-            )
-        )
+        label = _blank(id=actor.id, kind=kind, mesh_family=actor.mesh_family, detail=actor.kind)
+        draw = partial(frame.draw_actor, resources, actor, cast, "id_object", number)
+        out.append(Candidate(draw, points, points.mean(axis=0), label))
     for item in cast.lights:
         number, centre = len(out) + 1, np.array(light_centre(item[0]))
         points = _box_points(centre, item[0].pose.yaw_rad, *LIGHT_HEAD_M)
-        label = _blank(item[0].id, "light", code=item[2])
+        label = _blank(id=item[0].id, kind="light", code=item[2])
         out.append(Candidate(partial(frame.draw_light, resources, item, "id_object", number), points, centre, label))
     return out + _face_candidates(resources, cast, len(out) + 1, shared)
 
@@ -177,41 +176,11 @@ def _face_candidates(resources: Resources, cast: Cast, first: int, shared: dict[
         points = np.array([centre + a * right + b * up for a in (-1, 1) for b in (-1, 1)])
         depth = float(cast.view.camera_points(centre[None])[0, 2])
         disc = cast.view.spec.focal_px * spot.height_m / max(depth, NEAR_M)
-        label = _blank(
-            spot.owner, "panel" if spot.led else "sign", code=code, country=spot.country, part=spot.part, disc_px=disc
-        )
+        kind: ObjectClass = "panel" if spot.led else "sign"
+        label = _blank(id=spot.owner, kind=kind, code=code, country=spot.country, part=spot.part, disc_px=disc)
         row = rows[k : k + 1]
         out.append(Candidate(partial(frame.draw_faces, resources, row, "id_face", shared), points, centre, label))
     return out
-
-
-def _blank(
-    id_: int,
-    kind: ObjectClass,
-    *,
-    mesh_family: int = 0,
-    detail: str = "",
-    code: str = "",
-    country: str = "",
-    part: int = 0,
-    disc_px: float = 0.0,
-) -> Label:
-    none = (0.0, 0.0, 0.0, 0.0)
-    return Label(
-        id=id_,
-        kind=kind,
-        box_px=none,
-        full_box_px=none,
-        visible_fraction=0.0,
-        distance_m=0.0,
-        visible_px=0,
-        disc_px=disc_px,
-        mesh_family=mesh_family,
-        code=code,
-        country=country,
-        detail=detail,
-        part=part,
-    )
 
 
 def _box_points(centre: Floats, yaw: float, deep: float, wide: float, high: float) -> Floats:
@@ -232,9 +201,9 @@ def _alone(target: moderngl.Framebuffer, box: Box, candidate: Candidate) -> int:
     """Pixels of the candidate drawn alone into the picture."""
     left, right = max(int(box[0]) - 2, 0), min(int(box[2]) + 3, target.width)
     top, bottom = max(int(box[1]) - 2, 0), min(int(box[3]) + 3, target.height)
-    target.clear(depth=1.0, viewport=(left, target.height - bottom, right - left, bottom - top))
-    candidate.draw()
     size = (left, target.height - bottom, right - left, bottom - top)
+    target.clear(depth=1.0, viewport=size)
+    candidate.draw()
     data = np.frombuffer(target.read(viewport=size, components=2, dtype="u4", alignment=1), dtype="<u4")
     return int(np.count_nonzero(data[::2]))
 
@@ -244,19 +213,11 @@ def _label(cast: Cast, target: moderngl.Framebuffer, candidate: Candidate, seen:
     full = _full_box(cast, candidate.points)
     alone = max(_alone(target, full, candidate), visible)
     inside = inside_share(full, cast.view.spec.width_px, cast.view.spec.height_px)
-    blank = candidate.label
-    return Label(
-        id=blank.id,
-        kind=blank.kind,
+    return replace(
+        candidate.label,
         box_px=box,
         full_box_px=full,
         visible_fraction=visible / alone * inside,
         distance_m=float(np.linalg.norm(candidate.centre - cast.view.eye)),
         visible_px=visible,
-        disc_px=blank.disc_px,
-        mesh_family=blank.mesh_family,
-        code=blank.code,
-        country=blank.country,
-        detail=blank.detail,
-        part=blank.part,
     )

@@ -91,19 +91,15 @@ class Renderer:
         """Shadows go to the target's alpha by minimum, so that overlaps do not add up; white leaves the colours."""
         resources, ctx = self._resources, self._resources.ctx
         ctx.blend_equation = LEAST
-        count = glow.upload_blobs(resources, glow.blobs(self._world, cast))
+        count = glow.upload(resources.blob_buffer, glow.blobs(self._world, cast))
         if count:
             resources.set("blob", shared)
             resources.blob_sprites.vao("blob").render(moderngl.TRIANGLE_STRIP, instances=count)
         if cast.light.shadow > 0.05:
             resources.set("shade", shared | {"u_shade": cast.light.shadow})
-            near = [
-                a
-                for a in cast.actors
-                if np.hypot(a.pose.x_m - cast.view.eye[0], a.pose.y_m - cast.view.eye[1]) < SHADE_REACH_M
-            ]
-            for actor in near:
-                if actor.kind != "pedestrian":
+            for actor in cast.actors:
+                away = np.hypot(actor.pose.x_m - cast.view.eye[0], actor.pose.y_m - cast.view.eye[1])
+                if actor.kind != "pedestrian" and away < SHADE_REACH_M:
                     frame.draw_actor(resources, actor, cast, "shade")
         ctx.blend_equation = SUM
 
@@ -119,7 +115,7 @@ class Renderer:
 
     def _glare(self, cast: Cast, target: moderngl.Framebuffer, shared: dict[str, Uniform]) -> None:
         resources, spec = self._resources, cast.view.spec
-        count = glow.upload_glows(resources, glow.glows(self._world, cast))
+        count = glow.upload(resources.glow_buffer, glow.glows(self._world, cast))
         if not count:
             return
         resources.ctx.blend_func = ADD

@@ -84,9 +84,8 @@ class Drawable:
         """Free the device memory; corner buffers that others share stay."""
         for vao in self._vaos.values():
             vao.release()
-        for buffer in {entry[0] for entry in self._content if entry[0] is not self._resources.corners} | {
-            self._indices
-        }:
+        own = {entry[0] for entry in self._content if entry[0] is not self._resources.corners}
+        for buffer in own | {self._indices}:
             if isinstance(buffer, moderngl.Buffer):
                 buffer.release()
 
@@ -198,15 +197,10 @@ class Resources:
         }
 
     def _furniture(self) -> dict[str, Drawable]:
-        out = {}
-        for kind in ("lamp", "post"):
-            builder = Builder()
-            if kind == "lamp":
-                buildings.lamp(builder, LAMP_HEIGHT_M, 0.2 * LAMP_HEIGHT_M)
-            else:
-                buildings.marker_post(builder, 1.0)
-            out[kind] = self.upload(builder.build(), instanced=True)
-        return out
+        lamp, post = Builder(), Builder()
+        buildings.lamp(lamp, LAMP_HEIGHT_M, 0.2 * LAMP_HEIGHT_M)
+        buildings.marker_post(post, 1.0)
+        return {"lamp": self.upload(lamp.build(), instanced=True), "post": self.upload(post.build(), instanced=True)}
 
     def _sprite(self, buffer: moderngl.Buffer, layout: str, names: tuple[str, ...]) -> Drawable:
         return Drawable(self, [(self.corners, "2f", "in_corner"), (buffer, layout, *names)])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+import moderngl
 import numpy as np
 
-from services.simulator.render.device.resources import Resources
 from services.simulator.render.drawing.frame import LIT, Cast
 from services.simulator.render.drawing.static_world import World, light_centre
 from services.simulator.render.models.actors import Lamp, lamp_levels
@@ -67,11 +67,8 @@ def _actor_glows(actor: Actor, cast_: Cast, dark: float) -> list[tuple[float, ..
 
 def _lamp_place(actor: Actor, lamp: Lamp, c: float, s: float) -> tuple[float, float, float]:
     x = lamp.x_m + lamp.sense * 0.06
-    return (
-        actor.pose.x_m + c * x - s * lamp.y_m,
-        actor.pose.y_m + s * x + c * lamp.y_m,
-        actor.pose.z_m + lamp.z_m,
-    )
+    pose = actor.pose
+    return pose.x_m + c * x - s * lamp.y_m, pose.y_m + s * x + c * lamp.y_m, pose.z_m + lamp.z_m
 
 
 def _sprite(
@@ -82,20 +79,8 @@ def _sprite(
     rows: list[tuple[float, ...]] = [(*place, size_m, size_m, 0.0, r, g, b)]
     wet = cast_.light.wet
     if wet > 0.1 and place[2] < 6.0:
-        k = 0.45 * wet
-        rows.append(
-            (
-                place[0],
-                place[1],
-                -place[2] * 0.9,
-                size_m * 0.55,
-                size_m * 1.1 + place[2] * 0.9,
-                0.0,
-                r * k,
-                g * k,
-                b * k,
-            )
-        )
+        k, (x, y, z) = 0.45 * wet, place
+        rows.append((x, y, -z * 0.9, size_m * 0.55, size_m * 1.1 + z * 0.9, 0.0, r * k, g * k, b * k))
     return rows
 
 
@@ -106,18 +91,8 @@ def blobs(world: World, cast_: Cast) -> Floats:
     for actor in cast_.actors:
         pose, small = actor.pose, actor.kind == "pedestrian"
         half_l, half_w = (0.38, 0.38) if small else (actor.length_m / 2 + 0.25, actor.width_m / 2 + 0.30)
-        rows.append(
-            (
-                pose.x_m,
-                pose.y_m,
-                pose.z_m,
-                pose.yaw_rad,
-                half_l,
-                half_w,
-                contact * (0.7 if small else 1.0),
-                0.0 if small else 0.55,
-            )
-        )
+        place = (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad, half_l, half_w)
+        rows.append((*place, contact * (0.7 if small else 1.0), 0.0 if small else 0.55))
     for item in world.buildings:
         half_l, half_w = (item.length_m or 10.0) / 2 + 1.2, (item.width_m or 12.0) / 2 + 1.2
         rows.append((item.pose.x_m, item.pose.y_m, 0.0, item.pose.yaw_rad, half_l, half_w, 0.4, 0.7))
@@ -136,23 +111,14 @@ def _plant_blobs(world: World, cast_: Cast) -> list[tuple[float, ...]]:
             if cast_.light.shadow > 0.05:
                 reach = 5.5 * high * math.hypot(sun[0], sun[1]) * stretch
                 x, y = row[0] - math.cos(azimuth) * reach, row[1] - math.sin(azimuth) * reach
-                rows.append(
-                    (float(x), float(y), 0.0, azimuth, 3.3 * wide * stretch, 3.0 * wide, cast_.light.shadow, 0.12)
-                )
+                size = (3.3 * wide * stretch, 3.0 * wide)
+                rows.append((float(x), float(y), 0.0, azimuth, *size, cast_.light.shadow, 0.12))
     return rows
 
 
-def upload_glows(resources: Resources, rows: Floats) -> int:
-    """Write the table for the glow program; returns the number of sprites."""
-    rows = rows[: resources.glow_buffer.size // 36]
+def upload(buffer: moderngl.Buffer, rows: Floats) -> int:
+    """Write a table of sprites, as many rows as fit; returns their number."""
+    rows = rows[: buffer.size // (4 * rows.shape[1])]
     if len(rows):
-        resources.glow_buffer.write(rows.astype("<f4").tobytes())
-    return len(rows)
-
-
-def upload_blobs(resources: Resources, rows: Floats) -> int:
-    """Write the table for the blob program; returns the number of sprites."""
-    rows = rows[: resources.blob_buffer.size // 32]
-    if len(rows):
-        resources.blob_buffer.write(rows.astype("<f4").tobytes())
+        buffer.write(rows.astype("<f4").tobytes())
     return len(rows)

@@ -78,9 +78,7 @@ def _ribbon(line: Floats, width: float, layer: int, colour: Colour, z: float, pl
         uv = np.stack([np.repeat(s[part], 2), np.tile([0.0, width], len(rows))], axis=1)
         builder = Builder()
         alpha = np.tile([0.0, 1.0], len(rows))
-        builder.add(
-            pos, np.tile((0, 0, 1), (len(pos), 1)), uv, grid_triangles(len(rows), 2), colour, layer, flag, alpha
-        )
+        builder.add(pos, (0, 0, 1), uv, grid_triangles(len(rows), 2), colour, layer, flag, alpha)
         chunks.append(_chunk(builder, place))
     return chunks
 
@@ -110,14 +108,8 @@ def _kerb(edge: Floats, sense: float) -> list[Chunk]:
         normals[:, :2, :2] = side[part][:, None]
         normals[:, 2, 2] = 1.0
         uv = np.stack([np.repeat(np.arange(len(low)) * 2.0, 3), np.tile([0, 0.1, 0.2], len(low))], axis=1)
-        builder.add(
-            rows.reshape(-1, 3),
-            normals.reshape(-1, 3),
-            uv,
-            grid_triangles(len(low), 3),
-            (0.92, 0.92, 0.9),
-            Layer.CONCRETE,
-        )
+        triangles = grid_triangles(len(low), 3)
+        builder.add(rows.reshape(-1, 3), normals.reshape(-1, 3), uv, triangles, (0.92, 0.92, 0.9), Layer.CONCRETE)
         chunks.append(_chunk(builder, "kerb"))
     return chunks
 
@@ -148,9 +140,8 @@ def _dashes(line: Floats, width: float) -> list[Chunk]:
     chunks, builder, filled = [], Builder(), 0
     for start in range(0, len(points) - int(DASH_M), step):
         part = slice(start, start + int(DASH_M) + 1)
-        _line_quads(
-            builder, points[part], side[part], np.arange(start, start + DASH_M + 1.0)[: len(points[part])], width
-        )
+        along = np.arange(start, start + DASH_M + 1.0)[: len(points[part])]
+        _line_quads(builder, points[part], side[part], along, width)
         filled += 1
         if filled == 6:
             chunks.append(_chunk(builder, "marking", line=True))
@@ -202,7 +193,7 @@ def _patch(patch: Patch) -> Chunk:
     builder = Builder()
     fan = [(0, k, k + 1) for k in range(1, len(outline) - 1)]
     pos = np.hstack([outline, np.zeros((len(outline), 1))])
-    builder.add(pos, np.tile((0, 0, 1), (len(pos), 1)), outline, fan, colour, layer, Material.PLAIN, 0.5)
+    builder.add(pos, (0, 0, 1), outline, fan, colour, layer, Material.PLAIN, 0.5)
     return _chunk(builder, "patch")
 
 

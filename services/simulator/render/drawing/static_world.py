@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from services.simulator.render.models import buildings
 from services.simulator.render.models.mesh import Builder, Floats, Mesh, grid_triangles, merge, moved
 from services.simulator.render.models.plants import CONIFER_HEIGHT_M, HEDGE_LENGTH_M, TREE_HEIGHT_M
 from services.simulator.render.models.textures import Layer
-from services.simulator.scene.scene import Gantry, Scenery, SignPost, StaticWorld, TrafficLight
+from services.simulator.scene.scene import Gantry, Pose, Scenery, SignPost, StaticWorld, TrafficLight
 from services.simulator.scene.solids import ABOVE_FACE_M, LAMP_HEIGHT_M, POST_HEIGHT_M, beside, hung
 from services.simulator.signart import face_size_m
 
@@ -80,32 +81,26 @@ def _pieces(resources: Resources, meshes: list[Mesh], lines: list[bool]) -> Piec
     return Pieces(drawable, firsts, counts, centres.astype(np.float64), radii, np.array(lines, dtype=bool))
 
 
-def _house(item: Scenery) -> Mesh:
+def _standing(pose: Pose, draw: Callable[..., None], *sizes: object) -> Mesh:
+    """What `draw` builds of those sizes, moved to `pose`."""
     builder = Builder()
-    make = buildings.house if item.kind == "house" else buildings.tower
-    make(builder, item.length_m, item.width_m, item.height_m, item.look_seed)
-    return moved(builder.build(), item.pose.x_m, item.pose.y_m, item.pose.z_m, item.pose.yaw_rad)
+    draw(builder, *sizes)
+    return moved(builder.build(), pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)
+
+
+def _house(item: Scenery) -> Mesh:
+    draw = buildings.house if item.kind == "house" else buildings.tower
+    return _standing(item.pose, draw, item.length_m, item.width_m, item.height_m, item.look_seed)
 
 
 def post_faces(post: SignPost) -> list[FaceSpot]:
     """A post's faces with their true places."""
-    return [
-        FaceSpot(
-            post.id,
-            part,
-            face.country,
-            face.code,
-            face.text,
-            face.font,
-            face.look_seed,
-            (post.pose.x_m, post.pose.y_m, post.pose.z_m + place.z_m),
-            post.pose.yaw_rad,
-            place.width_m,
-            place.height_m,
-            False,
-        )
-        for part, (face, place) in enumerate(zip(post.faces, hung(post), strict=True))
-    ]
+    pose, spots = post.pose, []
+    for part, (face, place) in enumerate(zip(post.faces, hung(post), strict=True)):
+        look = (post.id, part, face.country, face.code, face.text, face.font, face.look_seed)
+        centre = (pose.x_m, pose.y_m, pose.z_m + place.z_m)
+        spots.append(FaceSpot(*look, centre, pose.yaw_rad, place.width_m, place.height_m, led=False))
+    return spots
 
 
 def _panel_size(country: str, code: str, width: float) -> tuple[float, float]:
@@ -117,52 +112,28 @@ def _panel_size(country: str, code: str, width: float) -> tuple[float, float]:
 
 def gantry_faces(gantry: Gantry) -> list[FaceSpot]:
     """A gantry's panels; an approaching driver's left is the gantry's own right."""
-    out = []
-    c, s = np.cos(gantry.pose.yaw_rad), np.sin(gantry.pose.yaw_rad)
+    pose, spots = gantry.pose, []
+    c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
     for panel in gantry.panels:
         width, height = _panel_size(panel.country, panel.code, panel.size_m)
         x, y = 0.24, -panel.lateral_m
-        centre = (
-            gantry.pose.x_m + c * x - s * y,
-            gantry.pose.y_m + s * x + c * y,
-            gantry.pose.z_m + gantry.clearance_m + 0.75,
-        )
-        out.append(
-            FaceSpot(
-                panel.id,
-                0,
-                panel.country,
-                panel.code,
-                "",
-                panel.font,
-                0,
-                centre,
-                gantry.pose.yaw_rad,
-                width,
-                height,
-                True,
-            )
-        )
-    return out
+        centre = (pose.x_m + c * x - s * y, pose.y_m + s * x + c * y, pose.z_m + gantry.clearance_m + 0.75)
+        look = (panel.id, 0, panel.country, panel.code, "", panel.font, 0)
+        spots.append(FaceSpot(*look, centre, pose.yaw_rad, width, height, led=True))
+    return spots
 
 
 def _gantry(gantry: Gantry) -> Mesh:
-    builder = Builder()
     cases = [(-panel.lateral_m, *_panel_size(panel.country, panel.code, panel.size_m)) for panel in gantry.panels]
-    buildings.gantry(builder, gantry.span_m, gantry.clearance_m, cases)
-    return moved(builder.build(), gantry.pose.x_m, gantry.pose.y_m, gantry.pose.z_m, gantry.pose.yaw_rad)
+    return _standing(gantry.pose, buildings.gantry, gantry.span_m, gantry.clearance_m, cases)
 
 
 def _post(post: SignPost) -> Mesh:
-    builder = Builder()
-    buildings.sign_post(builder, post.height_m + ABOVE_FACE_M)
-    return moved(builder.build(), post.pose.x_m, post.pose.y_m, post.pose.z_m, post.pose.yaw_rad)
+    return _standing(post.pose, buildings.sign_post, post.height_m + ABOVE_FACE_M)
 
 
 def _pole(light: TrafficLight) -> Mesh:
-    builder = Builder()
-    buildings.light_pole(builder, light.height_m, -light.arm_m)
-    return moved(builder.build(), light.pose.x_m, light.pose.y_m, light.pose.z_m, light.pose.yaw_rad)
+    return _standing(light.pose, buildings.light_pole, light.height_m, -light.arm_m)
 
 
 def light_mesh(light: TrafficLight) -> Mesh:
@@ -265,17 +236,13 @@ def _grove(near: Drawable, far: Drawable, rows: list[list[float]], height: float
 
 
 def _street_lamps(static: StaticWorld) -> Floats:
-    lamps = [item for item in static.scenery if item.kind == "lamp"]
-    out = np.zeros((len(lamps), 3))
-    for k, item in enumerate(lamps):
-        height = item.height_m or LAMP_HEIGHT_M
+    rows = []
+    for item in (item for item in static.scenery if item.kind == "lamp"):
+        pose, height = item.pose, item.height_m or LAMP_HEIGHT_M
+        x, y = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
         reach = height * 0.2 + 0.25
-        out[k] = (
-            item.pose.x_m + np.cos(item.pose.yaw_rad) * reach,
-            item.pose.y_m + np.sin(item.pose.yaw_rad) * reach,
-            item.pose.z_m + height,
-        )
-    return out
+        rows.append((pose.x_m + x * reach, pose.y_m + y * reach, pose.z_m + height))
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
 def fill_instances(drawable: Drawable, rows: np.ndarray) -> int:

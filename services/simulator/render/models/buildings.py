@@ -72,8 +72,7 @@ def _walls(
                 uv = [(cell, 0), (cell + 1, 0), (cell + 1, 1), (cell, 1)]
                 material = Material.PLAIN if layer == plain else Material.FACADE
                 builder.quad([(*p[0], z0), (*p[1], z0), (*p[1], z1), (*p[0], z1)], tint, layer, material, uv)
-    for z in (0.25,):
-        builder.box((0, 0, z), (depth + 0.1, wide + 0.1, 0.5), (0.5, 0.48, 0.46), Layer.CONCRETE, uv_m=3.0)
+    builder.box((0, 0, 0.25), (depth + 0.1, wide + 0.1, 0.5), (0.5, 0.48, 0.46), Layer.CONCRETE, uv_m=3.0)
     for sense in (1.0, -1.0):
         _gable(builder, depth, sense * wide / 2, eaves, 0.28 * depth + 0.6, sense, tint, plain)
 
@@ -83,15 +82,14 @@ def _gable(
 ) -> None:
     points = [(-depth / 2, y, eaves), (depth / 2, y, eaves), (0, y, eaves + rise)]
     uv = [(0, 0), (depth / BAY_M, 0), (depth / BAY_M / 2, rise / STOREY_M)]
-    builder.add(points, np.tile((0, sense, 0), (3, 1)), uv, [(0, 1, 2)], tint, layer)
+    builder.add(points, (0, sense, 0), uv, [(0, 1, 2)], tint, layer)
 
 
 def _barn(builder: Builder, depth: float, wide: float, eaves: float, rng: np.random.Generator) -> None:
     lower = eaves * float(rng.uniform(0.3, 0.5))
     builder.box((0, 0, lower / 2), (depth, wide, lower), (0.85, 0.84, 0.82), Layer.PLASTER, uv_m=4.0)
-    builder.box(
-        (0, 0, (eaves + lower) / 2), (depth + 0.06, wide + 0.06, eaves - lower), (1, 0.95, 0.9), Layer.WOOD, uv_m=2.5
-    )
+    upper = (depth + 0.06, wide + 0.06, eaves - lower)
+    builder.box((0, 0, (eaves + lower) / 2), upper, (1, 0.95, 0.9), Layer.WOOD, uv_m=2.5)
     for sense in (1.0, -1.0):
         _gable(builder, depth, sense * (wide / 2 + 0.03), eaves, 0.28 * depth + 0.6, sense, (1, 0.95, 0.9), Layer.WOOD)
     gate = depth / 2 + 0.05
@@ -104,20 +102,11 @@ def _roof(builder: Builder, depth: float, wide: float, eaves: float, rise: float
     low, high, y = eaves - over * slope, eaves + rise + 0.06, wide / 2 + over
     run = float(np.hypot(half, high - low))
     for sense in (1.0, -1.0):
-        corners = [
-            (sense * half, -y * sense, low),
-            (sense * half, y * sense, low),
-            (0, y * sense, high),
-            (0, -y * sense, high),
-        ]
+        x, side = sense * half, y * sense
+        corners = [(x, -side, low), (x, side, low), (0, side, high), (0, -side, high)]
         uv = [(0, 0), (2 * y / 3, 0), (2 * y / 3, run / 3), (0, run / 3)]
         builder.quad(corners, colour, Layer.ROOF, Material.PLAIN, uv)
-        edge = [
-            (sense * half, -y, low - 0.16),
-            (sense * half, y, low - 0.16),
-            (sense * half, y, low),
-            (sense * half, -y, low),
-        ]
+        edge = [(x, -y, low - 0.16), (x, y, low - 0.16), (x, y, low), (x, -y, low)]
         builder.quad(edge, (0.85, 0.84, 0.8), normal=(sense, 0, 0))
 
 
@@ -151,34 +140,18 @@ def lamp(builder: Builder, height: float, reach: float) -> None:
     builder.tube((0, 0, 1.2), (0, 0, height), 0.08, STEEL, 0.05, 8)
     builder.tube((0, 0, height - 0.05), (reach, 0, height + 0.12), 0.045, STEEL, 0.04, 6)
     builder.box((reach + 0.25, 0, height + 0.12), (0.7, 0.26, 0.12), (0.4, 0.41, 0.42))
-    builder.quad(
-        [
-            (reach + 0.55, -0.1, height + 0.05),
-            (reach - 0.05, -0.1, height + 0.05),
-            (reach - 0.05, 0.1, height + 0.05),
-            (reach + 0.55, 0.1, height + 0.05),
-        ],
-        (1.0, 0.86, 0.62),
-        material=Material.STREET,
-        normal=(0, 0, -1),
-    )
+    far, near, z = reach + 0.55, reach - 0.05, height + 0.05
+    corners = [(far, -0.1, z), (near, -0.1, z), (near, 0.1, z), (far, 0.1, z)]
+    builder.quad(corners, (1.0, 0.86, 0.62), material=Material.STREET, normal=(0, 0, -1))
 
 
 def marker_post(builder: Builder, height: float) -> None:
     """A delineator at the roadside with its reflector towards x."""
     builder.box((0, 0, height / 2), (*MARKER_POST_M, height), (0.93, 0.93, 0.92))
     builder.box((0, 0, height * 0.85), (0.094, 0.124, 0.22), (0.06, 0.06, 0.06))
-    builder.quad(
-        [
-            (0.05, -0.04, height * 0.8),
-            (0.05, 0.04, height * 0.8),
-            (0.05, 0.04, height * 0.9),
-            (0.05, -0.04, height * 0.9),
-        ],
-        (0.9, 0.6, 0.2),
-        0,
-        Material.RETRO,
-    )
+    z0, z1 = height * 0.8, height * 0.9
+    corners = [(0.05, -0.04, z0), (0.05, 0.04, z0), (0.05, 0.04, z1), (0.05, -0.04, z1)]
+    builder.quad(corners, (0.9, 0.6, 0.2), 0, Material.RETRO)
 
 
 def gantry(builder: Builder, span: float, clearance: float, panels: list[tuple[float, float, float]]) -> None:

@@ -73,8 +73,8 @@ def body(
             pair, spots = shell[index : index + 2], uv[index : index + 2]
             side = (GLASS, Layer.WHITE, Material.GLASS) if fill == "s" else (paint, Layer.PAINT, Material.PAINT)
             top = (GLASS, Layer.WHITE, Material.GLASS) if fill == "w" else (roof, Layer.PAINT, Material.PAINT)
-            builder.grid(pair[:, 4:6], side[0], side[1], side[2], spots[:, 4:6], centre)
-            builder.grid(pair[:, 5:8], top[0], top[1], top[2], spots[:, 5:8], (0, 0, -height))
+            builder.grid(pair[:, 4:6], *side, spots[:, 4:6], centre)
+            builder.grid(pair[:, 5:8], *top, spots[:, 5:8], (0, 0, -height))
     _cap(builder, rings[0], 1.0, paint, Layer.CAR_FRONT)
     _cap(builder, rings[-1], -1.0, paint, Layer.CAR_REAR)
 
@@ -85,7 +85,7 @@ def _cap(builder: Builder, ring: Floats, sense: float, paint: Colour, layer: int
     uv = np.stack([0.5 + 0.5 * outline[:, 1] / half, (outline[:, 2] - low) / (high - low)], axis=1)
     count = len(outline)
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
-    builder.add(outline, np.tile((sense, 0, 0.15), (count, 1)), uv, fan, paint, layer, Material.PAINT)
+    builder.add(outline, (sense, 0, 0.15), uv, fan, paint, layer, Material.PAINT)
 
 
 def wheels(builder: Builder, length: float, width: float, height: float, profile: Profile) -> None:
@@ -118,3 +118,18 @@ def end_quad(
     left, right = (min(y), max(y)) if sense > 0 else (max(y), min(y))
     corners = [(x, left, z[0]), (x, right, z[0]), (x, right, z[1]), (x, left, z[1])]
     builder.quad(corners, colour, layer, material, normal=(sense, 0, 0))
+
+
+def flank(x: tuple[float, float], y: float, z: tuple[float, float]) -> list[tuple[float, float, float]]:
+    """The corners of an upright rectangle along the car at ``y``, from x[0] to x[1] and z[0] to z[1]."""
+    return [(x[0], y, z[0]), (x[1], y, z[0]), (x[1], y, z[1]), (x[0], y, z[1])]
+
+
+def plate(builder: Builder, x: float, sense: float, z: tuple[float, float], layer: int) -> None:
+    """A number plate on an end at ``x``, from z[0] to z[1]."""
+    end_quad(builder, x, sense, (-0.26, 0.26), z, (1, 1, 1), Material.RETRO, layer)
+
+
+def rear_plate(rng: np.random.Generator) -> Layer:
+    """The layer of a plate behind: three in ten are yellow."""
+    return Layer.PLATE_YELLOW if rng.uniform() < 0.3 else Layer.PLATE_WHITE

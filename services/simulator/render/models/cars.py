@@ -5,10 +5,23 @@ from __future__ import annotations
 import tomllib
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from services.simulator.render.models.car_body import AMBER, GLASS, HEAD, RUBBER, TAIL, Profile, body, end_quad, wheels
+from services.simulator.render.models.car_body import (
+    AMBER,
+    GLASS,
+    HEAD,
+    RUBBER,
+    TAIL,
+    Profile,
+    body,
+    end_quad,
+    plate,
+    rear_plate,
+    wheels,
+)
 from services.simulator.render.models.mesh import Builder, Colour, Material
 from services.simulator.render.models.textures import Layer
 
@@ -18,19 +31,15 @@ PAINTS: tuple[Colour, ...] = (
     (0.45, 0.33, 0.24), (0.85, 0.42, 0.12), (0.48, 0.55, 0.42), (0.30, 0.14, 0.26), (0.70, 0.66, 0.58),
 )  # fmt: skip
 
-PROFILES: dict[str, tuple[Profile, ...]] = {
-    kind: tuple(
-        Profile(
-            **{
-                **row,
-                "stations": tuple(map(tuple, row["stations"])),
-                "side_layer": Layer[row.get("side_layer", "CAR_SIDE")],
-            }
-        )
-        for row in rows
-    )
-    for kind, rows in tomllib.loads(Path(__file__).with_name("car_profiles.toml").read_text(encoding="utf-8")).items()
-}
+_TABLE = tomllib.loads(Path(__file__).with_name("car_profiles.toml").read_text(encoding="utf-8"))
+
+
+def _profile(row: dict[str, Any]) -> Profile:
+    stations, side = tuple(map(tuple, row["stations"])), Layer[row.get("side_layer", "CAR_SIDE")]
+    return Profile(**{**row, "stations": stations, "side_layer": side})
+
+
+PROFILES: dict[str, tuple[Profile, ...]] = {kind: tuple(map(_profile, rows)) for kind, rows in _TABLE.items()}
 
 
 def pick_paint(rng: np.random.Generator) -> Colour:
@@ -72,22 +81,12 @@ def _lamps(
         outer = side * half_front * 0.95
         head = outer - side * width * 0.2
         end_quad(builder, front, 1, (outer, head), (lamp_top - 0.10 * height, lamp_top), HEAD, Material.HEAD)
-        end_quad(
-            builder, front, 1, (outer, head), (lamp_top - 0.135 * height, lamp_top - 0.105 * height), AMBER, indicator
-        )
-    layer = Layer.PLATE_YELLOW if rng.uniform() < 0.3 else Layer.PLATE_WHITE
+        below = (lamp_top - 0.135 * height, lamp_top - 0.105 * height)
+        end_quad(builder, front, 1, (outer, head), below, AMBER, indicator)
+    layer = rear_plate(rng)
     plate_z = float(rng.uniform(0.30, 0.42)) * height if not tall else 0.25 * height
-    end_quad(builder, rear - 0.004, -1, (-0.26, 0.26), (plate_z, plate_z + 0.115), (1, 1, 1), Material.RETRO, layer)
-    end_quad(
-        builder,
-        front + 0.004,
-        1,
-        (-0.26, 0.26),
-        (0.22 * height, 0.22 * height + 0.115),
-        (1, 1, 1),
-        Material.RETRO,
-        Layer.PLATE_WHITE,
-    )
+    plate(builder, rear - 0.004, -1, (plate_z, plate_z + 0.115), layer)
+    plate(builder, front + 0.004, 1, (0.22 * height, 0.22 * height + 0.115), Layer.PLATE_WHITE)
     _third_brake(builder, size_m, profile)
 
 
@@ -119,9 +118,8 @@ def _trim(
         z0, z1 = 0.60 * height, 0.86 * height
         if rng.uniform() < 0.7:
             end_quad(builder, -length / 2 - 0.008, -1, (-width * 0.36, width * 0.36), (z0, z1), GLASS, Material.GLASS)
-        end_quad(
-            builder, -length / 2 - 0.01, -1, (-0.012, 0.012), (0.3 * height, 0.93 * height), RUBBER, Material.PLAIN
-        )
+        gap = (0.3 * height, 0.93 * height)
+        end_quad(builder, -length / 2 - 0.01, -1, (-0.012, 0.012), gap, RUBBER, Material.PLAIN)
     if rng.uniform() < 0.10:
         _stripe(builder, length, profile, height, pick_paint(rng), float(rng.uniform(0.12, 0.22)) * width)
 
@@ -131,12 +129,8 @@ def _stripe(builder: Builder, length: float, profile: Profile, height: float, co
         if a[3] == "w":
             continue
         za, zb = a[2] * height + 0.022, b[2] * height + 0.022
-        corners = [
-            (a[0] * length, half, za),
-            (b[0] * length, half, zb),
-            (b[0] * length, -half, zb),
-            (a[0] * length, -half, za),
-        ]
+        xa, xb = a[0] * length, b[0] * length
+        corners = [(xa, half, za), (xb, half, zb), (xb, -half, zb), (xa, -half, za)]
         builder.quad(corners, colour, Layer.PAINT, Material.PAINT, normal=(0, 0, 1))
     x, z0, z1 = -length / 2 - 0.006, 0.3 * height, profile.stations[-1][2] * height
     end_quad(builder, x, -1, (-half, half), (z0, z1), colour, Material.PAINT, Layer.PAINT)

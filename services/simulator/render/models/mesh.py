@@ -117,15 +117,8 @@ class Builder:
             normal = -normal
         if uv is None:
             uv = _unit_grid(m, n)
-        self.add(
-            p.reshape(-1, 3),
-            normal.reshape(-1, 3),
-            np.asarray(uv).reshape(-1, 2),
-            grid_triangles(m, n),
-            colour,
-            layer,
-            material,
-        )
+        spots = np.asarray(uv).reshape(-1, 2)
+        self.add(p.reshape(-1, 3), normal.reshape(-1, 3), spots, grid_triangles(m, n), colour, layer, material)
 
     def box(
         self,

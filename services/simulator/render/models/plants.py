@@ -37,9 +37,8 @@ def tree(seed: int, keep: int = 1) -> Builder:
     lobes = [(np.array([0, 0, trunk + 3.3]), 2.5)]
     for _ in range(int(rng.integers(3, 6))):
         angle = rng.uniform(0, 2 * np.pi)
-        lobes.append(
-            (np.array([np.cos(angle) * 1.7, np.sin(angle) * 1.7, trunk + rng.uniform(1.6, 4.6)]), rng.uniform(1.4, 2.0))
-        )
+        place = np.array([np.cos(angle) * 1.7, np.sin(angle) * 1.7, trunk + rng.uniform(1.6, 4.6)])
+        lobes.append((place, rng.uniform(1.4, 2.0)))
     middle = np.array([0, 0, trunk + 2.6])
     for spot, radius in lobes:
         if rng.uniform() < 0.8:
@@ -52,14 +51,8 @@ def tree(seed: int, keep: int = 1) -> Builder:
             r, g, b = np.clip(tint * depth, 0, 1)
             if number % keep:
                 continue
-            _clump(
-                builder,
-                place,
-                middle,
-                float(rng.uniform(0.75, 1.25)) * (1 + 0.22 * (keep - 1)),
-                (float(r), float(g), float(b)),
-                rng,
-            )
+            size = float(rng.uniform(0.75, 1.25)) * (1 + 0.22 * (keep - 1))
+            _clump(builder, place, middle, size, (float(r), float(g), float(b)), rng)
     return builder
 
 
@@ -95,12 +88,6 @@ def hedge(seed: int, keep: int = 1) -> Builder:
         place = np.array([rng.uniform(-2, 2), rng.uniform(-0.35, 0.35), rng.uniform(0.25, 1.15)])
         shade = float(np.clip(0.55 + 0.4 * place[2] + rng.normal(0, 0.06), 0.4, 1.0))
         middle = np.array([place[0], 0, 0.3])
-        _clump(
-            builder,
-            place,
-            middle,
-            float(rng.uniform(0.35, 0.5)) * (1 + 0.2 * (keep - 1)),
-            (shade * 0.85, shade * 0.95, shade * 0.8),
-            rng,
-        )
+        size = float(rng.uniform(0.35, 0.5)) * (1 + 0.2 * (keep - 1))
+        _clump(builder, place, middle, size, (shade * 0.85, shade * 0.95, shade * 0.8), rng)
     return builder
