@@ -29,12 +29,8 @@ from services.can.health.trusted import Readings
 _UNKNOWN_BRAKES_SPEED_FACTOR = 0.8
 _DRIVE = ("yes", "with_care", "stop_soon", "stop_now")
 _SEVERITY_DRIVE: Mapping[str, str] = {
-    "note": "yes",
-    "service": "yes",
-    "careful": "with_care",
-    "stop_soon": "stop_soon",
-    "stop_now": "stop_now",
-}
+    "note": "yes", "service": "yes", "careful": "with_care", "stop_soon": "stop_soon", "stop_now": "stop_now",
+}  # fmt: skip
 
 
 class Held(msgspec.Struct, frozen=True, kw_only=True):
@@ -177,9 +173,7 @@ def advise(table: tuple[Psi, ...], assessment: Assessment, book: DtcBook, langua
 
 
 def factors(degradation: Degradation) -> tuple[float, float]:
-    """(speed factor in (0, 1], headway factor >= 1). Braking distance goes with v^2 / a, so speed falls with the root
-    of what is left.
-    """
+    """(speed factor in (0, 1], headway factor >= 1). Braking distance goes with v^2 / a: speed falls with the root."""
     envelope = degradation.brake_envelope
     braking = math.sqrt(max(envelope, 0.1)) if envelope is not None else _UNKNOWN_BRAKES_SPEED_FACTOR
     h = degradation.h if degradation.h is not None else 0.0

@@ -44,9 +44,7 @@ class Seen(NamedTuple):
 
 
 class Psi(NamedTuple):
-    """One indicator. `reads` gives what the values of its fields show; it may ignore fields that the car does not
-    have.
-    """
+    """One indicator. `reads`: what its fields show; it may ignore fields that the car does not have."""
 
     name: str
     fields: tuple[str, ...]
@@ -83,13 +81,22 @@ def worst(fields: tuple[str, ...], none: float, full: float) -> Callable[[Values
     return read
 
 
-def flag(*fields: str) -> Callable[[Values], Seen]:
+Reads = tuple[tuple[str, ...], Callable[[Values], Seen]]
+"""The fields of an indicator, and how they are read."""
+
+
+def on_ramp(field: str, none: float, full: float) -> Reads:
+    """One field on one ramp."""
+    return (field,), worst((field,), none, full)
+
+
+def flag(*fields: str) -> Reads:
     """1 where any of these flags is set."""
-    return worst(fields, 0.0, 1.0)
+    return fields, worst(fields, 0.0, 1.0)
 
 
-BRAKES = tuple(f"brake_temperature_{wheel}_c" for wheel in ("fl", "fr", "rl", "rr"))
 WHEELS = ("fl", "fr", "rl", "rr")
+BRAKES = tuple(f"brake_temperature_{wheel}_c" for wheel in WHEELS)
 TYRES = tuple(f"tyre_pressure_{wheel}_bar" for wheel in WHEELS)
 SOFTNESS = tuple(f"softness_{wheel}" for wheel in WHEELS)
 MEASURED = frozenset({"brake_effect", "pedal_pressure", *SOFTNESS})
@@ -103,9 +110,8 @@ def _tyre_low(pressure: str, softness: str, nominal_bar: float) -> Callable[[Val
         bar, ahead = values.get(pressure), values.get(softness)
         by_sensor = 0.0 if bar is None else ramp(bar / nominal_bar, 0.9, 0.5)
         by_wheel = 0.0 if ahead is None else ramp(ahead, SOFT_FROM, SOFT_TO)
-        return Seen(
-            max(by_sensor, by_wheel), all(values[each] is not None for each in (pressure, softness) if each in values)
-        )
+        complete = all(values[each] is not None for each in (pressure, softness) if each in values)
+        return Seen(max(by_sensor, by_wheel), complete)
 
     return read
 
@@ -148,67 +154,29 @@ def _oil_low(values: Values) -> Seen:
 def table(tyre_nominal_bar: tuple[float, ...]) -> tuple[Psi, ...]:
     """The indicators of a car with these nominal tyre pressures (bar; FL, FR, RL, RR)."""
     return (
-        Psi("abs_fault", ("abs_fault", "lamp_abs"), flag("abs_fault", "lamp_abs"), 0.8, 0.25, 0.1, step="no_abs"),
-        Psi("stability_fault", ("esc_fault",), flag("esc_fault"), 0.5, step="no_stability"),
-        Psi("stability_off", ("esc_off",), flag("esc_off"), 0.2, step="no_stability"),
-        Psi("brake_fluid_low", ("brake_fluid_low",), flag("brake_fluid_low"), 1.2, 0.6, 0.05, "stop_soon", "stop_soon"),
-        Psi(
-            "brake_booster_fault",
-            ("brake_booster_fault",),
-            flag("brake_booster_fault"),
-            1.2,
-            0.6,
-            0.05,
-            "stop_soon",
-            "stop_soon",
-        ),
-        Psi("brake_lining_worn", ("brake_lining_worn",), flag("brake_lining_worn"), 0.3, 0.1, 0.02),
+        Psi("abs_fault", *flag("abs_fault", "lamp_abs"), 0.8, 0.25, 0.1, step="no_abs"),
+        Psi("stability_fault", *flag("esc_fault"), 0.5, step="no_stability"),
+        Psi("stability_off", *flag("esc_off"), 0.2, step="no_stability"),
+        Psi("brake_fluid_low", *flag("brake_fluid_low"), 1.2, 0.6, 0.05, "stop_soon", "stop_soon"),
+        Psi("brake_booster_fault", *flag("brake_booster_fault"), 1.2, 0.6, 0.05, "stop_soon", "stop_soon"),
+        Psi("brake_lining_worn", *flag("brake_lining_worn"), 0.3, 0.1, 0.02),
         Psi("brakes_hot", BRAKES, worst(BRAKES, 350.0, 650.0), 0.8, 0.4, 0.05),
         Psi("brakes_weak", ("brake_effect",), _brakes_weak, 1.2, 1.0, gravity="stop_soon", step="stop_soon"),
-        Psi(
-            "pedal_spongy",
-            ("pedal_pressure",),
-            worst(("pedal_pressure",), 0.75, 0.35),
-            1.0,
-            0.5,
-            gravity="stop_soon",
-            step="stop_soon",
-        ),
+        Psi("pedal_spongy", *on_ramp("pedal_pressure", 0.75, 0.35), 1.0, 0.5, gravity="stop_soon", step="stop_soon"),
         *(
             Psi(f"tyre_pressure_low_{wheel}", (tyre, soft), _tyre_low(tyre, soft, nominal), 0.6, 0.1, 0.02, step="tyre")
             for wheel, tyre, soft, nominal in zip(WHEELS, TYRES, SOFTNESS, tyre_nominal_bar, strict=True)
         ),
-        Psi(
-            "steering_assist_fault",
-            ("steering_assist_fault",),
-            flag("steering_assist_fault"),
-            0.8,
-            gravity="stop_soon",
-            step="steering",
-        ),
-        Psi(
-            "coolant_hot",
-            ("coolant_temperature_c",),
-            worst(("coolant_temperature_c",), 110.0, 125.0),
-            0.7,
-            gravity="stop_now",
-            step="cool_down",
-        ),
+        Psi("steering_assist_fault", *flag("steering_assist_fault"), 0.8, gravity="stop_soon", step="steering"),
+        Psi("coolant_hot", *on_ramp("coolant_temperature_c", 110.0, 125.0), 0.7, gravity="stop_now", step="cool_down"),
         Psi("oil_pressure_low", ("oil_pressure_bar",), _oil_low, 0.8, gravity="stop_now", step="check_oil"),
-        Psi(
-            "battery_low",
-            ("battery_voltage_v",),
-            worst(("battery_voltage_v",), 12.0, 10.5),
-            0.3,
-            gravity="stop_soon",
-            step="stop_soon",
-        ),
-        Psi("fuel_low", ("fuel_share",), worst(("fuel_share",), 0.12, 0.03), 0.1, step="refuel"),
-        Psi("engine_lamp", ("lamp_engine",), flag("lamp_engine"), 0.15, step="service"),
-        Psi("engine_lamp_flashing", ("lamp_engine_flashing",), flag("lamp_engine_flashing"), 0.4, step="misfire"),
+        Psi("battery_low", *on_ramp("battery_voltage_v", 12.0, 10.5), 0.3, gravity="stop_soon", step="stop_soon"),
+        Psi("fuel_low", *on_ramp("fuel_share", 0.12, 0.03), 0.1, step="refuel"),
+        Psi("engine_lamp", *flag("lamp_engine"), 0.15, step="service"),
+        Psi("engine_lamp_flashing", *flag("lamp_engine_flashing"), 0.4, step="misfire"),
         Psi("lamps_off_in_the_dark", ("outside_light_lux", "headlamps"), _lamps_off, 0.4, step="lamps_on", paired=True),
         Psi("wipers_off_in_rain", ("rain_sensor", "wiper_stage"), _wipers_off, 0.25, step="wipers", paired=True),
-        Psi("brake_lamp", ("lamp_brake",), flag("lamp_brake"), 0.6, 0.2, 0.02, "stop_soon", "stop_soon"),
+        Psi("brake_lamp", *flag("lamp_brake"), 0.6, 0.2, 0.02, "stop_soon", "stop_soon"),
     )
 
 
@@ -219,15 +187,7 @@ BUS_SILENT_WEIGHT = 0.4
 SENSORS_WEIGHT = 0.3
 """Of the sensors that the others contradict: each takes half of the trust that is left."""
 LAMPS: Mapping[str, str] = {
-    "lamp_engine": "engine",
-    "lamp_engine_flashing": "engine_flashing",
-    "lamp_abs": "abs",
-    "lamp_stability": "stability",
-    "lamp_brake": "brake",
-    "lamp_tyre": "tyre",
-    "lamp_coolant": "coolant",
-    "lamp_oil": "oil",
-    "lamp_battery": "battery",
-    "lamp_fuel": "fuel",
-    "lamp_steering": "steering",
-}
+    "lamp_engine": "engine", "lamp_engine_flashing": "engine_flashing", "lamp_abs": "abs",
+    "lamp_stability": "stability", "lamp_brake": "brake", "lamp_tyre": "tyre", "lamp_coolant": "coolant",
+    "lamp_oil": "oil", "lamp_battery": "battery", "lamp_fuel": "fuel", "lamp_steering": "steering",
+}  # fmt: skip

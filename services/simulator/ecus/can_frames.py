@@ -1,7 +1,7 @@
 """The car's state as frames of its bus, by the DBC: each message at the cycle time that the DBC states."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,165 +21,96 @@ MAX_CATCH_UP = 25
 Signals = dict[str, float]
 
 
-def _wheels(state: CarState) -> Signals:
-    return {
-        f"WheelSpeed{wheel}": value * KPH
-        for wheel, value in zip(("FL", "FR", "RL", "RR"), state.wheel_speeds_mps, strict=True)
-    }
+_WHEELS = ("FL", "FR", "RL", "RR")
+_LAMPS = {
+    "LampEngine": "engine", "LampEngineFlashing": "engine_flashing", "LampAbs": "abs", "LampStability": "stability",
+    "LampBrake": "brake", "LampTyre": "tyre", "LampCoolant": "coolant", "LampOil": "oil", "LampBattery": "battery",
+    "LampFuel": "fuel", "LampSteering": "steering",
+}  # fmt: skip
 
 
-def _motion(state: CarState) -> Signals:
-    return {
-        "VehicleSpeed": state.speed_mps * KPH,
-        "LongitudinalAcceleration": state.acceleration_mps2,
-        "YawRate": state.yaw_rate_radps * DEG,
-        "VehicleSpeedValid": state.speed_known and not math.isnan(state.speed_mps),
-    }
-
-
-def _stability(state: CarState) -> Signals:
-    return {
-        "LateralAcceleration": state.lateral_acceleration_mps2,
-        "AbsActive": state.abs_active,
-        "EscActive": state.esc_active,
-        "TractionControlActive": state.esc_active and state.accelerator > 0.05,
-        "AbsFault": state.abs_fault,
-        "EscFault": state.esc_fault,
-        "EscSwitchedOff": state.esc_off,
-    }
-
-
-def _brakes(state: CarState) -> Signals:
-    return {
-        "BrakePressure": state.brake_pressure_bar,
-        "BrakePedalPosition": min(100.0, state.brake_pedal_travel_mm / PEDAL_MM * 100.0),
-        "BrakePedalPressed": state.brake > 0.01,
-        "BrakeFluidLow": state.brake_fluid_low,
-        "BrakeLiningWorn": state.brake_lining_worn,
-        "BrakeBoosterFault": state.brake_booster_fault,
-        "ParkingBrake": state.parking_brake,
-    }
-
-
-def _pedal(state: CarState) -> Signals:
-    return {"BrakePedalTravel": state.brake_pedal_travel_mm}
-
-
-def _steering(state: CarState) -> Signals:
-    return {
-        "SteeringWheelAngle": state.steering_wheel_rad * DEG,
-        "SteeringWheelRate": state.steering_wheel_rate_radps * DEG,
-        "SteeringDriverTorque": 0.5 * state.steering_wheel_rad,
-        "SteeringAssistFault": state.steering_assist_fault,
-    }
-
-
-def _pedals(state: CarState) -> Signals:
-    return {
-        "AcceleratorPosition": state.accelerator * 100.0,
-        "KickDown": state.accelerator > 0.98,
-        "CruiseActive": 0,
-        "CruiseSetSpeed": 0,
-    }
-
-
-def _engine(state: CarState) -> Signals:
-    return {
-        "EngineSpeed": state.engine_rpm,
-        "EngineTorque": state.engine_torque_nm,
-        "ThrottlePosition": state.accelerator * 100.0,
-        "EngineRunning": state.engine_running,
-    }
-
-
-def _thermal(state: CarState) -> Signals:
-    return {
-        "CoolantTemperature": state.coolant_temperature_c,
-        "OilTemperature": state.oil_temperature_c,
-        "OilPressure": state.oil_pressure_bar,
-        "FuelLevel": state.fuel_share * 100.0,
-        "BatteryVoltage": state.battery_voltage_v,
-        "IntakeAirTemperature": state.intake_temperature_c,
-    }
-
-
-def _transmission(state: CarState) -> Signals:
-    return {"Gear": state.gear, "TransmissionTemperature": state.oil_temperature_c - 10.0}
-
-
-def _tyres(state: CarState) -> Signals:
-    signals: Signals = {}
-    for index, wheel in enumerate(("FL", "FR", "RL", "RR")):
-        signals[f"TyrePressure{wheel}"] = state.tyre_pressure_bar[index]
-        signals[f"TyreTemperature{wheel}"] = state.tyre_temperature_c[index]
-    return signals
-
-
-def _discs(state: CarState) -> Signals:
-    return {
-        f"BrakeTemperature{wheel}": value
-        for wheel, value in zip(("FL", "FR", "RL", "RR"), state.brake_temperature_c, strict=True)
-    }
-
-
-def _lamps(state: CarState) -> Signals:
-    names = {
-        "LampEngine": "engine",
-        "LampEngineFlashing": "engine_flashing",
-        "LampAbs": "abs",
-        "LampStability": "stability",
-        "LampBrake": "brake",
-        "LampTyre": "tyre",
-        "LampCoolant": "coolant",
-        "LampOil": "oil",
-        "LampBattery": "battery",
-        "LampFuel": "fuel",
-        "LampSteering": "steering",
-    }
-    return {signal: lamp in state.lamps for signal, lamp in names.items()}
-
-
-def _body(state: CarState) -> Signals:
-    return {
-        "WiperStage": state.wiper_stage,
-        "Washer": 0,
-        "OutsideTemperature": state.outside_temperature_c,
-        "Headlamps": state.headlamps,
-        "FogLampFront": state.fog_front,
-        "FogLampRear": state.fog_rear,
-        "IndicatorLeft": state.indicator == "left",
-        "IndicatorRight": state.indicator == "right",
-        "HazardLights": state.indicator == "hazard",
-        "BrakeLamps": state.braked > 0.01,
-        "SeatbeltDriver": 1,
-    }
-
-
-def _surroundings(state: CarState) -> Signals:
-    return {"RainSensor": min(100.0, state.rain_mm_h / FULL_RAIN_MM_H * 100.0), "LightSensor": state.light_lx}
-
-
-def _odometer(state: CarState) -> Signals:
-    return {"TotalDistance": state.distance_km}
+def _by_wheel(name: str, values: Iterable[float]) -> Signals:
+    return {f"{name}{wheel}": value for wheel, value in zip(_WHEELS, values, strict=True)}
 
 
 MESSAGES: Mapping[str, Callable[[CarState], Signals]] = {
-    "WheelSpeeds": _wheels,
-    "Motion": _motion,
-    "StabilityControl": _stability,
-    "Brakes": _brakes,
-    "BrakePedal": _pedal,
-    "Steering": _steering,
-    "DriverPedals": _pedals,
-    "Engine": _engine,
-    "EngineThermal": _thermal,
-    "Transmission": _transmission,
-    "TyrePressures": _tyres,
-    "BrakeTemperatures": _discs,
-    "WarningLamps": _lamps,
-    "Body": _body,
-    "Surroundings": _surroundings,
-    "Odometer": _odometer,
+    "WheelSpeeds": lambda s: _by_wheel("WheelSpeed", (each * KPH for each in s.wheel_speeds_mps)),
+    "Motion": lambda s: {
+        "VehicleSpeed": s.speed_mps * KPH,
+        "LongitudinalAcceleration": s.acceleration_mps2,
+        "YawRate": s.yaw_rate_radps * DEG,
+        "VehicleSpeedValid": s.speed_known and not math.isnan(s.speed_mps),
+    },
+    "StabilityControl": lambda s: {
+        "LateralAcceleration": s.lateral_acceleration_mps2,
+        "AbsActive": s.abs_active,
+        "EscActive": s.esc_active,
+        "TractionControlActive": s.esc_active and s.accelerator > 0.05,
+        "AbsFault": s.abs_fault,
+        "EscFault": s.esc_fault,
+        "EscSwitchedOff": s.esc_off,
+    },
+    "Brakes": lambda s: {
+        "BrakePressure": s.brake_pressure_bar,
+        "BrakePedalPosition": min(100.0, s.brake_pedal_travel_mm / PEDAL_MM * 100.0),
+        "BrakePedalPressed": s.brake > 0.01,
+        "BrakeFluidLow": s.brake_fluid_low,
+        "BrakeLiningWorn": s.brake_lining_worn,
+        "BrakeBoosterFault": s.brake_booster_fault,
+        "ParkingBrake": s.parking_brake,
+    },
+    "BrakePedal": lambda s: {"BrakePedalTravel": s.brake_pedal_travel_mm},
+    "Steering": lambda s: {
+        "SteeringWheelAngle": s.steering_wheel_rad * DEG,
+        "SteeringWheelRate": s.steering_wheel_rate_radps * DEG,
+        "SteeringDriverTorque": 0.5 * s.steering_wheel_rad,
+        "SteeringAssistFault": s.steering_assist_fault,
+    },
+    "DriverPedals": lambda s: {
+        "AcceleratorPosition": s.accelerator * 100.0,
+        "KickDown": s.accelerator > 0.98,
+        "CruiseActive": 0,
+        "CruiseSetSpeed": 0,
+    },
+    "Engine": lambda s: {
+        "EngineSpeed": s.engine_rpm,
+        "EngineTorque": s.engine_torque_nm,
+        "ThrottlePosition": s.accelerator * 100.0,
+        "EngineRunning": s.engine_running,
+    },
+    "EngineThermal": lambda s: {
+        "CoolantTemperature": s.coolant_temperature_c,
+        "OilTemperature": s.oil_temperature_c,
+        "OilPressure": s.oil_pressure_bar,
+        "FuelLevel": s.fuel_share * 100.0,
+        "BatteryVoltage": s.battery_voltage_v,
+        "IntakeAirTemperature": s.intake_temperature_c,
+    },
+    "Transmission": lambda s: {"Gear": s.gear, "TransmissionTemperature": s.oil_temperature_c - 10.0},
+    "TyrePressures": lambda s: {
+        **_by_wheel("TyrePressure", s.tyre_pressure_bar),
+        **_by_wheel("TyreTemperature", s.tyre_temperature_c),
+    },
+    "BrakeTemperatures": lambda s: _by_wheel("BrakeTemperature", s.brake_temperature_c),
+    "WarningLamps": lambda s: {signal: lamp in s.lamps for signal, lamp in _LAMPS.items()},
+    "Body": lambda s: {
+        "WiperStage": s.wiper_stage,
+        "Washer": 0,
+        "OutsideTemperature": s.outside_temperature_c,
+        "Headlamps": s.headlamps,
+        "FogLampFront": s.fog_front,
+        "FogLampRear": s.fog_rear,
+        "IndicatorLeft": s.indicator == "left",
+        "IndicatorRight": s.indicator == "right",
+        "HazardLights": s.indicator == "hazard",
+        "BrakeLamps": s.braked > 0.01,
+        "SeatbeltDriver": 1,
+    },
+    "Surroundings": lambda s: {
+        "RainSensor": min(100.0, s.rain_mm_h / FULL_RAIN_MM_H * 100.0),
+        "LightSensor": s.light_lx,
+    },
+    "Odometer": lambda s: {"TotalDistance": s.distance_km},
 }
 
 
