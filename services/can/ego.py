@@ -6,15 +6,9 @@ from proto.vehicle import Ego
 from services.can.health.trusted import Readings
 
 _NUMBERS = (
-    "speed_mps",
-    "acceleration_mps2",
-    "yaw_rate_radps",
-    "steering_angle_rad",
-    "brake_pressure_bar",
-    "brake_pedal",
-    "accelerator_pedal",
-    "outside_temperature_c",
-)
+    "speed_mps", "acceleration_mps2", "yaw_rate_radps", "steering_angle_rad",
+    "brake_pressure_bar", "brake_pedal", "accelerator_pedal", "outside_temperature_c",
+)  # fmt: skip
 _WHEELS = ("wheel_fl_mps", "wheel_fr_mps", "wheel_rl_mps", "wheel_rr_mps")
 _INDICATORS = (("hazard_lights", "hazard"), ("indicator_left", "left"), ("indicator_right", "right"))
 
@@ -88,9 +82,7 @@ def _slip(view: _View, speed_mps: float | None) -> float | None:
 
 
 def _contradicted(speed_mps: float | None, view: _View, numbers: dict[str, float | None]) -> bool:
-    """Whether most wheels tell another speed. Locked or spinning wheels (brake or accelerator pressed hard) prove
-    nothing.
-    """
+    """Whether most wheels tell another speed. Locked or spinning wheels (pedals pressed hard) prove nothing."""
     wheels = [value for name in _WHEELS if (value := view.number(name)) is not None]
     if speed_mps is None or len(wheels) < 3:
         return False

@@ -27,13 +27,7 @@ from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy, installation_salt
 from services.can.profiles.profile import Profile, find_descriptions, load_profile
 from services.can.tools import answers, diagnostic_tools, disclosure, j1939_tools
-from services.can.tools.answers import (
-    CodeReport,
-    DecodedFrame,
-    FrameRow,
-    Sample,
-    Snapshot,
-)
+from services.can.tools.answers import CodeReport, DecodedFrame, FrameRow, Sample, Snapshot
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000

@@ -98,9 +98,7 @@ class History:
     def since(
         self, stamp_ns: int, ids: frozenset[int] | None = None, limit: int = 2000, bus: str = ""
     ) -> list[CanFrame]:
-        """Frames of a bus ("": the first) stamped at or after `stamp_ns`, oldest first, of these ids; of more than
-        `limit` the newest.
-        """
+        """Frames of a bus ("": the first) from `stamp_ns` on, oldest first, of these ids; beyond `limit` the newest."""
         return self._ring(bus).since(stamp_ns, ids, limit)
 
     def latest(self, bus: str = "") -> list[CanFrame]:

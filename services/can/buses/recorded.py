@@ -1,6 +1,4 @@
-"""Recorded CAN logs, as python-can reads them: every readable record in its order, and by file and record what could
-not be read.
-"""
+"""Recorded CAN logs by python-can: every readable record in order, and by file and record what could not be read."""
 
 import contextlib
 import gzip

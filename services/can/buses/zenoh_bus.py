@@ -17,9 +17,7 @@ from services.can.buses.link import FrameLink, from_message, to_message
 
 
 class ZenohBus(can.BusABC):
-    """A bus whose frames are carried by topics. Of a reader that falls behind by `depth` frames the oldest are lost,
-    and counted.
-    """
+    """A bus over topics. Of a reader that falls behind by `depth` frames the oldest are lost, and counted."""
 
     def __init__(self, channel: str, link: FrameLink | None = None, depth: int = 10_000, **kwargs: Any) -> None:
         if link is None:

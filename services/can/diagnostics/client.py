@@ -1,6 +1,4 @@
-"""Requests to control units and their answers, matched by id, service and parameter. Knows no bus: it is given a way
-to send.
-"""
+"""Requests to control units and their answers, matched by id, service and parameter. Knows no bus."""
 
 import threading
 import time

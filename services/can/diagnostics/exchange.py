@@ -65,9 +65,7 @@ LONGEST_S = 8.0
 
 
 class Exchange:
-    """`awaited`: ids from which answers are taken; `expected`: those that end the waiting once they all answered; empty
-    where nobody knows.
-    """
+    """`awaited`: ids from which answers are taken; `expected`: those that end the waiting, empty where not known."""
 
     def __init__(
         self,
@@ -119,9 +117,7 @@ class Exchange:
             self._changed.notify_all()
 
     def wait(self, timeout_s: float) -> Ended:
-        """Wait until complete; until it is quiet, where some have answered; else at most `timeout_s`, or as long as a
-        unit is still at it.
-        """
+        """Wait until complete, or quiet where some have answered; else `timeout_s`, or while a unit is still at it."""
         with self._changed:
             while not self.complete:
                 left_s = self._ends(timeout_s) - self._clock()

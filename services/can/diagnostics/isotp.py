@@ -66,9 +66,7 @@ class Receiver:
         return self._layer.is_rx_active()
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The messages that are whole with this frame. What fits nothing is counted, and the message under way given
-        up.
-        """
+        """The messages that this frame completes. What fits nothing is counted, and ends the message under way."""
         self._frames.append(isotp.CanMessage(arbitration_id=self._id, data=data, extended_id=self._extended))
         self._layer.process(0.0)
         whole = []

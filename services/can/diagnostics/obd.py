@@ -16,32 +16,18 @@ ECHOED: Mapping[int, int] = {0x02: 2, 0x06: 1, 0x09: 1, 0x11: 1, 0x19: 1, 0x22: 
 
 _CONTINUOUS = ("misfire", "fuel_system", "components")
 _SPARK = (
-    "catalyst",
-    "heated_catalyst",
-    "evaporative_system",
-    "secondary_air",
-    "particulate_filter_petrol",
-    "oxygen_sensor",
-    "oxygen_sensor_heater",
-    "exhaust_gas_recirculation",
-)
+    "catalyst", "heated_catalyst", "evaporative_system", "secondary_air", "particulate_filter_petrol",
+    "oxygen_sensor", "oxygen_sensor_heater", "exhaust_gas_recirculation",
+)  # fmt: skip
 _COMPRESSION = (
-    "hydrocarbon_catalyst",
-    "nox_aftertreatment",
-    "",
-    "boost_pressure",
-    "",
-    "exhaust_gas_sensor",
-    "particulate_filter",
-    "exhaust_gas_recirculation",
-)
+    "hydrocarbon_catalyst", "nox_aftertreatment", "", "boost_pressure", "", "exhaust_gas_sensor",
+    "particulate_filter", "exhaust_gas_recirculation",
+)  # fmt: skip
 _TEXTS: Mapping[int, tuple[str, int]] = {0x02: ("vin", 17), 0x04: ("calibration_id", 16), 0x0A: ("ecu_name", 20)}
 
 
 def request(service: int, wanted: tuple[int, ...] = (), frame: int = 0) -> bytes:
-    """The payload of an OBD request; `frame`: which freeze frame. Raises ValueError where parameters are missing or too
-    many.
-    """
+    """The payload of an OBD request; `frame`: which freeze frame. ValueError: parameters are missing or too many."""
     if not all(0 <= number <= 0xFF for number in (service, frame, *wanted)):
         raise ValueError("service, pid and frame are single bytes")
     if service not in WITH_PID:

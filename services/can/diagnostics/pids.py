@@ -170,36 +170,18 @@ PIDS: Mapping[int, Pid] = {
 }
 
 _FUEL_SYSTEM = {
-    0: "off",
-    1: "open loop, engine cold",
-    2: "closed loop",
-    4: "open loop, load or overrun",
-    8: "open loop, fault",
-    16: "closed loop, fault in a sensor",
-}
+    0: "off", 1: "open loop, engine cold", 2: "closed loop", 4: "open loop, load or overrun",
+    8: "open loop, fault", 16: "closed loop, fault in a sensor",
+}  # fmt: skip
 _AIR = {1: "upstream", 2: "downstream of the catalyst", 4: "outside air or off", 8: "pump on for diagnosis"}
 _STANDARD = {
-    1: "OBD-II (CARB)",
-    2: "OBD (EPA)",
-    3: "OBD and OBD-II",
-    4: "OBD-I",
-    5: "none",
-    6: "EOBD",
+    1: "OBD-II (CARB)", 2: "OBD (EPA)", 3: "OBD and OBD-II", 4: "OBD-I", 5: "none", 6: "EOBD",
     7: "EOBD and OBD-II",
-}
+}  # fmt: skip
 _FUEL = {
-    0: "none",
-    1: "petrol",
-    2: "methanol",
-    3: "ethanol",
-    4: "diesel",
-    5: "LPG",
-    6: "CNG",
-    7: "propane",
-    8: "electric",
-    17: "hybrid petrol",
-    19: "hybrid diesel",
-}
+    0: "none", 1: "petrol", 2: "methanol", 3: "ethanol", 4: "diesel", 5: "LPG", 6: "CNG", 7: "propane",
+    8: "electric", 17: "hybrid petrol", 19: "hybrid diesel",
+}  # fmt: skip
 CODED: Mapping[int, tuple[tuple[str, Mapping[int, str]], ...]] = {
     0x03: (("fuel_system_1", _FUEL_SYSTEM), ("fuel_system_2", _FUEL_SYSTEM)),
     0x12: (("secondary_air", _AIR),),

@@ -36,21 +36,10 @@ _GROUPS: dict[str, tuple[str, str]] = {
     "4": ("emission control", "Abgasreinigung"),
     "5": ("speed, idle and auxiliary inputs", "Geschwindigkeit, Leerlauf und Nebeneingänge"),
     "6": ("control unit and its outputs", "Steuergerät und Ausgänge"),
-    "7": ("transmission", "Getriebe"),
-    "8": ("transmission", "Getriebe"),
-    "9": ("transmission", "Getriebe"),
-    "A": ("hybrid drive", "Hybridantrieb"),
-    "B": ("hybrid drive", "Hybridantrieb"),
-    "C": ("hybrid drive", "Hybridantrieb"),
+    **dict.fromkeys("789", ("transmission", "Getriebe")),
+    **dict.fromkeys("ABC", ("hybrid drive", "Hybridantrieb")),
 }
-_GROUPS_P2: dict[str, tuple[str, str]] = _GROUPS | {
-    "1": _FUEL_AIR,
-    "2": _FUEL_AIR,
-    "7": ("transmission", "Getriebe"),
-    "A": _FUEL_AIR,
-    "B": _FUEL_AIR,
-    "C": _FUEL_AIR,
-}
+_GROUPS_P2: dict[str, tuple[str, str]] = _GROUPS | dict.fromkeys("12ABC", _FUEL_AIR)
 _GROUPS_P3: dict[str, tuple[str, str]] = {"4": ("cylinder deactivation", "Zylinderabschaltung")}
 _GROUPS_OF: dict[str, dict[str, tuple[str, str]]] = {"P0": _GROUPS, "P2": _GROUPS_P2, "P3": _GROUPS_P3}
 # Unknown chassis and network codes are taken more seriously than unknown comfort ones.
@@ -144,40 +133,29 @@ class DtcBook:
             raise ValueError(
                 f"{code[:20]!r} is no trouble code: one of P C B U, a digit 0 to 3, three hex digits, as in P0300"
             )
-        row = self._codes.get(code)
-        language = "de" if language == "de" else "en"
-        if row is None:
-            return self._by_structure(code, language)
+        german = language == "de"
+        row = self._codes.get(code) or self._by_structure(code)
         return DtcText(
             code=code,
             system=row.system,
             severity=row.severity,
-            summary=row.de if language == "de" else row.en,
+            summary=row.de if german else row.en,
             next_step=self.step(row.step or row.severity, language),
-            language=language,
+            language="de" if german else "en",
             generic=is_generic(code),
         )
 
-    def _by_structure(self, code: str, language: str) -> DtcText:
+    def _by_structure(self, code: str) -> _Row:
+        """A row for a code that the table does not have."""
         system, english, german = _SYSTEMS[code[0]]
         group = _GROUPS_OF.get(code[:2], {}).get(code[2]) if is_generic(code) else None
-        if language == "de":
-            whose = "genormter" if is_generic(code) else "herstellereigener"
-            summary = f"{german}: {whose} Fehlercode, nicht in der Tabelle" + (
-                f" (Gruppe: {group[1]})" if group else ""
-            )
-        else:
-            whose = "standard" if is_generic(code) else "manufacturer's own"
-            summary = f"{english}: {whose} code, not in the table" + (f" (group: {group[0]})" if group else "")
-        severity = _UNKNOWN_SEVERITY[code[0]]
-        return DtcText(
-            code=code,
+        whose = ("standard", "genormter") if is_generic(code) else ("manufacturer's own", "herstellereigener")
+        beside = [f" (group: {group[0]})", f" (Gruppe: {group[1]})"] if group else ["", ""]
+        return _Row(
             system=system,
-            severity=severity,
-            summary=summary,
-            next_step=self.step(severity, language),
-            language=language,
-            generic=is_generic(code),
+            severity=_UNKNOWN_SEVERITY[code[0]],
+            en=f"{english}: {whose[0]} code, not in the table{beside[0]}",
+            de=f"{german}: {whose[1]} Fehlercode, nicht in der Tabelle{beside[1]}",
         )
 
 

@@ -23,26 +23,15 @@ VINS = frozenset({0xF190, 0xF802})
 OBD_FIRST = 0xF400
 """Identifiers F400 to F4FF are the parameters of OBD service 01 (SAE J1979-2)."""
 TEXTS: Mapping[int, str] = {
-    0xF187: "part_number",
-    0xF188: "software_number",
-    0xF189: "software_version",
-    0xF18A: "supplier",
-    0xF18C: "serial_number",
-    0xF191: "hardware_number",
-    0xF195: "supplier_software_version",
-    0xF197: "system_name",
+    0xF187: "part_number", 0xF188: "software_number", 0xF189: "software_version", 0xF18A: "supplier",
+    0xF18C: "serial_number", 0xF191: "hardware_number", 0xF195: "supplier_software_version", 0xF197: "system_name",
     **dict.fromkeys(VINS, "vin"),
-}
+}  # fmt: skip
 _FLAGS = (
-    "test_failed",
-    "test_failed_this_operation_cycle",
-    "pending",
-    "confirmed",
-    "test_not_completed_since_last_clear",
-    "test_failed_since_last_clear",
-    "test_not_completed_this_operation_cycle",
-    "warning_indicator_requested",
-)
+    "test_failed", "test_failed_this_operation_cycle", "pending", "confirmed",
+    "test_not_completed_since_last_clear", "test_failed_since_last_clear",
+    "test_not_completed_this_operation_cycle", "warning_indicator_requested",
+)  # fmt: skip
 _CODE = re.compile(r"([PCBU])([0-3])([0-9A-F])([0-9A-F]{2})(?:-([0-9A-F]{2}))?")
 
 

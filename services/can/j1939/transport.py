@@ -50,9 +50,7 @@ class Transport:
         self.malformed = 0
 
     def feed(self, arbitration_id: int, data: bytes, stamp_ns: int) -> Group | None:
-        """The group that this frame completes: itself where it is no piece. Never raises; pieces that do not fit are
-        counted.
-        """
+        """The group that this frame completes: itself where it is no piece. Pieces that do not fit are counted."""
         head = messages.header(arbitration_id)
         if head.pgn == CONNECTION:
             self._control(head, data, stamp_ns)

@@ -44,20 +44,12 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
 """Our name of a unit -> how descriptions spell it, in small letters; blanks at the ends do not count."""
 
 LINEAR: dict[tuple[str, str], Linear] = {
-    ("km/h", "m/s"): Linear(1 / 3.6),
-    ("mph", "m/s"): Linear(0.44704),
-    ("g", "m/s2"): Linear(9.80665),
-    ("%g", "m/s2"): Linear(0.0980665),
-    ("deg", "rad"): Linear(math.pi / 180),
-    ("deg/s", "rad/s"): Linear(math.pi / 180),
-    ("rpm", "rad/s"): Linear(math.pi / 30),
-    ("mbar", "bar"): Linear(0.001),
-    ("kPa", "bar"): Linear(0.01),
-    ("Pa", "bar"): Linear(1e-5),
-    ("psi", "bar"): Linear(0.0689475729),
-    ("%", "share"): Linear(0.01),
-    ("degF", "degC"): Linear(5 / 9, -160 / 9),
-}
+    ("km/h", "m/s"): Linear(1 / 3.6), ("mph", "m/s"): Linear(0.44704), ("g", "m/s2"): Linear(9.80665),
+    ("%g", "m/s2"): Linear(0.0980665), ("deg", "rad"): Linear(math.pi / 180),
+    ("deg/s", "rad/s"): Linear(math.pi / 180), ("rpm", "rad/s"): Linear(math.pi / 30),
+    ("mbar", "bar"): Linear(0.001), ("kPa", "bar"): Linear(0.01), ("Pa", "bar"): Linear(1e-5),
+    ("psi", "bar"): Linear(0.0689475729), ("%", "share"): Linear(0.01), ("degF", "degC"): Linear(5 / 9, -160 / 9),
+}  # fmt: skip
 """(unit on the bus, unit of the field). A pair that is not here is an error, never a guess."""
 
 _CANONICAL = {spelling: unit for unit, spellings in SPELLINGS.items() for spelling in (unit.lower(), *spellings)}

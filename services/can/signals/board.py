@@ -18,9 +18,7 @@ Find = Callable[[Key], Watch | None]
 
 
 class Board:
-    """The latest judged value of every curated field, fed by one or several buses. One writer; readers see whole
-    values.
-    """
+    """The latest judged value of every curated field, of all buses. One writer; readers see whole values."""
 
     def __init__(self, descriptions: Mapping[str, Dbc], profile: Profile) -> None:
         self.fields = {name: Field(name, rule) for name, rule in profile.fields.items()}
@@ -32,9 +30,7 @@ class Board:
         self.malformed = 0
 
     def ingest(self, frames: Iterable[CanFrame], now_ns: int, bus: str = "") -> None:
-        """Decode the curated ones among `frames` of a bus ("": the only one); what does not fit its description is
-        counted.
-        """
+        """Decode the curated among a bus's frames ("": the only bus); what does not fit its description is counted."""
         find = self._find[bus or self._only]
         for frame in frames:
             watch = find((frame.extended, frame.arbitration_id))

@@ -95,12 +95,8 @@ def _honda(frame: Covered) -> int:
 def _profile_1(mode: str) -> Kind:
     def work(frame: Covered) -> int:
         low, high = frame.ids[0] & 0xFF, frame.ids[0] >> 8 & 0xFF
-        prefix = {
-            "both": (low, high),
-            "alt": (high if frame.counter & 1 else low,),
-            "low": (low,),
-            "nibble": (low, 0),
-        }[mode]
+        turn = high if frame.counter & 1 else low
+        prefix = {"both": (low, high), "alt": (turn,), "low": (low,), "nibble": (low, 0)}[mode]
         return _crc8(J1850, bytes(prefix) + frame.rest, 0)
 
     return work
@@ -139,15 +135,9 @@ KINDS: dict[str, Kind] = {
     "hyundai-canfd": lambda frame: _profile_5(frame, (frame.arbitration_id & 0xFFFF) ^ 0xF800),
     "fca-giorgio": lambda frame: _crc8(J1850, frame.rest, 0) ^ _first(frame.ids, 0x0A),
 }
-KINDS |= {
-    alias: KINDS[kind]
-    for alias, kind in (
-        ("chrysler", "crc8-j1850"),
-        ("nissan", "crc8-j1850"),
-        ("vw-mqb", "e2e-p2"),
-        ("vw-pq", "xor"),
-        ("subaru", "sum-id"),
-        ("tesla", "sum-id"),
-    )
-}
+_ALIASES = {
+    "chrysler": "crc8-j1850", "nissan": "crc8-j1850", "vw-mqb": "e2e-p2", "vw-pq": "xor", "subaru": "sum-id",
+    "tesla": "sum-id",
+}  # fmt: skip
+KINDS |= {alias: KINDS[kind] for alias, kind in _ALIASES.items()}
 NEED_IDS = frozenset({"e2e-p1-both", "e2e-p1-alt", "e2e-p1-low", "e2e-p1-nibble", "e2e-p5"})

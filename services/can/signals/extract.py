@@ -26,25 +26,10 @@ NAMES: dict[str, Any] = {
 """All that an expression may call."""
 FLOAT_EXPONENT = {16: 0x7C00, 32: 0x7F80_0000, 64: 0x7FF0_0000_0000_0000}
 """All bits of the exponent set: infinite or no number (IEEE 754)."""
-VOID_NAMES = frozenset(
-    {
-        "sna",
-        "notavailable",
-        "signalnotavailable",
-        "datanotavailable",
-        "unavailable",
-        "invalid",
-        "signalinvalid",
-        "invaliddata",
-        "invalidvalue",
-        "nichtverfuegbar",
-        "nichtverfügbar",
-        "ungueltig",
-        "ungültig",
-        "fehlerwert",
-        "initwert",
-    }
-)
+VOID_NAMES = frozenset({
+    "sna", "notavailable", "signalnotavailable", "datanotavailable", "unavailable", "invalid", "signalinvalid",
+    "invaliddata", "invalidvalue", "nichtverfuegbar", "nichtverfügbar", "ungueltig", "ungültig", "fehlerwert", "initwert",
+})  # fmt: skip
 """What value tables call a raw value that is no measurement, in small letters without blanks and signs."""
 
 

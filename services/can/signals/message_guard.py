@@ -65,9 +65,7 @@ class Guard:
 
 
 def guard_for(message: Any, rule: FieldRule, of_message: MessageRule | None) -> tuple[str, ChecksumRule | None]:
-    """(counter, checksum) of the message that feeds a field: by the field, else the message's rule, else the
-    description.
-    """
+    """(counter, checksum) of a field's message: by the field, else the message's rule, else the description."""
     counter, checksum = declared(message)
     if of_message is not None:
         counter, checksum = of_message.counter or counter, of_message.checksum or checksum

@@ -1,6 +1,4 @@
-"""The tools that send: OBD and UDS requests, fault scenarios, clearing, resets. Each waits for its answers, and no
-longer.
-"""
+"""The tools that send: OBD and UDS requests, fault scenarios, clearing, resets. Each waits for its answers."""
 
 from collections.abc import Callable
 from typing import Literal, NamedTuple
@@ -109,9 +107,7 @@ def _gathered(service: int, units: list[replies.UnitAnswer]) -> dict[str, object
 
 
 def diagnostic_payload(service_id: int, parameter_id: int, data_field: int) -> bytes:
-    """The request of ISO 14229 (or SAE J1979 for ids below 0x10). Raises ValueError where a number does not fit its
-    field.
-    """
+    """The request of ISO 14229 (SAE J1979 for ids below 0x10). ValueError: a number does not fit its field."""
     if not (0 <= service_id <= 0xFF and 0 <= parameter_id <= 0xFFFF and 0 <= data_field <= 0xFFFF):
         raise ValueError("service_id is one byte, parameter_id and data_field at most two")
     if service_id == 0x22:
