@@ -125,11 +125,7 @@ class World:
 
     def _advance_surroundings(self) -> None:
         self.lights.advance(self.time_s, self.lines, self.road_ahead.front_m)
-        around = Surroundings(
-            time_s=self.time_s,
-            ego_s_m=self.road_ahead.front_m,
-            cars_have_red=self._cars_have_red,
-        )
+        around = Surroundings(time_s=self.time_s, ego_s_m=self.road_ahead.front_m, cars_have_red=self._cars_have_red)
         self.people = tuple(step_person(person, around, self.route.kerb_m, STEP_S) for person in self.people)
         self.road_ahead.crossing = tuple(person for person in self.people if person.crossing)
         self.road_ahead.time_s = self.time_s

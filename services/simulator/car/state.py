@@ -1,6 +1,4 @@
-"""The simulated car as its own control units know it, derived from how it moves. Pure, no numpy: it runs every
-physics step.
-"""
+"""The simulated car as its control units know it, derived from how it moves. Pure, no numpy: it runs every step."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -34,9 +32,7 @@ PEDAL_MM, SPONGE_MM = 60.0, 70.0
 
 @dataclass(frozen=True, slots=True)
 class Controls:
-    """What the world tells the car in one step: motion, the driver's hands and feet, and what the car's own sensors
-    feel.
-    """
+    """What the world tells the car in one step: motion, hands and feet of the driver, and what sensors feel."""
 
     speed_mps: float
     acceleration_mps2: float = 0.0
@@ -242,9 +238,7 @@ def _slip(used: float, mu: float) -> float:
 
 
 def _disc_heat(before: CarState, speed_mps: float, controls: Controls, condition: Condition, dt_s: float) -> Four:
-    """Each disc takes its share of the braking power and gives heat to the air, more so when driving, and by glowing;
-    a locked wheel heats none.
-    """
+    """Each disc takes its share of the braking power; it loses heat to the air it drives through, and by glowing."""
     braked = controls.braked > 0.01 and not controls.locked
     braking_w = MASS_KG * max(0.0, -controls.acceleration_mps2) * speed_mps if braked else 0.0
     cooling, air_k = DISC_COOLING_W_PER_K * (1.0 + 0.2 * speed_mps), controls.outside_temperature_c + tyres.KELVIN

@@ -69,11 +69,7 @@ def step_person(person: Person, around: Surroundings, kerb: Kerb, dt: float) -> 
     if person.mode == "walking":
         return _walk(person, kerb, dt)
     if person.mode == "waiting" and person.plan is not None and _goes(person.plan, around):
-        return replace(
-            person,
-            mode="crossing",
-            across_mps=_towards(person) * person.plan.walk_mps,
-        )
+        return replace(person, mode="crossing", across_mps=_towards(person) * person.plan.walk_mps)
     return _cross(person, dt) if person.mode == "crossing" else person
 
 

@@ -61,17 +61,13 @@ def build_gantries(route: Route) -> tuple[Gantry, ...]:
 def _gantry(route: Route, plan: GantryPlan, ordinal: int) -> Gantry:
     section, country = route.section, country_at(route.scenario, plan.at_m)
     middle = route.near(plan.at_m) * (section.median_m / 2 + section.lanes * section.lane_width_m / 2)
+    code, laterals = plan.steps[0].code, [lane_lateral_m(route, plan.at_m, lane) for lane in range(section.lanes)]
     panels = [
-        GantryPanel(
-            id=panel_id(ordinal, lane),
-            lateral_m=lane_lateral_m(route, plan.at_m, lane),
-            country=country,
-            code=plan.steps[0].code,
-        )
-        for lane in range(section.lanes)
+        GantryPanel(id=panel_id(ordinal, lane), lateral_m=lateral_m, country=country, code=code)
+        for lane, lateral_m in enumerate(laterals)
     ]
     if section.lanes > 1:
-        between = (panels[0].lateral_m + panels[1].lateral_m) / 2
+        between = (laterals[0] + laterals[1]) / 2
         panels.append(GantryPanel(id=panel_id(ordinal, AUX_PANEL), lateral_m=between, country=country, size_m=0.9))
     return Gantry(
         id=GANTRY_IDS + ordinal,
@@ -100,14 +96,12 @@ def build_lights(route: Route) -> tuple[TrafficLight, ...]:
         near, at_m = route.near(plan.at_m - 5.0), plan.at_m
         aside = route.kerb_m(at_m) + 0.6
         back = opposite_line_m(route, at_m)
-        heads += [
-            TrafficLight(id=light_id(ordinal, 0), pose=route.pose(at_m + 1.0, near * aside, math.pi)),
-            TrafficLight(id=light_id(ordinal, 1), pose=route.pose(at_m + 1.0, -near * aside, math.pi)),
-            TrafficLight(
-                id=light_id(ordinal, 2),
-                pose=route.pose(back - 1.0, -route.near(back + 5.0) * (route.kerb_m(back) + 0.6)),
-            ),
-        ]
+        poses = (
+            route.pose(at_m + 1.0, near * aside, math.pi),
+            route.pose(at_m + 1.0, -near * aside, math.pi),
+            route.pose(back - 1.0, -route.near(back + 5.0) * (route.kerb_m(back) + 0.6)),
+        )
+        heads += [TrafficLight(id=light_id(ordinal, head), pose=pose) for head, pose in enumerate(poses)]
     return tuple(heads)
 
 

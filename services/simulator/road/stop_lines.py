@@ -96,15 +96,8 @@ def build_lines(route: Route) -> tuple[Line, ...]:
     """All lines in driving order."""
     span = route.section.span()
     lights = [
-        Line(
-            index,
-            "light",
-            index,
-            light.at_m,
-            opposite_line_m(route, light.at_m),
-            span is not None and span[0] - 20.0 <= light.at_m <= span[1],
-        )
-        for index, light in enumerate(route.scenario.lights)
+        Line(i, "light", i, each.at_m, opposite_line_m(route, each.at_m), _opposed(span, each.at_m))
+        for i, each in enumerate(route.scenario.lights)
     ]
     stops = [Line(100 + i, "stop_line", i, stop.at_m, None, False) for i, stop in enumerate(route.scenario.stops)]
     yields = [
@@ -112,6 +105,10 @@ def build_lines(route: Route) -> tuple[Line, ...]:
         for i, each in enumerate(route.scenario.yields)
     ]
     return tuple(sorted(lights + stops + yields, key=lambda line: line.at_m))
+
+
+def _opposed(span: tuple[float, float] | None, at_m: float) -> bool:
+    return span is not None and span[0] - 20.0 <= at_m <= span[1]
 
 
 @dataclass(slots=True)

@@ -135,13 +135,10 @@ def _led(legal: Legal, word: str) -> float | None:
     return None if word in ("end", "blank", "") else legal.gantry_mps
 
 
+_CLASSES: dict[str, RoadClass] = {
+    "town_entry": "urban", "town_exit": "rural", "motorway": "motorway", "motorway_end": "rural",
+}  # fmt: skip
+
+
 def _place(legal: Legal, word: str) -> Legal:
-    classes: dict[str, RoadClass] = {
-        "town_entry": "urban",
-        "town_exit": "rural",
-        "motorway": "motorway",
-        "motorway_end": "rural",
-    }
-    if word not in classes:
-        return legal
-    return Legal(country=legal.country, road_class=classes[word])
+    return Legal(country=legal.country, road_class=_CLASSES[word]) if word in _CLASSES else legal

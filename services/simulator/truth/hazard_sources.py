@@ -7,6 +7,7 @@ a hazard when a sound tyre would float on it at the ego's speed.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 from services.simulator.car import tyres
 from services.simulator.driver.road_ahead import RoadAhead
@@ -104,9 +105,8 @@ class HazardSources:
         if not queue:
             return
         last_m = min(car.s_m for car in queue)
-        joined = [
-            car for car in self.road_ahead.traffic.cars if car.speed < CREEPS_MPS and self.road_ahead.in_path(car)
-        ]
+        cars = self.road_ahead.traffic.cars
+        joined = [car for car in cars if car.speed < CREEPS_MPS and self.road_ahead.in_path(car)]
         tails = [(self._gap_m(car), car) for car in (*queue, *joined) if car.s_m > last_m - JOINED_M]
         ahead = [(gap, car) for gap, car in tails if -car.LENGTH < gap < QUEUE_M]
         if ahead:
@@ -138,39 +138,23 @@ class HazardSources:
             return
         line, distance = due
         begins = self._needs(distance, 0.0)
+        due_here = partial(HazardSource, key=line.key, distance_m=distance, begins=begins, lit=True)
         if line.kind == "yield":
             car = self.road_ahead.cross.coming(line, self.road_ahead.lane_d_m)
             if car is not None:
                 shape = car.body
                 body = Box(self.road_ahead.cross.pose(car), shape.length_m, shape.width_m, shape.height_m)
-                yield HazardSource(
-                    kind="priority",
-                    key=line.key,
-                    distance_m=distance,
-                    begins=begins,
-                    body=body,
-                    actor_id=car.number,
-                    lit=True,
-                )
+                yield due_here(kind="priority", body=body, actor_id=car.number)
             return
-        yield HazardSource(
-            kind="stop_line", key=line.key, distance_m=distance, begins=begins, body=self._mark(line), lit=True
-        )
+        yield due_here(kind="stop_line", body=self._mark(line))
 
     def _mark(self, line: Line) -> Box | None:
         """What tells of the line: the near head of its lights, or its sign, which headlamps light from afar."""
         if line.kind == "light":
             head = self.static.lights[3 * line.ordinal]
             return _upright(head.pose, _LIGHT)
-        number = len(self.route.scenario.signs)
-        return next(
-            (
-                _upright(post.pose, _FACE)
-                for post in self.static.signs[number:]
-                if _at(post.pose, self.route, line.at_m)
-            ),
-            None,
-        )
+        posts = self.static.signs[len(self.route.scenario.signs) :]
+        return next((_upright(each.pose, _FACE) for each in posts if _at(each.pose, self.route, line.at_m)), None)
 
     def _needs(self, distance_m: float, down_to_mps: float) -> bool:
         speed = float(self.road_ahead.ego.speed)
