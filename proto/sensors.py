@@ -56,6 +56,9 @@ class GnssFix(msgspec.Struct, frozen=True, kw_only=True):
     y_m: float
     heading_rad: float
     sigma_m: float
+    latitude_deg: float | None = None
+    """WGS 84; None: the map is not placed on the earth."""
+    longitude_deg: float | None = None
 
 
 class WeatherSensing(msgspec.Struct, frozen=True, kw_only=True):

@@ -92,7 +92,7 @@ GNSS = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("simulator", "player"),
-    readers=("orchestrator", "logger"),
+    readers=("orchestrator", "drivelm", "logger"),
 )
 WEATHER_SENSING = Topic(
     name="sensor/weather",

@@ -13,7 +13,8 @@ def register(subparsers: Subparsers) -> None:
         "play",
         help="feed a recording or a webcam through the stack",
         description="Ego speed comes from the recording (frame.json, a log of ours), else from a CAN log beside it (VIDEO.asc beside "
-        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else it is unknown, and treated so.",
+        "VIDEO.mp4, or one inside the folder; .blf, .log, .mf4, .trc likewise), else from a position track (VIDEO.gpx, .nmea or .csv), "
+        "else it is unknown, and treated so.",
     )
     parser.add_argument(
         "source",
@@ -35,6 +36,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("--record-only", action="store_true", help="see and log, decide nothing")
     parser.add_argument("--render", metavar="FILE.mp4", help="write an annotated video afterwards")
     _add_can(parser)
+    _add_track(parser)
     add_common(parser)
     parser.set_defaults(run=command)
 
@@ -47,6 +49,19 @@ def _add_can(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--can-offset", type=number(-86_400.0, 86_400.0), default=0.0, metavar="S",
         help="the recording starts so many seconds after the CAN log's first frame",
+    )  # fmt: skip
+
+
+def _add_track(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--track",
+        default="",
+        metavar="FILE",
+        help="positions for ego speed and country: .gpx, .nmea, .csv; `none`: use none",
+    )
+    parser.add_argument(
+        "--track-offset", type=number(-86_400.0, 86_400.0), default=0.0, metavar="S",
+        help="the recording starts so many seconds after the track's first fix",
     )  # fmt: skip
 
 

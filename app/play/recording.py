@@ -4,7 +4,6 @@ import argparse
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from app.drive.precheck import check_asked, check_folder_of
 from app.drive.run import drive
@@ -14,6 +13,7 @@ from drivemcp.files.models import find_model
 from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
 from services.player.drive_log import log_files
 from services.player.pictures import check_webcam, webcam_number
+from services.player.position_track import read_track, track_beside
 from services.player.recording import Options, Recording
 from services.player.source import open_recording
 
@@ -32,15 +32,17 @@ def play(flags: argparse.Namespace) -> int:
     source = flags.source if webcam is not None else str(Path(flags.source).resolve())
     recording = checked(source)
     log, speed = can_log_of(flags, source, recording)
+    track = track_of(flags, source)
     _choose_detector(flags, source)
     if flags.record_only:
         flags.without = [*flags.without, *(name for name in DECIDING if name not in flags.without)]
-    if recording is not None and recording.ego and log is None:
+    if log is None and ((recording is not None and recording.ego) or track is not None):
         flags.without = [*flags.without, *({"can"} - set(flags.without))]
-    sys.stderr.write(f"ego speed: {_speed_from(recording, log, speed)}\n")
+    sys.stderr.write(f"ego speed: {_speed_from(recording, log, speed, track)}\n")
     settings = {
         "source": source, "seconds": flags.seconds, "picture_period_s": flags.period, "fov_deg": flags.fov,
         "hold_s": flags.seconds or Options().hold_s, "can_log": str(log or ""), "can_offset_s": flags.can_offset,
+        "track": str(track or ""), "track_offset_s": flags.track_offset,
     }  # fmt: skip
     name = f"webcam{webcam}" if webcam is not None else Path(source).stem
     with tempfile.TemporaryDirectory(prefix="drivemcp-") as folder:
@@ -79,6 +81,16 @@ def can_log_of(
     return log, speed
 
 
+def track_of(flags: argparse.Namespace, source: str) -> Path | None:
+    """The position track that was named or lies beside the recording, found sound. Raises UserError."""
+    if flags.track == "none":
+        return None
+    found = Path(flags.track).resolve() if flags.track else track_beside(Path(source))
+    if found is not None:
+        read_track(found)
+    return found
+
+
 def _named_log(flags: argparse.Namespace) -> Path | None:
     if flags.can == "none":
         return None
@@ -106,7 +118,9 @@ def _choose_detector(flags: argparse.Namespace, source: str) -> None:
         )
 
 
-def _speed_from(recording: Recording | None, log: Path | None, speed: SpeedSignal | None) -> Any:
+def _speed_from(recording: Recording | None, log: Path | None, speed: SpeedSignal | None, track: Path | None) -> str:
     if log is not None and speed is not None:
         return f"{speed.signal} of {speed.dbc.name} in {log.name}"
-    return "from the recording" if recording is not None and recording.ego else "unknown"
+    if recording is not None and recording.ego:
+        return "from the recording"
+    return f"from the positions in {track.name}" if track is not None else "unknown"

@@ -16,13 +16,14 @@ from drivemcp.service import Service
 from proto import topics
 from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Fact, Facts, SceneGraph
-from proto.sensors import Calibration, CameraFrame
+from proto.sensors import Calibration, CameraFrame, GnssFix
 from proto.topics import Topic
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.cameras import Calibrations, RecentFrames
 from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
+from services.drivelm.country.position import place_of
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import answering as reader_of_graphs
@@ -129,12 +130,15 @@ class Bindings:
         self.boxes: dict[str, tuple[int, Boxes]] = {}
         """The last of each camera, with the stamp of their picture."""
         self.graph: SceneGraph | None = None
+        self.placed_in: str | None = None
+        """The country that the last position told."""
         node.detail["backend"] = self.front_end.backend.name
         node.subscribe(topics.CAMERA, self.on_frame)
         node.subscribe(topics.CALIBRATION, self.on_calibration)
         node.subscribe(topics.BOXES, self.on_boxes)
         node.subscribe(topics.TRACKS, self.on_tracks)
         node.subscribe(topics.LANES, self.on_lanes)
+        node.subscribe(topics.GNSS, self.on_position)
         node.subscribe(topics.EGO)
         node.every(0.1, self.settle)
         node.every(1.0, self.say_surroundings)
@@ -180,6 +184,15 @@ class Bindings:
                 where = where.with_cue(("oncoming", track.track_id), oncoming_cue(track.y_m), "oncoming")
         if where is not self.front_end.country_belief:
             self.front_end.believe(where)
+
+    def on_position(self, message: GnssFix, info: Received[GnssFix]) -> None:
+        """A position in another country than the last one tells the country; near a border none does."""
+        if message.latitude_deg is None or message.longitude_deg is None:
+            return
+        place = place_of(message.latitude_deg, message.longitude_deg)
+        if place is not None and place.country != self.placed_in:
+            self.placed_in = place.country
+            self.front_end.believe(self.front_end.country_belief.at_position(place.country))
 
     def settle(self) -> None:
         ego = self._alive(topics.EGO)

@@ -16,7 +16,7 @@ from proto.truth import ScenarioState
 from services.player.can_log import rebased
 from services.player.pictures import webcam_number
 from services.player.recording import Options, Recording, TimedMessage
-from services.player.source import open_recording
+from services.player.source import open_recording, with_track
 
 
 class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -36,6 +36,10 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     can_log: str = ""
     """A log that python-can reads, published as frames of the bus `can0`."""
     can_offset_s: float = 0.0
+    track: str = ""
+    """A position track (GPX, NMEA, CSV), published as ego speed and position."""
+    track_offset_s: float = 0.0
+    """The recording starts so long after the track's first fix."""
     """The recording starts so long after the CAN log's first frame."""
 
 
@@ -128,7 +132,9 @@ def build(config: PlayerConfig, node: Node) -> None:
         raise ConfigError("source: which video, folder of pictures, webcam, frame or log to play")
     source = config.source if webcam_number(config.source) is not None else str(Path(config.source).resolve())
     can_log = str(Path(config.can_log).resolve()) if config.can_log else ""
+    track = str(Path(config.track).resolve()) if config.track else ""
     recording = open_recording(source, options_of(config), can_log=can_log, can_offset_s=config.can_offset_s)
+    recording = with_track(recording, track, config.track_offset_s)
     player = Player(config, node, recording)
     node.detail["source"] = f"{recording.name}, {recording.pictures or 'live'} pictures: {recording.brings}"
     node.every(0.5, player.tell)

@@ -8,9 +8,11 @@ from proto import topics
 from services.player.can_log import can_messages
 from services.player.drive_log import log_files, open_log
 from services.player.pictures import open_folder, open_video, open_webcam, webcam_number
+from services.player.position_track import read_track, track_messages
 from services.player.recording import Options, Recording
 from services.player.street import frame_files, open_street
 
+CAN_FRAMES = "CAN frames"
 SAID_BY_CAN = (topics.EGO, topics.DEGRADATION)
 """Where a CAN log is given, the CAN service says these, and a recording's own are left out."""
 
@@ -25,7 +27,18 @@ def open_recording(source: str, options: Options, *, can_log: str = "", can_offs
         return recording
     seen = (each for each in recording.messages if each.topic not in SAID_BY_CAN)
     merged = heapq.merge(seen, can_messages(Path(can_log), can_offset_s), key=lambda each: each.at_s)
-    return recording._replace(messages=merged, ego=False, brings=f"{recording.brings}, CAN frames")
+    return recording._replace(messages=merged, ego=False, brings=f"{recording.brings}, {CAN_FRAMES}")
+
+
+def with_track(recording: Recording, track: str, offset_s: float) -> Recording:
+    """The recording with a position track's positions, and its speeds where nothing else says the ego speed. Raises UserError."""
+    if not track:
+        return recording
+    found = track_messages(read_track(Path(track)), offset_s)
+    told = CAN_FRAMES in recording.brings
+    wanted = (each for each in found if each.topic is not topics.EGO or not (recording.ego or told))
+    merged = heapq.merge(wanted, recording.messages, key=lambda each: each.at_s)
+    return recording._replace(messages=merged, ego=not told, brings=f"{recording.brings}, positions")
 
 
 def _open(source: str, options: Options) -> Recording:

@@ -19,6 +19,8 @@ _BORDER = 6.0
 _HOME = 0.816
 """Posterior of the home setting before anything was seen."""
 _SIDE_CUE = 0.5
+POSITION = "position"
+"""Code of the evidence that is a position on earth."""
 
 _TOLD = 0.05
 _MOST_TOLD = 6
@@ -114,10 +116,15 @@ class CountryBelief:
     last: str | None = None
     """The country believed before it was given up without a successor."""
 
+    placed: bool = False
+    """A position on earth has told the country."""
+    elsewhere: str = ""
+    """A country whose signs are not known here, told by the position; empty: none was."""
+
     @property
     def assumed(self) -> bool:
-        """Whether all of it is the home setting, and nothing was seen yet."""
-        return self.believed is not None and not self.counted
+        """Whether all of it is the home setting, and neither a sign nor a position has told yet."""
+        return self.believed is not None and not self.counted and not self.placed
 
     @classmethod
     def at_home(cls, country: str) -> "CountryBelief":
@@ -166,6 +173,16 @@ class CountryBelief:
             return passed
         return passed._switched(country, ((f"border:{country}", _BORDER),))
 
+    def at_position(self, country: str) -> "CountryBelief":
+        """A position deep inside a country: that country; without one whose signs are known here, none is believed."""
+        scores = dict.fromkeys(self.scores, 0.0)
+        if country not in scores:
+            last = self.believed or self.last
+            return replace(self, scores=scores, believed=None, last=last, placed=True, elsewhere=country)
+        scores[country] = _BORDER
+        placed = replace(self, scores=scores, placed=True, elsewhere="")
+        return placed if country == self.believed else placed._switched(country, ((POSITION, _BORDER),))
+
     def _decided(self) -> "CountryBelief":
         best = max(self.scores, key=lambda country: (self.scores[country], country))
         if best != self.believed and self.posterior(best) >= TAKE_OVER:
@@ -176,7 +193,7 @@ class CountryBelief:
 
     def _switched(self, country: str, evidence: Evidence) -> "CountryBelief":
         former = self.believed or self.last
-        return replace(self, believed=country, last=None, since={}, switch=Switch(former, evidence))
+        return replace(self, believed=country, last=None, elsewhere="", since={}, switch=Switch(former, evidence))
 
     def _share(self, countries: set[str]) -> float:
         top = max(self.scores.values())

@@ -5,11 +5,13 @@ from typing import get_args
 import msgspec
 
 from proto.scene import Candidate, Fact, FactKind, Unit
-from services.drivelm.country.country_belief import CountryBelief
+from services.drivelm.country.country_belief import POSITION, CountryBelief
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS, Side
 
 BELIEVE = 0.8
 _MENTION = 0.05
+SURE = 0.99
+"""Of a position's country without signs that are known here: it leaves the country unknown."""
 
 
 def surroundings(where: CountryBelief, road_type: tuple[str, float] | None, now_ns: int) -> tuple[Fact, ...]:
@@ -21,6 +23,8 @@ def surroundings(where: CountryBelief, road_type: tuple[str, float] | None, now_
         facts.append(_with_evidence(country, where))
         facts.append(_best("units", {unit: where.of_unit(unit) for unit in get_args(Unit)}, now_ns))
         facts.append(_best("traffic_side", {side: where.of_side(side) for side in get_args(Side)}, now_ns))
+    elif where.elsewhere:
+        facts.append(_fact("jurisdiction", where.elsewhere, {where.elsewhere: SURE}, now_ns))
     if road_type is not None:
         facts.append(_fact("road_type", road_type[0], {road_type[0]: road_type[1]}, now_ns))
     return tuple(facts)
@@ -36,6 +40,8 @@ def _with_evidence(country: Fact, where: CountryBelief) -> Fact:
     former = where.switch.former if where.switch is not None else None
     changed = f", no longer of {former}" if former not in (None, country.reading) else ""
     sentence = f"The signs are of {country.reading}{changed}; for it spoke: {told or 'nothing'}."
+    if told.startswith(POSITION):
+        sentence = f"The position lies in {country.reading}{changed}."
     return msgspec.structs.replace(country, text=told, sentence=sentence)
 
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 MOST = 6
 _ITEM = re.compile(r"(?P<code>[a-z_]{1,24}(?::[A-Za-z0-9_]{1,12}){0,2})(?: (?P<weight>[0-9]{1,2}\.[0-9]))?")
 _WORDS: dict[str, str] = {
-    "border": "border", "town_entry": "town", "town_exit": "town", "plate:when_wet": "language", "info:units": "units",
+    "border": "border", "position": "position",
+    "town_entry": "town", "town_exit": "town", "plate:when_wet": "language", "info:units": "units",
     "info:side": "side", "keep_left": "side", "keep_right": "side", "oncoming": "side", "limit:": "number", "zone:": "number",
     "led:": "number", "limit_board": "style", "school_limit": "style", "general": "style", "national": "style", "school": "style",
     "plate:advisory": "style", "info:interstate": "style", "all_end": "style", "limit_end": "style", "priority_road": "style",

@@ -1,0 +1,69 @@
+"""A position on earth tells the country, and is overcome by signs."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivemcp.testing import bus
+from proto import topics
+from proto.sensors import GnssFix
+from services.drivelm.country.country_belief import CountryBelief, cues_of
+from services.drivelm.country.position import place_of
+from services.drivelm.country.surroundings import surroundings
+from services.drivelm.service import SERVICE, DrivelmConfig
+from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
+
+PLACES = {
+    "DEU": (50.11, 8.68), "AUT": (47.07, 15.44), "FRA": (47.32, 5.04), "NLD": (52.09, 5.12), "POL": (52.23, 21.01),
+    "GBR": (52.48, -1.90), "CHE": (46.95, 7.45), "USA": (37.40, -122.08),
+}  # fmt: skip
+
+
+def test_each_country_is_told_by_a_position_inside_it_whatever_the_home() -> None:
+    assert set(PLACES) == set(JURISDICTIONS)
+    for country, (latitude, longitude) in PLACES.items():
+        place = place_of(latitude, longitude)
+        assert place is not None
+        for home in ("", *JURISDICTIONS):
+            where = CountryBelief.at_home(home).at_position(place.country)
+            assert (where.believed, where.assumed) == (country, False)
+
+
+def test_a_position_at_a_border_or_at_sea_tells_nothing() -> None:
+    assert place_of(47.66, 9.175) is None, "between Konstanz and Kreuzlingen"
+    assert place_of(40.0, -30.0) is None
+    assert place_of(float("nan"), 8.0) is None
+
+
+def test_in_a_country_without_known_signs_no_country_is_believed() -> None:
+    place = place_of(40.42, -3.70)
+    assert place is not None
+    where = CountryBelief.at_home("DEU").at_position(place.country)
+    facts = surroundings(where, None, 0)
+    assert where.believed is None
+    assert [(fact.kind, fact.reading, fact.believed) for fact in facts] == [("jurisdiction", "ESP", True)]
+
+
+@given(
+    st.sampled_from(sorted(PLACES)), st.sampled_from(("town_entry:yellow", "national", "general:50", "info:units_mph"))
+)
+def test_signs_overcome_a_position_that_is_wrong(country: str, code: str) -> None:
+    where = CountryBelief.at_home("").at_position(country)
+    for track_id in range(8):
+        where = where.with_cue(("front", track_id), cues_of(code), code)
+    assert where.believed is None or cues_of(code).get(where.believed, 0.0) > 0.0
+
+
+def test_a_fix_on_the_bus_ends_the_home_setting() -> None:
+    with bus() as b:
+        facts = b.collect(topics.FACTS)
+        b.start(SERVICE, DrivelmConfig(home="DEU"))
+        latitude, longitude = PLACES["USA"]
+        fix = GnssFix(
+            x_m=0.0, y_m=0.0, heading_rad=0.0, sigma_m=5.0, latitude_deg=latitude, longitude_deg=longitude
+        )  # fmt: skip
+        b.probe.publish(topics.GNSS, fix)
+        told = facts.wait(
+            lambda m: any(f.kind == "jurisdiction" and f.reading == "USA" and f.believed for f in m.facts)
+        )
+        units = [fact.reading for fact in told.facts if fact.kind == "units"]
+        assert units == ["mph"]
