@@ -3,7 +3,7 @@
 import re
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import cv2
@@ -25,26 +25,41 @@ def open_folder(path: Path, options: Options) -> Recording:
 
 
 def open_video(path: Path, options: Options) -> Recording:
-    """A video at its own pace, thinned to the highest rate. Raises UserError where it does not open."""
+    """A video at its own pace, turned as its camera was held, thinned to the highest rate. Raises UserError where it does not open."""
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
         raise UserError(f"{path} does not open as a video")
     rate_hz = capture.get(cv2.CAP_PROP_FPS) or 25.0
     frames = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)))
-    stride = max(1, round(rate_hz / options.max_rate_hz))
-    pictures = _every(capture, stride, rate_hz)
-    return Recording(path.name, frames // stride, frames / rate_hz, camera_messages(pictures, options))
+    shown = min(frames, round(frames / rate_hz * options.max_rate_hz))
+    return Recording(path.name, shown, frames / rate_hz, camera_messages(_pictures(capture, options), options))
 
 
-def _every(capture: cv2.VideoCapture, stride: int, rate_hz: float) -> Iterator[Picture]:
-    number = 0
-    while capture.grab():
-        if number % stride == 0:
-            read, bgr = capture.retrieve()
-            if read:
-                yield Picture(shrink(bgr), number / rate_hz)
-        number += 1
+def _pictures(capture: cv2.VideoCapture, options: Options) -> Iterator[Picture]:
+    for at_s in thinned(_times(capture), options.max_rate_hz):
+        read, bgr = capture.retrieve()
+        if read:
+            yield Picture(shrink(bgr), at_s)
     capture.release()
+
+
+def _times(capture: cv2.VideoCapture) -> Iterator[float]:
+    """The time of each frame as the file has it, which need not be even; by the mean rate where the file has none."""
+    rate_hz, number, last_s = capture.get(cv2.CAP_PROP_FPS) or 25.0, 0, -1.0
+    while capture.grab():
+        at_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+        last_s = at_s if at_s > last_s else max(last_s, number / rate_hz)
+        yield last_s
+        number += 1
+
+
+def thinned(times_s: Iterable[float], max_rate_hz: float) -> Iterator[float]:
+    """The times that are shown: each the first at or after its turn; after a gap the turns begin anew."""
+    due_s, period_s = 0.0, 1.0 / max_rate_hz
+    for at_s in times_s:
+        if at_s >= due_s - 1e-6:
+            due_s = max(due_s + period_s, at_s)
+            yield at_s
 
 
 _NAMES = re.compile(r"^(?:webcam:|/dev/video)(\d{1,3})$")

@@ -1,16 +1,19 @@
 """Recordings through the sensor topics."""
 
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
-from services.player.pictures import live_pictures, webcam_number
+from services.player.pictures import live_pictures, thinned, webcam_number
 from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
@@ -104,3 +107,16 @@ def test_a_webcam_is_read_as_it_comes_and_its_end_is_an_error(video: Path) -> No
     with pytest.raises(UserError, match="no more pictures"):
         times.extend(picture.at_s for picture in pictures)
     assert times == sorted(times)
+
+
+@given(st.lists(st.floats(0.001, 0.5), min_size=1, max_size=200), st.floats(1.0, 30.0))
+def test_pictures_keep_their_times_and_no_second_has_more_than_the_highest_rate(
+    gaps_s: list[float], rate_hz: float
+) -> None:
+    times = list(accumulate(gaps_s))
+    shown = list(thinned(times, rate_hz))
+    assert set(shown) <= set(times)
+    assert shown[0] == times[0]
+    assert all(sum(at <= each < at + 1.0 for each in shown) <= rate_hz + 2.0 for at in shown)
+    longest = max([times[0], *gaps_s])
+    assert all(after - before <= 1.0 / rate_hz + longest + 1e-9 for before, after in pairwise(shown))
