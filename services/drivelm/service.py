@@ -9,6 +9,7 @@ import msgspec
 from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.inference import chosen
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.registry import registered
@@ -49,6 +50,8 @@ class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
     max_age_s: Annotated[float, msgspec.Meta(gt=0, le=60)] = 4.0
     """Pictures older than this, against the newest, are not asked about any more."""
     model: str = "models/reader.onnx"
+    providers: str = "cpu"
+    """Execution providers of ONNX Runtime for the reader, in their order, with commas: cpu, cuda, tensorrt, openvino, coreml."""
     home: str = "DEU"
     """Country assumed until signs tell; a weak prior. Empty: assume nothing."""
     max_reads: int = 8
@@ -87,7 +90,8 @@ class SceneDescription(msgspec.Struct, frozen=True, kw_only=True):
 def load_reader(config: DrivelmConfig) -> EmbeddedBackend:
     """The embedded backend of the configuration."""
     path = data(config.model)
-    return EmbeddedBackend(Reader.load(path), hashlib.sha256(path.read_bytes()).hexdigest())
+    reader = Reader.load(path, chosen(config.providers, "drivelm.providers"))
+    return EmbeddedBackend(reader, hashlib.sha256(path.read_bytes()).hexdigest())
 
 
 def load_front_end(config: DrivelmConfig, node: Node, lettering: Lettering) -> FrontEnd:

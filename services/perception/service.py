@@ -8,6 +8,7 @@ from pathlib import Path
 from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.inference import chosen
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.registry import registered
@@ -30,6 +31,8 @@ class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
 
     detector: str = ""
     threads: int = 1
+    providers: str = "cpu"
+    """Execution providers of ONNX Runtime in their order, with commas: cpu, cuda, tensorrt, openvino, coreml."""
     score_floor: float = 0.3
     late_ms: float = 300.0
     """Pictures that waited longer than this for their turn are dropped and counted, so that a backlog never builds up."""
@@ -68,7 +71,10 @@ def _tracker(config: PerceptionConfig, node: Node) -> Tracker:
 def build(config: PerceptionConfig, node: Node) -> None:
     """Load the detector and subscribe; raises DetectorError where the model cannot be used."""
     path = Path(config.detector) if config.detector else data("models/detector.onnx")
-    detector = load_detector(path, DetectorOptions(threads=config.threads, score_floor=config.score_floor))
+    providers = chosen(config.providers, "perception.providers")
+    options = DetectorOptions(threads=config.threads, score_floor=config.score_floor, providers=providers)
+    detector = load_detector(path, options)
+    node.detail["providers"] = ", ".join(providers)
     node.detail["detector"] = f"{detector.name} sha256:{digest(path)}"
     perception, drops = Perception(detector, tracker=_tracker(config, node)), Drops(node)
     latest: dict[str, tuple[int, Tracks]] = {}

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drivemcp.inference import CPU, open_session
 from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
 
 
@@ -32,18 +33,13 @@ class Reader:
         self._other = classes.index(OTHER)
 
     @classmethod
-    def load(cls, path: Path) -> "Reader":
+    def load(cls, path: Path, providers: tuple[str, ...] = CPU) -> "Reader":
         """Load ``reader.onnx`` and the card beside it. Raises ``UnusableModel`` or ``FileNotFoundError``."""
-        import onnxruntime
-
         card = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
         classes = tuple(card["classes"])
         if unknown := set(classes) - set(READER_CLASSES):
             raise UnusableModel(f"{path.name} reads classes unknown here: {sorted(unknown)}; retrain or update")
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-        return cls(session, classes)
+        return cls(open_session(path, 1, providers), classes)
 
     def probabilities(self, crops: NDArray[np.uint8]) -> NDArray[np.float32]:
         """N x 48 x 48 x 3 RGB to N x classes, temperature included."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivemcp.errors import UserError
+from drivemcp.inference import CPU
 from proto.perception import ObjectClass
 from services.perception.detect.detection import Detection
 
@@ -41,6 +42,8 @@ class DetectorOptions:
     score_floor: float = 0.3
     overlap_limit: float = 0.5
     floors: dict[ObjectClass, float] | None = None
+    providers: tuple[str, ...] = CPU
+    """Execution providers of ONNX Runtime, by the names of `drivemcp.inference.PROVIDERS`."""
 
     def floor(self, kind: ObjectClass) -> float:
         """The lowest score that counts for a class."""

@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from drivemcp import inference
+from drivemcp.inference import CPU
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
     COCO_CLASSES,
@@ -48,14 +50,15 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     A `.json` file beside it may hold `classes` and `floors` (our own detector writes both), and name a `second_look`.
     """
     options = options or DetectorOptions()
-    session = open_session(path, options.threads)
+    session = open_session(path, options.threads, options.providers)
     outputs = {output.name: output.shape for output in session.get_outputs()}
     card = _card(path)
     if {"heat", "sides_px"} <= outputs.keys():
         if options.threads > 1 and not isinstance(session.get_inputs()[0].shape[1], int):
             # A net for any size looks twice, side by side, each time on half of the threads.
-            session = open_session(path, options.threads // 2)
-        return CentreDetector(session, card, options, name=path.stem, second=_second_look(path, card))
+            session = open_session(path, options.threads // 2, options.providers)
+        second = _second_look(path, card, options.providers)
+        return CentreDetector(session, card, options, name=path.stem, second=second)
     side_px = _square_side(session)
     if len(outputs) != 1 or side_px is None:
         raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
@@ -76,12 +79,12 @@ def _named_beside(path: Path, card: dict[str, Any]) -> Path | None:
     return path.parent / Path(str(card["second_look"])).name if "second_look" in card else None
 
 
-def _second_look(path: Path, card: dict[str, Any]) -> SecondLook | None:
+def _second_look(path: Path, card: dict[str, Any], providers: tuple[str, ...]) -> SecondLook | None:
     """The network beside the detector that its card names, to be weighed as that network's own card says."""
     beside = _named_beside(path, card)
     if beside is None:
         return None
-    session = open_session(beside, 1)
+    session = open_session(beside, 1, providers)
     weights = _card(beside).get("weights")
     if not isinstance(weights, list) or len(weights) != 3 or not all(isinstance(each, int | float) for each in weights):
         raise DetectorError(f"{beside.with_suffix('.json')} must hold `weights`: three numbers")
@@ -120,20 +123,14 @@ def _layout(output: FloatArray, side_px: int) -> Layout | None:
     return YOLO_V8 if output.shape == (1, plain, places) else None
 
 
-def open_session(path: Path, threads: int) -> Any:
-    """An ONNX Runtime session on the CPU. Raises DetectorError naming the file."""
-    import onnxruntime
+def open_session(path: Path, threads: int, providers: tuple[str, ...] = CPU) -> Any:
+    """An ONNX Runtime session. Raises DetectorError naming the file, ConfigError where a provider does not start."""
     from onnxruntime.capi import onnxruntime_pybind11_state as problems
 
     if not path.is_file():
         raise DetectorError(f"no detector model at {path}; name one with --set detector=FILE.onnx")
-    settings = onnxruntime.SessionOptions()
-    settings.intra_op_num_threads = threads
-    settings.inter_op_num_threads = 1
-    settings.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    settings.log_severity_level = 3
     try:
-        return onnxruntime.InferenceSession(str(path), settings, providers=["CPUExecutionProvider"])
+        return inference.open_session(path, threads, providers, spinning=False)
     except (problems.Fail, problems.InvalidProtobuf, problems.InvalidGraph, problems.RuntimeException) as error:
         raise DetectorError(f"{path} is no model that ONNX Runtime can load: {str(error)[:200]}") from None
 
