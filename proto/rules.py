@@ -62,6 +62,8 @@ class LegalLimit(msgspec.Struct, frozen=True, kw_only=True):
     unit: Unit
     mps: float
     advisory: bool = False
+    assumed: bool = False
+    """No sign, map or place tells that this law holds here: it is shown with a question mark and never spoken as law."""
 
 
 class RulesAnswer(msgspec.Struct, frozen=True, kw_only=True):

@@ -15,7 +15,7 @@ def live_line(tally: Tally, width: int = 120) -> str:
     parts = [
         f"{tally.now_s:5.1f} s",
         f"{_speed(truth.speed_mps if truth else None, factor)} {unit}",
-        f"limit {f'{limit.value:g}' if limit else '?'}",
+        f"limit {f'{limit.value:g}' if limit else ''}{'?' if limit is None or limit.assumed else ''}",
         f"target {_speed(advisory.target_mps if advisory else None, factor).strip()}",
         f"{_milliseconds(tally.latency().p50)}",
     ]

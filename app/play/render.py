@@ -16,6 +16,7 @@ from drivemcp.errors import UserError
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Boxes
+from proto.rules import LegalLimit
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
 BANNER_PX, LINE_PX, MOST_LINES = 84, 18, 3
@@ -112,6 +113,7 @@ def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory |
         cv2.rectangle(picture, corner, (int(box.x1_px), int(box.y1_px)), colour, 1, cv2.LINE_AA)
         label = f"{box.kind} {box.track_id or ''}" + (f" {box.range_m:.0f} m" if box.range_m is not None else "")
         cv2.putText(picture, label, (corner[0], max(10, corner[1] - 3)), _FONT, 0.38, colour, 1, cv2.LINE_AA)
+    _show_limit(picture, now.legal_limit if now else None)
     banner = np.full((BANNER_PX, picture.shape[1], 3), 24, np.uint8)
     first = (
         f"{now.kind if now else 'no tick'}{'  degraded: ' + ', '.join(now.degraded) if now and now.degraded else ''}"
@@ -121,6 +123,31 @@ def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory |
         place = (10, 20 + LINE_PX * number)
         cv2.putText(banner, text, place, _FONT, 0.42, (235, 235, 235), 1, cv2.LINE_AA)
     return np.vstack([picture, banner])
+
+
+SIGN_PX, RED, BLUE, DARK, WHITE = 34, (40, 40, 200), (180, 100, 30), (20, 20, 20), (250, 250, 250)
+"""Radius and colours (BGR) of the limit in the picture's corner."""
+
+
+def _show_limit(picture: Image, limit: LegalLimit | None) -> None:
+    """The limit in force as a sign in the upper right corner: red ring, blue if recommended, grey with "?" if assumed or unknown."""
+    centre = (picture.shape[1] - SIGN_PX - 12, SIGN_PX + 12)
+    assumed = limit is None or limit.assumed
+    ring = (150, 150, 150) if assumed else BLUE if limit is not None and limit.advisory else RED
+    cv2.circle(picture, centre, SIGN_PX, ring, -1, cv2.LINE_AA)
+    cv2.circle(picture, centre, SIGN_PX - 7, WHITE, -1, cv2.LINE_AA)
+    text = (f"{limit.value:g}" if limit is not None else "") + ("?" if assumed else "")
+    _centred(picture, text, centre, 0.85 if len(text) < 3 else 0.62)
+    if limit is not None:
+        _centred(picture, limit.unit, (centre[0], centre[1] + SIGN_PX + 12), 0.42)
+
+
+def _centred(picture: Image, text: str, centre: tuple[int, int], scale: float) -> None:
+    """Dark letters with a light edge, so that they are read on any ground."""
+    (width, height), _ = cv2.getTextSize(text, _FONT, scale, 2)
+    place = (centre[0] - width // 2, centre[1] + height // 2)
+    cv2.putText(picture, text, place, _FONT, scale, WHITE, 4, cv2.LINE_AA)
+    cv2.putText(picture, text, place, _FONT, scale, DARK, 2, cv2.LINE_AA)
 
 
 def lines_of(text: str, width_px: int) -> list[str]:

@@ -130,7 +130,7 @@ class Drawing:
             self._stream.log("speed/ego", rr.Scalars([message.speed_mps * KMH]))
 
     def _advisory(self, message: Advisory) -> None:
-        if message.legal_limit is not None:
+        if message.legal_limit is not None and not message.legal_limit.assumed:
             self._stream.log("speed/limit", rr.Scalars([message.legal_limit.mps * KMH]))
         if message.target_mps is not None:
             self._stream.log("speed/target", rr.Scalars([message.target_mps * KMH]))

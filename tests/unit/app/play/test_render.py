@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from app.play.render import BANNER_PX, LINE_PX, MOST_LINES, draw, lines_of
 from proto.decision import Advisory
+from proto.rules import LegalLimit
 from tests.unit.app.drive.test_summary import advisory
 
 LONG = "Hold 50 km/h. (StVO § 3 (3) no. 1: 50 km/h inside built-up areas; told by the town sign of Köln, 12 s ago, and by no other.)"
@@ -41,3 +43,14 @@ def test_the_banner_stands_below_the_picture(said: Advisory | None) -> None:
     drawn = draw(picture, None, None, said)
     assert drawn.shape == (480 + BANNER_PX, 640, 3)
     assert (drawn[480:] > 100).any()
+
+
+def test_an_assumed_limit_is_shown_grey_and_one_in_force_with_a_red_ring() -> None:
+    def red(limit: LegalLimit) -> bool:
+        told = advisory("SILENT", legal_limit=limit)
+        drawn = draw(np.zeros((480, 640, 3), np.uint8), None, told, None)[:100, 540:].astype(int)
+        return bool((drawn[..., 2] - drawn[..., 0] > 100).any())
+
+    limit = LegalLimit(value=50, unit="km/h", mps=13.9)
+    assert red(limit)
+    assert not red(replace(limit, assumed=True))

@@ -138,3 +138,17 @@ def test_without_a_fallback_pack_all_others_still_count() -> None:
     assert not any(map(is_fallback, book.packs.values()))
     assert applicable_limit(book, Situation(road_type="urban")).limit is not None
     assert interpret_sign(book, SignQuestion(reading="stop")).legal_action == "stop"
+
+
+@pytest.mark.parametrize("here", ["DEU", "GBR", *NOWHERE])
+@pytest.mark.parametrize("road", ROADS)
+@pytest.mark.parametrize("posted", [False, True])
+def test_a_roads_own_limit_is_assumed_where_road_or_country_is_unknown_and_a_posted_one_never(
+    here: str | None, road: Any, posted: bool
+) -> None:
+    sign = PostedLimit(reading="limit:30", value=30, unit="km/h", scope="permanent", confidence=0.99)
+    situation = Situation(jurisdiction=here, road_type=road, posted=(sign,) if posted else ())
+    limit = applicable_limit(BOOK, situation).limit
+    by_a_sign = posted and limit is not None and limit.value == 30 and limit.unit == "km/h"
+    if limit is not None and by_a_sign is posted:
+        assert limit.assumed is (not posted and (road is None or here not in ("DEU", "GBR")))
