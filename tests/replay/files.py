@@ -47,6 +47,18 @@ def write_lines(file: Path, values: Iterable[Any]) -> None:
     file.write_bytes(gzip.compress(whole, mtime=0))
 
 
+def stated(value: Any) -> Any:
+    """A message as JSON data without fields that have their default: a field that is added changes no digest."""
+    if isinstance(value, msgspec.Struct):
+        fields = ((field, getattr(value, field.name)) for field in msgspec.structs.fields(value))
+        return {field.encode_name: stated(each) for field, each in fields if each != field.default}
+    if isinstance(value, list | tuple):
+        return [stated(each) for each in value]
+    return (
+        {name: stated(each) for name, each in value.items()} if isinstance(value, dict) else msgspec.to_builtins(value)
+    )
+
+
 def digest(value: Any) -> str:
     """The first 8 hex digits of the SHA-256 of the value as canonical JSON."""
     return hashlib.sha256(msgspec.json.encode(value, order="sorted")).hexdigest()[:8]

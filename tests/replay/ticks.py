@@ -17,7 +17,7 @@ from services.orchestrator.law import rules_question
 from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
-from tests.replay.files import Parts
+from tests.replay.files import Parts, stated
 
 STATED = ("own", "memory", "profile_sha256", "state_sha256")
 """Of a decision: memory and its hashes, whose form may change while what is decided does not."""
@@ -83,9 +83,9 @@ def decided_again(entries: Iterable[LoggedTick]) -> Iterator[Parts]:
 
 def parts_of(ticked: Ticked) -> Parts:
     """What a tick came to, without memory and measured times."""
-    decision, advisory = msgspec.to_builtins(ticked.decision), msgspec.to_builtins(ticked.advisory)
+    decision, advisory = stated(ticked.decision), stated(ticked.advisory)
     return {
-        "events": [msgspec.to_builtins(event) for event in ticked.events],
+        "events": [stated(event) for event in ticked.events],
         "calls": [{"tool": each.tool, "arguments": each.arguments} for each in ticked.outcomes],
         "decision": {name: value for name, value in decision.items() if name not in STATED},
         "advisory": {name: value for name, value in advisory.items() if name not in MEASURED},

@@ -89,10 +89,12 @@ class _Asked(NamedTuple):
         found = results(self.outcomes, "lookup_rule", RulesAnswer)
         return next((each for each in found if each.citations), next(iter(found), None))
 
-    @property
-    def target(self) -> str:
-        """The target speed in the driver's unit."""
-        return drive(self.state.preferences, target(self.state).mps)
+    def say_target(self, phrase: str, **values: object) -> str:
+        """A phrase with the target speed in the driver's unit; its open form where only an assumed law bounds it."""
+        mps = target(self.state).told_mps
+        if mps is None:
+            return self.say(f"{phrase}_open", **values)
+        return self.say(phrase, target=drive(self.state.preferences, mps), **values)
 
 
 def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcome, ...]) -> Answer:
@@ -135,13 +137,12 @@ def _weather_line(asked: _Asked) -> str:
     conditions = asked.result("assess_weather", Conditions) or asked.state.held.conditions
     if conditions is None:
         return asked.say("weather_unknown")
-    told = asked.say(
+    told = asked.say_target(
         "weather",
         mu=word(preferences, next(grip for below, grip in GRIP if conditions.mu_low < below)),
         low=f"{conditions.mu_low:.2f}",
         high=f"{conditions.mu_high:.2f}",
         sight=_sight(asked, conditions),
-        target=asked.target,
     )
     return " ".join([told, *_stopping(asked, conditions)])
 
@@ -171,7 +172,7 @@ def _stopping(asked: _Asked, conditions: Conditions) -> list[str]:
 def _limit_line(asked: _Asked) -> str:
     answered = asked.limit
     limit = answered.limit if answered is not None else target(asked.state).law.limit
-    if limit is None:
+    if limit is None or limit.assumed:
         return asked.say("limit_unknown")
     other = "km/h" if limit.unit == "mph" else "mph"
     converted = speed(msgspec.structs.replace(asked.state.preferences, unit=other), limit.mps)
@@ -223,7 +224,7 @@ def _units(asked: _Asked) -> Told:
 
 
 def _change(asked: _Asked) -> Told:
-    recommended = asked.say("recommend", target=asked.target)
+    recommended = asked.say_target("recommend")
     lines = (_why_changed(asked), _limit_line(asked), _weather_line(asked), recommended)
     return Told(lines, _confidence(asked.limit, 0.3), _cited(asked.limit, asked.law))
 
@@ -264,7 +265,8 @@ def _lamp_names(asked: _Asked, lamps: tuple[str, ...]) -> str:
 def _meaning(asked: _Asked, health: VehicleHealth, contradicted: bool) -> list[str]:
     safe = "safe_contradicted" if contradicted else f"safe_{health.safe_to_drive}"
     known = safe in phrases(asked.state.preferences.language)["ask"]
-    lines = [asked.say(safe if known else "safe_unknown", target=asked.target)]
+    safe = safe if known else "safe_unknown"
+    lines = [asked.say_target(safe) if safe == "safe_with_care" else asked.say(safe)]
     if health.brake_envelope is not None and health.brake_envelope < SOUND_BRAKES:
         share, gap = f"{100 * health.brake_envelope:.0f}", f"{health.headway_factor:.1f}"
         lines.append(asked.say("brakes_weak", share=share, gap=gap))

@@ -134,7 +134,7 @@ def _meaning(state: State, chosen: Candidate) -> SignMeaning | None:
 
 def _law_reason(state: State, law: Law) -> Reason:
     preferences = state.preferences
-    if law.limit is None:
+    if law.limit is None or law.limit.assumed:
         text = say(preferences, "justification", "law_none")
         return Reason(source="rules", text=text, confidence=law.confidence)
     section = next((citation.section for citation in law.citations[:1] if citation.section), "")
@@ -147,12 +147,17 @@ def _law_reason(state: State, law: Law) -> Reason:
 def _safety_reason(state: State, goal: Target) -> Iterator[Reason]:
     """What recommends less than the law allows; both are said."""
     law_mps, bound = goal.law.mps, goal.bounds[0]
-    if law_mps is not None and goal.mps < law_mps - 0.5:
+    if law_mps is not None and not law_is_all(goal) and goal.mps < law_mps - 0.5:
         why = (
             _why_the_road(state) if bound.why == "law" else say(state.preferences, "why", bound.why, tool=bound.source)
         )
         text = say(state.preferences, "justification", "safety", target=drive(state.preferences, goal.mps), why=why)
         yield Reason(source=bound.source, text=text, confidence=bound.confidence)
+
+
+def law_is_all(goal: Target) -> bool:
+    """Whether an assumed law is all that the target rests on: then no speed is recommended."""
+    return goal.law.assumed and goal.bounds[0].why == "law"
 
 
 def _why_the_road(state: State) -> str:

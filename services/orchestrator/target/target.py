@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import msgspec
+
 from domain.units import to_mps
 from proto.observed import value_of
 from proto.rules import Citation, LegalLimit, PostedLimit, RulesAnswer
@@ -62,6 +64,10 @@ UNANSWERED = 0.6
 """Factor on the confidence of a limit that rests on an older answer, or on the sign alone."""
 
 
+OF_THE_ROAD = ("default", "advisory", "conditional")
+"""Bases of an answer whose limit no sign need have set."""
+
+
 class Bound(NamedTuple):
     """One upper bound of the target."""
 
@@ -88,6 +94,16 @@ class Law(NamedTuple):
     answer: RulesAnswer | None = None
 
     @property
+    def assumed(self) -> bool:
+        """Whether neither a sign, a map nor a place tells it: it is not spoken as law, and bounds no speed that is spoken."""
+        return self.basis == "unknown" or (self.limit is not None and self.limit.assumed)
+
+    @property
+    def told(self) -> bool:
+        """Whether it is known well enough to be spoken."""
+        return self.limit is not None and not self.assumed and self.confidence >= rules_question.LAW_KNOWN
+
+    @property
     def allowed_mps(self) -> float:
         """The speed that the law allows, or recommends."""
         return UNLIMITED_MPS if self.mps is None else self.mps
@@ -103,6 +119,11 @@ class Target(NamedTuple):
     bounds: tuple[Bound, ...]
     place: Place | None = None
     """The place to give way at that is among them."""
+
+    @property
+    def told_mps(self) -> float | None:
+        """The target as far as it rests on what is known; None: an assumed law is all that bounds it."""
+        return min((b.mps for b in self.bounds if not (self.law.assumed and b.why == "law")), default=None)
 
 
 def target(state: State) -> Target:
@@ -138,7 +159,7 @@ def law_of(state: State) -> Law:
     unknown, held = Law(None, cautious_mps(state), 0.3, "unknown"), state.held
     answer = held.legal if held.legal is not None and held.legal.legal_action != "unknown" else None
     if answer is not None and held.legal_key == rules_question.todays_key(state):
-        return _answered(answer, "rules")
+        return _answered(state, answer, "rules")
     sign = posted_limit(state)
     limit = answer.limit if answer is not None else None
     if answer is None or limit is None or (sign is not None and to_mps(sign.value, sign.unit) < limit.mps):
@@ -146,13 +167,17 @@ def law_of(state: State) -> Law:
     if limit.mps > cautious_mps(state) and _elsewhere(state, limit):
         return unknown
     if state.now_ns - held.legal_ns < ANSWER_SERVES_NS:
-        return _answered(answer, "rules")
-    return _answered(answer, "held")._replace(confidence=UNANSWERED * answer.confidence)
+        return _answered(state, answer, "rules")
+    return _answered(state, answer, "held")._replace(confidence=UNANSWERED * answer.confidence)
 
 
-def _answered(answer: RulesAnswer, basis: str) -> Law:
-    mps = answer.limit.mps if answer.limit is not None else None
-    return Law(answer.limit, mps, answer.confidence, basis, answer.citations, answer)
+def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
+    """With a limit that no sign sets marked as assumed where the country is the home setting alone and no map tells the place."""
+    limit, here = answer.limit, state.signs.jurisdiction
+    placed = value_of(state.world.environment.segment_id) or (here is not None and not here.assumed)
+    if limit is not None and not placed and answer.basis in OF_THE_ROAD:
+        limit = msgspec.structs.replace(limit, assumed=True)
+    return Law(limit, limit.mps if limit is not None else None, answer.confidence, basis, answer.citations, answer)
 
 
 def _posted(sign: PostedLimit) -> Law:

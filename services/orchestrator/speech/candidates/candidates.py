@@ -12,7 +12,6 @@ from proto.speech import News
 from proto.vehicle import Degradation, VehicleHealth
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
-from services.orchestrator.law.rules_question import LAW_KNOWN
 from services.orchestrator.speech.candidate import Candidate, Maker, told_within
 from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
@@ -104,10 +103,8 @@ def _ahead_of_the_lamp(car: Degradation | None) -> str:
 
 def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
-    if event is None or limit is None or ego is None or target.law.basis == "unknown":
-        return
-    if target.law.confidence < LAW_KNOWN or _starting(state):
-        return  # where the limit is a guess the target is low, and nobody is told that they break a law
+    if event is None or limit is None or ego is None or not target.law.told or _starting(state):
+        return  # where the limit is a guess the target is low, and no driver is told to break a law
     if ego.value <= limit.mps:
         return  # another limit than the one that the event was about
     far = ego.value > 1.2 * limit.mps
@@ -184,7 +181,7 @@ def _border_words(state: State, limit: LegalLimit | None, shown: LegalLimit | No
     unit = believed.value if believed is not None else limit.unit if limit is not None else "?"
     keeps = word(preferences, side.value) if side is not None and side.value in ("left", "right") else ""
     return {
-        "limit": limit_text(shown, preferences.unit) if shown is not None else "?",
+        "limit": limit_text(shown, preferences.unit) if shown is not None and not shown.assumed else "?",
         "unit": unit,
         "side": say(preferences, "justification", "border_side", side=keeps) if keeps else "",
     }
@@ -206,7 +203,7 @@ def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
     Not while a sign ahead shows less: nobody is to speed up for the last metres before it.
     """
     limit = target.law.limit
-    if limit is None or target.law.basis == "unknown" or target.law.confidence < LAW_KNOWN or _starting(state):
+    if limit is None or not target.law.told or _starting(state):
         return
     if lowest(binding_ahead(state), limit) is not None:
         return
@@ -255,9 +252,9 @@ def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
     yield Candidate(
         kind=Kind.DOUBT,
         news=News(track_id=sign.track_id),
-        phrase="doubt",
+        phrase="doubt" if target.told_mps is not None else "doubt_open",
         urgency="advice",
-        values={"target": drive(state.preferences, target.mps), "candidates": names or sign.reading},
+        values={"target": drive(state.preferences, target.told_mps or 0.0), "candidates": names or sign.reading},
         why=("doubt",),
         confidence=1.0 - sign.confidence,
     )
@@ -275,13 +272,14 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
         return  # till then whoever keeps to the target is slower than the road asks for
     # What a lead or a stop asks for now is not what the road does.
-    road_mps = min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
+    told = OF_THE_ROAD[1:] if target.law.assumed else OF_THE_ROAD
+    road_mps = min((bound.mps for bound in target.bounds if bound.why in told), default=None)
     yield Candidate(
         kind=Kind.FRICTION,
         news=News(what=_gravest(state, event.detail)),
-        phrase="friction",
+        phrase="friction" if road_mps is not None else "friction_open",
         urgency="warning" if event.detail == "severe" else "advice",
-        values={"target": drive(state.preferences, road_mps)},
+        values={"target": drive(state.preferences, road_mps or 0.0)},
         confidence=event.confidence,
     )
 
@@ -307,9 +305,9 @@ def _expert(state: State, target: Target, events: dict[str, Event]) -> Iterator[
             kind=Kind.EXPERT,
             about=tool,
             news=News(what=tool),
-            phrase="expert",
+            phrase="expert" if target.told_mps is not None else "expert_open",
             urgency="advice",
-            values={"target": drive(state.preferences, target.mps), "tool": tool, "text": limiter.text},
+            values={"target": drive(state.preferences, target.told_mps or 0.0), "tool": tool, "text": limiter.text},
             why=("expert",) if limiter.text else (),
             confidence=limiter.confidence,
         )

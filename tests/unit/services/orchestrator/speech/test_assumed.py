@@ -1,0 +1,59 @@
+"""A limit that neither a sign, a map nor a place tells is never spoken as law, and no speed is recommended because of it."""
+
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from proto.rules import LegalLimit
+from services.orchestrator.target.target import target
+from tests.unit.services.orchestrator.support import (
+    EXPERTS,
+    FEW,
+    Drive,
+    Played,
+    actor,
+    conditions,
+    limit_answer,
+    limit_sign,
+    replace,
+)
+
+SPEED = re.compile(r"\d+ (km/h|mph)")
+
+
+def lost(**fields: object) -> Drive:
+    """A drive on a road that nothing tells of: the rules assume its limit."""
+    assumed = replace(limit_answer(50), limit=LegalLimit(value=50, unit="km/h", mps=50 / 3.6, assumed=True))
+    return Drive(Played({**EXPERTS, "applicable_limit": lambda a: assumed}), **fields)  # type: ignore[arg-type]
+
+
+@FEW
+@given(
+    speed_mps=st.floats(0.0, 45.0),
+    mu=st.floats(0.05, 0.9),
+    gap_m=st.none() | st.floats(5.0, 80.0),
+)
+def test_nothing_that_is_spoken_holds_a_speed_that_only_an_assumed_limit_gives(
+    speed_mps: float, mu: float, gap_m: float | None
+) -> None:
+    drive = lost(speed_mps=speed_mps)
+    drive.weather = conditions(mu_low=mu, mu_high=mu, speed_factor=0.6, wet=True)
+    drive.tracks = (actor(gap_m, closing_mps=0.0),) if gap_m is not None else ()
+    drive.ticks(70)
+    for _, _, ticked in drive.history:
+        advisory = ticked.advisory
+        if target(ticked.state).bounds[0].why == "law":
+            assert not SPEED.search(advisory.directive)
+        assert "Legal limit" not in advisory.justification
+        assert not advisory.citations
+    assert not any("limit" in said.lower() for said in drive.spoken())
+
+
+def test_a_sign_ends_the_assumption() -> None:
+    drive = lost(speed_mps=12.0)
+    drive.ticks(30)
+    drive.ask.table = EXPERTS
+    drive.tick(limit_sign("limit:50"))
+    drive.ticks(20)
+    assert any("50 km/h" in said for said in drive.spoken())
