@@ -1,6 +1,5 @@
 """The answer to a driver's question, out of the running drive and what was asked just now. Pure."""
 
-import math
 import re
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
@@ -15,15 +14,22 @@ from proto.weather import Conditions
 from services.orchestrator.driver.question import Subject, sign_asked_about
 from services.orchestrator.experts.answers import degraded, failed, results
 from services.orchestrator.signs.limits import in_force
-from services.orchestrator.speech.wording import distance, drive, evidence_in_words, phrases, say, speed, word
+from services.orchestrator.speech.wording import (
+    distance,
+    drive,
+    evidence_in_words,
+    grip_word,
+    phrases,
+    say,
+    speed,
+    word,
+)
 from services.orchestrator.state import State
 from services.orchestrator.target.target import target
 from services.orchestrator.text import plain, sentences
 
 S = TypeVar("S")
 MOST_CITATIONS = 6
-GRIP = ((0.35, "little"), (0.7, "reduced"), (math.inf, "full"))
-"""Below which friction grip has which word."""
 CONTRADICTED = 0.5
 """The most confidence where the car and the driver contradict each other."""
 SOUND_BRAKES = 0.98
@@ -139,7 +145,7 @@ def _weather_line(asked: _Asked) -> str:
         return asked.say("weather_unknown")
     told = asked.say_target(
         "weather",
-        mu=word(preferences, next(grip for below, grip in GRIP if conditions.mu_low < below)),
+        mu=grip_word(preferences, conditions),
         low=f"{conditions.mu_low:.2f}",
         high=f"{conditions.mu_high:.2f}",
         sight=_sight(asked, conditions),

@@ -19,7 +19,7 @@ from services.orchestrator.experts.routing import right_of_way
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.speech.choice import choose, is_new, owes_first_notice
-from services.orchestrator.speech.wording import drive, say, toned, word
+from services.orchestrator.speech.wording import drive, grip_word, say, toned, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Law, Target, target
 from services.orchestrator.text import plain
@@ -173,12 +173,10 @@ def _why_the_road(state: State) -> str:
 
 
 def _road_words(preferences: Preferences, conditions: Conditions | None) -> dict[str, str]:
-    mu, wet = (conditions.mu_low, conditions.wet) if conditions is not None else (0.0, None)
-    grip = next((name for most, name in GRIP if mu < most), "full")
-    return {"mu": word(preferences, grip), "surface": word(preferences, SURFACE[wet])}
+    grip = grip_word(preferences, conditions)
+    return {"mu": grip, "surface": word(preferences, SURFACE[conditions.wet if conditions is not None else None])}
 
 
-GRIP = ((0.35, "little"), (0.7, "reduced"))
 SURFACE = {None: "unknown", True: "wet", False: "dry"}
 
 

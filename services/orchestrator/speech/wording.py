@@ -7,6 +7,7 @@ from typing import Any
 
 from domain.units import shown, told_distance, told_target
 from proto.decision import Preferences
+from proto.weather import Conditions
 from services.orchestrator.signs import border_evidence
 from services.orchestrator.text import plain
 
@@ -47,6 +48,18 @@ def distance(preferences: Preferences, metres: float) -> str:
 def drive(preferences: Preferences, mps: float) -> str:
     """A target in the driver's unit, in steps that can be driven."""
     return f"{told_target(mps, preferences.unit)} {preferences.unit}"
+
+
+LITTLE, FULL = 0.35, 0.7
+"""Of mu."""
+
+
+def grip_word(preferences: Preferences, conditions: Conditions | None) -> str:
+    """The grip as one word, by its least; uncertain where nothing tells whether the road is wet: unknown grip is not ice."""
+    if conditions is None or conditions.mu_low < LITTLE:
+        open_ended = conditions is None or (conditions.wet is None and conditions.mu_high > FULL)
+        return word(preferences, "uncertain" if open_ended else "little")
+    return word(preferences, "reduced" if conditions.mu_low < FULL else "full")
 
 
 def toned(preferences: Preferences, directive: str, urgency: str) -> str:
