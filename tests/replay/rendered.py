@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
-
 from drivemcp.bus.received import Received
 from drivemcp.node import Node
 from evaluation.run.grant import granted
@@ -15,6 +13,7 @@ from evaluation.run.host import drive
 from evaluation.run.spec import RunSpec
 from proto import topics
 from proto.topics import Topic
+from tests.replay.files import stated
 
 WATCHED: tuple[Topic[Any], ...] = (topics.TRUTH, topics.TRACKS, topics.FACTS, topics.CONDITIONS, topics.ADVISORY)
 EXACT = frozenset({topics.TRUTH.name})
@@ -49,7 +48,7 @@ def published(name: str) -> dict[str, list[Any]]:
         for topic in WATCHED:
 
             def keep(message: Any, info: Received[Any], name: str = topic.name) -> None:
-                fields = msgspec.to_builtins(message)
+                fields = stated(message)
                 found[name].append([info.seq, {key: value for key, value in fields.items() if key not in MEASURED}])
 
             node.subscribe(topic, keep)
@@ -64,11 +63,14 @@ def outline(messages: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     facts = {
         f"{fact['kind']} {fact['reading']}"
         for each in messages[topics.FACTS.name]
-        for fact in each["facts"]
+        for fact in each.get("facts", ())
         if fact["confidence"] >= 0.8
     }
     kinds = {
-        track["kind"] for each in messages[topics.TRACKS.name] for track in each["tracks"] if track["confidence"] >= 0.8
+        track["kind"]
+        for each in messages[topics.TRACKS.name]
+        for track in each.get("tracks", ())
+        if track["confidence"] >= 0.8
     }
     said = {each["directive"] for each in messages[topics.ADVISORY.name] if each["kind"] != "SILENT"}
     return {"facts": sorted(facts), "kinds": sorted(kinds), "said": sorted(said)}
