@@ -161,14 +161,23 @@ def without(memory: Memory, past: tuple[Kind, ...]) -> Memory:
     return msgspec.structs.replace(memory, spoken=tuple(each for each in memory.spoken if each.kind not in past))
 
 
+AHEAD_NS = 200_000_000
+"""So far ahead the clock of another process may be."""
+
+
 def on_this_clock(memory: Memory, now_ns: int) -> Memory:
     """The memory by a clock that was set back: what is stamped later than now is forgotten, and so are all warnings."""
-    spoken_ns = memory.spoken_ns
+    return msgspec.structs.replace(adopted(memory, now_ns - AHEAD_NS), hazards=())
+
+
+def adopted(memory: Memory, now_ns: int) -> Memory:
+    """Another process's memory: what it stamps later than now would silence for as long, and is forgotten."""
+    latest_ns, spoken_ns = now_ns + AHEAD_NS, memory.spoken_ns
     return msgspec.structs.replace(
         memory,
-        spoken=tuple(each for each in memory.spoken if each.stamp_ns <= now_ns),
-        hazards=(),
-        spoken_ns=spoken_ns if spoken_ns is not None and spoken_ns <= now_ns else None,
+        spoken=tuple(each for each in memory.spoken if each.stamp_ns <= latest_ns),
+        hazards=tuple(each for each in memory.hazards if each.stamp_ns <= latest_ns),
+        spoken_ns=spoken_ns if spoken_ns is not None and spoken_ns <= latest_ns else None,
     )
 
 

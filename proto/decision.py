@@ -5,6 +5,7 @@ from typing import Any, Literal
 import msgspec
 
 from proto.messages import Kind
+from proto.messages import Urgency as Urgency
 from proto.perception import Track
 from proto.rules import Citation, LegalLimit
 from proto.scene import Unit
@@ -12,7 +13,6 @@ from proto.speech import Memory, Message
 from proto.tools import Outcome
 
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
-Urgency = Literal["info", "advice", "warning", "alarm"]
 
 
 class Event(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,6 +6,8 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
+Urgency = Literal["info", "advice", "warning", "alarm"]
+
 
 class Kind(StrEnum):
     """What a message is about."""

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from proto.messages import Kind
+from proto.messages import Kind, Urgency
 
 
 class News(msgspec.Struct, frozen=True, kw_only=True):
@@ -69,7 +69,7 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     """One for each hazard."""
     spoken_ns: int | None = None
     """When anything was said last."""
-    urgency: str = "info"
+    urgency: Urgency = "info"
     """How grave that was."""
     pressed: bool = False
     """Whether that could not wait."""

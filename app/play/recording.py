@@ -85,10 +85,10 @@ def track_of(flags: argparse.Namespace, source: str) -> Path | None:
     """The position track that was named or lies beside the recording, found sound. Raises UserError."""
     if flags.track == "none":
         return None
-    found = Path(flags.track).resolve() if flags.track else track_beside(Path(source))
-    if found is not None:
-        read_track(found)
-    return found
+    if not flags.track:
+        return track_beside(Path(source))
+    read_track(Path(flags.track))
+    return Path(flags.track).resolve()
 
 
 def _named_log(flags: argparse.Namespace) -> Path | None:

@@ -6,6 +6,7 @@ import msgspec
 
 from domain.speech import (
     Saying,
+    adopted,
     being_heard,
     due,
     is_fresh,
@@ -184,7 +185,8 @@ def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> A
     adapted = adapt.learn(adapt.relax(state.adapted, inputs.now_ns, profile), request.feedback, profile)
     attended = attention.refill(state.attention, inputs.now_ns, profile)
     seen = watch(state.sightings, inputs.reading, inputs.now_ns, profile)
-    memory = without(request.heard or state.memory, request.past)
+    heard = adopted(request.heard, inputs.now_ns) if request.heard is not None else state.memory
+    memory = without(heard, request.past)
     return msgspec.structs.replace(state, adapted=adapted, attention=attended, memory=memory, sightings=seen)
 
 

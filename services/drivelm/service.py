@@ -24,7 +24,7 @@ from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.cameras import Calibrations, RecentFrames
 from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
-from services.drivelm.country.position import place_of
+from services.drivelm.country.position import Placing
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import answering as reader_of_graphs
@@ -134,8 +134,7 @@ class Bindings:
         self.boxes: dict[str, tuple[int, Boxes]] = {}
         """The last of each camera, with the stamp of their picture."""
         self.graph: SceneGraph | None = None
-        self.placed_in: str | None = None
-        """The country that the last position told."""
+        self.placing = Placing()
         node.detail["backend"] = self.front_end.backend.name
         node.subscribe(topics.CAMERA, self.on_frame)
         node.subscribe(topics.CALIBRATION, self.on_calibration)
@@ -190,13 +189,10 @@ class Bindings:
             self.front_end.believe(where)
 
     def on_position(self, message: GnssFix, info: Received[GnssFix]) -> None:
-        """A position in another country than the last one tells the country; near a border none does."""
-        if message.latitude_deg is None or message.longitude_deg is None:
-            return
-        place = place_of(message.latitude_deg, message.longitude_deg)
-        if place is not None and place.country != self.placed_in:
-            self.placed_in = place.country
-            self.front_end.believe(self.front_end.country_belief.at_position(place.country))
+        """Positions that lie in one country for some seconds tell it, whatever signs told; near a border none does."""
+        self.placing = self.placing.after(message, info.stamp_ns)
+        if self.placing.told:
+            self.front_end.believe(self.front_end.country_belief.at_position(self.placing.told))
 
     def settle(self) -> None:
         ego = self._alive(topics.EGO)

@@ -4,7 +4,7 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime, time
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -43,10 +43,19 @@ class Fix(NamedTuple):
 
 
 def track_beside(source: Path) -> Path | None:
-    """The track of the same name beside a file, or the first by name inside a folder."""
+    """The track of the same name beside a file, or the first by name inside a folder; a file that is no track is passed over."""
     if source.is_dir():
-        return next((file for file in sorted(source.iterdir()) if file.suffix.lower() in READERS), None)
-    return next((file for suffix in READERS if (file := source.with_suffix(suffix)).is_file()), None)
+        files = sorted(file for file in source.iterdir() if file.suffix.lower() in READERS)
+    else:
+        files = [file for suffix in READERS if (file := source.with_suffix(suffix)).is_file()]
+    return next((file for file in files if _is_track(file)), None)
+
+
+def _is_track(file: Path) -> bool:
+    try:
+        return bool(read_track(file))
+    except UserError:
+        return False
 
 
 def read_track(path: Path) -> tuple[Fix, ...]:
@@ -58,7 +67,7 @@ def read_track(path: Path) -> tuple[Fix, ...]:
         found = list(reader(path.read_text(encoding="utf-8-sig")))
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from None
-    except (gpxpy.gpx.GPXException, ValueError, OverflowError) as error:
+    except (gpxpy.gpx.GPXException, csv.Error, ValueError, OverflowError) as error:
         raise UserError(f"{path}: {' '.join(str(error).split())[:200]}") from None
     good = sorted((fix for fix in found if _is_place(fix)), key=lambda fix: fix.at_s)
     if len(good) < 2:
@@ -94,11 +103,13 @@ def _nmea(text: str) -> Iterator[Fix]:
             said = pynmea2.parse(line[line.find("$") :] if "$" in line else line)
         except pynmea2.ParseError:
             continue
-        if isinstance(said, pynmea2.types.talker.RMC) and said.status == "A" and said.datestamp and said.timestamp:
-            at = datetime.combine(said.datestamp, said.timestamp.replace(tzinfo=UTC))
-            knots = said.spd_over_grnd
-            speed = knots * KNOT_MPS if knots is not None else None
-            yield Fix(at.timestamp(), said.latitude, said.longitude, speed, said.true_course)
+        if isinstance(said, pynmea2.types.talker.RMC) and said.status == "A" and said.lat and said.lon:
+            day, clock = said.datestamp, said.timestamp  # left as text where they do not parse
+            if isinstance(day, date) and isinstance(clock, time):
+                at = datetime.combine(day, clock.replace(tzinfo=UTC))
+                knots, course = _number(said.data[6]), _number(said.data[7])
+                speed = knots * KNOT_MPS if knots is not None else None
+                yield Fix(at.timestamp(), said.latitude, said.longitude, speed, course)
 
 
 COLUMNS: Mapping[str, str] = {
@@ -129,6 +140,8 @@ def _csv(text: str) -> Iterator[Fix]:
         raise ValueError(f"no column {' nor '.join(missing)} among {', '.join(names)}")
     speed, factor = _speed_column(names)
     for number, row in enumerate(rows, 2):
+        if any(row.get(columns[what]) is None for what in ("time", "latitude", "longitude")):
+            continue  # a line that was cut
         at_s, course = _time(row[columns["time"]], number), _number(row.get(columns["course"]))
         latitude, longitude = _number(row[columns["latitude"]]), _number(row[columns["longitude"]])
         told = _number(row.get(speed))
@@ -159,10 +172,14 @@ def _number(text: str | None) -> float | None:
     return value if math.isfinite(value) else None
 
 
+SINCE_1970 = ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3))
+"""Nano-, micro- and milliseconds since 1970 by their magnitude."""
+
+
 def _time(text: str, line: int) -> float:
     number = _number(text)
     if number is not None:
-        return number / 1e3 if number > 1e11 else number  # milliseconds since 1970
+        return number / next((scale for least, scale in SINCE_1970 if number > least), 1.0)
     try:
         at = datetime.fromisoformat(text.strip())
     except ValueError:
@@ -178,7 +195,8 @@ READERS: Mapping[str, Callable[[str], Iterator[Fix]]] = {".gpx": _gpx, ".nmea": 
 
 def metres(origin: Fix, fix: Fix) -> tuple[float, float]:
     """East and north of an origin; flat, good for some ten kilometres."""
-    east = math.radians(fix.longitude_deg - origin.longitude_deg) * math.cos(math.radians(origin.latitude_deg))
+    degrees = (fix.longitude_deg - origin.longitude_deg + 180.0) % 360.0 - 180.0
+    east = math.radians(degrees) * math.cos(math.radians(origin.latitude_deg))
     return EARTH_M * east, EARTH_M * math.radians(fix.latitude_deg - origin.latitude_deg)
 
 
@@ -202,20 +220,28 @@ def track_messages(fixes: tuple[Fix, ...], offset_s: float) -> Iterator[TimedMes
     """Ego speed and position ten times a second; the recording starts `offset_s` after the track's first fix."""
     for before, after in pairwise(fixes):
         gap_s = after.at_s - before.at_s
-        for step in range(max(1, round(gap_s * RATE_HZ)) if gap_s <= MOST_GAP_S else 1):
-            share = step / max(1, round(gap_s * RATE_HZ))
+        steps = max(1, round(gap_s * RATE_HZ)) if _goes_on(before, after) else 1
+        for step in range(steps):
+            share = step / steps
             at_s = before.at_s + share * gap_s - offset_s
             if at_s >= 0.0:
                 yield from _messages(fixes[0], _between(before, after, share), at_s)
+
+
+def _goes_on(before: Fix, after: Fix) -> bool:
+    """Whether the way between two fixes is one that a car drove: no gap, no jump."""
+    gap_s, way_m = after.at_s - before.at_s, math.hypot(*metres(before, after))
+    return gap_s <= MOST_GAP_S and way_m <= MOST_MPS * gap_s + SIGMA_M
 
 
 def _between(before: Fix, after: Fix, share: float) -> Fix:
     speed = before.speed_mps
     if speed is not None and after.speed_mps is not None:
         speed += share * (after.speed_mps - speed)
+    east_deg = (after.longitude_deg - before.longitude_deg + 180.0) % 360.0 - 180.0
     return before._replace(
         latitude_deg=before.latitude_deg + share * (after.latitude_deg - before.latitude_deg),
-        longitude_deg=before.longitude_deg + share * (after.longitude_deg - before.longitude_deg),
+        longitude_deg=(before.longitude_deg + share * east_deg + 180.0) % 360.0 - 180.0,
         speed_mps=speed,
     )
 

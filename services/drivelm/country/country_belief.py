@@ -155,8 +155,9 @@ class CountryBelief:
         return _evidence(self.since, self.believed, None) if self.believed is not None else ()
 
     def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "") -> "CountryBelief":
-        """With a cue from a track, of the sign `code`; a track already counted changes nothing."""
-        if key in self.counted or not cues:
+        """With a cue from a track, of the sign `code`; a track already counted changes nothing, nor does any cue in a country whose
+        signs are not known here: there it would speak for a country that merely looks alike."""
+        if key in self.counted or not cues or self.elsewhere:
             return self
         scores = {country: score + cues.get(country, 0.0) for country, score in self.scores.items()}
         counted, since = (*self.counted, key)[-_REMEMBERED:], {**self.since, code: _sum(self.since.get(code, {}), cues)}
@@ -175,6 +176,8 @@ class CountryBelief:
 
     def at_position(self, country: str) -> "CountryBelief":
         """A position deep inside a country: that country; without one whose signs are known here, none is believed."""
+        if country == (self.believed or self.elsewhere) and self.placed:
+            return self
         scores = dict.fromkeys(self.scores, 0.0)
         if country not in scores:
             last = self.believed or self.last

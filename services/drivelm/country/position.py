@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 from countrycheck import CountryCheck
 
+from proto.sensors import GnssFix
+
 SURE = 0.9
 """A share of the cell around the position (some 7 km) below which two countries are near: the position tells neither."""
 
@@ -27,3 +29,31 @@ def place_of(latitude_deg: float, longitude_deg: float) -> Place | None:
         return None
     found = _borders().check(longitude_deg, latitude_deg)
     return Place(found.country, found.confidence) if found.country and found.confidence >= SURE else None
+
+
+STEADY_NS, GAP_NS = 3_000_000_000, 2_000_000_000
+"""For so long fixes must lie in one country, without a longer gap, before it is told: a receiver's jump tells none."""
+MOST_SIGMA_M = 500.0
+
+
+class Placing(NamedTuple):
+    """The country in which the last fixes lay, since when, and until when."""
+
+    country: str = ""
+    since_ns: int = 0
+    last_ns: int = 0
+
+    def after(self, fix: GnssFix, now_ns: int) -> "Placing":
+        """With one more fix; one that tells no country, or is poor, begins anew."""
+        place = None
+        if fix.latitude_deg is not None and fix.longitude_deg is not None and 0.0 <= fix.sigma_m <= MOST_SIGMA_M:
+            place = place_of(fix.latitude_deg, fix.longitude_deg)
+        if place is None:
+            return Placing()
+        steady = place.country == self.country and 0 <= now_ns - self.last_ns <= GAP_NS
+        return Placing(place.country, self.since_ns if steady else now_ns, now_ns)
+
+    @property
+    def told(self) -> str:
+        """The country that the fixes tell; empty: none yet."""
+        return self.country if self.last_ns - self.since_ns >= STEADY_NS else ""

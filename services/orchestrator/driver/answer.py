@@ -25,7 +25,7 @@ from services.orchestrator.speech.wording import (
     word,
 )
 from services.orchestrator.state import State
-from services.orchestrator.target.target import target
+from services.orchestrator.target.target import marked, target
 from services.orchestrator.text import plain, sentences
 
 S = TypeVar("S")
@@ -87,7 +87,8 @@ class _Asked(NamedTuple):
     @property
     def limit(self) -> RulesAnswer | None:
         """The limit that applies, as answered just now."""
-        return self.result("applicable_limit", RulesAnswer)
+        answered = self.result("applicable_limit", RulesAnswer)
+        return marked(self.state, answered) if answered is not None else None
 
     @property
     def law(self) -> RulesAnswer | None:
@@ -115,7 +116,7 @@ def answer(question: str, subject: Subject, state: State, outcomes: tuple[Outcom
         subject=subject,
         citations=tuple(citations.values())[:MOST_CITATIONS],
         confidence=max(0.0, min(1.0, told.confidence)),
-        target_mps=target(state).mps,
+        target_mps=target(state).told_mps,
         tools=used(outcomes),
         language=state.preferences.language,
         degraded=degraded(state, failed(outcomes)),
@@ -132,7 +133,8 @@ def _cited(*answers: RulesAnswer | None) -> tuple[Citation, ...]:
 
 
 def _confidence(answered: RulesAnswer | None, unanswered: float) -> float:
-    return unanswered if answered is None else answered.confidence
+    assumed = answered is None or (answered.limit is not None and answered.limit.assumed)
+    return unanswered if answered is None or assumed else answered.confidence
 
 
 # -- lines that several answers have -----------------------------------------------------------------------------------

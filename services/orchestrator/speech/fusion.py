@@ -109,7 +109,8 @@ def _of_candidate(state: State, chosen: Candidate) -> Iterator[Reason]:
 def _of_rules(state: State, goal: Target, chosen: Candidate) -> Iterator[Reason]:
     """Whose law it is where the place is in doubt, and who goes first at a junction."""
     doubted, way = goal.law.answer, right_of_way(state)
-    if chosen.row.explained_by == "place" and doubted is not None and PLACE in doubted.degraded:
+    explained = chosen.row.explained_by == "place" and not goal.law.assumed
+    if explained and doubted is not None and PLACE in doubted.degraded:
         yield Reason(source="rules", text=plain(doubted.note), confidence=doubted.confidence)
     if chosen.row.explained_by == "right_of_way" and way is not None:
         yield Reason(source="rules", text=plain(way.note), confidence=way.confidence, citations=way.citations)

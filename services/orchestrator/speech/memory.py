@@ -2,7 +2,7 @@
 
 import msgspec
 
-from domain.speech import said, without
+from domain.speech import adopted, said, without
 from proto.decision import ArbitrationRequest, Decision, Event
 from services.orchestrator.events import onsets
 from services.orchestrator.state import State
@@ -29,7 +29,7 @@ def remember(
         person_mps=person_mps,
         lost=still_lost(state, goal),
     )
-    memory = decision.memory
+    memory = adopted(decision.memory, state.now_ns) if decision.memory is not None else None
     if memory is None:
         memory = without(state.memory, request.past)
         if decision.kind in SPOKEN_KINDS:

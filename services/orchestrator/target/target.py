@@ -171,12 +171,20 @@ def law_of(state: State) -> Law:
     return _answered(state, answer, "held")._replace(confidence=UNANSWERED * answer.confidence)
 
 
-def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
-    """With a limit that no sign sets marked as assumed where the country is the home setting alone and no map tells the place."""
+def marked(state: State, answer: RulesAnswer) -> RulesAnswer:
+    """With a limit that no sign sets marked as assumed where the country is the home setting alone and no map tells the place; what is
+    assumed cites nothing."""
     limit, here = answer.limit, state.signs.jurisdiction
     placed = value_of(state.world.environment.segment_id) or (here is not None and not here.assumed)
     if limit is not None and not placed and answer.basis in OF_THE_ROAD:
         limit = msgspec.structs.replace(limit, assumed=True)
+    assumed = limit is not None and limit.assumed
+    return msgspec.structs.replace(answer, limit=limit, citations=()) if assumed else answer
+
+
+def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
+    answer = marked(state, answer)
+    limit = answer.limit
     return Law(limit, limit.mps if limit is not None else None, answer.confidence, basis, answer.citations, answer)
 
 

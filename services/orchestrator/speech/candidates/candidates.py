@@ -168,10 +168,17 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
         values={"country": here.value, "evidence": told, **_border_words(state, limit, ahead_here or limit)},
         why=("border_told" if told else "border",),
         confidence=here.confidence,
-        tells=(Kind.LIMIT, _limit_news(limit)) if limit is not None and not _safe_below(target, limit) else None,
+        tells=_told_limit(target),
         ahead_mps=ahead_here.mps if ahead_here else None,
-        limit_mps=None if ahead_here else _binding_mps(limit),
+        limit_mps=None if ahead_here or not target.law.told else _binding_mps(limit),
     )
+
+
+def _told_limit(target: Target) -> tuple[Kind, News] | None:
+    """That the limit is told with the border, where it is known, and no safe speed below it."""
+    limit = target.law.limit
+    known = limit is not None and target.law.told and not _safe_below(target, limit)
+    return (Kind.LIMIT, _limit_news(limit)) if known and limit is not None else None
 
 
 def _border_words(state: State, limit: LegalLimit | None, shown: LegalLimit | None) -> dict[str, str]:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
+from proto.sensors import GnssFix
 from proto.vehicle import Ego
 from services.player.position_track import Fix, metres, read_track, track_beside, track_messages
 from services.player.service import SERVICE, PlayerConfig
@@ -37,6 +38,8 @@ NMEA = (
     + sentence("GPGGA,100000.00,4806.000,N,01130.000,E,1,08,0.9,520.0,M,46.9,M,,")
     + sentence("GPRMC,100001.00,V,,,,,,,010526,,")
     + "$GPRMC,garbage*00\n"
+    + sentence("GPRMC,100001.00,A,4806.000,N,01130.000,E,1x,90.0,000000,,")
+    + sentence("GPRMC,235960.00,A,,,,,19.44,90.0,010526,,")
     + sentence("GPRMC,100002.00,A,4806.000,N,01130.032,E,19.44,90.0,010526,,")
 )
 FILES = {
@@ -95,6 +98,27 @@ def test_no_track_gives_an_impossible_speed_or_a_time_before_the_recording(
     assert all(each.at_s >= 0.0 for each in told)
     speeds = [each.message.speed_mps for each in told if isinstance(each.message, Ego)]
     assert all(speed is None or 0.0 <= speed <= 100.0 for speed in speeds)
+
+
+def test_no_position_lies_between_the_two_sides_of_a_jump_or_far_from_the_antimeridian() -> None:
+    jump = list(track_messages((Fix(0.0, 50.0, 9.0), Fix(1.0, 52.5, -1.5)), 0.0))
+    across = list(track_messages((Fix(0.0, 10.0, 179.9999), Fix(1.0, 10.0, -179.9999)), 0.0))
+    places = [
+        [each.message.longitude_deg for each in told if isinstance(each.message, GnssFix)] for told in (jump, across)
+    ]
+    assert places[0] == [9.0]
+    assert all(longitude is not None and abs(abs(longitude) - 180.0) < 0.001 for longitude in places[1])
+
+
+def test_a_table_that_is_no_track_is_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "labels.csv").write_text("file,label\na.jpg,car\n")
+    assert track_beside(tmp_path) is None
+    (tmp_path / "way.csv").write_text(
+        "time,lat,lon\n1700000000000000,48.1,11.5\n1700000001000000,48.1,11.5001\n1700000002000000,48.1"
+    )
+    found = track_beside(tmp_path)
+    assert found is not None
+    assert [fix.at_s for fix in read_track(found)] == pytest.approx([0.0, 1.0])
 
 
 def test_nothing_is_interpolated_over_a_gap() -> None:

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import GnssFix
-from services.drivelm.country.country_belief import CountryBelief, cues_of
-from services.drivelm.country.position import place_of
+from services.drivelm.country.country_belief import CountryBelief, cues_of, oncoming_cue
+from services.drivelm.country.position import Placing, place_of
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.service import SERVICE, DrivelmConfig
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
@@ -53,15 +53,44 @@ def test_signs_overcome_a_position_that_is_wrong(country: str, code: str) -> Non
     assert where.believed is None or cues_of(code).get(where.believed, 0.0) > 0.0
 
 
-def test_a_fix_on_the_bus_ends_the_home_setting() -> None:
+@given(st.lists(st.sampled_from(("oncoming_left", "limit_board:50", "school", "national")), max_size=20))
+def test_in_a_country_without_known_signs_no_cue_tells_another(codes: list[str]) -> None:
+    where = CountryBelief.at_home("DEU").at_position("IRL")
+    for track_id, code in enumerate(codes):
+        cues = oncoming_cue(-3.0) if code == "oncoming_left" else cues_of(code)
+        where = where.with_cue((code, track_id), cues, code)
+    assert where.believed is None
+
+
+def fix(country: str) -> GnssFix:
+    """A fix in a country."""
+    latitude, longitude = PLACES[country]
+    return GnssFix(x_m=0.0, y_m=0.0, heading_rad=0.0, sigma_m=5.0, latitude_deg=latitude, longitude_deg=longitude)
+
+
+def test_a_single_fix_elsewhere_tells_no_country() -> None:
+    placing = Placing()
+    told = []
+    for tenth in range(100):
+        placing = placing.after(fix("GBR" if tenth == 50 else "DEU"), tenth * 100_000_000)
+        told.append(placing.told)
+    assert set(told) == {"", "DEU"}
+    assert told[49] == told[99] == "DEU"
+
+
+def test_steady_fixes_overcome_a_misread_border_sign() -> None:
+    where = CountryBelief.at_home("DEU").at_position("DEU").past_border(("front", 1), "CHE")
+    assert where.believed == "CHE"
+    assert where.at_position("DEU").believed == "DEU"
+
+
+def test_fixes_on_the_bus_end_the_home_setting() -> None:
     with bus() as b:
         facts = b.collect(topics.FACTS)
         b.start(SERVICE, DrivelmConfig(home="DEU"))
-        latitude, longitude = PLACES["USA"]
-        fix = GnssFix(
-            x_m=0.0, y_m=0.0, heading_rad=0.0, sigma_m=5.0, latitude_deg=latitude, longitude_deg=longitude
-        )  # fmt: skip
-        b.probe.publish(topics.GNSS, fix)
+        start_ns = b.probe.clock.now_ns()
+        for tenth in range(40):
+            b.probe.publish(topics.GNSS, fix("USA"), stamp_ns=start_ns + tenth * 100_000_000)
         told = facts.wait(
             lambda m: any(f.kind == "jurisdiction" and f.reading == "USA" and f.believed for f in m.facts)
         )

@@ -2,18 +2,23 @@
 
 import re
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.rules import LegalLimit
+from services.orchestrator.advisor import Tools
+from services.orchestrator.observations.inputs import Method
 from services.orchestrator.target.target import target
 from tests.unit.services.orchestrator.support import (
+    CITED,
     EXPERTS,
     FEW,
     Drive,
     Played,
     actor,
     conditions,
+    end_sign,
     limit_answer,
     limit_sign,
     replace,
@@ -57,3 +62,36 @@ def test_a_sign_ends_the_assumption() -> None:
     drive.tick(limit_sign("limit:50"))
     drive.ticks(20)
     assert any("50 km/h" in said for said in drive.spoken())
+
+
+def test_a_border_before_an_assumed_limit_does_not_keep_the_limit_from_being_told() -> None:
+    drive = lost(speed_mps=10.0)
+    drive.ticks(30)
+    drive.tick(end_sign("border:NLD"))
+    drive.ticks(20)
+    borders = [
+        ticked
+        for _, _, ticked in drive.history
+        if ticked.advisory.topic == "border" and ticked.decision.kind == "SPEAK"
+    ]
+    assert borders
+    assert all(ticked.advisory.told_limit_mps is None for ticked in borders)
+    assert all("limit ?" in ticked.advisory.directive for ticked in borders)
+    drive.ask.table = EXPERTS
+    drive.tick(limit_sign("limit:50"))
+    drive.ticks(100)
+    assert any("50 km/h" in said for said in drive.spoken())
+
+
+@pytest.mark.parametrize(
+    "question", ["What is the speed limit here?", "Why did the limit drop?", "Which units are the signs in?"]
+)
+def test_no_answer_tells_or_cites_an_assumed_limit(question: str) -> None:
+    drive = lost(speed_mps=10.0)
+    drive.ask.table = {**drive.ask.table, "lookup_rule": lambda a: limit_answer(50, limit=None, citations=())}
+    drive.ticks(30)
+    told = Tools(Method()).answer(question, drive.state, drive.ask)
+    assert "50 km/h" not in told.text
+    assert not any(citation.document == CITED.document for citation in told.citations)
+    assert told.target_mps is None
+    assert told.confidence <= 0.4
