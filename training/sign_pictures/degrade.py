@@ -92,7 +92,7 @@ def view(
     _paste(scene, face, corners, light)
     if now.hidden:
         _hide(scene, corners, now.hidden, ground, chance)
-    picture = _camera(scene, side, scale, now, chance)
+    picture = camera(scene, side, scale, now, chance)
     low, high = corners.min(axis=0) / scale, corners.max(axis=0) / scale
     return View(picture, Region(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
@@ -177,7 +177,7 @@ def _hide(scene: Floats, corners: Floats, share: float, ground: Picture, chance:
         part[...] = cv2.resize(_window(ground, chance), (part.shape[1], part.shape[0])).astype(np.float32) * 0.8
 
 
-def _camera(scene: Floats, side: int, scale: float, now: Conditions, chance: Chance) -> Picture:
+def camera(scene: Floats, side: int, scale: float, now: Conditions, chance: Chance) -> Picture:
     """Fog, glare, rain, optics, sensor and JPEG, at the camera's own resolution."""
     if scale != 1.0:
         small = max(6, round(side / scale))

@@ -1,0 +1,68 @@
+"""Single photographed crops: how often right, how often sure and wrong, of limits, of all known classes, of unknown signs."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.drivelm.reading.crops import crop
+from services.drivelm.reading.reader import Reader
+from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
+from training.bins import binned
+from training.reader.scores import LEGIBLE_PX, SMALL_PX, SURE, Sure
+from training.real.gtsrb import RealSign
+
+_SIZES_PX = ((0, 16), (16, 24), (24, 32), (32, 48), (48, 1000))
+_MISTAKES = 12
+
+
+def sure_of(card: Path) -> Sure:
+    """From where a crop counts as sure, by the model's card: chosen on photographs where there were any."""
+    content = json.loads(card.read_text(encoding="utf-8"))
+    stored = content.get("real", {}).get("sure") or content.get("scores", {}).get("sure", {})
+    return Sure(float(stored.get("small", SURE)), float(stored.get("large", SURE)))
+
+
+def read_all(reader: Reader, found: Sequence[RealSign]) -> NDArray[np.float32]:
+    """Probabilities N x classes of the signs through their published boxes; what no sign can be goes to `other`."""
+    cut = [crop(sign.picture(), sign.region) for sign in found]
+    images = np.stack([each if each is not None else np.zeros((48, 48, 3), np.uint8) for each in cut])
+    told = reader.probabilities(images)
+    allowed = np.isin(reader.classes, BY_KIND["sign"])
+    told[:, reader.classes.index(OTHER)] += told[:, ~allowed].sum(axis=1)
+    told[:, ~allowed] = 0.0
+    return told
+
+
+def table(told: NDArray[np.float32], found: Sequence[RealSign], sure: Sure) -> dict[str, Any]:
+    """Shares of each group; `told`: probabilities N x READER_CLASSES of the signs in `found`."""
+    truth = np.array([sign.label for sign in found])
+    sizes = np.array([sign.region.height_px for sign in found], np.float32)
+    limits, other = np.char.startswith(truth, "limit:"), truth == OTHER
+    groups = {"limits of 24 px and more": limits & (sizes >= LEGIBLE_PX), "limits": limits, "known": ~other, "other": other}
+    sides = {f"known, {low} to {high} px": ~other & (sizes >= low) & (sizes < high) for low, high in _SIZES_PX}
+    read = np.array(READER_CLASSES)[told.argmax(axis=1)]
+    certain = (told.max(axis=1) > sure.of(sizes)) & (read != OTHER)
+    rows = {name: _row(chosen, read == truth, certain) for name, chosen in {**groups, **sides}.items()}
+    wrong = Counter(f"{sign.label} ({sign.number}) as {label}" for sign, label in zip(found, read, strict=True)
+                    if label != sign.label)  # fmt: skip
+    return {
+        "crops": len(found),
+        "tracks": len({(sign.number, sign.track) for sign in found}),
+        "sure from": {f"below {SMALL_PX} px": sure.small, "above": sure.large},
+        **rows,
+        "calibration error": round(binned(told.max(axis=1), read == truth).error, 4),
+        "most frequent mistakes": dict(wrong.most_common(_MISTAKES)),
+    }
+
+
+def _row(chosen: NDArray[np.bool_], right: NDArray[np.bool_], certain: NDArray[np.bool_]) -> dict[str, Any]:
+    count = int(chosen.sum())
+    if not count:
+        return {"crops": 0}
+    share = {"right": right, "sure and right": right & certain, "sure and wrong": ~right & certain}
+    return {"crops": count, **{name: round(float(flags[chosen].mean()), 4) for name, flags in share.items()}}
