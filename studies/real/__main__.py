@@ -14,7 +14,8 @@ import cv2
 from drivemcp.errors import UserError
 from drivemcp.paths import data
 from services.drivelm.reading.reader import Reader
-from studies.real import approaches, crops
+from studies.real import approaches
+from training.real import scores
 from training.real.gtsrb import signs
 
 
@@ -32,11 +33,11 @@ def main() -> int:
     if not sets:
         raise UserError(f"{options.folder} holds no GTSRB: see python -m studies real --help")
     path = options.model or data("models/reader.onnx")
-    reader, sure = Reader.load(path), crops.sure_of(path.with_suffix(".json"))
+    reader, sure = Reader.load(path), scores.sure_of(path.with_suffix(".json"))
     for name, found in sets.items():
         chosen = [sign for sign in found if options.all_tracks or sign.held_out]
         table = (
-            crops.table(crops.read_all(reader, chosen), chosen, sure)
+            scores.table(scores.read_all(reader, chosen), chosen, sure)
             if options.what == "reader"
             else approaches.table(approaches.driven(reader, chosen, options.home))
         )

@@ -57,7 +57,10 @@ def table(approaches: Sequence[Approach]) -> dict[str, Any]:
         "approaches": len(approaches),
         "limits": _row(limits),
         "known": _row(known),
-        "unknown": {"approaches": len(unknown), "ever believed known": _share([bool(each.beliefs) for each in unknown])},
+        "unknown": {
+            "approaches": len(unknown),
+            "ever believed known": _share([bool(each.beliefs) for each in unknown]),
+        },
         "mistakes": dict(Counter(_mistake(each) for each in approaches if _wrong(each)).most_common()),
     }
 

@@ -2,7 +2,9 @@
 
 import logging
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -21,25 +23,31 @@ Crops = tuple[NDArray[np.uint8], NDArray[np.int64]]
 GREEN_FOR_RED, HIGHER = 10.0, 2.0
 """What the probability of a green lamp costs where the lamp is red, and that of a higher number on the same kind of sign,
 beside the cross entropy."""
-RENDERED_SHARE = 0.3
-"""Share of each batch that comes from rendered pictures, where there are any."""
+
+
+class Part(NamedTuple):
+    """One kind of crops (uint8 N x 48 x 48 x 3 RGB), their class indexes, and its share of each batch."""
+
+    crops: NDArray[np.uint8]
+    labels: NDArray[np.int64]
+    share: float
 
 
 def fit(
-    drawn: Crops,
-    rendered: Crops | None,
+    parts: Sequence[Part],
     steps: int,
     batch: int,
     seed: int,
     peak_rate: float = 3e-3,
     start: Path | None = None,
+    threads: int = 1,
 ) -> ReaderNet:
     """Train for ``steps`` batches with one rising and falling learning rate, from nothing or from an exported network;
-    ends with averaged weights."""
-    torch.set_num_threads(1)
+    ends with averaged weights. The shares of the parts sum to one."""
+    torch.set_num_threads(threads)
     torch.manual_seed(seed)
     chance = np.random.default_rng([seed, 4])
-    network = ReaderNet(len(READER_CLASSES)) if start is None else resumed(start, drawn[0][:2000])
+    network = ReaderNet(len(READER_CLASSES)) if start is None else resumed(start, _batch(parts, 2000, chance)[0])
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     decay = torch.optim.swa_utils.get_ema_multi_avg_fn(0.995)  # type: ignore[no-untyped-call]
     average = torch.optim.swa_utils.AveragedModel(network, multi_avg_fn=decay, use_buffers=True)
@@ -48,7 +56,7 @@ def fit(
     losses, started = [], time.monotonic()
     network.train()
     for step in range(steps):
-        crops, labels = _batch(drawn, rendered, batch, chance)
+        crops, labels = _batch(parts, batch, chance)
         with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):  # three fifths of the time
             scores = network(_varied(crops, chance))
         loss = loss_of(scores.float(), torch.from_numpy(labels))
@@ -122,17 +130,16 @@ def loss_of(scores: Tensor, labels: Tensor) -> Tensor:
     return functional.cross_entropy(scores, labels) + dangerous
 
 
-def _batch(drawn: Crops, rendered: Crops | None, batch: int, chance: np.random.Generator) -> Crops:
-    if rendered is None:
-        return _picked(drawn, batch, chance)
-    count = round(RENDERED_SHARE * batch)
-    parts = _picked(drawn, batch - count, chance), _picked(rendered, count, chance)
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+def _batch(parts: Sequence[Part], batch: int, chance: np.random.Generator) -> Crops:
+    counts = [round(part.share * batch) for part in parts]
+    counts[0] += batch - sum(counts)
+    picked = [_picked(part, count, chance) for part, count in zip(parts, counts, strict=True)]
+    return np.concatenate([each[0] for each in picked]), np.concatenate([each[1] for each in picked])
 
 
-def _picked(crops: Crops, count: int, chance: np.random.Generator) -> Crops:
-    places = np.sort(chance.integers(0, len(crops[0]), count))
-    return crops[0][places], crops[1][places]
+def _picked(part: Part, count: int, chance: np.random.Generator) -> Crops:
+    places = np.sort(chance.integers(0, len(part.crops), count))
+    return part.crops[places], part.labels[places]
 
 
 def _varied(crops: NDArray[np.uint8], chance: np.random.Generator) -> Tensor:

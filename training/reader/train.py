@@ -26,11 +26,14 @@ from services.drivelm.vocabulary.classes import READER_CLASSES
 from training.reader.samples import Source
 from training.reader.scores import Measured, Sure, score_table, sure_from
 from training.reader.tracks import track_table
+from training.real.scores import real_table
+from training.real.sets import SETS, RealSet, carded
 from training.sign_pictures.fonts import letterings
 
 _log = logging.getLogger("reader")
 Crops = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]
 """Crops, class indexes, sizes in pixels."""
+CropsAndLabels = tuple[NDArray[np.uint8], NDArray[np.int64]]
 FONT_FOLDERS = (Path("/usr/share/fonts"),)
 SCORED_SEED = 1
 """Scores are of the same crops whatever the seed of training."""
@@ -59,11 +62,18 @@ def main(arguments: list[str] | None = None) -> int:
     rendered = _joined(options.rendered)
     rate = 3e-3 if options.start is None else 1.5e-3
     before = None if options.start is None else hashlib.sha256(options.start.read_bytes()).hexdigest()
-    network = fit.fit((crops, labels), rendered, options.steps, options.batch, options.seed, rate, options.start)
+    real = _joined(options.real)
+    shares = _shares(rendered is not None, real is not None)
+    parts = [
+        fit.Part(*each, share)
+        for each, share in zip(((crops, labels), rendered, real), shares, strict=True)
+        if each is not None
+    ]
+    network = fit.fit(parts, options.steps, options.batch, options.seed, rate, options.start, options.threads)
     _log.info("trained in %.0f s", time.monotonic() - started)
     fresh = Source("train", options.seed + 7, options.fonts, each=12)
-    held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))
-    temperature = fit.temperature(network, held[0], held[1])
+    held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))[:2]
+    temperature = fit.temperature(network, *_evened(held, _joined(options.real_held_out)))
     options.out.mkdir(parents=True, exist_ok=True)
     fit.export(network, temperature, options.out / "reader.onnx")
     recipe = {
@@ -71,6 +81,8 @@ def main(arguments: list[str] | None = None) -> int:
         "started_from": before,
         "letterings": sorted(fresh.letters),
         "rendered_crops": 0 if rendered is None else len(rendered[0]),
+        "real_crops": 0 if real is None else len(real[0]),
+        "photographs": carded(_sets(options.real)),
         "training_s": round(time.monotonic() - started),
     }
     _write_card(options, temperature, recipe)
@@ -95,6 +107,12 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--rendered", type=Path, nargs="*", default=(), help="crops of rendered pictures to train on too"
     )
+    parser.add_argument(
+        "--real", type=Path, nargs="*", default=(), help="crops of photographs to train on too (training real.crops)"
+    )
+    parser.add_argument("--real-held-out", type=Path, nargs="*", default=(), help="such crops that training leaves out")
+    parser.add_argument("--real-folder", type=Path, help="the photographs themselves, to score the tracks left out")
+    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--rendered-test", type=Path, help="such crops of the split test (reader_rendered), to score")
     parser.add_argument("--lights-test", type=Path, help="such crops of lights alone (reader_rendered --lights)")
     parser.add_argument(
@@ -107,6 +125,17 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     return options
 
 
+REAL_SHARE, RENDERED_SHARE, RENDERED_BESIDE_REAL = 0.5, 0.3, 0.15
+"""Shares of each batch: of photographs, of rendered pictures without photographs and with them; the rest is drawn."""
+
+
+def _shares(rendered: bool, real: bool) -> tuple[float, float, float]:
+    """Shares of drawn, rendered and photographed crops, by which there are."""
+    of_real = REAL_SHARE if real else 0.0
+    of_rendered = (RENDERED_BESIDE_REAL if real else RENDERED_SHARE) if rendered else 0.0
+    return 1.0 - of_real - of_rendered, of_rendered, of_real
+
+
 def crops_of(path: Path | None) -> Crops | None:
     """The file that `reader_rendered` wrote, if one is named."""
     if path is None:
@@ -115,7 +144,7 @@ def crops_of(path: Path | None) -> Crops | None:
         return stored["crops"], stored["labels"], stored["sizes"]
 
 
-def _joined(paths: Sequence[Path]) -> tuple[NDArray[np.uint8], NDArray[np.int64]] | None:
+def _joined(paths: Sequence[Path]) -> CropsAndLabels | None:
     """Crops and classes of several such files."""
     found = [stored for path in paths if (stored := crops_of(path)) is not None]
     return (np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])) if found else None
@@ -144,6 +173,21 @@ def _training_crops(options: argparse.Namespace) -> tuple[NDArray[np.uint8], NDA
     crops.flush()
     np.save(labels_file, labels)
     return crops, labels
+
+
+def _evened(drawn: CropsAndLabels, real: CropsAndLabels | None) -> CropsAndLabels:
+    """As many photographs as drawn crops, so that one temperature makes both worlds' probabilities honest."""
+    if real is None:
+        return drawn
+    count = min(len(drawn[0]), len(real[0]))
+    crops, labels = (np.concatenate([ours[:count], theirs[:count]]) for ours, theirs in zip(drawn, real, strict=True))
+    return crops, labels
+
+
+def _sets(paths: Sequence[Path]) -> tuple[RealSet, ...]:
+    """The sets of photographs whose crops these files hold."""
+    names = {str(name) for path in paths for name in np.load(path)["sets"]}
+    return tuple(each for each in SETS if each.name in names)
 
 
 def _mean(options: argparse.Namespace) -> None:
@@ -176,7 +220,7 @@ def _write_card(options: argparse.Namespace, temperature: float, recipe: dict[st
         "recipe": recipe,
         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "size_bytes": path.stat().st_size,
-        "licence": "Apache-2.0; trained only on signs drawn by this project",
+        "licence": "Apache-2.0",
     }
     _write(card, options.out)
     _add_scores(options)
@@ -202,8 +246,10 @@ def scores(reader: Reader, options: argparse.Namespace) -> dict[str, Any]:
     more = crops_of(options.rendered_test), crops_of(options.lights_test)
     measured = held_out(reader, source, SCORED_SEED, options.tests, *more)
     measured |= lights_alone(reader, source, SCORED_SEED, options.tests * 3 // 8)
+    photographs = real_table(reader, options.real_folder, sure)
     tables = {name: {"crops": len(each.labels), **score_table(each, sure)} for name, each in measured.items()}
     found: dict[str, Any] = {"scores": {"held_out_letterings": sorted(source.letters), **tables.pop("hard")}}
+    found |= {"real": photographs} if photographs else {}
     found |= {f"scores_{name}": table for name, table in tables.items()}
     return found | {"tracks": track_table(reader, source, 300, SCORED_SEED)}
 

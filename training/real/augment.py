@@ -61,7 +61,9 @@ def _askew(patch: Picture, box: Region, chance: Chance) -> Picture:
     narrow = float(chance.uniform(0.86, 1.04))
     warp[0] = warp[0] * narrow + np.array([0.0, 0.0, (1 - narrow) * middle[0]])
     size = (patch.shape[1], patch.shape[0])
-    return np.asarray(cv2.warpAffine(patch, warp, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    return np.asarray(
+        cv2.warpAffine(patch, warp, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.uint8
+    )
 
 
 def _glare(patch: Picture, chance: Chance) -> Picture:
@@ -69,7 +71,7 @@ def _glare(patch: Picture, chance: Chance) -> Picture:
     height, width = patch.shape[:2]
     y, x = np.mgrid[:height, :width].astype(np.float32)
     cx, cy, reach = chance.uniform(0, width), chance.uniform(0, height), chance.uniform(0.15, 0.6) * max(height, width)
-    glow = float(chance.uniform(60, 220)) * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / reach**2)
+    glow = float(chance.uniform(40, 130)) * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / reach**2)
     return np.asarray(np.clip(patch + glow[..., None], 0, 255), np.uint8)
 
 

@@ -73,11 +73,11 @@ def _signs(path: Path, chance: Chance, held_out: bool, unseen: Collection[int]) 
             yield from flipped(picture, sign.region, sign.number, chance)
 
 
-def _scenes(path: Path, chance: Chance, held_out: bool, _: Collection[int]) -> Iterator[Sample]:
-    yield from scene_samples(path.parent, chance, held_out)
+def _scenes(path: Path, chance: Chance, held_out: bool, unseen: Collection[int]) -> Iterator[Sample]:
+    yield from scene_samples(path.parent, chance, held_out, unseen)
 
 
-def _crossings(path: Path, chance: Chance, held_out: bool, _: Collection[int]) -> Iterator[Sample]:
+def _crossings(path: Path, chance: Chance, held_out: bool, _unseen: Collection[int]) -> Iterator[Sample]:
     """Of the 877-set the crossings and stop signs: its limits have no number, its lights no state."""
     names = {"crosswalk": "crossing", "stop": "stop"}
     with zipfile.ZipFile(path) as stored:
@@ -92,7 +92,7 @@ def _crossings(path: Path, chance: Chance, held_out: bool, _: Collection[int]) -
                 yield from seen(picture, region, label, chance)
 
 
-def _lights(path: Path, chance: Chance, held_out: bool, _: Collection[int]) -> Iterator[Sample]:
+def _lights(path: Path, chance: Chance, held_out: bool, _unseen: Collection[int]) -> Iterator[Sample]:
     """Upright lights, the lit lamp in its usual place."""
     with zipfile.ZipFile(path) as stored:
         for name in sorted(each for each in stored.namelist() if each.startswith("images/")):
@@ -126,7 +126,8 @@ def _upright(picture: Picture, region: Region, place: int) -> bool:
     vivid = (head.max(axis=2) - head.min(axis=2)) * head.max(axis=2)
     thirds = [float(np.quantile(part, 0.85)) for part in np.array_split(vivid, 3)]
     others = max(thirds[:place] + thirds[place + 1 :])
-    return thirds[place] > 1.3 * others
+    red, green, _ = np.array_split(head, 3)[place].reshape(-1, 3).max(axis=0)
+    return thirds[place] > 2.0 * others and bool((green > red) == (place == 2))
 
 
 def _is_held_out(name: str) -> bool:
@@ -146,7 +147,9 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--without", nargs="*", default=(), choices=[each.name for each in SETS], metavar="SET")
-    parser.add_argument("--unseen", type=int, nargs="*", default=(), help="numbers of GTSRB's classes to leave out, for a test")
+    parser.add_argument(
+        "--unseen", type=int, nargs="*", default=(), help="numbers of GTSRB's classes to leave out, for a test"
+    )
     options = parser.parse_args()
     cv2.setNumThreads(1)
     options.out.parent.mkdir(parents=True, exist_ok=True)
@@ -154,7 +157,8 @@ def main() -> int:
         path = options.out.with_stem(f"{options.out.stem}-held-out") if held_out else options.out
         unseen = () if held_out else options.unseen
         crops, labels, sizes = collect(options.folder, options.seed, held_out, options.without, unseen)
-        np.savez(path, crops=crops, labels=labels, sizes=sizes)
+        sets = [each.name for each in present(options.folder, options.without)]
+        np.savez(path, crops=crops, labels=labels, sizes=sizes, sets=np.array(sets))
         sys.stderr.write(f"{path.name}: {len(crops)} crops\n")
     return 0
 

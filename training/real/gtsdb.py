@@ -47,7 +47,9 @@ def scenes(folder: Path) -> Iterator[Scene]:
             yield from _scenes(_table(text, ","), names, stored.read)
     for path in sorted(folder.rglob(TABLE)):
         files = {file.name: file for file in path.parent.glob("*.ppm")}
-        yield from _scenes(_table(path.read_text(encoding="utf-8"), ";"), list(files), lambda name: files[name].read_bytes())
+        yield from _scenes(
+            _table(path.read_text(encoding="utf-8"), ";"), list(files), lambda name: files[name].read_bytes()
+        )
 
 
 def _table(text: str, mark: str) -> dict[int, list[Labelled]]:

@@ -109,7 +109,9 @@ def inner(picture: Picture) -> Region:
 
 def _published(path: Path, tracks: bool) -> Iterator[RealSign]:
     """Signs of one of the publisher's tables; its pictures stand beside it or in `Final_Test/Images`."""
-    beside = path.parent if tracks or not (path.parent / "Final_Test").is_dir() else path.parent / "Final_Test" / "Images"
+    beside = (
+        path.parent if tracks or not (path.parent / "Final_Test").is_dir() else path.parent / "Final_Test" / "Images"
+    )
     for row in csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")), delimiter=";"):
         box = Region(*(float(row[f"Roi.{edge}"]) for edge in ("X1", "Y1", "X2", "Y2")))
         name = row["Filename"]

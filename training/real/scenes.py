@@ -1,7 +1,7 @@
 """Crops out of photographed road scenes: labelled signs, what our detector takes for signs and our reader for none, bare
 background, and drawn unknown signs before it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,20 +25,23 @@ LOOKS_LIKE_A_SIGN = 0.3
 """A box that nobody labelled is `other` where our reader gives less than this to all that it knows; else it is left out."""
 
 
-def scene_samples(folder: Path, chance: Chance, held_out: bool) -> Iterator[Sample]:
-    """Samples of the scenes that training has, or of those that it leaves out (labelled signs and background alone)."""
+def scene_samples(folder: Path, chance: Chance, held_out: bool, unseen: Collection[int] = ()) -> Iterator[Sample]:
+    """Samples of the scenes that training has, or of those that it leaves out (labelled signs and background alone); no
+    labelled sign of a number in `unseen`."""
     reader, detector = Reader.load(data("models/reader.onnx")), load_detector(data("models/detector.onnx"))
     for scene in scenes(folder):
         if scene.held_out != held_out:
             continue
         picture = scene.picture()
-        for sign in scene.signs:
+        for sign in (each for each in scene.signs if each.number not in unseen):
             if held_out and (cut := crop(picture, sign.region)) is not None:
                 yield Sample(cut, CLASSES[sign.number], sign.region.height_px)
             for _ in range(0 if held_out else SIGN_VARIANTS):
                 yield from seen(picture, sign.region, CLASSES[sign.number], chance)
         found = [Region(*each.box_px) for each in detector.detect(picture) if each.kind in ("sign", "panel")]
-        boxes = [box for box in found if box.height_px >= SMALLEST_PX] + [_any_box(picture, chance) for _ in range(GROUNDS)]
+        boxes = [box for box in found if box.height_px >= SMALLEST_PX] + [
+            _any_box(picture, chance) for _ in range(GROUNDS)
+        ]
         yield from _nothing(picture, _apart(boxes, scene), reader, chance)
         if not held_out:
             yield from _unknown(picture, chance)

@@ -40,8 +40,8 @@ def _disc(canvas: Canvas, x: float, y: float, radius: float, colour: Colour) -> 
 
 
 def _line(canvas: Canvas, x0: float, y0: float, x1: float, y1: float, width: float, colour: Colour) -> None:
-    ends = [(round(x * _SIDE), round(y * _SIDE)) for x, y in ((x0, y0), (x1, y1))]
-    cv2.line(canvas, *ends, (*colour, 255), max(1, round(width * _SIDE)))
+    start, end = (round(x0 * _SIDE), round(y0 * _SIDE)), (round(x1 * _SIDE), round(y1 * _SIDE))
+    cv2.line(canvas, start, end, (*colour, 255), max(1, round(width * _SIDE)))
 
 
 def _symbol(canvas: Canvas, x: float, y: float, size: float, colour: Colour, chance: Chance) -> None:
@@ -52,7 +52,11 @@ def _symbol(canvas: Canvas, x: float, y: float, size: float, colour: Colour, cha
         if part < 0.3:
             angles = np.sort(chance.uniform(0, 2 * np.pi, int(chance.integers(3, 7))))
             reach = size * chance.uniform(0.12, 0.3, len(angles))
-            _fill(canvas, [(x + dx + r * np.cos(a), y + dy + r * np.sin(a)) for a, r in zip(angles, reach, strict=True)], colour)
+            _fill(
+                canvas,
+                [(x + dx + r * np.cos(a), y + dy + r * np.sin(a)) for a, r in zip(angles, reach, strict=True)],
+                colour,
+            )
         elif part < 0.5:
             _disc(canvas, x + dx, y + dy, size * chance.uniform(0.06, 0.16), colour)
         elif part < 0.75:
@@ -60,17 +64,26 @@ def _symbol(canvas: Canvas, x: float, y: float, size: float, colour: Colour, cha
             _line(canvas, x + dx, y + dy, x + ex, y + ey, size * chance.uniform(0.06, 0.16), colour)
         elif part < 0.88:
             width, height = size * chance.uniform(0.1, 0.6), size * chance.uniform(0.08, 0.3)
-            _fill(canvas, [(x + dx, y + dy), (x + dx + width, y + dy), (x + dx + width, y + dy + height), (x + dx, y + dy + height)], colour)  # fmt: skip
+            left, top = x + dx, y + dy
+            _fill(
+                canvas, [(left, top), (left + width, top), (left + width, top + height), (left, top + height)], colour
+            )
         else:
-            centre, axes = (round((x + dx) * _SIDE), round((y + dy) * _SIDE)), (round(size * chance.uniform(0.1, 0.3) * _SIDE),) * 2
-            cv2.ellipse(canvas, centre, axes, 0, chance.uniform(0, 180), chance.uniform(200, 360), (*colour, 255),
-                        round(size * 0.09 * _SIDE))  # fmt: skip
+            reach_px = round(size * chance.uniform(0.1, 0.3) * _SIDE)
+            centre = (round((x + dx) * _SIDE), round((y + dy) * _SIDE))
+            start, end = float(chance.uniform(0, 180)), float(chance.uniform(200, 360))
+            thick = round(size * 0.09 * _SIDE)
+            cv2.ellipse(canvas, centre, (reach_px, reach_px), 0, start, end, (*colour, 255), thick)
 
 
 def _triangle(canvas: Canvas, chance: Chance) -> None:
     edge, ground = float(chance.uniform(0.09, 0.15)), _YELLOW if chance.random() < 0.15 else _WHITE
     _fill(canvas, [(0.5, 0.03), (0.99, 0.93), (0.01, 0.93)], _RED)
-    _fill(canvas, [(0.5, 0.03 + 1.8 * edge), (0.99 - 1.55 * edge, 0.93 - 0.8 * edge), (0.01 + 1.55 * edge, 0.93 - 0.8 * edge)], ground)
+    _fill(
+        canvas,
+        [(0.5, 0.03 + 1.8 * edge), (0.99 - 1.55 * edge, 0.93 - 0.8 * edge), (0.01 + 1.55 * edge, 0.93 - 0.8 * edge)],
+        ground,
+    )
     _symbol(canvas, 0.5, 0.62, float(chance.uniform(0.32, 0.5)), _BLACK, chance)
 
 
@@ -111,7 +124,9 @@ def _order(canvas: Canvas, chance: Chance) -> None:
 def _tip(canvas: Canvas, x: float, y: float, dx: float, dy: float) -> None:
     """An arrow's head that ends at a place."""
     back, half = 0.2, 0.14
-    _fill(canvas, [(x, y), (x - back * dx - half * dy, y - back * dy + half * dx), (x - back * dx + half * dy, y - back * dy - half * dx)], _WHITE)  # fmt: skip
+    left = (x - back * dx - half * dy, y - back * dy + half * dx)
+    right = (x - back * dx + half * dy, y - back * dy - half * dx)
+    _fill(canvas, [(x, y), left, right], _WHITE)
 
 
 def _end(canvas: Canvas, chance: Chance) -> None:
@@ -154,7 +169,8 @@ def _board(canvas: Canvas, chance: Chance) -> None:
     _fill(canvas, [(0.02, 0.02), (0.98, 0.02), (0.98, 0.98), (0.02, 0.98)], ink)
     _fill(canvas, [(0.05, 0.05), (0.95, 0.05), (0.95, 0.95), (0.05, 0.95)], ground)
     for _ in range(int(chance.integers(1, 3))):
-        _symbol(canvas, *(float(v) for v in chance.uniform(0.4, 0.6, 2)), float(chance.uniform(0.4, 0.8)), ink, chance)
+        x, y = (float(v) for v in chance.uniform(0.4, 0.6, 2))
+        _symbol(canvas, x, y, float(chance.uniform(0.4, 0.8)), ink, chance)
 
 
 def _no_stopping(canvas: Canvas, chance: Chance) -> None:

@@ -14,10 +14,13 @@ from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
 from training.bins import binned
 from training.reader.scores import LEGIBLE_PX, SMALL_PX, SURE, Sure
-from training.real.gtsrb import RealSign
+from training.real.gtsrb import RealSign, signs
 
 _SIZES_PX = ((0, 16), (16, 24), (24, 32), (32, 48), (48, 1000))
 _MISTAKES = 12
+SURE_AND_WRONG = 0.0005
+"""At most so many photographed signs may be told wrong by a reader that is sure."""
+_THRESHOLDS = np.round(np.arange(SURE, 0.9995, 0.005), 3)
 
 
 def sure_of(card: Path) -> Sure:
@@ -38,12 +41,35 @@ def read_all(reader: Reader, found: Sequence[RealSign]) -> NDArray[np.float32]:
     return told
 
 
+def sure_on(told: NDArray[np.float32], found: Sequence[RealSign]) -> Sure:
+    """The least confidences from which at most `SURE_AND_WRONG` of these signs are told wrong, unknown ones taken for known
+    ones among them, with one standard deviation of that count to spare where there are any."""
+    truth = np.array([sign.label for sign in found])
+    sizes = np.array([sign.region.height_px for sign in found], np.float32)
+    read, top = np.array(READER_CLASSES)[told.argmax(axis=1)], told.max(axis=1)
+    wrong = (read != truth) & (read != OTHER)
+
+    def least(chosen: NDArray[np.bool_]) -> float:
+        for threshold in _THRESHOLDS.tolist():
+            count = int((chosen & wrong & (top > threshold)).sum())
+            if count + np.sqrt(count) <= SURE_AND_WRONG * chosen.sum():
+                break
+        return float(threshold)
+
+    return Sure(least(sizes < SMALL_PX), least(sizes >= SMALL_PX))
+
+
 def table(told: NDArray[np.float32], found: Sequence[RealSign], sure: Sure) -> dict[str, Any]:
     """Shares of each group; `told`: probabilities N x READER_CLASSES of the signs in `found`."""
     truth = np.array([sign.label for sign in found])
     sizes = np.array([sign.region.height_px for sign in found], np.float32)
     limits, other = np.char.startswith(truth, "limit:"), truth == OTHER
-    groups = {"limits of 24 px and more": limits & (sizes >= LEGIBLE_PX), "limits": limits, "known": ~other, "other": other}
+    groups = {
+        "limits of 24 px and more": limits & (sizes >= LEGIBLE_PX),
+        "limits": limits,
+        "known": ~other,
+        "other": other,
+    }
     sides = {f"known, {low} to {high} px": ~other & (sizes >= low) & (sizes < high) for low, high in _SIZES_PX}
     read = np.array(READER_CLASSES)[told.argmax(axis=1)]
     certain = (told.max(axis=1) > sure.of(sizes)) & (read != OTHER)
@@ -66,3 +92,15 @@ def _row(chosen: NDArray[np.bool_], right: NDArray[np.bool_], certain: NDArray[n
         return {"crops": 0}
     share = {"right": right, "sure and right": right & certain, "sure and wrong": ~right & certain}
     return {"crops": count, **{name: round(float(flags[chosen].mean()), 4) for name, flags in share.items()}}
+
+
+def real_table(reader: Reader, folder: Path | None, drawn: Sure | None) -> dict[str, Any] | None:
+    """What a card says of the tracks that training leaves out: scores, and from where a crop counts as sure, no lower than on
+    drawn crops; None without the photographs."""
+    found = [sign for each in (signs(folder) if folder else {}).values() for sign in each if sign.held_out]
+    if not found:
+        return None
+    told = read_all(reader, found)
+    own, least = sure_on(told, found), drawn or Sure(SURE, SURE)
+    sure = Sure(max(own.small, least.small), max(own.large, least.large))
+    return {"sure": sure._asdict(), "held_out_tracks": table(told, found, sure)}
