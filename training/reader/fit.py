@@ -1,6 +1,7 @@
 """Fitting, calibrating and exporting the reader's network; the only modules here that need torch."""
 
 import logging
+import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,9 +42,11 @@ def fit(
     peak_rate: float = 3e-3,
     start: Path | None = None,
     threads: int = 1,
+    minutes: float | None = None,
 ) -> ReaderNet:
     """Train for ``steps`` batches with one rising and falling learning rate, from nothing or from an exported network;
-    ends with averaged weights. The shares of the parts sum to one."""
+    ends with averaged weights. The shares of the parts sum to one. With ``minutes`` the rate follows the clock and training
+    ends with it or with the steps, whichever comes first: a seed then no longer gives the same network."""
     torch.set_num_threads(threads)
     torch.manual_seed(seed)
     chance = np.random.default_rng([seed, 4])
@@ -52,10 +55,14 @@ def fit(
     decay = torch.optim.swa_utils.get_ema_multi_avg_fn(0.995)  # type: ignore[no-untyped-call]
     average = torch.optim.swa_utils.AveragedModel(network, multi_avg_fn=decay, use_buffers=True)
     optimiser = torch.optim.AdamW(network.parameters(), lr=peak_rate, weight_decay=0.02)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, peak_rate, total_steps=steps, pct_start=0.2)
     losses, started = [], time.monotonic()
     network.train()
     for step in range(steps):
+        past = step / steps if minutes is None else (time.monotonic() - started) / (60 * minutes)
+        if past >= 1:
+            break
+        for group in optimiser.param_groups:
+            group["lr"] = peak_rate * rate_share(past)
         crops, labels = _batch(parts, batch, chance)
         with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):  # three fifths of the time
             scores = network(_varied(crops, chance))
@@ -63,15 +70,24 @@ def fit(
         optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
-        schedule.step()
         average.update_parameters(network)
         losses.append(float(loss.detach()))
-        if step % 200 == 199:
+        if step % 50 == 49:
             pace = (time.monotonic() - started) / (step + 1)
-            _log.info("step %d loss %.3f (%.0f ms a step)", step + 1, float(np.mean(losses[-200:])), 1000 * pace)
+            _log.info("step %d loss %.3f (%.0f ms a step)", step + 1, float(np.mean(losses[-50:])), 1000 * pace)
     trained = average.module.eval()
     assert isinstance(trained, ReaderNet)
     return trained
+
+
+RISING = 0.15
+
+
+def rate_share(past: float) -> float:
+    """The learning rate as a share of its peak, by the share of the training that is past: a rise, then half a cosine."""
+    if past < RISING:
+        return 0.04 + 0.96 * past / RISING
+    return 0.5 + 0.5 * math.cos(math.pi * (past - RISING) / (1 - RISING))
 
 
 def resumed(path: Path, crops: NDArray[np.uint8]) -> ReaderNet:

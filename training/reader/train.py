@@ -60,7 +60,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     started = time.monotonic()
     rendered = _joined(options.rendered)
-    rate = 3e-3 if options.start is None else 1.5e-3
+    rate = options.rate or (3e-3 if options.start is None else 1.5e-3)
     before = None if options.start is None else hashlib.sha256(options.start.read_bytes()).hexdigest()
     real = _joined(options.real)
     shares = _shares(rendered is not None, real is not None)
@@ -69,7 +69,9 @@ def main(arguments: list[str] | None = None) -> int:
         for each, share in zip(((crops, labels), rendered, real), shares, strict=True)
         if each is not None
     ]
-    network = fit.fit(parts, options.steps, options.batch, options.seed, rate, options.start, options.threads)
+    network = fit.fit(
+        parts, options.steps, options.batch, options.seed, rate, options.start, options.threads, options.minutes
+    )
     _log.info("trained in %.0f s", time.monotonic() - started)
     fresh = Source("train", options.seed + 7, options.fonts, each=12)
     held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))[:2]
@@ -112,6 +114,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--real-held-out", type=Path, nargs="*", default=(), help="such crops that training leaves out")
     parser.add_argument("--real-folder", type=Path, help="the photographs themselves, to score the tracks left out")
+    parser.add_argument("--minutes", type=float, help="train for so long, at most --steps")
+    parser.add_argument("--rate", type=float, help="the highest learning rate")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--rendered-test", type=Path, help="such crops of the split test (reader_rendered), to score")
     parser.add_argument("--lights-test", type=Path, help="such crops of lights alone (reader_rendered --lights)")
