@@ -184,13 +184,16 @@ def _evened(drawn: CropsAndLabels, real: CropsAndLabels | None) -> CropsAndLabel
     if real is None:
         return drawn
     count = min(len(drawn[0]), len(real[0]))
-    crops, labels = (np.concatenate([ours[:count], theirs[:count]]) for ours, theirs in zip(drawn, real, strict=True))
-    return crops, labels
+    crops = np.concatenate([drawn[0][:count], real[0][:count]])
+    return crops, np.concatenate([drawn[1][:count], real[1][:count]])
 
 
 def _sets(paths: Sequence[Path]) -> tuple[RealSet, ...]:
     """The sets of photographs whose crops these files hold."""
-    names = {str(name) for path in paths for name in np.load(path)["sets"]}
+    names: set[str] = set()
+    for path in paths:
+        with np.load(path) as stored:
+            names |= set(stored["sets"].tolist())
     return tuple(each for each in SETS if each.name in names)
 
 

@@ -5,6 +5,7 @@ import csv
 import io
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,9 +48,11 @@ def scenes(folder: Path) -> Iterator[Scene]:
             yield from _scenes(_table(text, ","), names, stored.read)
     for path in sorted(folder.rglob(TABLE)):
         files = {file.name: file for file in path.parent.glob("*.ppm")}
-        yield from _scenes(
-            _table(path.read_text(encoding="utf-8"), ";"), list(files), lambda name: files[name].read_bytes()
-        )
+        yield from _scenes(_table(path.read_text(encoding="utf-8"), ";"), list(files), partial(_bytes, files))
+
+
+def _bytes(files: dict[str, Path], name: str) -> bytes:
+    return files[name].read_bytes()
 
 
 def _table(text: str, mark: str) -> dict[int, list[Labelled]]:
@@ -65,4 +68,4 @@ def _table(text: str, mark: str) -> dict[int, list[Labelled]]:
 def _scenes(table: dict[int, list[Labelled]], names: list[str], read: Callable[[str], bytes]) -> Iterator[Scene]:
     for name in sorted(names):
         number = int(Path(name).stem)
-        yield Scene(number, lambda name=name: read(name), tuple(table.get(number, ())))  # type: ignore[misc]
+        yield Scene(number, partial(read, name), tuple(table.get(number, ())))
