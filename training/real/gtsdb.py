@@ -45,10 +45,15 @@ def scenes(folder: Path) -> Iterator[Scene]:
         with zipfile.ZipFile(path) as stored:
             text = stored.read("labels.csv").decode().partition("\n")[2]
             names = [name for name in stored.namelist() if name.endswith(".jpg")]
-            yield from _scenes(_table(text, ","), names, stored.read)
+        yield from _scenes(_table(text, ","), names, partial(_unzipped, path))
     for path in sorted(folder.rglob(TABLE)):
         files = {file.name: file for file in path.parent.glob("*.ppm")}
         yield from _scenes(_table(path.read_text(encoding="utf-8"), ";"), list(files), partial(_bytes, files))
+
+
+def _unzipped(path: Path, name: str) -> bytes:
+    with zipfile.ZipFile(path) as stored:
+        return stored.read(name)
 
 
 def _bytes(files: dict[str, Path], name: str) -> bytes:
