@@ -22,7 +22,7 @@ def test_a_fitted_network_survives_export_with_its_temperature(tmp_path: Path) -
     crops, labels = chance.integers(0, 255, (64, 48, 48, 3)).astype(np.uint8), np.arange(64) % 5
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # torch's exporter warns of its own future
-        network = fit.fit((crops, labels), None, 3, 16, seed=1)
+        network = fit.fit([fit.Part(crops, labels, 1.0)], 3, 16, seed=1)
         fit.export(network, 1.7, tmp_path / "reader.onnx")
     session = onnxruntime.InferenceSession(str(tmp_path / "reader.onnx"), providers=["CPUExecutionProvider"])
     batch = np.ascontiguousarray(crops[:5].transpose(0, 3, 1, 2), dtype=np.float32)
@@ -56,3 +56,31 @@ def test_dangerous_mistakes_cost_more_than_others(true: str, read: str, costly: 
     plain = torch.nn.functional.cross_entropy(scores, label)
     some = 0.1  # every class keeps a little probability, dangerous ones too
     assert (float(loss_of(scores, label) - plain) > some) == costly
+
+
+def test_the_learning_rate_rises_and_falls_to_nothing() -> None:
+    from training.reader.fit import RISING, rate_share
+
+    shares = [rate_share(past) for past in np.linspace(0, 1, 101)]
+    assert max(shares) == pytest.approx(1.0)
+    assert int(np.argmax(shares)) == round(100 * RISING)
+    assert shares[-1] == pytest.approx(0.0)
+
+
+def test_training_ends_with_the_clock() -> None:
+    from training.reader import fit
+
+    crops, labels = np.zeros((8, 48, 48, 3), np.uint8), np.zeros(8, np.int64)
+    network = fit.fit([fit.Part(crops, labels, 1.0)], 1_000_000, 8, seed=1, minutes=0.02)
+    assert not network.training
+
+
+def test_a_batch_has_of_each_part_its_share(tmp_path: Path) -> None:
+    from training.reader.fit import Part, _batch
+
+    parts = [
+        Part(np.full((5, 48, 48, 3), n, np.uint8), np.full(5, n), share)
+        for n, share in ((1, 0.5), (2, 0.15), (3, 0.35))
+    ]
+    labels = _batch(parts, 64, np.random.default_rng(1))[1]
+    assert np.bincount(labels).tolist() == [0, 32, 10, 22]
