@@ -28,8 +28,9 @@ MEAN_OF = "mean_of"
 OF_A_RUN = ("train_frames", "steps", "minutes", "seed", "recipe", "command")
 
 
-def mean(before: onnx.ModelProto, after: onnx.ModelProto) -> onnx.ModelProto:
-    """A network of the two's graph with the mean of their weights. Raises UserError where their weights do not match."""
+def mean(before: onnx.ModelProto, after: onnx.ModelProto, share: float = 0.5) -> onnx.ModelProto:
+    """A network of the two's graph with the mean of their weights, `share` of it the later one's. Raises UserError where their
+    weights do not match."""
     out = onnx.ModelProto()
     out.CopyFrom(before)
     pairs = list(zip(_tensors(out), _tensors(after), strict=False))
@@ -38,8 +39,8 @@ def mean(before: onnx.ModelProto, after: onnx.ModelProto) -> onnx.ModelProto:
     for one, other in pairs:
         values = numpy_helper.to_array(one)
         if values.dtype.kind == "f" and values.size > 1:
-            half = (0.5 * values + 0.5 * numpy_helper.to_array(other)).astype(values.dtype)
-            one.CopyFrom(numpy_helper.from_array(half, one.name))
+            mixed = ((1 - share) * values + share * numpy_helper.to_array(other)).astype(values.dtype)
+            one.CopyFrom(numpy_helper.from_array(mixed, one.name))
     return out
 
 

@@ -122,6 +122,7 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--mean-of", type=Path, nargs=2, help="two readers, AFTER trained on from BEFORE: write their mean"
     )
+    parser.add_argument("--mean-share", type=float, default=0.5, help="how much of the mean is AFTER's")
     parser.add_argument("--only-crops", action="store_true")
     parser.add_argument("--only-scores", action="store_true", help="measure the reader in --out again")
     options = parser.parse_args(arguments)
@@ -198,20 +199,57 @@ def _sets(paths: Sequence[Path]) -> tuple[RealSet, ...]:
 
 
 def _mean(options: argparse.Namespace) -> None:
-    """The mean of two trained readers' weights, the second trained on from the first, with their recipes in its card."""
+    """The mean of two trained readers' weights, the second trained on from the first, with their recipes in its card. Its
+    temperature is fitted anew where there are photographs that training left out."""
     import onnx
 
     from training.detector.mean import mean
 
     cards = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for path in options.mean_of]
     options.out.mkdir(parents=True, exist_ok=True)
-    onnx.save(mean(*(onnx.load(path) for path in options.mean_of)), options.out / "reader.onnx")
+    path = options.out / "reader.onnx"
+    onnx.save(mean(*(onnx.load(each) for each in options.mean_of), options.mean_share), path)
     recipes = [card["recipe"] | {"seed": card["seed"], "sha256": card["sha256"]} for card in cards]
     letters = recipes[-1]["letterings"]
     for recipe in recipes:
         del recipe["letterings"]
-    temperature = sum(card["temperature"] for card in cards) / len(cards)
-    _write_card(options, temperature, {"command": options.command, "mean_of": recipes, "letterings": letters})
+    made = {
+        "command": options.command,
+        "mean_of": recipes,
+        "share_of_the_later": options.mean_share,
+        "letterings": letters,
+    }
+    if "photographs" in recipes[-1]:
+        made["photographs"] = recipes[-1].pop("photographs")
+    temperature = cards[0]["temperature"]  # the mean keeps the first one's
+    if (real := _joined(options.real_held_out)) is not None:
+        _write(made | {"classes": list(READER_CLASSES)}, options.out)
+        fresh = Source("train", options.seed + 7, options.fonts, each=12)
+        held = fresh.batch(options.calibration, np.random.default_rng([options.seed, 3]))[:2]
+        temperature *= rescale(path, *_evened(held, real))
+    _write_card(options, temperature, made)
+
+
+def rescale(path: Path, crops: NDArray[np.uint8], labels: NDArray[np.int64]) -> float:
+    """Scale the scores of an exported reader (its card beside it) so that its probabilities of these crops are honest; returns
+    by what its temperature grew."""
+    import onnx
+
+    told = np.log(np.maximum(Reader.load(path).probabilities(crops), 1e-9))
+    grid = np.exp(np.linspace(np.log(0.5), np.log(2.0), 81))
+    grown = float(grid[int(np.argmin([_surprise(told / factor, labels) for factor in grid]))])
+    model = onnx.load(path)
+    for part in model.graph.initializer:
+        if part.name in ("network.head.2.weight", "network.head.2.bias"):
+            part.CopyFrom(onnx.numpy_helper.from_array(onnx.numpy_helper.to_array(part) / np.float32(grown), part.name))
+    onnx.save(model, path)
+    return grown
+
+
+def _surprise(scores: NDArray[np.float32], labels: NDArray[np.int64]) -> float:
+    """Mean cross entropy of scores (N x classes)."""
+    total = np.log(np.exp(scores - scores.max(axis=1, keepdims=True)).sum(axis=1)) + scores.max(axis=1)
+    return float((total - scores[np.arange(len(labels)), labels]).mean())
 
 
 def _write_card(options: argparse.Namespace, temperature: float, recipe: dict[str, Any]) -> None:

@@ -32,6 +32,11 @@ def test_each_weight_is_the_mean_of_both() -> None:
     onnx.checker.check_model(both)
 
 
+def test_a_share_draws_the_mean_to_the_later_one() -> None:
+    both = mean(network(1.0, 4.0), network(3.0, -4.0), 0.75)
+    np.testing.assert_allclose(numpy_helper.to_array(both.graph.initializer[0]), [2.5, -2.0])
+
+
 def test_of_a_network_with_itself_it_is_the_network() -> None:
     one = network(0.1, 0.7)
     assert mean(one, one) == one

@@ -84,3 +84,30 @@ def test_a_batch_has_of_each_part_its_share(tmp_path: Path) -> None:
     ]
     labels = _batch(parts, 64, np.random.default_rng(1))[1]
     assert np.bincount(labels).tolist() == [0, 32, 10, 22]
+
+
+def test_scores_are_rescaled_until_the_probabilities_are_honest(tmp_path: Path) -> None:
+    """In the file itself, so that they tell more of the crops than before."""
+    import json
+    import warnings
+
+    from services.drivelm.reading.reader import Reader
+    from services.drivelm.vocabulary.classes import READER_CLASSES
+    from training.reader import fit
+    from training.reader.train import rescale
+
+    chance = np.random.default_rng(0)
+    crops, labels = chance.integers(0, 255, (64, 48, 48, 3)).astype(np.uint8), np.arange(64) % 5
+    path = tmp_path / "reader.onnx"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # torch's exporter warns of its own future
+        fit.export(fit.fit([fit.Part(crops, labels, 1.0)], 3, 16, seed=1), 0.05, path)
+    path.with_suffix(".json").write_text(json.dumps({"classes": list(READER_CLASSES)}), encoding="utf-8")
+
+    def surprise() -> float:
+        told = Reader.load(path).probabilities(crops)
+        return float(-np.log(told[np.arange(len(labels)), labels]).mean())
+
+    before = surprise()
+    assert rescale(path, crops, labels) != pytest.approx(1.0)
+    assert surprise() < before
