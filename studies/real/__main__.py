@@ -20,8 +20,8 @@ from services.drivelm.reading.reader import Reader
 from services.perception.detect.detector import DetectorOptions
 from services.perception.detect.loading import load_detector
 from studies.real import approaches, scenes
-from training.real import gtsdb, scores
-from training.real.gtsrb import signs
+from training.reader.real import gtsdb, scores
+from training.reader.real.gtsrb import signs
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import READER_CLASSES
+from training.reader.real.scores import real_table
+from training.reader.real.sets import SETS, RealSet, carded
 from training.reader.samples import Source
 from training.reader.scores import Measured, Sure, score_table, sure_from
 from training.reader.tracks import track_table
-from training.real.scores import real_table
-from training.real.sets import SETS, RealSet, carded
 from training.sign_pictures.fonts import letterings
 
 _log = logging.getLogger("reader")
@@ -110,7 +110,11 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
         "--rendered", type=Path, nargs="*", default=(), help="crops of rendered pictures to train on too"
     )
     parser.add_argument(
-        "--real", type=Path, nargs="*", default=(), help="crops of photographs to train on too (training real.crops)"
+        "--real",
+        type=Path,
+        nargs="*",
+        default=(),
+        help="crops of photographs to train on too (training reader.real.crops)",
     )
     parser.add_argument("--real-held-out", type=Path, nargs="*", default=(), help="such crops that training leaves out")
     parser.add_argument("--real-folder", type=Path, help="the photographs themselves, to score the tracks left out")
@@ -208,7 +212,8 @@ def _mean(options: argparse.Namespace) -> None:
     cards = [json.loads(path.with_suffix(".json").read_text(encoding="utf-8")) for path in options.mean_of]
     options.out.mkdir(parents=True, exist_ok=True)
     path = options.out / "reader.onnx"
-    onnx.save(mean(*(onnx.load(each) for each in options.mean_of), options.mean_share), path)
+    before, after = (onnx.load(each) for each in options.mean_of)
+    onnx.save(mean(before, after, options.mean_share), path)
     recipes = [card["recipe"] | {"seed": card["seed"], "sha256": card["sha256"]} for card in cards]
     letters = recipes[-1]["letterings"]
     for recipe in recipes:

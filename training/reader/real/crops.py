@@ -1,6 +1,6 @@
-"""Crops of photographed signs and lights for the reader, from the folder of `training.real.sets`, and of what is none.
+"""Crops of photographed signs and lights for the reader, from the folder of `training.reader.real.sets`, and of what is none.
 
-``python -m training real.crops FOLDER --out FILE`` writes two files, FILE and one for what training leaves out
+``python -m training reader.real.crops FOLDER --out FILE`` writes two files, FILE and one for what training leaves out
 (``-held-out`` before its ending): one in eight tracks, scenes and pictures.
 """
 
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
+from training.reader.real import gtsrb
+from training.reader.real.augment import flipped, seen
+from training.reader.real.scenes import scene_samples
+from training.reader.real.sets import SETS, present
 from training.reader.rendered import Sample
-from training.real import gtsrb
-from training.real.augment import flipped, seen
-from training.real.scenes import scene_samples
-from training.real.sets import SETS, present
 from training.sign_pictures.degrade import Chance
 
 VARIANTS, LIMIT_VARIANTS = 4, 5

@@ -11,10 +11,10 @@ from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import OTHER
 from services.perception.detect.loading import load_detector
+from training.reader.real.augment import SMALLEST_PX, seen
+from training.reader.real.gtsdb import Scene, scenes
+from training.reader.real.gtsrb import CLASSES
 from training.reader.rendered import Sample
-from training.real.augment import SMALLEST_PX, seen
-from training.real.gtsdb import Scene, scenes
-from training.real.gtsrb import CLASSES
 from training.sign_pictures.backgrounds import BACKGROUND_PX
 from training.sign_pictures.degrade import Chance, any_conditions, seen_crop, view
 from training.sign_pictures.unknown import unknown_face

@@ -1,6 +1,6 @@
 """Photographed road scenes as shards for the detector: labelled signs, and what a teacher says of vehicles, people and lights.
 
-``python -m training real.shards FOLDER --teacher yolox_nano.onnx --out DIR`` writes ``DIR/train-9*.npz`` beside rendered
+``python -m training reader.real.shards FOLDER --teacher yolox_nano.onnx --out DIR`` writes ``DIR/train-9*.npz`` beside rendered
 shards (`training.dataset.shards`) of the scenes that training has. Each scene is shown whole at the width of our cameras, and
 in windows as large as the closer look shows it. What the teacher is not sure of, and what looks like a sign and is not labelled,
 is ignored: neither to be found nor a mistake.
@@ -24,7 +24,7 @@ from services.perception.detect.detector import Detector, DetectorOptions
 from services.perception.detect.loading import load_detector
 from training.dataset.shards import CLASSES, Shot, coded, write_shard
 from training.detector.scores import inside
-from training.real.gtsdb import Scene, scenes
+from training.reader.real.gtsdb import Scene, scenes
 from training.sign_pictures.degrade import Chance
 
 WHOLE_PX = 640

@@ -8,8 +8,8 @@ import numpy as np
 
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.vocabulary.classes import OTHER
+from training.reader.real.gtsrb import NAMES
 from training.reader.rendered import Sample
-from training.real.gtsrb import NAMES
 from training.sign_pictures.degrade import Chance, any_conditions, camera, jittered
 
 SMALLEST_PX = 9.0
