@@ -20,8 +20,9 @@ from services.drivelm.reading.reader import Reader
 from services.perception.detect.detector import DetectorOptions
 from services.perception.detect.loading import load_detector
 from studies.real import approaches, scenes
-from training.reader.real import gtsdb, scores
-from training.reader.real.gtsrb import signs
+from training.photographs import gtsdb
+from training.photographs.gtsrb import signs
+from training.reader.real import scores
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -10,7 +10,7 @@ from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.reading.facts import public_code
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import OTHER
-from training.reader.real.gtsrb import RealSign
+from training.photographs.gtsrb import RealSign
 
 STEP_NS = 100_000_000
 """The pictures of a track are spread over an approach and have no times: a tenth of a second each."""

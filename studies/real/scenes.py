@@ -12,7 +12,7 @@ from services.perception.detect.centre_point import STRIP
 from services.perception.detect.detection import Detection, FloatArray, overlaps
 from services.perception.detect.detector import Detector
 from training.detector.scores import Tally, average_precision
-from training.reader.real.gtsdb import Scene
+from training.photographs.gtsdb import Scene
 
 OVERLAP = 0.5
 _SIZES_PX = ((0, 16), (16, 24), (24, 32), (32, 48), (48, 1000))

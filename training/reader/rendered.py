@@ -6,7 +6,7 @@
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -74,11 +74,12 @@ def _background(frame: Frame, chance: Chance) -> Iterator[Sample]:
     for _ in range(2):
         size, x, y = chance.uniform(10, 60), chance.uniform(0, width), chance.uniform(0, height * 0.7)
         region = Region(float(x), float(y), float(x + size), float(y + size * chance.uniform(0.6, 1.6)))
-        if not any(_touch(region, Region(*label.full_box_px)) for label in frame.labels if class_of(label)):
+        if not any(touch(region, Region(*label.full_box_px)) for label in frame.labels if class_of(label)):
             yield from _cut(frame.picture, region, OTHER, 0.0, chance, 1)
 
 
-def _touch(a: Region, b: Region) -> bool:
+def touch(a: Region, b: Region) -> bool:
+    """Whether two regions share a part."""
     return a.x0_px < b.x1_px and b.x0_px < a.x1_px and a.y0_px < b.y1_px and b.y0_px < a.y1_px
 
 
@@ -88,12 +89,16 @@ def collect(
     """Crops, class indexes and sizes out of ``frames`` rendered pictures; of ``lights`` alone, each once in a picture."""
     chance = np.random.default_rng([seed, 51])
     driven, variants = (drive_lights, 1) if lights else (drive, _VARIANTS)
-    samples = [sample for frame in driven(split, seed, frames) for sample in samples_of(frame, chance, variants)]
+    return stacked([sample for frame in driven(split, seed, frames) for sample in samples_of(frame, chance, variants)])
+
+
+def stacked(samples: Sequence[Sample]) -> tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.float32]]:
+    """Crops (N x 48 x 48 x 3), class indexes, and sizes in pixels, 0 for `other`."""
     index = {label: number for number, label in enumerate(READER_CLASSES)}
     return (
         np.stack([sample.crop for sample in samples]),
         np.array([index[sample.label] for sample in samples], np.int64),
-        np.array([sample.size_px for sample in samples], np.float32),
+        np.array([0.0 if sample.label == OTHER else sample.size_px for sample in samples], np.float32),
     )
 
 

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import READER_CLASSES
+from training.photographs.sets import SETS, RealSet, carded
 from training.reader.real.scores import real_table
-from training.reader.real.sets import SETS, RealSet, carded
 from training.reader.samples import Source
 from training.reader.scores import Measured, Sure, score_table, sure_from
 from training.reader.tracks import track_table

@@ -1,1 +1,1 @@
-"""Photographs of signs for training and measuring: what others published, read where it lies, and never kept in this repository."""
+"""Crops of photographs for the reader, and what it makes of the tracks that training leaves out."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.vocabulary.classes import OTHER
-from training.reader.real.gtsrb import NAMES
+from training.photographs.gtsrb import NAMES
 from training.reader.rendered import Sample
 from training.sign_pictures.degrade import Chance, any_conditions, camera, jittered
 

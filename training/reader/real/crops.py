@@ -1,4 +1,4 @@
-"""Crops of photographed signs and lights for the reader, from the folder of `training.reader.real.sets`, and of what is none.
+"""Crops of photographed signs and lights for the reader, and of background, from the folder of `training.photographs.sets`.
 
 ``python -m training reader.real.crops FOLDER --out FILE`` writes two files, FILE and one for what training leaves out
 (``-held-out`` before its ending): one in eight tracks, scenes and pictures.
@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from services.drivelm.reading.crops import Picture, Region, crop
-from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
-from training.reader.real import gtsrb
+from training.photographs import gtsrb
+from training.photographs.sets import SETS, present
 from training.reader.real.augment import flipped, seen
 from training.reader.real.scenes import scene_samples
-from training.reader.real.sets import SETS, present
-from training.reader.rendered import Sample
+from training.reader.rendered import Sample, stacked
 from training.sign_pictures.degrade import Chance
 
 VARIANTS, LIMIT_VARIANTS = 4, 5
@@ -42,12 +41,7 @@ def collect(
         for each in present(folder, without)
         for sample in _SOURCES[each.name](folder / each.file, chance, held_out, unseen)
     ]
-    index = {label: number for number, label in enumerate(READER_CLASSES)}
-    return (
-        np.stack([sample.crop for sample in samples]),
-        np.array([index[sample.label] for sample in samples], np.int64),
-        np.array([0.0 if sample.label == OTHER else sample.size_px for sample in samples], np.float32),
-    )
+    return stacked(samples)
 
 
 def _variants(label: str, count: int) -> int:

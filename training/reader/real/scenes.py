@@ -11,10 +11,10 @@ from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import OTHER
 from services.perception.detect.loading import load_detector
+from training.photographs.gtsdb import Scene, scenes
+from training.photographs.gtsrb import CLASSES
 from training.reader.real.augment import SMALLEST_PX, seen
-from training.reader.real.gtsdb import Scene, scenes
-from training.reader.real.gtsrb import CLASSES
-from training.reader.rendered import Sample
+from training.reader.rendered import Sample, touch
 from training.sign_pictures.backgrounds import BACKGROUND_PX
 from training.sign_pictures.degrade import Chance, any_conditions, seen_crop, view
 from training.sign_pictures.unknown import unknown_face
@@ -22,7 +22,7 @@ from training.sign_pictures.unknown import unknown_face
 SIGN_VARIANTS, GROUNDS, UNKNOWN = 4, 8, 12
 """Of each scene: variants of each labelled sign, bare boxes, drawn unknown signs."""
 LOOKS_LIKE_A_SIGN = 0.3
-"""A box that nobody labelled is `other` where our reader gives less than this to all that it knows; else it is left out."""
+"""An unlabelled box is `other` where our reader gives less than this to all that it knows; else it is left out."""
 
 
 def scene_samples(folder: Path, chance: Chance, held_out: bool, unseen: Collection[int] = ()) -> Iterator[Sample]:
@@ -56,15 +56,7 @@ def _any_box(picture: Picture, chance: Chance) -> Region:
 
 def _apart(boxes: Sequence[Region], scene: Scene) -> list[Region]:
     """The boxes that touch no labelled sign."""
-    return [
-        box
-        for box in boxes
-        if not any(
-            box.x0_px < sign.region.x1_px and sign.region.x0_px < box.x1_px
-            and box.y0_px < sign.region.y1_px and sign.region.y0_px < box.y1_px
-            for sign in scene.signs
-        )
-    ]  # fmt: skip
+    return [box for box in boxes if not any(touch(box, sign.region) for sign in scene.signs)]
 
 
 def _nothing(picture: Picture, boxes: Sequence[Region], reader: Reader, chance: Chance) -> Iterator[Sample]:

@@ -13,7 +13,7 @@ from services.drivelm.reading.crops import crop
 from services.drivelm.reading.reader import Reader
 from services.drivelm.vocabulary.classes import BY_KIND, OTHER, READER_CLASSES
 from training.bins import binned
-from training.reader.real.gtsrb import RealSign, signs
+from training.photographs.gtsrb import RealSign, signs
 from training.reader.scores import LEGIBLE_PX, SMALL_PX, SURE, Sure
 
 _SIZES_PX = ((0, 16), (16, 24), (24, 32), (32, 48), (48, 1000))

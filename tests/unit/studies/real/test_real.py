@@ -17,7 +17,7 @@ from studies.real.approaches import Approach
 from studies.real.approaches import table as approach_table
 from studies.real.scenes import Seen
 from studies.real.scenes import table as scene_table
-from training.reader.real.gtsrb import NAMES, RealSign
+from training.photographs.gtsrb import NAMES, RealSign
 from training.reader.real.scores import SURE_AND_WRONG, sure_on, table
 from training.reader.scores import Sure
 

@@ -9,10 +9,10 @@ import pytest
 
 from services.drivelm.reading.crops import Region
 from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
+from training.photographs.gtsrb import NAMES, ZIP
+from training.photographs.sets import SETS, carded, present
 from training.reader.real.augment import flipped, seen
 from training.reader.real.crops import collect
-from training.reader.real.gtsrb import NAMES, ZIP
-from training.reader.real.sets import SETS, carded, present
 from training.sign_pictures.unknown import unknown_face
 
 PICTURE = np.random.default_rng(1).integers(0, 255, (60, 60, 3)).astype(np.uint8)

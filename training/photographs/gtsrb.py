@@ -72,7 +72,7 @@ def is_held_out(number: int, track: int) -> bool:
 
 
 def decoded(encoded: bytes) -> Picture:
-    """JPEG, PNG or PPM to uint8 H x W x 3 RGB. Raises ValueError for what is none of them."""
+    """JPEG, PNG or PPM to uint8 H x W x 3 RGB. Raises ValueError for any other data."""
     picture = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_COLOR_RGB)
     if picture is None:
         raise ValueError("a picture that cannot be decoded")

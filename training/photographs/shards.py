@@ -1,6 +1,6 @@
 """Photographed road scenes as shards for the detector: labelled signs, and what a teacher says of vehicles, people and lights.
 
-``python -m training reader.real.shards FOLDER --teacher yolox_nano.onnx --out DIR`` writes ``DIR/train-9*.npz`` beside rendered
+``python -m training photographs.shards FOLDER --teacher yolox_nano.onnx --out DIR`` writes ``DIR/train-9*.npz`` beside rendered
 shards (`training.dataset.shards`) of the scenes that training has. Each scene is shown whole at the width of our cameras, and
 in windows as large as the closer look shows it. What the teacher is not sure of, and what looks like a sign and is not labelled,
 is ignored: neither to be found nor a mistake.
@@ -24,7 +24,7 @@ from services.perception.detect.detector import Detector, DetectorOptions
 from services.perception.detect.loading import load_detector
 from training.dataset.shards import CLASSES, Shot, coded, write_shard
 from training.detector.scores import inside
-from training.reader.real.gtsdb import Scene, scenes
+from training.photographs.gtsdb import Scene, scenes
 from training.sign_pictures.degrade import Chance
 
 WHOLE_PX = 640
@@ -36,7 +36,7 @@ SEES = 0.15
 SURE: Mapping[ObjectClass, float] = {"vehicle": 0.45, "pedestrian": 0.65, "light": 0.55}
 """From which score it is to be found: the teacher takes chevron boards and posts for people up to 0.6."""
 _FAR_M = 50.0
-"""Nobody knows how far off things in photographs are."""
+"""The distance of things in photographs is not known."""
 
 
 def rows_of(scene: Scene, picture: Picture, teacher: Detector, ours: Detector) -> NDArray[np.float32]:

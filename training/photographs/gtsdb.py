@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from services.drivelm.reading.crops import Picture, Region
-from training.reader.real.gtsrb import HELD_OUT_ONE_IN, decoded
+from training.photographs.gtsrb import HELD_OUT_ONE_IN, decoded
 
 ZIP, TABLE = "gtsdb-0-599.zip", "gt.txt"
 

@@ -10,8 +10,8 @@ import pytest
 from services.drivelm.reading.crops import Region
 from services.drivelm.vocabulary.classes import OTHER, READER_CLASSES
 from tests.shared import SHARED
-from training.reader.real.gtsdb import scenes
-from training.reader.real.gtsrb import CLASSES, NAMES, ZIP, decoded, is_held_out, signs
+from training.photographs.gtsdb import scenes
+from training.photographs.gtsrb import CLASSES, NAMES, ZIP, decoded, is_held_out, signs
 
 ROADS = SHARED / "data" / "roads"
 needs_photographs = pytest.mark.skipif(
