@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from domain.units import to_mps
+from domain.law import assuming
+from domain.units import legal_limit, to_mps
 from proto.observed import value_of
 from proto.rules import Citation, LegalLimit, PostedLimit, RulesAnswer
 from proto.vehicle import VehicleHealth
@@ -62,10 +63,6 @@ ANSWER_SERVES_NS = 2_000_000_000
 """For how long an answer counts as today's after a detail of the question (wetness, sight) has changed."""
 UNANSWERED = 0.6
 """Factor on the confidence of a limit that rests on an older answer, or on the sign alone."""
-
-
-OF_THE_ROAD = ("default", "advisory", "conditional")
-"""Bases of an answer whose limit no sign need have set."""
 
 
 class Bound(NamedTuple):
@@ -174,12 +171,11 @@ def law_of(state: State) -> Law:
 def marked(state: State, answer: RulesAnswer) -> RulesAnswer:
     """With a limit that no sign sets marked as assumed where the country is the home setting alone and no map tells the place; what is
     assumed cites nothing."""
-    limit, here = answer.limit, state.signs.jurisdiction
-    placed = value_of(state.world.environment.segment_id) or (here is not None and not here.assumed)
-    if limit is not None and not placed and answer.basis in OF_THE_ROAD:
-        limit = msgspec.structs.replace(limit, assumed=True)
-    assumed = limit is not None and limit.assumed
-    return msgspec.structs.replace(answer, limit=limit, citations=()) if assumed else answer
+    here = state.signs.jurisdiction
+    if not value_of(state.world.environment.segment_id) and (here is None or here.assumed):
+        answer = assuming(answer, posted=bool(in_force(state.signs)))
+    assumed = answer.limit is not None and answer.limit.assumed
+    return msgspec.structs.replace(answer, citations=()) if assumed else answer
 
 
 def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
@@ -189,8 +185,8 @@ def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
 
 
 def _posted(sign: PostedLimit) -> Law:
-    mps = to_mps(sign.value, sign.unit)
-    return Law(LegalLimit(value=sign.value, unit=sign.unit, mps=mps), mps, UNANSWERED * sign.confidence, "sign")
+    limit = legal_limit(sign.value, sign.unit)
+    return Law(limit, limit.mps, UNANSWERED * sign.confidence, "sign")
 
 
 def _elsewhere(state: State, known: LegalLimit) -> bool:

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from domain.law import assuming
 from domain.units import legal_limit, spoken, spoken_converted
 from proto.rules import Citation, LegalAction, RulesAnswer, Situation
 from services.rules.book import (
@@ -58,8 +59,6 @@ def _parts(pack: Pack) -> tuple[str, ...]:
 
 PARTS_DIFFER = 0.9
 """Factor where the limit is lower in some part of the country, and nobody knows the part."""
-OF_THE_ROAD = ("default", "advisory")
-"""Bases of limits that no sign sets."""
 _BASIS = {"temporary": "posted", "uncertain": "posted", "cap": "default"}
 
 
@@ -74,7 +73,8 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
         return without_packs("unknown", "no_limit_known", known.language)
     answers = [(pack, _answer(book, pack, known)) for pack in packs]
     chosen = min(answers, key=_strictness)[1]
-    chosen = _marked(chosen, known, foreign)
+    if known.road_type is None or known.jurisdiction is None or foreign:
+        chosen = assuming(chosen, posted=bool(known.posted))
     if known.jurisdiction is None or foreign:
         return _doubted(chosen, answers, known, foreign)
     return chosen if book.covers(known.jurisdiction) else _part_unknown(chosen, packs, known)
@@ -105,15 +105,6 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         basis=_basis(verdict.candidate),
         degraded=(("stale_rulepack",) if weak else ()) + (("jurisdiction",) if lower else ()),
     )
-
-
-def _marked(answer: RulesAnswer, situation: Situation, foreign: bool) -> RulesAnswer:
-    """With a limit that is said to be assumed, where it is a road's own and neither a sign nor the kind of road or the country is known."""
-    told = situation.road_type is not None and situation.jurisdiction is not None and not foreign
-    of_the_road = answer.basis in OF_THE_ROAD or not situation.posted
-    if told or answer.limit is None or not of_the_road:
-        return answer
-    return msgspec.structs.replace(answer, limit=msgspec.structs.replace(answer.limit, assumed=True))
 
 
 def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, float]:

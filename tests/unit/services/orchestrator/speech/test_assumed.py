@@ -95,3 +95,15 @@ def test_no_answer_tells_or_cites_an_assumed_limit(question: str) -> None:
     assert not any(citation.document == CITED.document for citation in told.citations)
     assert told.target_mps is None
     assert told.confidence <= 0.4
+
+
+def test_a_limit_for_wet_roads_on_a_sign_is_told_though_the_country_is_the_home_setting_alone() -> None:
+    wet = limit_answer(80, basis="conditional")
+    drive = Drive(Played({**EXPERTS, "applicable_limit": lambda a: wet}), speed_mps=12.0)
+    drive.tick(limit_sign("limit:80", plates=("plate:when_wet:drawn",)))
+    drive.ticks(30)
+    here = drive.state.signs.jurisdiction
+    assert here is not None
+    drive.state = replace(drive.state, signs=replace(drive.state.signs, jurisdiction=replace(here, assumed=True)))
+    drive.tick()
+    assert target(drive.state).law.told
