@@ -25,7 +25,7 @@ class Saying(NamedTuple):
 
     fused: Fused
     hazard: str
-    """The most pressing hazard, whether the message is about it or not; empty: there is none."""
+    """The most pressing hazard, whether the message is about it or not; empty without a hazard."""
     fresh_hazard: bool
     answered: bool = False
     """The driver was told of that hazard and brakes enough."""

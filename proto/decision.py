@@ -111,7 +111,7 @@ class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
     feedback: tuple["Feedback", ...] = ()
     """Labels given since the last tick; they move Delta and c_min within bounds."""
     message: Message | None = None
-    """What is remembered of the fused advice if it is spoken; None: there is none."""
+    """What is remembered of the fused advice if it is spoken; None without advice."""
     past: tuple[Kind, ...] = ()
     """Kinds whose last message announced what is over."""
     heard: Memory | None = None

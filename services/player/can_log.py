@@ -25,9 +25,9 @@ BUS = "can0"
 BATCH_S = 0.02
 SPEED_UNITS = {
     "m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "km/hr": 1 / 3.6, "mph": 0.44704, "mi/h": 0.44704,
-    "kn": 0.514444,
+    "kn": 0.514444, "knots": 0.514444,
 }  # fmt: skip
-"""A unit in a DBC, in lower case, in m/s."""
+"""A unit in a DBC or in a track's header, in lower case, in m/s."""
 _BROKEN = (ValueError, KeyError, IndexError, struct.error, zlib.error, EOFError, can.CanError, can.io.blf.BLFParseError)
 
 

@@ -18,6 +18,7 @@ from drivemcp.errors import UserError
 from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
+from services.player.can_log import SPEED_UNITS
 from services.player.recording import TimedMessage
 
 RATE_HZ = 10.0
@@ -26,7 +27,6 @@ MOST_GAP_S = 5.0
 SIGMA_M = 5.0
 """Of a phone's or a dashcam's receiver under open sky."""
 EARTH_M = 6_371_000.0
-KNOT_MPS = 1852 / 3600
 MOST_MPS = 100.0
 """A faster fix is a receiver's jump."""
 
@@ -108,7 +108,7 @@ def _nmea(text: str) -> Iterator[Fix]:
             if isinstance(day, date) and isinstance(clock, time):
                 at = datetime.combine(day, clock.replace(tzinfo=UTC))
                 knots, course = _number(said.data[6]), _number(said.data[7])
-                speed = knots * KNOT_MPS if knots is not None else None
+                speed = knots * SPEED_UNITS["kn"] if knots is not None else None
                 yield Fix(at.timestamp(), said.latitude, said.longitude, speed, course)
 
 
@@ -118,15 +118,6 @@ COLUMNS: Mapping[str, str] = {
     "longitude": r"lon|lng|long|longitude.*|lon[ _]?\(?deg.*",
     "course": r"course.*|heading.*|bearing.*|track.*",
 }
-SPEEDS: Mapping[str, float] = {
-    "mps": 1.0,
-    "m/s": 1.0,
-    "kmh": 1 / 3.6,
-    "km/h": 1 / 3.6,
-    "mph": 0.44704,
-    "knots": KNOT_MPS,
-}
-"""A unit in the header of a column named `speed`, in m/s."""
 
 
 def _csv(text: str) -> Iterator[Fix]:
@@ -158,9 +149,9 @@ def _speed_column(names: list[str]) -> tuple[str, float]:
     for name in names:
         if name.strip().lower().startswith(("speed", "velocity")):
             unit = re.sub(r"speed|velocity|[ _()\[\]]", "", name.strip().lower())
-            if unit not in SPEEDS:
-                raise ValueError(f"column {name!r}: name its unit, as in speed_kmh ({', '.join(SPEEDS)})")
-            return name, SPEEDS[unit]
+            if unit not in SPEED_UNITS:
+                raise ValueError(f"column {name!r}: name its unit, as in speed_kmh ({', '.join(SPEED_UNITS)})")
+            return name, SPEED_UNITS[unit]
     return "", 1.0
 
 

@@ -108,7 +108,7 @@ def approaches(place: Place, who: Who = CARS) -> Iterator[tuple[str, Scenario]]:
 
 
 def judged(name: str, steps: Sequence[Step], seen: Sequence[View], who: Who = CARS) -> Crossing | None:
-    """What became of the drive's first such hazard; None: there is none, nobody came in sight."""
+    """What became of the drive's first such hazard; None: no person came in sight."""
     hazards = [(step.truth.time_s, each) for step in steps for each in step.truth.hazards if each.kind == who.hazard]
     if not hazards:
         return None
@@ -167,7 +167,7 @@ def main() -> int:
     except (UserError, RendererUnavailable) as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    show([sheet(found) if found else Sheet((), (), ["nobody came in sight"])], as_json=flags.json)
+    show([sheet(found) if found else Sheet((), (), ["no person came in sight"])], as_json=flags.json)
     return 0
 
 

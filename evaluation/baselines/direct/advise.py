@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 
-from domain.units import limit_text, to_mps
+from domain.units import legal_limit, limit_text
 from evaluation.baselines.direct.context import context, shows_limit, signs_ahead
 from evaluation.baselines.direct.memory import Direct, Told, kept, recalled
 from evaluation.baselines.direct.prompt_answer import PromptAnswer
@@ -225,7 +225,7 @@ def _limit(state: State, answer: PromptAnswer) -> LegalLimit | None:
         return None
     units = state.world.environment.units
     unit = answer.unit or (units.value if units is not None else state.preferences.unit)
-    return LegalLimit(value=answer.value, unit=unit, mps=to_mps(answer.value, unit))
+    return legal_limit(answer.value, unit)
 
 
 # -- saying --------------------------------------------------------------------------------------------------------------

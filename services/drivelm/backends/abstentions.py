@@ -22,7 +22,7 @@ _HEADS = {kind: frozenset(label.partition(":")[0] for label in labels) for kind,
 
 
 class Said(NamedTuple):
-    """An answer's text and its probability (None: not stated), or why there is none."""
+    """An answer's text and its probability (None: not stated), or the reason for no answer."""
 
     text: str = ""
     score: float | None = None

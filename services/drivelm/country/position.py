@@ -24,7 +24,7 @@ def _borders() -> CountryCheck:
 
 
 def place_of(latitude_deg: float, longitude_deg: float) -> Place | None:
-    """The country there; None at sea, near a border, or for a position that is none."""
+    """The country there; None at sea, near a border, or for coordinates outside the earth."""
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0):
         return None
     found = _borders().check(longitude_deg, latitude_deg)

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeVar
 
 import msgspec
 
-from domain.units import limit_text
+from domain.units import limit_text, spoken
 from proto.rules import Citation, RulesAnswer, SignMeaning
 from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
@@ -184,7 +184,7 @@ def _limit_line(asked: _Asked) -> str:
         return asked.say("limit_unknown")
     other = "km/h" if limit.unit == "mph" else "mph"
     converted = speed(msgspec.structs.replace(asked.state.preferences, unit=other), limit.mps)
-    return asked.say("limit_here", limit=f"{limit.value:g} {limit.unit}", converted=converted)
+    return asked.say("limit_here", limit=spoken(limit.value, limit.unit), converted=converted)
 
 
 # -- one answer a subject ----------------------------------------------------------------------------------------------
@@ -242,10 +242,10 @@ def _why_changed(asked: _Asked) -> str:
     gantry = signs.gantry
     newest = max(in_force(signs), key=lambda each: each.since_ns, default=None)
     if gantry is not None and newest is not None and newest.since_ns <= gantry.since_ns:
-        return asked.say("changed_gantry", limit=f"{gantry.posted.value:g} {gantry.posted.unit}")
+        return asked.say("changed_gantry", limit=spoken(gantry.posted.value, gantry.posted.unit))
     if newest is not None and newest.since_ns == signs.changed_ns:
         ago = f"{(asked.state.now_ns - newest.since_ns) / 1e9:.0f}"
-        return asked.say("changed_sign", ago=ago, limit=f"{newest.posted.value:g} {newest.posted.unit}")
+        return asked.say("changed_sign", ago=ago, limit=spoken(newest.posted.value, newest.posted.unit))
     return asked.say("changed_ended", reading=signs.ended[-1]) if signs.ended else asked.say("changed_none")
 
 

@@ -148,7 +148,7 @@ def _law_reason(state: State, law: Law) -> Reason:
 def _safety_reason(state: State, goal: Target) -> Iterator[Reason]:
     """What recommends less than the law allows; both are said."""
     law_mps, bound = goal.law.mps, goal.bounds[0]
-    if law_mps is not None and not law_is_all(goal) and goal.mps < law_mps - 0.5:
+    if law_mps is not None and not _law_is_all(goal) and goal.mps < law_mps - 0.5:
         why = (
             _why_the_road(state) if bound.why == "law" else say(state.preferences, "why", bound.why, tool=bound.source)
         )
@@ -156,7 +156,7 @@ def _safety_reason(state: State, goal: Target) -> Iterator[Reason]:
         yield Reason(source=bound.source, text=text, confidence=bound.confidence)
 
 
-def law_is_all(goal: Target) -> bool:
+def _law_is_all(goal: Target) -> bool:
     """Whether an assumed law is all that the target rests on: then no speed is recommended."""
     return goal.law.assumed and goal.bounds[0].why == "law"
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from domain.units import spoken
 from services.rules.packs.format import (
     Advisory,
     Condition,
@@ -64,7 +65,7 @@ def subject(effect: Effect) -> str:
 def value(effect: Effect) -> str:
     """What may change while the subject stays: a speed, an action."""
     if isinstance(effect, Limit | Advisory | Minimum):
-        return f"{effect.value:g} {effect.unit}"
+        return spoken(effect.value, effect.unit)
     if isinstance(effect, Duty | RightOfWay):
         return f"({spaced(effect.action)})"
     return f"(sign {effect.sign})" if isinstance(effect, Prohibition) and effect.sign else ""

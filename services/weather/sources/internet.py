@@ -33,7 +33,7 @@ class InternetConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     addresses: dict[str, str] = {}
     """Provider -> another address than its publisher's, as that of a proxy."""
     contact: str = ""
-    """An e-mail address or a site; sent with each request. MET Norway answers nobody without one."""
+    """An e-mail address or a site; sent with each request. MET Norway answers no request without one."""
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     """Where the car is; only the nearest hundredth of a degree is told to anyone."""
@@ -158,9 +158,9 @@ _STATION = re.compile(r"metar:([A-Z]{4})")
 
 
 def providers(config: InternetConfig) -> tuple[Provider, ...]:
-    """The configured services. Raises ConfigError, naming the one that is none."""
+    """The configured services. Raises ConfigError, naming an unknown one."""
     if "met_norway" in config.providers and not config.contact:
-        raise ConfigError("internet.contact must be set: MET Norway answers nobody who does not say how to be reached")
+        raise ConfigError("internet.contact must be set: MET Norway answers no request without a way to reach its sender")
     return tuple(_provider(name, config.addresses) for name in config.providers)
 
 

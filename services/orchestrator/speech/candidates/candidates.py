@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import msgspec
 
-from domain.units import limit_text
+from domain.units import legal_limit, limit_text
 from proto.decision import Event
 from proto.messages import ROWS, WEIGHT, Kind
 from proto.rules import LegalLimit
@@ -159,7 +159,7 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
         return
     limit, told = target.law.limit, evidence_in_words(state.preferences, here.evidence)
     lower = lowest(limits_ahead(state), limit)  # the words allow no more than a sign in sight does
-    ahead_here = LegalLimit(value=lower.value, unit=lower.unit, mps=lower.mps) if lower is not None else None
+    ahead_here = legal_limit(lower.value, lower.unit) if lower is not None else None
     yield Candidate(
         kind=Kind.BORDER,
         news=News(what=here.value),
