@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from proto.rules import LegalLimit
 from services.orchestrator.advisor import Tools
 from services.orchestrator.observations.inputs import Method
-from services.orchestrator.target.target import target
+from services.orchestrator.target.target import marked, target
 from tests.unit.services.orchestrator.support import (
     CITED,
     EXPERTS,
@@ -104,6 +104,13 @@ def test_a_limit_for_wet_roads_on_a_sign_is_told_though_the_country_is_the_home_
     drive.ticks(30)
     here = drive.state.signs.jurisdiction
     assert here is not None
-    drive.state = replace(drive.state, signs=replace(drive.state.signs, jurisdiction=replace(here, assumed=True)))
-    drive.tick()
-    assert target(drive.state).law.told
+    world = drive.state.world
+    lost = replace(
+        drive.state,
+        signs=replace(drive.state.signs, jurisdiction=replace(here, assumed=True)),
+        world=replace(world, environment=replace(world.environment, segment_id=None)),
+    )
+    told, own = marked(lost, wet).limit, marked(lost, replace(wet, basis="default")).limit
+    assert told is not None
+    assert own is not None
+    assert (told.assumed, own.assumed) == (False, True)
