@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 
 from drivemcp.errors import UserError
 from drivemcp.paths import data
@@ -23,6 +24,7 @@ from studies.real import approaches, scenes
 from training.photographs import gtsdb
 from training.photographs.gtsrb import signs
 from training.reader.real import scores
+from training.sign_pictures.degrade import jittered
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -37,6 +39,10 @@ def main(arguments: list[str] | None = None) -> int:
         "--judge", type=Path, default=None, help="a COCO-style detector; what it says of people, vehicles, lights"
     )
     parser.add_argument("--home", default="", help="the car's home country, as the front end is told it; of approaches")
+    parser.add_argument(
+        "--off", type=float, default=0.0, metavar="SHARE",
+        help="edges of signs' boxes off by this share of their size (one sigma), as a detector's are",
+    )  # fmt: skip
     parser.add_argument("--all", action="store_true", help="also the tracks and scenes that our training has")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
@@ -54,6 +60,9 @@ def _signs(options: argparse.Namespace) -> Iterator[dict[str, Any]]:
     reader, sure = Reader.load(path), scores.sure_of(path.with_suffix(".json"))
     for name, found in signs(options.folder).items():
         chosen = [sign for sign in found if options.all or sign.held_out]
+        if options.off:
+            chance = np.random.default_rng(5)
+            chosen = [sign._replace(region=jittered(sign.region, chance, options.off)) for sign in chosen]
         head = {"set": name, "model": path.name}
         if options.what == "reader" and chosen:
             yield head | scores.table(scores.read_all(reader, chosen), chosen, sure)

@@ -136,7 +136,9 @@ class Driver:
         wanted = self._bounded(self._demand(view), view)
         jerk = JERK_EMERGENCY_MPS3 if wanted < -4.0 else JERK_DOWN_MPS3 if wanted < self._acceleration else JERK_UP_MPS3
         change = min(max(wanted - self._acceleration, -jerk * dt), jerk * dt)
-        if view.car_brakes:  # the foot stays where it is, or brakes too: a driver does not accelerate against the brakes
+        if (
+            view.car_brakes
+        ):  # the foot stays where it is, or brakes too: a driver does not accelerate against the brakes
             change = min(change, 0.0)
         self._acceleration += change
         return pedals(self._acceleration)

@@ -160,7 +160,9 @@ _STATION = re.compile(r"metar:([A-Z]{4})")
 def providers(config: InternetConfig) -> tuple[Provider, ...]:
     """The configured services. Raises ConfigError, naming an unknown one."""
     if "met_norway" in config.providers and not config.contact:
-        raise ConfigError("internet.contact must be set: MET Norway answers no request without a way to reach its sender")
+        raise ConfigError(
+            "internet.contact must be set: MET Norway answers no request without a way to reach its sender"
+        )
     return tuple(_provider(name, config.addresses) for name in config.providers)
 
 
