@@ -5,10 +5,7 @@
 """
 
 import argparse
-import csv
-import io
 import sys
-import zipfile
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
@@ -17,8 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from services.drivelm.reading.crops import Picture, Region, crop
+from services.drivelm.reading.crops import crop
 from training.photographs import gtsrb
+from training.photographs.labelled import Light, is_held_out, is_upright, road_signs, traffic_lights
 from training.photographs.sets import SETS, present
 from training.reader.real.augment import flipped, seen
 from training.reader.real.scenes import scene_samples
@@ -28,7 +26,7 @@ from training.sign_pictures.degrade import Chance
 VARIANTS, LIMIT_VARIANTS = 4, 5
 COMMON = 350
 """A class of so many crops gets as many variants as said; a rarer one more, a more frequent one fewer (`_variants`)."""
-_LAMPS = {"red": ("light:red", 0), "yellow": ("light:amber", 1), "green": ("light:green", 2)}
+_LABELS = {"red": "light:red", "yellow": "light:amber", "green": "light:green"}
 
 
 def collect(
@@ -74,12 +72,11 @@ def _scenes(path: Path, chance: Chance, held_out: bool, unseen: Collection[int])
 def _crossings(path: Path, chance: Chance, held_out: bool, _unseen: Collection[int]) -> Iterator[Sample]:
     """Of the 877-set the crossings and stop signs: its limits have no number, its lights no state."""
     names = {"crosswalk": "crossing", "stop": "stop"}
-    with zipfile.ZipFile(path) as stored:
-        for row in csv.DictReader(io.StringIO(stored.read("labels.csv").decode())):
-            if row["class"] not in names or _is_held_out(row["file"]) != held_out:
+    for name, read, labelled in road_signs(path):
+        for label, region in [(names[kind], region) for kind, region in labelled if kind in names]:
+            if is_held_out(name) != held_out:
                 continue
-            region = Region(*(float(row[edge]) for edge in ("x1", "y1", "x2", "y2")))
-            picture, label = gtsrb.decoded(stored.read(row["file"])), names[row["class"]]
+            picture = read()
             if held_out and (cut := crop(picture, region)) is not None:
                 yield Sample(cut, label, region.height_px)
             for _ in range(0 if held_out else 5):
@@ -88,45 +85,17 @@ def _crossings(path: Path, chance: Chance, held_out: bool, _unseen: Collection[i
 
 def _lights(path: Path, chance: Chance, held_out: bool, _unseen: Collection[int]) -> Iterator[Sample]:
     """Upright lights, the lit lamp in its usual place."""
-    with zipfile.ZipFile(path) as stored:
-        for name in sorted(each for each in stored.namelist() if each.startswith("images/")):
-            if _is_held_out(name) != held_out:
+    for name, picture, lights in traffic_lights(path):
+        if is_held_out(name) != held_out:
+            continue
+        for lamp, region in lights:
+            label = _LABELS[lamp]
+            if region.height_px < 12 or not is_upright(picture, Light(lamp, region)):
                 continue
-            picture = gtsrb.decoded(stored.read(name))
-            for line in stored.read(name.replace("images", "labels").replace(".jpg", ".txt")).decode().splitlines():
-                kind, region = _light(line, picture)
-                label, place = _LAMPS[kind]
-                if region.height_px < 12 or not _upright(picture, region, place):
-                    continue
-                if held_out and (cut := crop(picture, region)) is not None:
-                    yield Sample(cut, label, region.height_px)
-                for _ in range(0 if held_out else 3):
-                    yield from seen(picture, region, label, chance)
-
-
-def _light(line: str, picture: Picture) -> tuple[str, Region]:
-    number, x, y, width, height = (float(part) for part in line.split())
-    high, wide = picture.shape[:2]
-    box = Region((x - width / 2) * wide, (y - height / 2) * high, (x + width / 2) * wide, (y + height / 2) * high)
-    return ("green", "red", "yellow")[int(number)], box
-
-
-def _upright(picture: Picture, region: Region, place: int) -> bool:
-    """Whether the head is taller than wide and its most vivid third is the one where this lamp belongs."""
-    x0, y0, x1, y1 = (max(0, round(edge)) for edge in region)
-    head = picture[y0:y1, x0:x1].astype(np.float32)
-    if min(head.shape[:2]) < 4 or region.height_px < 1.6 * region.width_px:
-        return False
-    vivid = (head.max(axis=2) - head.min(axis=2)) * head.max(axis=2)
-    thirds = [float(np.quantile(part, 0.85)) for part in np.array_split(vivid, 3)]
-    others = max(thirds[:place] + thirds[place + 1 :])
-    red, green, _ = np.array_split(head, 3)[place].reshape(-1, 3).max(axis=0)
-    return thirds[place] > 2.0 * others and bool((green > red) == (place == 2))
-
-
-def _is_held_out(name: str) -> bool:
-    digits = int("".join(char for char in Path(name).stem if char.isdigit()))
-    return digits // 10 % gtsrb.HELD_OUT_ONE_IN == gtsrb.HELD_OUT_ONE_IN // 2
+            if held_out and (cut := crop(picture, region)) is not None:
+                yield Sample(cut, label, region.height_px)
+            for _ in range(0 if held_out else 3):
+                yield from seen(picture, region, label, chance)
 
 
 _SOURCES: dict[str, Callable[[Path, Chance, bool, Collection[int]], Iterator[Sample]]] = {
