@@ -48,7 +48,7 @@ def test_an_interrupted_table_goes_on_where_it_was_and_its_logs_replay(tmp_path:
     assert len(after) == 7
     assert before.items() <= after.items(), "what was finished was not driven again"
     text = (out / "report.html").read_text(encoding="utf-8")
-    logs = set(re.findall(r"href='(runs/[^']+/log\.mcap)'", text))
+    logs = set(re.findall(r'href="(runs/[^"]+/log\.mcap)"', text))
     assert len(logs) == 7
     assert run(["replay", str(out / sorted(logs)[0])]) == 0
 
