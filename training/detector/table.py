@@ -1,13 +1,15 @@
 """Measures a detector on held-out frames by weather, distance and size: the tables of docs/perception-measured.md.
 
 `python -m training detector.table --cache DIR [--model FILE]` needs the split "test" of the dataset.
-Objects under 12 px high or less than half visible are ignored; IoU 0.5.
+Objects under 12 px high or less than half visible are ignored; IoU 0.5. Of photographs (`photographs.shards --held-out`) no
+weather and no distance is known.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -30,16 +32,18 @@ LOWEST_SCORE = 0.02
 
 
 def _clear(note: Note) -> bool:
-    return not note["night"] and not float(note["rain_mm_h"]) and float(note["visibility_m"]) > 1500.0
+    return (
+        "night" in note and not note["night"] and not float(note["rain_mm_h"]) and float(note["visibility_m"]) > 1500.0
+    )
 
 
 GROUPS: tuple[tuple[str, Callable[[Note], bool]], ...] = (
     ("all", lambda note: True),
     ("clear", _clear),
     ("low sun", lambda note: _clear(note) and float(note.get("sun_deg", 90.0)) < 12.0),
-    ("rain", lambda note: float(note["rain_mm_h"]) > 0.0),
-    ("fog", lambda note: float(note["visibility_m"]) < 250.0),
-    ("night", lambda note: bool(note["night"])),
+    ("rain", lambda note: float(note.get("rain_mm_h", 0.0)) > 0.0),
+    ("fog", lambda note: float(note.get("visibility_m", math.inf)) < 250.0),
+    ("night", lambda note: bool(note.get("night"))),
     ("front camera", lambda note: note["camera"] == "front"),
     ("long camera", lambda note: note["camera"] != "front"),
 )
@@ -95,14 +99,13 @@ def main() -> None:
     found = run(load_detector(flags.model, DetectorOptions(score_floor=LOWEST_SCORE, floors=lowest)), frames)
     out = sys.stdout
     out.write(f"AP50 (objects)  | frames | {' | '.join(CLASSES)}\n")
-    for name, wanted in GROUPS:
-        indices = picked(frames, wanted)
+    groups = [(name, indices) for name, wanted in GROUPS if (indices := picked(frames, wanted))]
+    for name, indices in groups:
         row = precision_row(found, frames, indices)
         cells = " | ".join(f"{row[kind][0]:.2f} ({row[kind][1]})" for kind in CLASSES)
         out.write(f"| {name} | {len(indices)} | {cells} |\n")
     out.write(f"recall nearer than {NEAR_M:.0f} m at the floors {floors}\n")
-    for name, wanted in GROUPS:
-        indices = picked(frames, wanted)
+    for name, indices in groups:
         near = [recall_near(found, frames, indices, kind, floors[kind]) for kind in ("vehicle", "pedestrian")]
         out.write(f"| {name} | {' | '.join(f'{share:.3f} ({count})' for share, count in near)} |\n")
 

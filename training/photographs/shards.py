@@ -40,6 +40,8 @@ SEES = 0.15
 """From which score what the teacher sees is ignored at least."""
 SURE: Mapping[ObjectClass, float] = {"vehicle": 0.45, "pedestrian": 0.65, "light": 0.55}
 """From which score it is to be found: the teacher takes chevron boards and posts for people up to 0.6."""
+DOUBTED, BEACON = 0.12, 0.2
+"""Stripes from which a person of the teacher's is doubted, and from which it is a beacon at a road works: a mistake to find."""
 _FAR_M = 50.0
 """The distance of things in photographs is not known."""
 Rows = NDArray[np.float32]
@@ -54,12 +56,29 @@ def rows_of(photograph: Photograph, teacher: Detector, ours: Detector) -> Rows:
             rows.append(_row(kind, np.array([0, 0, picture.shape[1], picture.shape[0]]), 0.0))
     for each in taught(picture, teacher):
         known = each.kind in photograph.whole or _on(each, photograph.boxes.get(each.kind, ()))
-        if each.kind in SURE and not known:
-            rows.append(_row(each.kind, np.array(each.box_px), float(each.score >= SURE[each.kind])))
+        striped = stripes(picture, each) if each.kind == "pedestrian" else 0.0
+        if each.kind in SURE and not known and striped < BEACON:
+            sure = each.score >= SURE[each.kind] and striped < DOUBTED
+            rows.append(_row(each.kind, np.array(each.box_px), float(sure)))
     for each in ours.detect(picture, closer=True):
         if each.kind in ("sign", "panel") and not _on(each, photograph.boxes.get("sign", ())):
             rows += [_row(kind, np.array(each.box_px), 0.0) for kind in ("sign", "panel")]
     return np.array(rows, np.float32).reshape(-1, 8)
+
+
+def stripes(picture: Picture, each: Detection) -> float:
+    """How much the middle of the box is of red and of white that take turns from top to bottom, 0 to 1: the smaller share."""
+    x0, y0, x1, y1 = (max(0, round(edge)) for edge in each.box_px)
+    fifth = (x1 - x0) // 5
+    inner = picture[y0:y1, x0 + fifth : max(x1 - fifth, x0 + fifth + 1)].astype(np.float32)
+    if not inner.size:
+        return 0.0
+    red, green, blue = np.moveaxis(inner, 2, 0)
+    light = inner.mean(axis=2)
+    reds = (red - np.maximum(green, blue)) / (red + 1) > 0.25
+    white = (abs(red - blue) < 0.2 * (red + 1)) & (abs(red - green) < 0.15 * (red + 1)) & (light >= np.median(light))
+    turns = np.abs(np.diff((reds.mean(axis=1) > 0.35).astype(int))).sum()
+    return float(min(reds.mean(), white.mean())) if turns >= 2 else 0.0
 
 
 def is_upside_down(picture: Picture, teacher: Detector) -> bool:
