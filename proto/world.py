@@ -61,6 +61,11 @@ class Environment(msgspec.Struct, frozen=True, kw_only=True):
     units: Observed[Unit] | None = None
     traffic_side: Observed[Literal["left", "right"]] | None = None
     road_type: Observed[str] | None = None
+    """By a sign that was passed, or a map."""
+    road_evidence: tuple[Observed[str], ...] = ()
+    """Where neither tells it: what pictures and speed tell of the kind of road, each a cue with its confidence."""
+    assumed_road: Observed[str] | None = None
+    """The kind that this evidence speaks for, or `unknown`; an assumption, on which nothing rests that is spoken or acts."""
 
 
 class WorldState(msgspec.Struct, frozen=True, kw_only=True):

@@ -16,7 +16,7 @@ def live_line(tally: Tally, width: int = 120) -> str:
         f"{tally.now_s:5.1f} s",
         f"{_speed(truth.speed_mps if truth else None, factor)} {unit}",
         f"limit {f'{limit.value:g}' if limit else ''}{'?' if limit is None or limit.assumed else ''}",
-        f"target {_speed(advisory.target_mps if advisory else None, factor).strip()}{'?' if _is_guess(advisory) else ''}",
+        f"target {_target(advisory, factor)}",
         f"{_milliseconds(tally.latency().p50)}",
     ]
     if advisory is not None and advisory.degraded:
@@ -24,10 +24,13 @@ def live_line(tally: Tally, width: int = 120) -> str:
     return f"{' | '.join(parts)} | {_said(tally)}"[:width]
 
 
-def _is_guess(advisory: Advisory | None) -> bool:
-    """Whether the target rests on an assumed limit alone."""
+def _target(advisory: Advisory | None, factor: float) -> str:
+    """The target speed, with a question mark where it rests on an assumed limit alone; on one that is not shown, no number."""
     limit = advisory.legal_limit if advisory is not None else None
-    return advisory is not None and limit is not None and limit.assumed and advisory.target_why == "law"
+    if advisory is None or (advisory.target_why == "law" and limit is None):
+        return "?"
+    guess = advisory.target_why == "law" and limit is not None and limit.assumed
+    return _speed(advisory.target_mps, factor).strip() + ("?" if guess else "")
 
 
 def spoken_line(time_s: float, advisory: Advisory) -> str:

@@ -279,6 +279,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     onsets: tuple[Onset, ...] = ()
     gaps: tuple[GapSeen, ...] = ()
     """Sightings of actors ahead in the last moments; their stated speed is an estimate."""
+    fast_since_ns: int | None = None
+    """Since when the ego and all vehicles that go its way are fast (`road_kind.fast_since`)."""
     missing: tuple[Onset, ...] = ()
     """Topics and services that are missing."""
     preferences: Preferences = Preferences()

@@ -12,7 +12,7 @@ import msgspec
 from domain.units import in_unit, limit_text
 from proto.decision import Event, Fused, Preferences, Reason
 from proto.messages import Kind
-from proto.rules import Citation, SignMeaning
+from proto.rules import Citation, LegalLimit, SignMeaning
 from proto.weather import Conditions
 from services.orchestrator.experts.answers import degraded
 from services.orchestrator.experts.routing import right_of_way
@@ -23,6 +23,7 @@ from services.orchestrator.speech.wording import drive, grip_word, say, toned, w
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Law, Target, target
 from services.orchestrator.text import plain
+from services.orchestrator.world.road_kind import is_no_town
 
 DEGRADED = 0.9
 MOST_CITATIONS = 4
@@ -30,6 +31,8 @@ PLACE = "jurisdiction"
 """What the Rules miss where country or part of it are unknown: their note says whose law it is, and where it is lower."""
 WIDENED = 1.15
 """A following distance that is widened by less is not worth a word."""
+WATCHED_TICKS = 30
+"""Before so many no limit is assumed to be shown: what speaks against it takes some seconds to be seen."""
 SHOWN: dict[str, int] = {"short": 1, "normal": 3, "full": 12}
 """How many reasons a justification holds, by verbosity."""
 
@@ -42,7 +45,7 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
     conditions, preferences = state.held.conditions, state.preferences
     fused = Fused(
         target_mps=goal.mps,
-        legal_limit=goal.law.limit,
+        legal_limit=_shown(state, goal.law),
         headway_factor=goal.headway_factor,
         justification=" ".join(reason.text for reason in reasons[: SHOWN[preferences.verbosity]]),
         confidence=_confidence(state, goal, chosen, failed),
@@ -58,6 +61,12 @@ def advise(state: State, events: tuple[Event, ...], failed: tuple[str, ...]) -> 
         **said_of(chosen, state),
     )
     return fused, chosen, goal
+
+
+def _shown(state: State, law: Law) -> LegalLimit | None:
+    """The limit; none where it is assumed, and the road was hardly watched yet or what is seen speaks against a town."""
+    hidden = law.assumed and (state.tick < WATCHED_TICKS or is_no_town(state.world))
+    return None if hidden else law.limit
 
 
 def said_of(chosen: Candidate | None, state: State) -> dict[str, Any]:

@@ -4,10 +4,10 @@ from typing import Literal, NamedTuple, TypeVar, cast
 
 import msgspec
 
-from proto.observed import Observed, Source
+from proto.observed import Observed, Source, value_of
 from proto.perception import Lanes, Track
 from proto.rules import PostedLimit
-from proto.scene import Unit
+from proto.scene import Fact, Unit
 from proto.vehicle import Degradation
 from proto.world import EgoState, Environment, SeenSign, WorldState
 from services.orchestrator.observations.inputs import Observations, Stamped
@@ -30,6 +30,7 @@ from services.orchestrator.world.actors import watch
 from services.orchestrator.world.conditions import settle
 from services.orchestrator.world.giving_way import by_map
 from services.orchestrator.world.lights import light_ahead
+from services.orchestrator.world.road_kind import assumed, evidence, fast_since
 from services.orchestrator.world.stop_lines import halted, halted_at_line, on_map, stop_line
 
 T = TypeVar("T")
@@ -61,7 +62,22 @@ def observe(state: State, seen: Observations) -> State:
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
     )
     world = _world(after, seen, motion)
-    return msgspec.structs.replace(after, world=world, gaps=watch(state.gaps, world))
+    return _of_road_kind(
+        msgspec.structs.replace(after, world=world, gaps=watch(state.gaps, world)), state, facts, motion
+    )
+
+
+def _of_road_kind(after: State, before: State, facts: tuple[Fact, ...], motion: Motion) -> State:
+    """With the evidence for the kind of road, where neither a sign nor a map tells it."""
+    world, now_ns, here = after.world, after.now_ns, before.world.environment
+    tracks = value_of(world.actors) or ()
+    fast_ns = fast_since(before.fast_since_ns, motion.speed_mps, tracks, now_ns)
+    after = msgspec.structs.replace(after, fast_since_ns=fast_ns)
+    if world.environment.road_type is not None:
+        return after
+    found = evidence(here.road_evidence, facts, tracks, motion.speed_mps, fast_ns, now_ns)
+    environment = msgspec.structs.replace(world.environment, road_evidence=found, assumed_road=assumed(found))
+    return msgspec.structs.replace(after, world=msgspec.structs.replace(world, environment=environment))
 
 
 def _degraded(seen: Observations) -> tuple[str, ...]:

@@ -114,6 +114,23 @@ def test_the_live_line_shows_speed_limit_target_and_advice_in_the_drivers_unit()
     assert "Slow to 50 km/h (4 s ago)" in live_line(tally), "the last advice stays to be read"
 
 
+@pytest.mark.parametrize(
+    ("limit", "why", "shown"),
+    [
+        (LegalLimit(value=50, unit="km/h", mps=13.9, assumed=True), "law", "limit 50? | target 50?"),
+        (LegalLimit(value=50, unit="km/h", mps=13.9, assumed=True), "lead", "limit 50? | target 50 |"),
+        (None, "law", "limit ? | target ? |"),
+        (None, "lead", "limit ? | target 50 |"),
+    ],
+)
+def test_a_target_that_rests_on_an_assumed_limit_has_a_question_mark_and_on_none_that_is_shown_no_number(
+    limit: LegalLimit | None, why: str, shown: str
+) -> None:
+    tally = Tally()
+    tally.add_advisory(advisory(legal_limit=limit, target_why=why))
+    assert shown in live_line(tally)
+
+
 def test_a_recordings_time_is_the_players() -> None:
     tally = Tally()
     clip = ScenarioState(scenario="clip", seed=0, time_s=4.2, duration_s=9.0, running=True)
