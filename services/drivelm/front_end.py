@@ -12,7 +12,7 @@ from services.drivelm.guard import answer_checks, grounding
 from services.drivelm.guard.answer_checks import Readings, Shown
 from services.drivelm.guard.probes import Probe, Settled
 from services.drivelm.ocr.lettering import Lettering
-from services.drivelm.reading import plates, sign_position
+from services.drivelm.reading import plates, sign_look, sign_position
 from services.drivelm.reading.crops import Picture, Region, crop
 from services.drivelm.reading.evidence import Evidence
 from services.drivelm.reading.facts import Here, fact_of
@@ -100,6 +100,8 @@ class FrontEnd:
         looks = self._looks(sighting, chosen, picture) if picture is not None else []
         for question in dict.fromkeys(look.question for look in looks):
             self._ask([look for look in looks if look.question == question], question, sighting.stamp_ns)
+        for look in looks:
+            self._note_look(look)
         seen = [
             key
             for key, track in self.tracks.items()
@@ -114,6 +116,13 @@ class FrontEnd:
                 region = look.shown.region
                 self.lettering.look_at_plate(look.key, self.tracks[look.key], picture, region, sighting.stamp_ns)
         return tuple(fact for key in seen for fact in self._said(key, sighting.stamp_ns))
+
+    def _note_look(self, look: Look) -> None:
+        """Count the pictures in which a sign looks like one of another continent."""
+        large = min(look.shown.region.width_px, look.shown.region.height_px) >= sign_look.LEAST_PX
+        if large and look.question == QUESTIONS["sign"] and sign_look.is_yellow_diamond(look.image):
+            track = self.tracks[look.key]
+            self.tracks[look.key] = replace(track, diamonds=track.diamonds + 1)
 
     def _ask(self, looks: Sequence[Look], question: str, stamp_ns: int) -> None:
         """One question about several crops of one picture; what is read goes to the tracks."""
@@ -210,6 +219,8 @@ class FrontEnd:
                 said += self._passed(key)
             elif unseen_ns > (_LIGHT_GONE_NS if moved.kind == "light" else GONE_NS):
                 self._forget(key)
+                if speed_mps is None:
+                    self._learn(key, moved, passed=False)
         return tuple(said)
 
     def _forget(self, key: Key) -> SignTrack:
@@ -317,17 +328,24 @@ class FrontEnd:
         place = sign_position.smoothed(track.place, track.travelled_m, seen)
         self.tracks[key] = replace(track, place=place, travelled_m=0.0)
 
-    def _learn(self, key: Key, track: SignTrack) -> None:
-        """Count a believed sign as a cue of the country, once it is passed: what is ahead may stand beyond a border."""
+    def _learn(self, key: Key, track: SignTrack, *, passed: bool = True) -> None:
+        """Count a believed sign as a cue of the country, once it is passed: what is ahead may stand beyond a border.
+
+        A sign that was lost from sight at an unknown speed can only put a country in doubt.
+        """
         best = track.belief()
-        if not track.believed(best):
+        believed = track.believed(best)
+        if believed and best.reading.startswith("border:"):
+            if passed:
+                self.believe(self.country_belief.past_border(key, best.reading.partition(":")[2]))
             return
-        if best.reading.startswith("border:"):
-            self.believe(self.country_belief.past_border(key, best.reading.partition(":")[2]))
-            return
-        where = self.country_belief.with_cue(key, cues_of(best.reading), best.reading)
-        for plate in track.plates():
-            where = where.with_cue((f"{key[0]}/plate", key[1]), cues_of(plate), plate)
+        plates_read = [(f"{key[0]}/plate", plate) for plate in track.plates()]
+        told = [(key[0], best.reading), *plates_read] if believed else []
+        if track.diamonds >= sign_look.FRAMES:
+            told.append((f"{key[0]}/look", sign_look.CODE))
+        where = self.country_belief
+        for camera, code in told:
+            where = where.with_cue((camera, key[1]), cues_of(code), code, passed=passed)
         self.believe(where)
 
     def believe(self, where: CountryBelief) -> None:

@@ -18,6 +18,8 @@ _REMEMBERED = 256
 _BORDER = 6.0
 _HOME = 0.816
 """Posterior of the home setting before anything was seen."""
+_TOLD_BY_SIGNS = 0.5
+"""Posterior that signs alone, without the home setting, must give the country before it counts as told."""
 _SIDE_CUE = 0.5
 POSITION = "position"
 """Code of the evidence that is a position on earth."""
@@ -61,6 +63,7 @@ _TABLE: dict[str, Cues] = {
     "school_end": _with_boards(2.5),
     "plate:advisory": _with_boards(2.0),
     "info:interstate": _with_boards(3.0),
+    "diamond:yellow": _with_boards(2.5),
     "keep_left": _all("left", 2.5),
     "keep_right": _all("right", 2.5),
     "info:units_mph": _unit("mph", 4.0),
@@ -123,8 +126,11 @@ class CountryBelief:
 
     @property
     def assumed(self) -> bool:
-        """Whether all of it is the home setting, and neither a sign nor a position has told yet."""
-        return self.believed is not None and not self.counted and not self.placed
+        """Whether it is the home setting, and neither a position nor what was seen tells it: what many countries share does not."""
+        if self.believed is None or self.placed or self.switch is not None:
+            return False
+        seen = {each: sum(cues.get(each, 0.0) for cues in self.since.values()) for each in self.scores}
+        return _share(seen, {self.believed}) < _TOLD_BY_SIGNS
 
     @classmethod
     def at_home(cls, country: str) -> "CountryBelief":
@@ -154,14 +160,15 @@ class CountryBelief:
             return self.switch.evidence
         return _evidence(self.since, self.believed, None) if self.believed is not None else ()
 
-    def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "") -> "CountryBelief":
+    def with_cue(self, key: tuple[str, int], cues: Cues, code: str = "", *, passed: bool = True) -> "CountryBelief":
         """With a cue from a track, of the sign `code`; a track already counted changes nothing, nor does any cue in a country whose
-        signs are not known here: there it would speak for a country that merely looks alike."""
-        if key in self.counted or not cues or self.elsewhere:
+        signs are not known here: there it would speak for a country that merely looks alike. What was not surely passed may
+        put the home setting in doubt, and tells no country."""
+        if key in self.counted or not cues or self.elsewhere or not (passed or self.assumed):
             return self
         scores = {country: score + cues.get(country, 0.0) for country, score in self.scores.items()}
         counted, since = (*self.counted, key)[-_REMEMBERED:], {**self.since, code: _sum(self.since.get(code, {}), cues)}
-        return replace(self, scores=_levelled(scores), counted=counted, since=since)._decided()
+        return replace(self, scores=_levelled(scores), counted=counted, since=since)._decided(passed=passed)
 
     def past_border(self, key: tuple[str, int], country: str) -> "CountryBelief":
         """A believed border sign was passed: that country, whatever was believed before."""
@@ -171,7 +178,7 @@ class CountryBelief:
         scores[country] = _BORDER
         passed = replace(self, scores=scores, counted=(*self.counted, key)[-_REMEMBERED:])
         if country == self.believed:
-            return passed
+            return replace(passed, since={f"border:{country}": {country: _BORDER}})
         return passed._switched(country, ((f"border:{country}", _BORDER),))
 
     def at_position(self, country: str) -> "CountryBelief":
@@ -186,9 +193,9 @@ class CountryBelief:
         placed = replace(self, scores=scores, placed=True, elsewhere="")
         return placed if country == self.believed else placed._switched(country, ((POSITION, _BORDER),))
 
-    def _decided(self) -> "CountryBelief":
+    def _decided(self, *, passed: bool) -> "CountryBelief":
         best = max(self.scores, key=lambda country: (self.scores[country], country))
-        if best != self.believed and self.posterior(best) >= TAKE_OVER:
+        if passed and best != self.believed and self.posterior(best) >= TAKE_OVER:
             return self._switched(best, _evidence(self.since, best, self.believed or self.last))
         if self.believed is not None and self.posterior(self.believed) < KEEP_ABOVE:
             return replace(self, believed=None, last=self.believed)
@@ -199,9 +206,13 @@ class CountryBelief:
         return replace(self, believed=country, last=None, elsewhere="", since={}, switch=Switch(former, evidence))
 
     def _share(self, countries: set[str]) -> float:
-        top = max(self.scores.values())
-        masses = {country: math.exp(score - top) for country, score in self.scores.items()}
-        return sum(masses[country] for country in countries) / sum(masses.values())
+        return _share(self.scores, countries)
+
+
+def _share(scores: Mapping[str, float], countries: set[str]) -> float:
+    top = max(scores.values())
+    masses = {country: math.exp(score - top) for country, score in scores.items()}
+    return sum(masses[country] for country in countries) / sum(masses.values())
 
 
 def _sum(before: Cues, cues: Cues) -> Cues:

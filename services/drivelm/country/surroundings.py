@@ -25,9 +25,20 @@ def surroundings(where: CountryBelief, road_type: tuple[str, float] | None, now_
         facts.append(_best("traffic_side", {side: where.of_side(side) for side in get_args(Side)}, now_ns))
     elif where.elsewhere:
         facts.append(_fact("jurisdiction", where.elsewhere, {where.elsewhere: SURE}, now_ns))
+    elif where.last is not None:
+        facts.append(_given_up(where, where.last, now_ns))
     if road_type is not None:
         facts.append(_fact("road_type", road_type[0], {road_type[0]: road_type[1]}, now_ns))
     return tuple(facts)
+
+
+def _given_up(where: CountryBelief, former: str, now_ns: int) -> Fact:
+    """That the former country is believed no more, by the best other one as a doubt."""
+    others = {country: where.posterior(country) for country in JURISDICTIONS if country != former}
+    best = _best("jurisdiction", others, now_ns)
+    told = f"The signs speak against {former}; which country it is, is open."
+    doubted = (Candidate(reading=best.reading, confidence=best.confidence),)
+    return msgspec.structs.replace(best, believed=False, candidates=doubted, sentence=told)
 
 
 def _with_evidence(country: Fact, where: CountryBelief) -> Fact:

@@ -50,6 +50,8 @@ class SignTrack:
     moved_ns: int = 0
     contrary: int = 0
     """Frames in a row that clearly showed something else: perception's track has jumped to another thing."""
+    diamonds: int = 0
+    """Pictures in which it looked like a yellow diamond, whatever it was read as."""
     said: tuple[object, ...] = ()
     said_ns: int = 0
 

@@ -14,7 +14,7 @@ _WORDS: dict[str, str] = {
     "info:side": "side", "keep_left": "side", "keep_right": "side", "oncoming": "side", "limit:": "number", "zone:": "number",
     "led:": "number", "limit_board": "style", "school_limit": "style", "general": "style", "national": "style", "school": "style",
     "plate:advisory": "style", "info:interstate": "style", "all_end": "style", "limit_end": "style", "priority_road": "style",
-    "no_overtaking_end": "style",
+    "no_overtaking_end": "style", "diamond": "style",
 }  # fmt: skip
 """How a code begins, to the word in the table `evidence` of the phrases; the first that fits."""
 

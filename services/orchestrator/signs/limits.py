@@ -202,6 +202,11 @@ def without_country(signs: Signs, now_ns: int) -> Signs:
     )
 
 
+def home_given_up(signs: Signs, now_ns: int) -> Signs:
+    """The country was a setting alone and is unknown now: no border was crossed, and no limit ends by it."""
+    return msgspec.structs.replace(_without_units(signs), jurisdiction=None, unknown_ns=now_ns)
+
+
 def _end(*slots: str) -> Callable[[Signs, SignAhead, int], Signs]:
     def end(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
         if not any(getattr(signs, slot) for slot in slots):

@@ -21,6 +21,7 @@ from services.orchestrator.signs.limits import (
     TOLD,
     apply,
     enters_a_slower_town,
+    home_given_up,
     in_another_country,
     in_force,
     is_unknown_country,
@@ -83,7 +84,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
     if not math.isfinite(fact.confidence):
         return signs
     if fact.kind in _STATED:
-        return _STATED[fact.kind](signs, fact, now_ns) if fact.believed else signs
+        return (_STATED[fact.kind] if fact.believed else _in_doubt)(signs, fact, now_ns)
     if fact.kind not in ("limit", "sign", "message") or not (known_code(fact.reading) and consistent(fact)):
         return signs
     of_track = tuple(each for each in signs.ahead if each.track_id == fact.track_id)
@@ -210,6 +211,13 @@ def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     # Another country's signs, believed: the border is behind the ego even if its sign was missed.
     abroad = in_another_country(after, now_ns)
     return msgspec.structs.replace(abroad, former_jurisdiction=signs.country, crossed=True)
+
+
+def _in_doubt(signs: Signs, fact: Fact, now_ns: int) -> Signs:
+    """A doubt of the country ends one that was only assumed; what was told stands until another is."""
+    here = signs.jurisdiction
+    other = fact.kind == "jurisdiction" and here is not None and here.assumed and fact.reading != here.value
+    return home_given_up(signs, now_ns) if other else signs
 
 
 _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {

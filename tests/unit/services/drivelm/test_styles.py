@@ -1,5 +1,10 @@
 """Styles of signs: boards and rings, the units that follow from them, and the country that they tell of."""
 
+from dataclasses import replace
+from functools import partial
+
+import cv2
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +18,7 @@ from services.drivelm.reading.facts import public_code
 from services.drivelm.vocabulary.classes import ARROW_LIGHTS, BOARD_VALUES, LIMIT_VALUES, SCHOOL_VALUES
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS, unit_of_sign
 from services.drivelm.vocabulary.parser import statement_of
-from tests.unit.services.drivelm.approach import Scripted, drive_past, says
+from tests.unit.services.drivelm.approach import NS, Scripted, box_at, drive_past, says, sighting
 
 
 def _last(label: str, home: str, plate: str = "other") -> Fact:
@@ -112,3 +117,33 @@ def test_boards_are_parted_from_plates_by_their_height_where_there_are_boards(ra
 def test_the_boards_that_are_drawn_are_read_whole(ratio: float) -> None:
     box = Region(10, 10, 50, 10 + 40 * ratio)
     assert plates.split(box, boards=True)[0] == box
+
+
+def _warned(end: FrontEnd, track_id: int, *, speed_mps: float | None) -> None:
+    """A yellow diamond that nothing can be read on comes nearer, and is out of sight for long."""
+    picture = np.full((360, 640, 3), (135, 170, 205), np.uint8)
+    start_ns = track_id * 100 * NS
+    for step in range(8):
+        box = box_at(40.0 - 2.0 * step, -3.0, track_id=track_id, size_m=0.9)
+        middle, half = ((box.x0_px + box.x1_px) / 2, (box.y0_px + box.y1_px) / 2), (box.x1_px - box.x0_px) / 2
+        ways = ((0, -half), (half, 0), (0, half), (-half, 0))
+        corners = np.array([(middle[0] + x, middle[1] + y) for x, y in ways], np.int32)
+        seen = cv2.fillPoly(picture.copy(), [corners], (240, 190, 20))
+        end.see(replace(sighting(start_ns + step * NS // 5, box), open_picture=partial(np.copy, seen)))
+    for step in range(8, 80):
+        end.settle(start_ns + step * NS // 5, speed_mps)
+
+
+def test_yellow_diamonds_that_are_passed_tell_of_the_united_states_though_nothing_is_read_on_them() -> None:
+    end = FrontEnd(Scripted(lambda q, n: says("other")), home="DEU")
+    for track_id in range(1, 4):
+        _warned(end, track_id, speed_mps=15.0)
+    assert (end.country_belief.believed, end.country_belief.assumed) == ("USA", False)
+    assert end.country_belief.evidence == (("diamond:yellow", 7.0),)
+
+
+def test_yellow_diamonds_at_an_unknown_speed_end_the_home_setting_and_tell_no_country() -> None:
+    end = FrontEnd(Scripted(lambda q, n: says("other")), home="DEU")
+    for track_id in range(1, 6):
+        _warned(end, track_id, speed_mps=None)
+    assert end.country_belief.believed is None

@@ -71,4 +71,5 @@ def test_with_an_unknown_speed_no_reading_lifts_a_limit_or_changes_the_country(
     assert signs.road_type is not None
     assert signs.road_type.value in ("rural", "urban")
     assert signs.jurisdiction is None
-    assert (end.country_belief.believed, end.road_type) == ("DEU", None)
+    assert end.country_belief.believed in ("DEU", None), "the home setting may be given up, for no other country"
+    assert end.road_type is None

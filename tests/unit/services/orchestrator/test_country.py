@@ -233,6 +233,24 @@ def test_a_country_that_nobody_knows_here_leaves_it_unknown_and_ends_no_limit(ne
     assert drive.state.signs.jurisdiction is not None
 
 
+def test_a_doubt_ends_a_country_that_was_only_assumed_and_no_limit() -> None:
+    doubt = fact("jurisdiction", "USA", believed=False, confidence=0.7)
+    drive = Drive(road="rural")
+    drive.tick(limit_sign("limit:70"))
+    drive.tick(doubt)
+    assert drive.state.signs.country == "DEU", "what was told stands"
+    here, before = drive.state.signs.jurisdiction, drive.target_mps
+    assert here is not None
+    drive.state = replace(drive.state, signs=replace(drive.state.signs, jurisdiction=replace(here, assumed=True)))
+    drive.tick(fact("jurisdiction", "DEU", believed=False, confidence=0.6))
+    assert drive.state.signs.country == "DEU", "a doubt that speaks for none but itself"
+    drive.tick(doubt)
+    signs = drive.state.signs
+    assert (signs.country, signs.units, signs.crossed) == (None, None, False)
+    assert [each.posted.value for each in in_force(drive.state.signs)] == [70.0]
+    assert drive.target_mps <= before
+
+
 def test_a_law_asked_for_another_country_is_not_held_once_the_country_is_unknown() -> None:
     drive = Drive(road="motorway")
     drive.ticks(3)

@@ -32,6 +32,41 @@ def test_a_home_is_said_to_be_assumed_until_something_was_seen() -> None:
     assert (country.reading, country.assumed) == ("GBR", False)
 
 
+def test_what_many_countries_share_leaves_the_home_setting_assumed() -> None:
+    home = _after("all_end", "limit_end", "limit:50")
+    for number in range(100):
+        home = home.with_cue(("oncoming", number), oncoming_cue(3.5))
+    (country, *_) = surroundings(home, None, 1)
+    assert (country.reading, country.assumed) == ("DEU", True)
+    assert not _after("limit_board:65", home="USA").assumed
+    assert not CountryBelief.at_home("DEU").past_border(("tele", 1), "DEU").assumed
+    assert not CountryBelief.at_home("DEU").at_position("DEU").assumed
+
+
+def _unpassed(where: CountryBelief, *codes: str) -> CountryBelief:
+    for number, code in enumerate(codes):
+        where = where.with_cue(("front", number), cues_of(code), code, passed=False)
+    return where
+
+
+def test_signs_that_were_not_surely_passed_put_the_home_setting_in_doubt_and_tell_no_country() -> None:
+    doubted = _unpassed(CountryBelief.at_home("DEU"), *["diamond:yellow"] * 5, "limit_board:65", "limit_board:65")
+    assert doubted.believed is None
+    country = _country(doubted)
+    assert (country.reading, country.believed, country.assumed) == ("USA", False, False)
+    assert country.sentence == "The signs speak against DEU; which country it is, is open."
+    told = _after("town_entry:yellow")
+    assert _unpassed(told, *["diamond:yellow"] * 5) == told, "what signs told is not put in doubt so"
+    assert doubted.with_cue(("front", 99), cues_of("limit_board:55"), "limit_board:55").believed == "USA"
+
+
+@given(st.lists(st.sampled_from(["keep_left", "national", "limit_board:65", "diamond:yellow", "town_entry:white"])))
+def test_no_sign_that_was_not_passed_ever_tells_a_country(codes: list[str]) -> None:
+    where = _unpassed(CountryBelief.at_home("DEU"), *codes)
+    assert where.believed in ("DEU", None)
+    assert where.posterior("DEU") <= CountryBelief.at_home("DEU").posterior("DEU")
+
+
 def test_a_passed_border_changes_the_country_at_once() -> None:
     where = CountryBelief.at_home("DEU").past_border(("tele", 1), "GBR")
     assert where.believed == "GBR"
