@@ -1,4 +1,4 @@
-"""A position track beside a recording (GPX, NMEA 0183, CSV): ego speed and position at the recording's pace."""
+"""A position track beside a recording (GPX, NMEA 0183, CSV) or inside its video: ego speed and position at the recording's pace."""
 
 import csv
 import math
@@ -19,6 +19,7 @@ from proto import topics
 from proto.sensors import GnssFix
 from proto.vehicle import Ego
 from services.player.can_log import SPEED_UNITS
+from services.player.embedded_track import SUFFIXES, embedded_rows
 from services.player.recording import TimedMessage
 
 RATE_HZ = 10.0
@@ -43,11 +44,15 @@ class Fix(NamedTuple):
 
 
 def track_beside(source: Path) -> Path | None:
-    """The track of the same name beside a file, or the first by name inside a folder; a file that is no track is passed over."""
+    """The track of the same name beside a file, else the file itself if it holds one, or the first by name inside a folder.
+
+    A file that is no track is passed over.
+    """
     if source.is_dir():
         files = sorted(file for file in source.iterdir() if file.suffix.lower() in READERS)
     else:
         files = [file for suffix in READERS if (file := source.with_suffix(suffix)).is_file()]
+        files += [source] if source.suffix.lower() in SUFFIXES else []
     return next((file for file in files if _is_track(file)), None)
 
 
@@ -59,12 +64,19 @@ def _is_track(file: Path) -> bool:
 
 
 def read_track(path: Path) -> tuple[Fix, ...]:
-    """The fixes of a file in the order of their times. Raises UserError naming file and field."""
+    """The fixes of a file in the order of their times, inside a video from its start. Raises UserError naming file and field."""
+    inside = path.suffix.lower() in SUFFIXES
     reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise UserError(f"{path}: a position track is one of {', '.join(READERS)}")
+    if reader is None and not inside:
+        raise UserError(
+            f"{path}: a position track is one of {', '.join(READERS)}, or a video with positions ({', '.join(SUFFIXES)})"
+        )
     try:
-        found = list(reader(path.read_text(encoding="utf-8-sig")))
+        found = (
+            [Fix(*row) for row in embedded_rows(path)]
+            if reader is None
+            else list(reader(path.read_text(encoding="utf-8-sig")))
+        )
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from None
     except (gpxpy.gpx.GPXException, csv.Error, ValueError, OverflowError) as error:
@@ -72,7 +84,7 @@ def read_track(path: Path) -> tuple[Fix, ...]:
     good = sorted((fix for fix in found if _is_place(fix)), key=lambda fix: fix.at_s)
     if len(good) < 2:
         raise UserError(f"{path} holds {len(good)} fixes with time, latitude and longitude; a track needs two")
-    start_s = good[0].at_s
+    start_s = 0.0 if inside else good[0].at_s
     return tuple(_moving([fix._replace(at_s=fix.at_s - start_s) for fix in good]))
 
 

@@ -36,11 +36,11 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     can_log: str = ""
     """A log that python-can reads, published as frames of the bus `can0`."""
     can_offset_s: float = 0.0
-    track: str = ""
-    """A position track (GPX, NMEA, CSV), published as ego speed and position."""
-    track_offset_s: float = 0.0
-    """The recording starts so long after the track's first fix."""
     """The recording starts so long after the CAN log's first frame."""
+    track: str = ""
+    """A position track (GPX, NMEA, CSV, a video that holds one), published as ego speed and position."""
+    track_offset_s: float = 0.0
+    """The recording starts so long after the track's first fix, or after the start of the video that holds it."""
 
 
 class Player:
