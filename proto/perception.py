@@ -45,6 +45,7 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     width_m: float = 1.8
     heading_rad: float = 0.0
     sigma_x_m: float = 1.0
+    """With what `range_spread` adds."""
     sigma_y_m: float = 1.0
     sigma_vx_mps: float = 1.0
     sigma_vy_mps: float | None = None
@@ -59,6 +60,8 @@ class Track(msgspec.Struct, frozen=True, kw_only=True):
     oncoming: bool = False
     clearance_m: float | None = None
     """Free room between its body and the ego's on the way that the ego's lane takes; below 0 they would meet. None: unknown."""
+    range_spread: float = 0.0
+    """One sigma of the share by which place and speed ahead may be wrong together: the camera's field of view is a guess."""
 
 
 class Tracks(msgspec.Struct, frozen=True, kw_only=True):

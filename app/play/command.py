@@ -31,7 +31,10 @@ def register(subparsers: Subparsers) -> None:
         "--period", type=number(0.02, 3600.0), default=0.5, help="seconds between the pictures of a folder"
     )
     parser.add_argument(
-        "--fov", type=number(5.0, 170.0), default=60.0, help="the camera's horizontal field of view, degrees"
+        "--fov",
+        type=number(5.0, 170.0),
+        default=0.0,
+        help="the camera's horizontal field of view, degrees; where it is not given, ranges are in doubt",
     )
     parser.add_argument("--record-only", action="store_true", help="see and log, decide nothing")
     parser.add_argument("--render", metavar="FILE.mp4", help="write an annotated video afterwards")

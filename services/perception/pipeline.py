@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
+import msgspec
 import numpy as np
 
-from proto.perception import Box, Boxes, Lanes, ObjectClass, Tracks
+from proto.perception import Box, Boxes, Lanes, ObjectClass, Track, Tracks
 from proto.sensors import Calibration, CameraFrame, LidarSweep, MapView
 from proto.vehicle import Ego
 from services.perception.checks.decoding import Malformed, open_picture, open_sweep
@@ -177,7 +178,8 @@ class Perception:
         )
         if camera_id != self._primary(stamp_ns):
             return Seen(boxes=boxes)
-        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame, lidar_used=sweep is not None)
+        spread = camera.calibration.focal_spread
+        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame, spread, lidar_used=sweep is not None)
         return Seen(boxes=boxes, tracks=tracks, lanes=lanes)
 
     def _check_stamp(self, camera_id: str, stamp_ns: int) -> None:
@@ -303,11 +305,13 @@ class Perception:
         aged = [replace(each, fix=replace(each.fix, age_s=age_ns / 1e9)) for each in others]
         return told + [each for each in aged if not any(_close(each, other) for other in seen)]
 
-    def _snapshot(self, camera_id: str, stamp_ns: int, frame: int, *, lidar_used: bool) -> tuple[Tracks, Lanes]:
+    def _snapshot(
+        self, camera_id: str, stamp_ns: int, frame: int, spread: float, *, lidar_used: bool
+    ) -> tuple[Tracks, Lanes]:
         fresh = self._map is not None and abs(stamp_ns - self._map[0]) <= self.ages.map_ns
         model = lane_model(self._map[1] if self._map is not None and fresh else None)
         ego_mps = self._ego_state(stamp_ns).speed_mps
-        placed = [place(track, model, ego_mps) for track in self.tracker.published()]
+        placed = [place(in_doubt(track, spread), model, ego_mps) for track in self.tracker.published()]
         tracks = Tracks(
             camera=camera_id,
             frame=frame,
@@ -317,6 +321,12 @@ class Perception:
             lidar_used=lidar_used,
         )
         return tracks, model.message()
+
+
+def in_doubt(track: Track, spread: float) -> Track:
+    """A track of a camera whose focal length is known to this share: an error that all its pictures have in common."""
+    sigma_x_m = math.hypot(track.sigma_x_m, spread * track.x_m)
+    return msgspec.structs.replace(track, sigma_x_m=sigma_x_m, range_spread=spread) if spread else track
 
 
 def _aside(sighting: Sighting) -> bool:

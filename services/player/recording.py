@@ -1,6 +1,5 @@
 """A recording as messages: what is to be published, and when."""
 
-import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,9 +8,10 @@ import cv2
 import msgspec
 import numpy as np
 
+from domain.cameras import assumed_calibration
 from drivemcp.errors import UserError
 from proto import topics
-from proto.sensors import Calibration, CameraFrame
+from proto.sensors import CameraFrame
 from proto.topics import Topic
 
 Image = np.ndarray[Any, np.dtype[np.uint8]]
@@ -56,7 +56,8 @@ class Options(NamedTuple):
     max_rate_hz: float = 10.0
     hold_s: float = 3.0
     """How long a single frame is shown."""
-    fov_deg: float = 60.0
+    fov_deg: float = 0.0
+    """0: not given."""
     camera_height_m: float = 1.4
 
 
@@ -65,17 +66,9 @@ def camera_messages(pictures: Iterable[Picture], options: Options) -> Iterator[T
     for number, picture in enumerate(pictures):
         height, width = picture.bgr.shape[:2]
         if number % CALIBRATION_PERIOD == 0:
-            yield TimedMessage(picture.at_s, topics.CALIBRATION, assumed_calibration(options, width, height), FRONT)
+            assumed = assumed_calibration(width, height, options.fov_deg, options.camera_height_m)
+            yield TimedMessage(picture.at_s, topics.CALIBRATION, assumed, FRONT)
         yield TimedMessage(picture.at_s, topics.CAMERA, frame_of(picture.bgr, number), FRONT)
-
-
-def assumed_calibration(options: Options, width_px: int, height_px: int) -> Calibration:
-    """A level pinhole camera in the middle of the windscreen, said to be a guess."""
-    focal_px = width_px / 2 / math.tan(math.radians(options.fov_deg) / 2)
-    return Calibration(
-        fx_px=focal_px, fy_px=focal_px, cx_px=width_px / 2, cy_px=height_px / 2, width_px=width_px, height_px=height_px,
-        z_m=options.camera_height_m, assumed=True,
-    )  # fmt: skip
 
 
 def frame_of(bgr: Image, number: int) -> CameraFrame:

@@ -30,8 +30,8 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     max_rate_hz: float = 10.0
     hold_s: float = 3.0
     """How long a single LiDAR frame is shown."""
-    fov_deg: float = 60.0
-    """Horizontal field of view: an assumption, unless the camera is known. Ranges from the ground plane depend on it."""
+    fov_deg: float = 0.0
+    """Horizontal field of view; 0: not given, 60 degrees are assumed, and ranges are told with the doubt that goes with it."""
     camera_height_m: float = 1.4
     can_log: str = ""
     """A log that python-can reads, published as frames of the bus `can0`."""

@@ -61,7 +61,7 @@ def case(
 
 
 def undoubted(track: Track, profile: Profile) -> bool:
-    """Seen now, for long enough, without a break, and surely enough to brake for, and surely in the way."""
+    """Seen now, for long enough, without a break, surely enough to brake for, by a camera that is known, and surely in the way."""
     return (
         track.steady_s is not None
         and track.steady_s > 0.0
@@ -69,6 +69,7 @@ def undoubted(track: Track, profile: Profile) -> bool:
         and track.unseen_s <= profile.act_unseen_s
         and track.age_s >= profile.act_track_age_s
         and track.sigma_vx_mps <= profile.speed_known_mps
+        and not track.range_spread
         and not track.oncoming
         and meets(track, profile)
     )

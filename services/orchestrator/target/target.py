@@ -367,5 +367,5 @@ def _following(state: State, headway: float) -> Iterator[Bound]:
         if way.speed_mps is not None and not way.track.oncoming:
             speed = max(0.0, way.speed_mps)
             wanted_m = STANDSTILL_M + HEADWAY_S * headway * speed
-            mps = max(0.0, speed + (way.gap_m - wanted_m) / GAP_TIME_S)
+            mps = max(0.0, speed + (way.least_m - wanted_m) / GAP_TIME_S)
             yield Bound(mps, "lead", "perception", way.track.confidence, track_id=missed_as(way))

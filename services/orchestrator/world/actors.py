@@ -62,6 +62,11 @@ class Way(NamedTuple):
     speed_mps: float | None
     """Over ground, along the road; None: the ego's own is unknown."""
 
+    @property
+    def least_m(self) -> float:
+        """The gap where a guessed field of view makes all things seem farther than they are; a time to collision has no part in that."""
+        return self.gap_m - self.track.range_spread * abs(self.track.x_m)
+
 
 def tracks(world: WorldState) -> tuple[Track, ...]:
     """All actors known."""

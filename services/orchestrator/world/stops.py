@@ -83,4 +83,4 @@ def _person(state: State) -> Stop | None:
     person = pedestrian(state.world)
     if person is None:
         return None
-    return Stop("person", person.gap_m - PERSON_M, person.track.confidence, missed_as(person))
+    return Stop("person", person.least_m - PERSON_M, person.track.confidence, missed_as(person))

@@ -11,12 +11,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from domain.cameras import assumed_calibration
 from proto.sensors import Calibration
 from services.perception.detect.detection import Detection
 
 Floats = NDArray[np.float64]
-ASSUMED_FOV_RAD = math.radians(60.0)
-"""Horizontal field of view taken for a camera that never sent a calibration: that of a usual dashcam."""
 WIDE_RAD = math.radians(50.0)
 PITCH_SIGMA_RAD = math.radians(0.3)
 """Nodding of a car on its springs about the calibrated pitch (our estimate)."""
@@ -47,24 +46,14 @@ class Camera:
     @staticmethod
     def assumed(width_px: int, height_px: int) -> Camera:
         """A level camera with a usual field of view, for pictures that come without a calibration."""
-        focal = width_px / 2 / math.tan(ASSUMED_FOV_RAD / 2)
-        middle = (width_px / 2, height_px / 2)
-        plain = Calibration(
-            fx_px=focal,
-            fy_px=focal,
-            cx_px=middle[0],
-            cy_px=middle[1],
-            width_px=width_px,
-            height_px=height_px,
-            assumed=True,
-        )
-        return Camera.of(plain, assumed=True)
+        return Camera.of(assumed_calibration(width_px, height_px), assumed=True)
 
     def usable(self) -> bool:
         """Whether the numbers can be worked with at all."""
         c = self.calibration
         numbers = (c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.x_m, c.y_m, c.z_m, c.pitch_rad, c.yaw_rad, *c.distortion)
         possible = all(map(math.isfinite, numbers)) and min(c.fx_px, c.fy_px, c.z_m, c.width_px, c.height_px) > 0
+        possible = possible and 0.0 <= c.focal_spread < 1.0
         return possible and len(c.distortion) in DISTORTION_COUNTS and self._straightens()
 
     def is_wide(self) -> bool:

@@ -65,7 +65,7 @@ GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
 
 def _person_needs_mps2(state: State, way: Way) -> float:
     ego = state.world.ego.speed_mps
-    return ego.value**2 / (2.0 * max(0.5, way.gap_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+    return ego.value**2 / (2.0 * max(0.5, way.least_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
 
 
 def _person_urgency(state: State, way: Way) -> Urgency:

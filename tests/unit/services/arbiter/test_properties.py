@@ -78,6 +78,30 @@ def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) 
     assert after.r_act >= before.r_act - 1e-12
 
 
+@FEW
+@given(requests(), probability, probability)
+def test_a_vaguer_field_of_view_never_lowers_r_and_leaves_the_time_to_collision(
+    asked: ArbitrationRequest, vague: float, vaguer: float
+) -> None:
+    if asked.lead is None:
+        return
+    low, high = sorted((vague, vaguer))
+    known, before, after = (
+        decide(a, mirror(a), CALIBRATED).decision.metrics
+        for a in (asked, *(replace(asked, lead=replace(asked.lead, range_spread=each)) for each in (low, high)))
+    )
+    assert known.r <= before.r <= after.r
+    assert known.ttc_s == after.ttc_s
+
+
+@FEW
+@given(st.floats(0.01, 1.0), st.floats(0.5, 25.0), st.floats(5.0, 20.0))
+def test_no_brake_is_applied_on_a_range_of_a_guessed_field_of_view(
+    spread: float, gap_m: float, closing_mps: float
+) -> None:
+    assert not acts(request(track(gap_m=gap_m, closing_mps=closing_mps, range_spread=spread), h=1.0))
+
+
 # -- less information: never from SPEAK to ACT -------------------------------------------------------------------------
 
 
@@ -105,7 +129,14 @@ def _vaguer_lead(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
     return replace(a, lead=replace(a.lead, sigma_x_m=a.lead.sigma_x_m + x, sigma_vx_mps=a.lead.sigma_vx_mps + x))
 
 
+def _guessed_lens(a: ArbitrationRequest, x: float) -> ArbitrationRequest:
+    if a.lead is None:
+        return a
+    return replace(a, lead=replace(a.lead, range_spread=x, sigma_x_m=a.lead.sigma_x_m + x * a.lead.x_m))
+
+
 LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
+    "field of view guessed": _guessed_lens,
     "lower confidence": _less_sure,
     "wider friction interval": _wider_friction,
     "doubted actor": _doubted_lead,

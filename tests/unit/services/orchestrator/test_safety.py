@@ -115,6 +115,11 @@ def _vaguer(seen: Observations, x: float) -> Observations:
     return change(seen, "tracks", tracks=tracks)
 
 
+def _guessed_lens(seen: Observations, x: float) -> Observations:
+    assert seen.tracks is not None
+    return change(seen, "tracks", tracks=tuple(replace(t, range_spread=x) for t in seen.tracks.message.tracks))
+
+
 def _wider(seen: Observations, x: float) -> Observations:
     assert seen.conditions is not None
     now = seen.conditions.message
@@ -135,6 +140,7 @@ LESS: dict[str, Callable[[Observations, float], Observations]] = {
     "envelope unknown": lambda seen, x: seen,
     "doubted actors": _doubt_actors,
     "vaguer actors": _vaguer,
+    "field of view guessed": _guessed_lens,
     "wider friction": _wider,
     "doubted weather": _doubt_weather,
     "watchdog": lambda seen, x: replace(seen, cause="watchdog", tracks=None),
