@@ -56,6 +56,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     detector: str
     log: str = ""
     log_verified: bool | None = None
+    field_of_view: str = ""
+    """Of a front camera whose own was not given."""
     restarts: dict[str, int] = {}
 
 
@@ -169,10 +171,10 @@ class Tally:
         """Where the scenario stands."""
         self.scenario = state
 
-    def detail(self, service: str, name: str) -> str:
+    def detail(self, service: str, name: str, absent: str = "unknown") -> str:
         """A detail of a service's health."""
         health = self.health.get(service)
-        return health.detail.get(name, "unknown") if health else "unknown"
+        return health.detail.get(name, absent) if health else absent
 
     def latency(self) -> Percentiles:
         """Snapshot to advisory so far."""
@@ -210,6 +212,7 @@ class Tally:
             detector=self.detail("perception", "detector"),
             log=log,
             log_verified=verified,
+            field_of_view=self.detail("perception", "field_of_view_front", ""),
             restarts=restarts or {},
         )
 

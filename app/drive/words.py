@@ -78,6 +78,8 @@ def summary_lines(summary: Summary) -> list[str]:
         ("encoder", summary.encoder),
         ("detector", summary.detector),
     ]
+    if summary.field_of_view:
+        rows.append(("field of view", summary.field_of_view))
     if summary.restarts:
         rows.append(("restarts", _counts(summary.restarts)))
     rows.append(("log", f"{summary.log or 'none'}{_verified(summary.log_verified)}"))

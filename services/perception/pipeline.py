@@ -22,6 +22,7 @@ from services.perception.lanes.model import lane_model
 from services.perception.range.box_range import ProjectedSweep, Range, find_range, hiding
 from services.perception.range.camera import Camera, Floats
 from services.perception.range.levelling import Levelling
+from services.perception.range.road_flow import Image, RoadFlow
 from services.perception.track.image_tracks import Approach, ImageTracker
 from services.perception.track.lidar_motion import ACROSS_SIGMA_MPS, LidarMotion
 from services.perception.track.road_user import EgoState, Sighting
@@ -76,6 +77,8 @@ class Perception:
     _stamps: Stamps = field(default_factory=Stamps)
     _dead: DeadPictures = field(default_factory=DeadPictures)
     _levellings: dict[str, Levelling] = field(default_factory=dict)
+    roads: dict[str, RoadFlow] = field(default_factory=dict)
+    """Of each camera whose field of view was not given, what the road taught of it."""
     _stills: dict[str, ImageTracker] = field(default_factory=dict)
     _sweep: tuple[int, Floats] | None = None
     _sweep_before: tuple[int, Floats] | None = None
@@ -137,7 +140,7 @@ class Perception:
         self._dead.check(camera_id, frame.jpeg, picture, self._ego_state(stamp_ns).speed_mps)
         camera = self._camera(camera_id, frame)
         found = self.detector.detect(picture, closer=closer and camera.is_wide())
-        camera = self._levelled(camera_id, found, camera)
+        camera = self._levelled(camera_id, stamp_ns, picture, found, camera)
         points = self._points(stamp_ns)
         sweep = ProjectedSweep.of(points, camera) if points is not None else None
         straight = [camera.straight(detection) for detection in found]
@@ -194,13 +197,19 @@ class Perception:
             return Camera.assumed(frame.width_px, frame.height_px)
         return known.scaled(frame.width_px, frame.height_px)
 
-    def _levelled(self, camera_id: str, found: Sequence[Detection], camera: Camera) -> Camera:
-        """A calibrated camera as it is; of another, its pitch as its pictures teach it."""
+    def _levelled(
+        self, camera_id: str, stamp_ns: int, picture: Image, found: Sequence[Detection], camera: Camera
+    ) -> Camera:
+        """A calibrated camera as it is; of another, its pitch and a field of view that was not given, as its pictures teach them."""
         if self.calibrated(camera_id):
             return camera
         levelling = self._levellings.setdefault(camera_id, Levelling())
         levelling.learn(found, camera)
-        return levelling.apply(camera)
+        if not camera.calibration.focal_spread:
+            return levelling.apply(camera)
+        road = self.roads.setdefault(camera_id, RoadFlow())
+        road.learn(stamp_ns, picture, found, self._ego_state(stamp_ns).speed_mps, camera)
+        return road.apply(levelling.apply(camera))
 
     def _primary(self, stamp_ns: int) -> str:
         if self._has_front:

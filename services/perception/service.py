@@ -100,6 +100,8 @@ def build(config: PerceptionConfig, node: Node) -> None:
             drops.add("pictures", error)
             return
         node.publish(topics.BOXES, seen.boxes, stamp_ns=info.stamp_ns)
+        for camera, road in perception.roads.items():
+            node.detail[f"field_of_view_{camera}"] = road.told
         if seen.lanes is not None:
             node.publish(topics.LANES, seen.lanes, stamp_ns=info.stamp_ns)
         if seen.tracks is not None:

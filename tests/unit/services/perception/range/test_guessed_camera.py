@@ -16,6 +16,7 @@ from services.perception.range.box_range import find_range
 from services.perception.range.camera import Camera
 from services.perception.track.tracker import Tracker
 from tests.unit.services.perception.support import drive
+from tests.unit.services.perception.test_pipeline import Told, car_at, follow
 
 WIDTH_PX, HEIGHT_PX = 960, 540
 GUESSED = Camera.assumed(WIDTH_PX, HEIGHT_PX)
@@ -65,3 +66,16 @@ def test_a_spread_that_cannot_be_is_refused(spread: float) -> None:
     )
     with pytest.raises(Malformed, match="impossible numbers"):
         Perception(detector=None).calibrate("front", calibration)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("fov_deg", [0.0, 60.0])
+def test_tracks_of_a_guessed_camera_say_by_which_share_they_may_be_wrong(fov_deg: float) -> None:
+    detector = Told(found=[car_at(25.0)])
+    perception = Perception(detector)
+    perception.calibrate("front", assumed_calibration(640, 360, fov_deg))
+    seen = follow(perception, detector, 30, lidar=False)
+    assert seen.tracks is not None
+    (track,) = seen.tracks.tracks
+    assert track.range_spread == (0.0 if fov_deg else FOCAL_SPREAD)
+    assert (track.sigma_x_m > 0.25 * track.x_m) is not bool(fov_deg)
+    assert set(perception.roads) == (set() if fov_deg else {"front"})
