@@ -1,4 +1,4 @@
-"""A camera that nobody measured: what is assumed of it, and by how much that may be wrong."""
+"""A camera that was not measured: what is assumed of it, and by how much that may be wrong."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The focal length of a camera whose field of view nobody gave, from the road that flows past at a known speed.
+"""The focal length of a camera whose field of view was not given, from the road that flows past at a known speed.
 
 A point of a level road, `a` rows below the horizon and `b` rows after the ego drove `d` metres, tells focal length times the camera's
 height: d / (1/a - 1/b). Rain on the pane, kerbs and cars tell something else, each its own: of all horizons and focal lengths those

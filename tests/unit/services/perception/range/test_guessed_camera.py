@@ -1,4 +1,4 @@
-"""A camera whose field of view nobody gave: what is told of ranges holds for the camera that it may be."""
+"""A camera whose field of view was not given: what is told of ranges holds for the camera that it may be."""
 
 import math
 
