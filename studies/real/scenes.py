@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
+from services.orchestrator.world.actors import FLOOR
 from services.perception.detect.centre_point import STRIP
 from services.perception.detect.detection import Detection, FloatArray, overlaps
 from services.perception.detect.detector import Detector
@@ -86,16 +87,21 @@ def tally(seen: Sequence[Seen]) -> Tally:
 
 
 def _judged(seen: Sequence[Seen]) -> dict[str, Any]:
-    invented = [~_hit(boxes(one.found, "pedestrian"), boxes(one.judged, "pedestrian", JUDGE_SEES), 0.1) for one in seen]
+    invented = {least: [_invented(one, least) for one in seen] for least in (0.0, FLOOR)}
     asked: dict[str, Any] = {}
     for kind in ("vehicle", "light", "pedestrian"):
         wanted = [_tall(boxes(one.judged, kind, JUDGE_SURE)) for one in seen]
         hit = np.concatenate([_hit(each, boxes(one.found, kind), 0.4) for each, one in zip(wanted, seen, strict=True)])
         asked[f"{kind}s that the judge is sure of"] = {"count": len(hit), "found": _share(hit)}
     return {
-        "people a picture that the judge does not see": round(float(np.mean([each.sum() for each in invented])), 3),
+        "people a picture that the judge does not see": round(float(np.mean(invented[0.0])), 3),
+        f"these from {FLOOR}, from which a driver can be told of them": round(float(np.mean(invented[FLOOR])), 3),
         **asked,
     }
+
+
+def _invented(one: Seen, least: float) -> int:
+    return int((~_hit(boxes(one.found, "pedestrian", least), boxes(one.judged, "pedestrian", JUDGE_SEES), 0.1)).sum())
 
 
 def boxes(found: Sequence[Detection], kind: ObjectClass, least: float = 0.0) -> FloatArray:

@@ -1,11 +1,12 @@
-"""Trains our detector on rendered frames and writes `models/detector.onnx` with its card `models/detector.json`.
+"""Trains our detector on rendered and photographed frames and writes `models/detector.onnx` with its card `models/detector.json`.
 
 The network as trained lies beside it as `detector-float.onnx`; what drives is its eight-bit form (`detector_int8`).
 
 `python -m training dataset.shards` makes the frames first (splits "train" and "test" in one folder). Then
 `python -m training detector.train --cache DIR --frames N --minutes M` trains, exports, and measures on "test".
 Without --cache the frames are rendered here into a temporary folder. A twentieth of the training frames chooses
-score floors and calibration and is not trained on. Training ends after --steps or --minutes, whichever comes first; the learning
+score floors and calibration and is not trained on. Photographs come as shards too, into the same folder
+(`training.photographs.shards`). Training ends after --steps or --minutes, whichever comes first; the learning
 rate falls with whichever is further, so that a run cut by time is a whole run.
 """
 
@@ -46,6 +47,7 @@ from training.detector.int8 import FLOAT, origin, quantise
 from training.detector.net import DetectorNet, ExportNet, grown, sides_px
 from training.detector.scores import average_precision, best_floor, run, tally
 from training.detector.start import begin_with_exported
+from training.photographs.sets import SETS, carded
 from training.precision import has_bfloat16
 
 HEIGHT_PX, WIDTH_PX = 384, 640
@@ -169,7 +171,7 @@ def _learn(net: DetectorNet, optimiser: torch.optim.Optimizer, batch: Batch) -> 
     (heat + SIDES_WEIGHT * sides).backward()  # type: ignore[no-untyped-call]
     torch.nn.utils.clip_grad_norm_(net.parameters(), 10.0)
     optimiser.step()
-    return float(heat), float(sides)
+    return float(heat.detach()), float(sides.detach())
 
 
 def follow(average: nn.Module, net: nn.Module, decay: float) -> None:
@@ -317,12 +319,14 @@ def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
     export(net, out.with_name(FLOAT))
     quantise(out.with_name(FLOAT), out, training)
+    used = {name for note in training.notes for name in str(note.get("set", "")).split(",")}
     card: dict[str, object] = {
         "classes": list(CLASSES),
         "ap50_target": TARGETS_AP50,
         "ignored": f"objects under {MIN_HEIGHT_PX:.0f} px high or less than {MIN_VISIBLE:.0%} visible",
         "held_out": "mesh family, font, plants, stage seeds (training.stages.stage, split test)",
         "train_frames": len(training),
+        "photographs": carded([each for each in SETS if each.name in used]),
         "parameters": sum(p.numel() for p in net.parameters()),
         "steps": steps,
         "minutes": plan.minutes,

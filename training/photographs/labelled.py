@@ -33,6 +33,8 @@ class Photograph(NamedTuple):
     picture: Picture
     boxes: Boxes
     whole: frozenset[ObjectClass]
+    set: str = ""
+    """The name of its set (`training.photographs.sets`)."""
 
 
 class Light(NamedTuple):
@@ -46,7 +48,8 @@ def photographs(folder: Path, *, held_out: bool, without: Collection[str] = ()) 
     """Those that training has, or those that it leaves out, of all sets below a folder that have whole pictures."""
     for each in present(folder, without):
         if each.name in _SOURCES:
-            yield from _SOURCES[each.name](folder / each.file, held_out)
+            for photograph in _SOURCES[each.name](folder / each.file, held_out):
+                yield photograph._replace(set=each.name)
 
 
 def is_held_out(name: str) -> bool:

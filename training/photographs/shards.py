@@ -135,7 +135,8 @@ def shots_of(
 ) -> Iterator[Shot]:
     """The picture whole, and of a large one windows, mostly about a labelled sign, some with pasted ones."""
     picture, signed = photograph.picture, photograph.boxes.get("sign", ())
-    yield _shown(picture, rows, min(1.0, WHOLE_PX / max(picture.shape[:2])), chance)
+    note: dict[str, str | float] = {"camera": "front", "set": photograph.set}
+    yield _shown(picture, rows, min(1.0, WHOLE_PX / max(picture.shape[:2])), note, chance)
     scale = CLOSER_PX[1] / picture.shape[1]
     wide, high = (round(side / scale) for side in WINDOW_PX)
     if picture.shape[0] < high or picture.shape[1] < 2 * WHOLE_PX:
@@ -150,7 +151,8 @@ def shots_of(
         shown = _within(rows, left, top, wide, high)
         if crops and number >= WINDOWS:
             window, shown = _with_pasted(window, shown, crops, chance)
-        yield _shown(window, shown, scale, chance)
+            note = note | {"set": f"{photograph.set},gtsrb"}
+        yield _shown(window, shown, scale, note, chance)
 
 
 def _with_pasted(window: Picture, rows: Rows, crops: Sequence[RealSign], chance: Chance) -> tuple[Picture, Rows]:
@@ -170,13 +172,13 @@ def _within(rows: Rows, left: int, top: int, wide: int, high: int) -> Rows:
     return moved
 
 
-def _shown(picture: Picture, rows: Rows, scale: float, chance: Chance) -> Shot:
+def _shown(picture: Picture, rows: Rows, scale: float, note: Mapping[str, str | float], chance: Chance) -> Shot:
     size = (round(picture.shape[1] * scale), round(picture.shape[0] * scale))
     scaled = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     moved = rows.copy()
     moved[:, 1:5] *= scale
     moved[:, 7] *= scale
-    return Shot(coded(scaled, int(chance.integers(75, 96))), moved, {"camera": "front", "seed": 0})
+    return Shot(coded(scaled, int(chance.integers(75, 96))), moved, dict(note))
 
 
 def write(
