@@ -24,7 +24,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--detector",
         metavar="NAME|FILE",
-        help="a model that was pulled (drivemcp models list), or a COCO-style ONNX file; ours knows rendered pictures only",
+        help="a model that was pulled (drivemcp models list), or a COCO-style ONNX file; ours finds more signs, fewer people",
     )
     parser.add_argument("--seconds", type=number(0.0, 86_400.0), default=0.0, help="stop earlier; a webcam never ends")
     parser.add_argument(

@@ -114,7 +114,7 @@ def _choose_detector(flags: argparse.Namespace, source: str) -> None:
         flags.set = [*flags.set, f"perception.detector={find_model(flags.detector)}"]
     elif webcam_number(source) is not None or not log_files(Path(source)):
         sys.stderr.write(
-            "our own detector knows rendered pictures only; for photographs: drivemcp models pull yolox-nano, then --detector yolox-nano\n"
+            "our own detector misses people in photographs: drivemcp models pull yolox-nano, then --detector yolox-nano, finds more\n"
         )
 
 

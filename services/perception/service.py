@@ -27,7 +27,7 @@ from services.perception.weather.watch import WeatherWatch
 
 
 class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
-    """`detector`: an ONNX file, ours by default; a YOLOX file for photographs."""
+    """`detector`: an ONNX file, ours by default; another one, for instance a YOLOX file, may find more people in photographs."""
 
     detector: str = ""
     threads: int = 1

@@ -32,8 +32,8 @@ CROPS = (
     Crops(288, 448, 12, SCALES),
     Crops(288, 448, 12, SCALES),
     Crops(384, 640, 6, SCALES),
-    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
-    Crops(*CLOSER_PX, 6, (2.0, 2.4)),
+    Crops(*CLOSER_PX, 4, (2.0, 2.4)),
+    Crops(*CLOSER_PX, 4, (2.0, 2.4)),
 )
 """One is drawn for each batch. The last two are what the closer look shows, in which people are found or missed."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}

@@ -50,7 +50,7 @@ def _tensors(model: onnx.ModelProto) -> Iterator[onnx.TensorProto]:
         yield from (attribute.t for attribute in node.attribute if attribute.HasField("t"))
 
 
-def card_of(before: Path, after: Path, exported: Path) -> dict[str, Any]:
+def card_of(before: Path, after: Path, exported: Path, share: float = 0.5) -> dict[str, Any]:
     """The later run's card, with what it says of a run for each of the two; of what is a mean itself, its own two."""
     cards = [json.loads((path.parent / "detector.json").read_text(encoding="utf-8")) for path in (before, after)]
     made = [
@@ -59,7 +59,7 @@ def card_of(before: Path, after: Path, exported: Path) -> dict[str, Any]:
         for card, path in zip(cards, (before, after), strict=True)
     ]
     kept = {key: value for key, value in cards[1].items() if key not in (*OF_A_RUN, MEAN_OF)}
-    return kept | {MEAN_OF: made, "eight_bits": origin(exported)}
+    return kept | {MEAN_OF: made, "share_of_the_later": share, "eight_bits": origin(exported)}
 
 
 def main() -> None:
@@ -69,12 +69,17 @@ def main() -> None:
     parser.add_argument("after", type=Path)
     parser.add_argument("--cache", type=Path, required=True, help="folder of shards with the split train")
     parser.add_argument("--frames", type=int, default=600, help="training pictures to draw ranges from at most")
+    parser.add_argument("--share", type=float, default=0.5, help="of the later one")
     parser.add_argument("--out", type=Path, default=data("models/detector.onnx"))
     flags = parser.parse_args()
     exported = flags.out.with_name(FLOAT)
-    onnx.save(mean(onnx.load(flags.before), onnx.load(flags.after)), exported)
-    quantise(exported, flags.out, load_frames(flags.cache, "train", flags.frames))
-    card = card_of(flags.before, flags.after, exported) | {"sha256": hashlib.sha256(flags.out.read_bytes()).hexdigest()}
+    onnx.save(mean(onnx.load(flags.before), onnx.load(flags.after), flags.share), exported)
+    frames = load_frames(flags.cache, "train")
+    spread = frames.picked(range(0, len(frames), max(1, len(frames) // flags.frames)))
+    quantise(exported, flags.out, spread)
+    card = card_of(flags.before, flags.after, exported, flags.share) | {
+        "sha256": hashlib.sha256(flags.out.read_bytes()).hexdigest()
+    }
     flags.out.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
     sys.stdout.write(f"{flags.out}: {flags.out.stat().st_size / 1e3:.0f} kB\n")
 

@@ -23,6 +23,8 @@ _CORNERS = (_AWAY >= 1.3) & (np.maximum(np.abs(_SIDE)[None, :], np.abs(_SIDE)[:,
 
 
 def is_yellow_diamond(image: Picture) -> bool:
-    """Whether a crop (RGB, as `crops.crop` cuts it) shows a diamond that is yellow up to its edge."""
+    """Whether a crop (RGB, as `crops.crop` cuts it) shows a diamond that is yellow up to its edge; what is of another size shows none."""
+    if image.shape[:2] != _RING.shape:
+        return False
     yellow = cv2.inRange(cv2.cvtColor(image, cv2.COLOR_RGB2HSV), *map(np.array, YELLOW)) > 0
     return bool(yellow[_RING].mean() >= LEAST_INSIDE and yellow[_CORNERS].mean() <= MOST_OUTSIDE)

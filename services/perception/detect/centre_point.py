@@ -22,9 +22,9 @@ AS_IT_IS = (1.0, 0.0)
 CANVAS_PX = (384, 640)
 """Height and width of what a net for pictures of any size is given."""
 _MOST = 100
-STRIP = (124 / 360, 220 / 360)
+STRIP = (124 / 360, 268 / 360)
 """What is looked at closer: top and bottom as shares of the picture's height, about the horizon of a level camera."""
-CLOSER_PX = (192, 1280)
+CLOSER_PX = (288, 1280)
 """Height and width of that then: twice as large in our pictures."""
 CUT_PX, CUT_SHARE = 3.0, 0.08
 """What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better. Above and below, where the strip

@@ -55,3 +55,7 @@ def test_no_european_sign_looks_like_one(country: str) -> None:
 def test_other_signs_of_america_do_not_look_like_one() -> None:
     others = set(FACES["USA"]) - {"crossing", "children", "roadworks", "slippery", "roundabout"}
     assert not [code for code in sorted(others) for ground in GROUNDS if seen("USA", code, ground)]
+
+
+def test_where_nothing_was_cut_out_as_with_modelled_sensors_there_is_no_diamond() -> None:
+    assert not is_yellow_diamond(np.zeros((1, 1, 3), np.uint8))
