@@ -200,6 +200,15 @@ def counted(objects: NDArray[np.float32], min_height_px: float = MIN_HEIGHT_PX) 
     return tall
 
 
+def inside(boxes: NDArray[np.float32], others: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The share (N, M) of each box (N, 4) that lies in each of the others (M, 4)."""
+    low, high = np.maximum(boxes[:, None, :2], others[None, :, :2]), np.minimum(boxes[:, None, 2:], others[None, :, 2:])
+    both = np.clip(high - low, 0, None).prod(axis=2)
+    own = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    share: NDArray[np.float32] = both / np.maximum(own, 1e-6)[:, None]
+    return share
+
+
 def write_shard(path: Path, shots: list[Shot]) -> None:
     """One compressed file, written beside and moved, so that a reader never sees half of it."""
     blob = np.frombuffer(b"".join(shot.jpeg for shot in shots), dtype=np.uint8)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
-from services.perception.detect.detection import Detection, FloatArray, overlaps
+from services.perception.detect.detection import Detection, overlaps
 from services.perception.detect.detector import Detector
 from services.simulator.scene.scene import FRONT
-from training.dataset.shards import CLASSES, Frames, counted
+from training.dataset.shards import CLASSES, Frames, counted, inside
 
 OVERLAP = 0.5
 
@@ -92,12 +92,3 @@ def _judge(
 def _on_ignored(box: NDArray[np.float32], ignored: NDArray[np.float32], overlap: NDArray[np.float32]) -> bool:
     """Whether it overlaps an ignored object by half, or lies mostly inside one."""
     return bool((overlap >= OVERLAP).any() or (inside(box[None], ignored) >= 0.7).any())
-
-
-def inside(boxes: FloatArray, others: FloatArray) -> FloatArray:
-    """The share (N, M) of each box (N, 4) that lies in each of the others (M, 4)."""
-    low, high = np.maximum(boxes[:, None, :2], others[None, :, :2]), np.minimum(boxes[:, None, 2:], others[None, :, 2:])
-    both = np.clip(high - low, 0, None).prod(axis=2)
-    own = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
-    share: FloatArray = both / np.maximum(own, 1e-6)[:, None]
-    return share

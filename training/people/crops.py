@@ -15,8 +15,7 @@ from services.perception.detect.detection import FloatArray, overlaps
 from services.perception.detect.detector import Detector, Picture
 from services.perception.detect.second_look import SIDE_PX, cut, shapes, windows
 from services.simulator.scene.scene import FRONT
-from training.dataset.shards import CLASSES, counted, shard_frames
-from training.detector.scores import inside
+from training.dataset.shards import CLASSES, counted, inside, shard_frames
 from training.detector.targets import TRAIN_HEIGHT_PX
 from training.lens import through_lens
 

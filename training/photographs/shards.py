@@ -23,8 +23,7 @@ from services.perception.detect.centre_point import CLOSER_PX
 from services.perception.detect.detection import Detection, FloatArray, overlaps, suppress
 from services.perception.detect.detector import Detector, DetectorOptions
 from services.perception.detect.loading import load_detector
-from training.dataset.shards import CLASSES, Shot, coded, write_shard
-from training.detector.scores import inside
+from training.dataset.shards import CLASSES, Shot, coded, inside, write_shard
 from training.photographs.gtsrb import ZIP, RealSign, signs
 from training.photographs.labelled import Photograph, photographs
 from training.photographs.pasting import pasted
