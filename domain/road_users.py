@@ -94,3 +94,8 @@ def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | 
     (first_ns, first_m), (last_ns, last_m) = seen[0], seen[-1]
     seconds = (last_ns - first_ns) / 1e9
     return (first_m - last_m) / seconds if seconds >= least_s else None
+
+
+def least_gap_m(track: Track, gap_m: float) -> float:
+    """A gap to a track, shorter by one sigma of its range where the camera's field of view is a guess."""
+    return gap_m - track.range_spread * abs(track.x_m)

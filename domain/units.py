@@ -6,6 +6,7 @@ from proto.rules import LegalLimit
 from proto.scene import Unit
 
 MPS_PER: dict[str, float] = {"km/h": 1.0 / 3.6, "mph": 0.44704}
+MPS_PER_KNOT = 0.514444
 M_PER_FOOT, KM_PER_MILE, MM_PER_INCH = 0.3048, 1.609344, 25.4
 
 

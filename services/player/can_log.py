@@ -11,6 +11,7 @@ import can
 from cantools.database import load_file
 from cantools.database.errors import Error as CantoolsError
 
+from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
 from drivemcp.paths import data
 from proto import topics
@@ -24,8 +25,9 @@ OUR_SIGNAL = "VehicleSpeed"
 BUS = "can0"
 BATCH_S = 0.02
 SPEED_UNITS = {
-    "m/s": 1.0, "mps": 1.0, "km/h": 1 / 3.6, "kmh": 1 / 3.6, "kph": 1 / 3.6, "km/hr": 1 / 3.6, "mph": 0.44704, "mi/h": 0.44704,
-    "kn": 0.514444, "knots": 0.514444,
+    "m/s": 1.0, "mps": 1.0,
+    **dict.fromkeys(("km/h", "kmh", "kph", "km/hr"), MPS_PER["km/h"]), **dict.fromkeys(("mph", "mi/h"), MPS_PER["mph"]),
+    "kn": MPS_PER_KNOT, "knots": MPS_PER_KNOT,
 }  # fmt: skip
 """A unit in a DBC or in a track's header, in lower case, in m/s."""
 _BROKEN = (ValueError, KeyError, IndexError, struct.error, zlib.error, EOFError, can.CanError, can.io.blf.BLFParseError)

@@ -15,7 +15,7 @@ from typing import Any
 
 import cv2
 
-from domain.units import MPS_PER
+from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
 
 SUFFIXES = (".mp4", ".mov", ".360", ".insv")
@@ -26,7 +26,7 @@ Groups = Mapping[str, Mapping[str, Any]]
 LONGEST_S, MOST_BYTES = 60.0, 4 << 30
 PAYLOAD_S = 1.0
 """GoPro and Sony tell no time beside a position. Samples lie evenly in the video, and so far apart where its length is unknown."""
-FIX_2D, KNOTS = 2, 0.514444
+FIX_2D = 2
 GPS9 = ">7i2H"
 """GoPro HERO11 and HERO13: latitude, longitude, altitude, speeds over ground and in space, days, seconds, precision, fix."""
 SINCE_1970_S = 1e8
@@ -86,7 +86,9 @@ def _sony(gps: Mapping[str, Any]) -> Iterator[tuple[float, float, float | None]]
         names = ("GPSLatitude", "GPSLongitude")
         latitude, longitude = (sum(part / 60**power for power, part in enumerate(gps[name])) for name in names)
         south, west = gps["GPSLatitudeRef"] == ord("S"), gps["GPSLongitudeRef"] == ord("W")
-        unit = {ord("K"): MPS_PER["km/h"], ord("M"): MPS_PER["mph"], ord("N"): KNOTS}.get(gps.get("GPSSpeedRef", 0))
+        unit = {ord("K"): MPS_PER["km/h"], ord("M"): MPS_PER["mph"], ord("N"): MPS_PER_KNOT}.get(
+            gps.get("GPSSpeedRef", 0)
+        )
         speed = gps["GPSSpeed"] * unit if unit and "GPSSpeed" in gps else None
         yield -latitude if south else latitude, -longitude if west else longitude, speed
 

@@ -249,7 +249,7 @@ def _found(path: Path, frames: Frames) -> list[list[Detection]]:
     return run(load_detector(path, DetectorOptions(score_floor=0.02, floors=dict.fromkeys(CLASSES, 0.02))), frames)
 
 
-def _split(frames: Frames) -> tuple[Frames, Frames]:
+def split(frames: Frames) -> tuple[Frames, Frames]:
     """The frames to train on, and a twentieth: whole stages, spread over all that there is."""
     chosen = [index // STAGE_FRAMES % 20 == 19 for index in range(len(frames))]
     kept = [i for i, each in enumerate(chosen) if not each]
@@ -310,13 +310,13 @@ def main() -> None:
         if flags.only_measure:
             card = json.loads(flags.out.with_suffix(".json").read_text(encoding="utf-8"))
             choosing = load_frames(flags.choose or cache, "train", flags.frames)
-            measure(flags.out, card, choosing if flags.choose else _split(choosing)[1], load_frames(cache, "test"))
+            measure(flags.out, card, choosing if flags.choose else split(choosing)[1], load_frames(cache, "test"))
         else:
             _make(cache, flags.frames, plan, flags.out)
 
 
 def _make(cache: Path, limit: int, plan: Plan, out: Path) -> None:
-    training, choosing = _split(load_frames(cache, "train", limit))
+    training, choosing = split(load_frames(cache, "train", limit))
     net, steps = train(training, plan)
     out.parent.mkdir(parents=True, exist_ok=True)
     export(net, out.with_name(FLOAT))

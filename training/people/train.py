@@ -35,7 +35,7 @@ from training.bins import Floats
 from training.dataset.shards import Frames, counted, load_frames, shards
 from training.detector.probabilities import THERE, logit
 from training.detector.scores import run
-from training.detector.train import AVERAGE_DECAY, follow, rate_at, say, without_paths
+from training.detector.train import AVERAGE_DECAY, follow, rate_at, say, split, without_paths
 from training.people.crops import PERSON, ROOM, Batch, Crops, batches, collected
 from training.people.net import SIDE_PX, ExportPeople, PeopleNet
 from training.precision import has_bfloat16
@@ -176,13 +176,20 @@ def candidates(frames: Frames, detector: Detector, look: SecondLook) -> tuple[Fl
     return np.concatenate(odds), np.concatenate(own), np.concatenate(right)
 
 
+def weighed(flags: argparse.Namespace, frames: Frames) -> dict[str, Any]:
+    """What the two words weigh, by frames that neither network was trained on, and the detector for which they do."""
+    look = SecondLook(open_session(flags.out, 1), NOTHING_WEIGHED)
+    return {
+        "weights": weights(*candidates(frames, detector_alone(flags.detector), look)),
+        "weighed_for": hashlib.sha256(flags.detector.read_bytes()).hexdigest(),
+    }
+
+
 def _card(flags: argparse.Namespace, out: Path, crops: Crops, steps: int) -> dict[str, Any]:
-    alone = detector_alone(flags.detector)
-    look = SecondLook(open_session(out, 1), NOTHING_WEIGHED)
     return {
         "input": f"uint8 N x {SIDE_PX} x {SIDE_PX} x 3, RGB; N x 2: the box's size as a share of the side",
         "output": "log-odds of a person (N); edges (N x 4) from the middle as shares of the side",
-        "weights": weights(*candidates(load_frames(flags.choose, "train"), alone, look)),
+        **weighed(flags, load_frames(flags.choose, "train")),
         "crops": {"people": int((crops.kinds == 1).sum()), "nobody": int((crops.kinds == 0).sum())},
         "asked_by": hashlib.sha256(flags.detector.read_bytes()).hexdigest(),
         "steps": steps,
@@ -199,7 +206,12 @@ def _card(flags: argparse.Namespace, out: Path, crops: Crops, steps: int) -> dic
 def main() -> None:
     """Collect, train, export, weigh, and write the card."""
     parser = argparse.ArgumentParser(prog="python -m training people.train", description=__doc__)
-    parser.add_argument("--cache", type=Path, required=True, help="training shards that the detector never saw")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--cache", type=Path, help="training shards that the detector never saw")
+    what.add_argument(
+        "--only-weigh", action="store_true",
+        help="weigh the network at --out anew for another detector, by the twentieth of --choose that its training left out",
+    )  # fmt: skip
     parser.add_argument("--choose", type=Path, required=True, help="others, to weigh the two words with")
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=1)
@@ -209,13 +221,21 @@ def main() -> None:
     flags = parser.parse_args()
     torch.set_num_threads(flags.threads)
     cv2.setNumThreads(1)
+    if flags.only_weigh:
+        card = json.loads(flags.out.with_suffix(".json").read_text(encoding="utf-8"))
+        card |= weighed(flags, split(load_frames(flags.choose, "train"))[1])
+    else:
+        card = _made(flags)
+    flags.out.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
+    say(f"weights {card['weights']}, {flags.out}")
+
+
+def _made(flags: argparse.Namespace) -> dict[str, Any]:
     crops = collected(shards(flags.cache, "train"), detector_alone(flags.detector), flags.seed)
     say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of people")
     net, steps = train(crops, flags.minutes, flags.seed)
     export(net, flags.out)
-    card = _card(flags, flags.out, crops, steps)
-    flags.out.with_suffix(".json").write_text(json.dumps(card, indent=1) + "\n", encoding="utf-8")
-    say(f"weights {card['weights']}, {flags.out}")
+    return _card(flags, flags.out, crops, steps)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import math
 import msgspec
 
 from domain import kinematics, rss
+from domain.road_users import least_gap_m
 from proto.decision import SafetyMetrics
 from proto.perception import Track
 from services.arbiter.assessment.risk import risk
@@ -87,7 +88,7 @@ def measure(track: Track, view: View, bounds: Bounds, profile: Profile) -> Numbe
     closing = -track.vx_mps - bounds.sigmas * track.sigma_vx_mps
     time = _ttc(gap, closing, track, view, profile)
     d_min = _d_min(track, view, bounds, profile)
-    nearest = gap if bounds.sigmas else gap - track.range_spread * abs(track.x_m)
+    nearest = gap if bounds.sigmas else least_gap_m(track, gap)
     viol = d_min is not None and nearest < d_min
     r = risk(time, viol, bounds.h, profile)
     return Numbers(track=track, gap_m=gap, closing_mps=closing, ttc_s=time, d_min_m=d_min, rss_viol=viol, r=r)

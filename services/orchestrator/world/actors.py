@@ -10,6 +10,7 @@ from domain.road_users import (
     hides_others,
     is_passed,
     is_vehicle_there,
+    least_gap_m,
     seen_well,
     shrinking_mps,
 )  # fmt: skip
@@ -65,7 +66,7 @@ class Way(NamedTuple):
     @property
     def least_m(self) -> float:
         """The gap where a guessed field of view makes all things seem farther than they are; a time to collision has no part in that."""
-        return self.gap_m - self.track.range_spread * abs(self.track.x_m)
+        return least_gap_m(self.track, self.gap_m)
 
 
 def tracks(world: WorldState) -> tuple[Track, ...]:

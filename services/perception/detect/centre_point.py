@@ -23,7 +23,8 @@ CANVAS_PX = (384, 640)
 """Height and width of what a net for pictures of any size is given."""
 _MOST = 100
 STRIP = (124 / 360, 268 / 360)
-"""What is looked at closer: top and bottom as shares of the picture's height, about the horizon of a level camera."""
+"""What is looked at closer: top and bottom as shares of the picture's height. The horizon of a level camera is in it, and that of one
+that looks up a little, as many do."""
 CLOSER_PX = (288, 1280)
 """Height and width of that then: twice as large in our pictures."""
 CUT_PX, CUT_SHARE = 3.0, 0.08
