@@ -33,6 +33,9 @@ NEAR_M, FAR_M, CELL_M = 10.0, 60.0, 1.0
 SECTORS = 360
 BEHIND_M = 1.0
 """A ray is free up to so far before where it ended."""
+HIDDEN_M = 6.0
+"""So far behind a return is the rest of the same body: rays that pass over a bonnet or a roof show nothing of what stands below them.
+A body that a ray at `SENSOR_HEIGHT_M` passes over is no longer than a car."""
 GRID_M = 0.8
 """Returns in cells of this size that touch are of one thing."""
 AHEAD_M, ASIDE_M = (-2.0, 60.0), 50.0
@@ -154,11 +157,19 @@ def _free(points: Floats) -> Mask:
     stood = np.zeros((SECTORS, cells), bool)
     body = (points[:, 2] > BODY_M[0]) & (away < FAR_M)
     stood[sector[body], (away[body] / CELL_M).astype(int)] = True
-    stood[:, 1:] |= stood[:, :-1]
     stood[:, :-1] |= stood[:, 1:].copy()
+    stood = _with_the_rest(stood)
     open_cells = passed & ~stood
     both: Mask = open_cells & np.roll(open_cells, 1, axis=0) & np.roll(open_cells, -1, axis=0)
     return both
+
+
+def _with_the_rest(stood: Mask) -> Mask:
+    """With all cells up to `HIDDEN_M` behind each that holds a return, in the same sector."""
+    behind = int(HIDDEN_M / CELL_M)
+    before = np.pad(stood.cumsum(axis=1), ((0, 0), (behind + 1, 0)))
+    hidden: Mask = before[:, behind + 1 :] > before[:, : -(behind + 1)]
+    return hidden
 
 
 def _sector(points: Floats) -> NDArray[np.int_]:

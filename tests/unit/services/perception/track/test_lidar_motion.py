@@ -69,6 +69,9 @@ standing = st.lists(
 )
 
 
+@example(
+    rows=[(5.0, 10.0, True, 1.75, CAR)], speed=11.0, yaw_rate=0.0, rain=0.0
+)  # rays pass over it before its side shows
 @example(rows=[(23.0, 21.0, False, 0.0, POST), (21.5, 21.0, False, 0.0, POST)], speed=3.0, yaw_rate=0.125, rain=0.0)
 @given(
     rows=standing,
