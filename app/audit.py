@@ -1,4 +1,4 @@
-"""`drivemcp audit verify FILE...`: whether logs are as they were written."""
+"""`drivemcp audit verify FILE...`: whether logs are as they were written, and by whose key."""
 
 import argparse
 import itertools
@@ -15,9 +15,10 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from services.logger.format import chain, signing
 from services.logger.memory import kept_files, kept_head
+from services.logger.verification import trust
 from services.logger.verification.report import UNSEALED, Report
 from services.logger.verification.verifier import verify
-from services.logger.writing import log_folder
+from services.logger.writing import anchor, log_folder
 
 T = TypeVar("T")
 _HEX = re.compile(r"[0-9a-fA-F]{64}")
@@ -26,19 +27,26 @@ _HEX = re.compile(r"[0-9a-fA-F]{64}")
 
 def register(subparsers: Subparsers) -> None:
     """Add `drivemcp audit`."""
-    parser = subparsers.add_parser("audit", help="check that a log is as it was written")
+    parser = subparsers.add_parser("audit", help="check that a log is as it was written, and by whose key")
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)
     check = kinds.add_parser(
         "verify",
-        help="verify log files; names the first changed, dropped, inserted or reordered record",
+        help="verify log files; names the first changed, dropped, inserted or reordered record, and whose key signed",
         description="Several files are also checked to continue each other, in the order given; "
         "of a folder also that no file is gone that the drive's memory knows. "
-        "Exit status: 0 all as written (an unclosed file: as far as it goes, and said so), 1 not, or nothing verifies, "
-        "2 cannot be read.",
+        "Exit status: 0 all as written by a known key (an unclosed file: as far as it goes, and said so), 1 not as written, "
+        "or nothing verifies, 2 cannot be read, 3 as written, by an unknown key, "
+        "4 as written, by another key than the trust file names for that vehicle.",
     )
     check.add_argument("files", metavar="FILE", nargs="+", help="a log, a folder of logs, or a drive's folder")
     check.add_argument("--expect-head", metavar="HEX", help="a head that the last file must reach")
-    check.add_argument("--key", metavar="HEX|FILE", help="the public key that must have signed")
+    check.add_argument(
+        "--key", metavar="HEX|FILE", help="the public key that must have signed; no trust file is asked then"
+    )
+    _add_trust(check)
+    check.add_argument(
+        "--anchors", metavar="FILE", help="heads that the logger appended elsewhere (anchor_file): each must be there"
+    )
     check.add_argument(
         "--memory", metavar="FILE", help="the drive's memory.sqlite, whose signed heads settle a lost tail; "
         "found by itself where it lies beside the folder of logs",
@@ -46,32 +54,118 @@ def register(subparsers: Subparsers) -> None:
     check.add_argument("--closed", action="store_true", help="an unclosed file is not good enough")
     check.add_argument("--json", action="store_true")
     check.set_defaults(run=_verify)
+    trusting = kinds.add_parser("trust", help="add a logger's public key to the trust file")
+    trusting.add_argument("key", metavar="HEX|FILE", help=f"64 hex digits, or a file with them ({signing.PUBLIC_NAME})")
+    trusting.add_argument("--vehicle", default=trust.ANY, metavar="NAME", help="for logs of this vehicle alone")
+    trusting.add_argument("--note", default="", help="a few words for the reader of the file")
+    _add_trust(trusting)
+    trusting.set_defaults(run=_trust)
+
+
+def _add_trust(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--trust", metavar="FILE", help="the trust file; drivemcp/trusted-log-keys in your state folder otherwise"
+    )
 
 
 def _verify(flags: argparse.Namespace) -> int:
     key, last_head = _public_key(flags.key), _head(flags.expect_head)
+    trusted, anchors = () if key else _trusted(flags.trust), _anchored(flags.anchors)
     reports = list[Report]()
     paths = log_folder.named(flags.files)
     for path in paths:
         expected = last_head if path == paths[-1] else ""
-        reports.append(_verified(path, expected or _kept_head(path, flags.memory), key))
-    broken = [*broken_links(reports), *gone_files(flags.files, flags.memory)]
+        heads = anchors.heads.get(path.name, frozenset())
+        reports.append(_verified(path, expected or _kept_head(path, flags.memory), key, heads))
+    signers = [_signed_by(report, key, trusted) for report in reports]
+    broken = [
+        *broken_links(reports),
+        *gone_files(flags.files, flags.memory),
+        *_gone_anchored(flags.files, anchors, reports),
+    ]
     if flags.json:
-        sys.stdout.write(msgspec.json.encode({"files": reports, "continuity": broken}).decode() + "\n")
+        told = {"files": reports, "signers": signers, "continuity": broken}
+        sys.stdout.write(msgspec.json.encode(told).decode() + "\n")
     else:
-        sys.stdout.write("\n".join([*(line for report in reports for line in lines(report)), *broken]) + "\n")
+        told_lines = [line for one in zip(reports, signers, strict=True) for line in lines(*one)]
+        sys.stdout.write("\n".join([*told_lines, *broken]) + "\n")
     unclosed = flags.closed and not all(report.closed for report in reports)
-    return int(bool(broken) or unclosed or not all(report.intact for report in reports))
+    if broken or unclosed or not all(report.intact for report in reports):
+        return 1
+    return max(STATUS[signer.standing] for signer in signers)
 
 
-def _verified(path: Path, expected_head: str, key: str) -> Report:
+STATUS: dict[trust.Standing, int] = {"known": 0, "unknown": 3, "changed since": 4}
+
+
+def _trust(flags: argparse.Namespace) -> int:
+    path, key = _trust_file(flags.trust), _public_key(flags.key)
     try:
-        return verify(path, expected_head=expected_head, public_key=key)
+        trust.add(path, trust.Trusted(public_key=key, vehicle=flags.vehicle, note=flags.note))
+    except ValueError as error:
+        raise UserError(f"--vehicle: {error}") from None
+    except OSError as error:
+        raise UserError(f"{path} cannot be written: {error.strerror}") from None
+    sys.stdout.write(f"{path}: key {signing.key_id(key)} is trusted for {flags.vehicle}\n")
+    return 0
+
+
+def _trust_file(given: str | None) -> Path:
+    return Path(given) if given else trust.own_file()
+
+
+def _trusted(given: str | None) -> tuple[trust.Trusted, ...]:
+    """The lines of the trust file; none where this user has none yet. Raises UserError for one that was named."""
+    path = _trust_file(given)
+    if not given and not path.exists():
+        return ()
+    try:
+        return trust.read(path)
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise UserError(f"{path} is no trust file: {error}") from None
+
+
+def _signed_by(report: Report, key: str, trusted: Sequence[trust.Trusted]) -> trust.Judgement:
+    """Whose key signed a log; one that fits `--key` is known."""
+    if key or report.origin is None:
+        return trust.Judgement(standing="known" if key else "unknown")
+    return trust.judge(trusted, report.origin.vehicle, report.origin.public_key)
+
+
+def _anchored(given: str | None) -> anchor.Anchored:
+    if given is None:
+        return anchor.Anchored(heads={}, retirements=())
+    try:
+        return anchor.read(Path(given))
+    except OSError as error:
+        raise UserError(f"{given} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise UserError(f"{given} is no file of anchored heads: {error}") from None
+
+
+def _gone_anchored(names: Sequence[str], anchors: anchor.Anchored, reports: Sequence[Report]) -> list[str]:
+    """The logs that anchored heads speak of and that are not among those of a folder that was named."""
+    if not any(Path(one).is_dir() for one in names):
+        return []
+    there = {Path(report.file).name for report in reports}
+    keys = [report.origin.public_key for report in reports if report.origin]
+    return [
+        f"{name} is gone: a head of it is anchored"
+        for name in sorted(anchors.heads.keys() - there)
+        if not anchors.is_retired(name, keys)
+    ]
+
+
+def _verified(path: Path, expected_head: str, key: str, anchored: frozenset[str]) -> Report:
+    try:
+        return verify(path, expected_head=expected_head, public_key=key, anchored=anchored)
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}") from None
 
 
-def lines(report: Report) -> list[str]:
+def lines(report: Report, signer: trust.Judgement) -> list[str]:
     """A report in words."""
     counts = f"{report.messages} messages, {report.chained} chain records"
     if report.first_bad == UNSEALED:
@@ -81,7 +175,12 @@ def lines(report: Report) -> list[str]:
     if report.expected_head_missing:
         return [f"{report.file}: TAIL LOST: {counts} verify, but the expected head is not among theirs"]
     state = "verified" if report.closed else "UNCLOSED, verified as far as it goes"
-    found = [f"{report.file}: {state}: {counts}", f"  head {report.head}, signed by key {report.key_id or '(none)'}"]
+    found = [
+        f"{report.file}: {state}: {counts}",
+        f"  head {report.head}, signed by key {report.key_id or '(none)'}: {signer}",
+    ]
+    if report.lost:
+        found.append(f"  {report.lost} messages never came into it: {report.lost_why}")
     if report.tail_bytes:
         found.append(f"  {report.tail_bytes} bytes behind the last chain record are a flush that was cut")
     return found
@@ -117,7 +216,7 @@ def _public_key(given: str | None) -> str:
         return ""
     key = given if _HEX.fullmatch(given) else _file_text(Path(given))
     if not _HEX.fullmatch(key):
-        raise UserError(f"--key takes 64 hex digits or a file with them, such as secrets/{signing.PUBLIC_NAME}")
+        raise UserError(f"--key takes 64 hex digits or a file with them, such as {signing.PUBLIC_NAME}")
     return key.lower()
 
 

@@ -1,5 +1,9 @@
-"""Where rulepacks, models, DBCs and scenarios lie: relative to the installation, never to the current directory."""
+"""Where rulepacks, models, DBCs and scenarios lie: relative to the installation, never to the current directory.
 
+And where this user's keys lie: in the user's state folder, outside every drive's folder.
+"""
+
+import os
 from pathlib import Path
 
 from drivemcp.errors import UserError
@@ -20,3 +24,15 @@ def data(name: str) -> Path:
 def has_data(name: str) -> bool:
     """Whether a data file or folder is there."""
     return any((root / name).exists() for root in (_INSTALLED, _CHECKOUT))
+
+
+def own_state(name: str) -> Path:
+    """A file or folder of this user that outlives drives, below `XDG_STATE_HOME` or `~/.local/state`.
+
+    Raises UserError without a home.
+    """
+    base = os.environ.get("XDG_STATE_HOME") or ""
+    try:
+        return (Path(base) if base else Path.home() / ".local" / "state") / "drivemcp" / name
+    except RuntimeError:
+        raise UserError("this user has no home folder: set XDG_STATE_HOME to a folder for keys") from None

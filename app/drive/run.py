@@ -12,7 +12,7 @@ from typing import Any
 
 import msgspec
 
-from app.audit import broken_links
+from app.drive.log_state import state_of
 from app.drive.options import options
 from app.drive.precheck import check_port, vehicle_of
 from app.drive.screen import Screen
@@ -23,7 +23,6 @@ from drivemcp.config import settings_of
 from drivemcp.node import Node
 from drivemcp.numbers import port
 from proto import topics
-from services.logger.verification.verifier import verify
 
 LIVE_PERIOD_S = 0.25
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -58,7 +57,7 @@ def drive(
     *,
     lockstep: bool,
 ) -> tuple[int, Path]:
-    """Start, watch, stop, sum up, verify. The status (0: well; 1: no log that verifies, or no drive to its end) and the folder."""
+    """Start, watch, stop, sum up, verify. The status (0: well; 1: no whole log that verifies, or no drive to its end) and the folder."""
     stop = threading.Event()
     with _heeding_signals(stop):
         return _drive(flags, name, source, source_settings, lockstep, stop)
@@ -103,17 +102,23 @@ def _drive(
             _watch(stack, tally, screen, stop, keep=flags.keep)
         restarts = stack.restarts()
     logs = _logs_of(Path(plan.folder))
-    verified, complaint = _verify(logs)
-    summary = tally.summary(restarts=restarts, log=str(logs[-1]) if logs else "", verified=verified)
+    health = tally.health.get("logger")
+    state = state_of(logs, health.detail if health is not None else {})
+    summary = tally.summary(
+        restarts=restarts, log=str(logs[-1]) if logs else "", verified=state.verified, lost=state.lost,
+        trouble=state.trouble,
+    )  # fmt: skip
     _print(summary, screen, as_json=flags.json)
     for line in closing:
         screen.say(line())
-    if complaint:
-        sys.stderr.write(f"drivemcp: the log does not verify: {complaint}\n")
+    if state.complaint:
+        sys.stderr.write(f"drivemcp: the log does not verify: {state.complaint}\n")
+    if state.trouble:
+        sys.stderr.write(f"drivemcp: the log is not whole: {state.trouble}\n")
     problem = tally.scenario.problem if tally.scenario is not None else ""
     if problem:
         sys.stderr.write(f"drivemcp: it ended before its time: {problem}\n")
-    return 0 if verified and not problem else 1, Path(plan.folder)
+    return 0 if state.whole and not problem else 1, Path(plan.folder)
 
 
 def follow(node: Node, tally: Tally) -> None:
@@ -152,18 +157,6 @@ def _watch(stack: Stack, tally: Tally, screen: Screen, stop: threading.Event, *,
 
 def _logs_of(folder: Path) -> list[Path]:
     return sorted((folder / "logs").glob("*.mcap"))
-
-
-def _verify(logs: list[Path]) -> tuple[bool | None, str]:
-    """Every file of the drive, and that each goes on from the one before; a restarted logger goes on in another file."""
-    if not logs:
-        return None, "no log was written; see the folder's log/logger.log"
-    reports = [verify(log) for log in logs]
-    for report in reports:
-        if not report.intact:
-            return False, f"{report.file}: {report.first_bad or 'an expected head is missing'}"
-    broken = broken_links(reports)
-    return not broken, "; ".join(broken)
 
 
 def _print(summary: Summary, screen: Screen, *, as_json: bool) -> None:

@@ -56,6 +56,10 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     detector: str
     log: str = ""
     log_verified: bool | None = None
+    log_lost: int = 0
+    """Messages that are missing from the log."""
+    log_trouble: str = ""
+    """Why the log is not whole; empty: it is."""
     field_of_view: str = ""
     """Of a front camera whose own was not given."""
     restarts: dict[str, int] = {}
@@ -181,7 +185,13 @@ class Tally:
         return percentiles(self._snapshot_ms)
 
     def summary(
-        self, *, restarts: dict[str, int] | None = None, log: str = "", verified: bool | None = None
+        self,
+        *,
+        restarts: dict[str, int] | None = None,
+        log: str = "",
+        verified: bool | None = None,
+        lost: int = 0,
+        trouble: str = "",
     ) -> Summary:
         """The numbers so far."""
         truth, scenario = self.truth, self.scenario
@@ -212,6 +222,8 @@ class Tally:
             detector=self.detail("perception", "detector"),
             log=log,
             log_verified=verified,
+            log_lost=lost,
+            log_trouble=trouble,
             field_of_view=self.detail("perception", "field_of_view_front", ""),
             restarts=restarts or {},
         )

@@ -106,7 +106,7 @@ def _over(settings: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, A
 
 def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
     if name == "logger":
-        return {"view": {"mode": "off"}}
+        return {"view": {"mode": "off"}, "secret_dir": str(folder / "secrets")}
     if name == SOURCE:
         return {
             **_drive(spec, folder),

@@ -12,13 +12,16 @@ from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ToolFailed, UserError
 from drivemcp.node import Node
+from drivemcp.paths import own_state
 from drivemcp.service import Service
 from proto import topics
 from proto.topics import Topic
 from services.logger.format import signing
 from services.logger.memory import Kind, Memory, MemoryStore, TraceQuery, TraceRow
+from services.logger.verification import trust
 from services.logger.view.pipe import ViewPipe
 from services.logger.view.settings import Said, ViewSettings
+from services.logger.writing.anchor import Anchor
 from services.logger.writing.log_folder import Retention
 from services.logger.writing.recorder import PictureGate, Pictures, Recorder
 from services.logger.writing.topic_formats import LOGGED
@@ -31,10 +34,14 @@ Bound = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 
 
 class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
-    """Settings of the logger. Empty paths lie under `out_dir`: logs/, secrets/, memory.sqlite."""
+    """Settings of the logger. Empty paths lie under `out_dir`: logs/, memory.sqlite; that of the key in this user's state folder."""
 
     log_dir: str = ""
     secret_dir: str = ""
+    """Where the signing key lies; empty: `drivemcp/log-keys` in the user's state folder, never in a drive's folder."""
+    anchor_file: str = ""
+    """Signed heads are also appended to this file, which should be elsewhere and append-only; empty: none."""
+    anchor_s: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 10.0
     memory_file: str = ""
     pictures: Pictures = "all"
     pictures_before_s: Around = 5.0
@@ -73,7 +80,13 @@ def build(config: LoggerConfig, node: Node) -> None:
     """Starts the writer and the view, subscribes to what the topic table wants logged, offers memory as tools."""
     out = Path(config.out_dir)
     memory = _open_memory(Path(config.memory_file) if config.memory_file else out / "memory.sqlite", node)
+    signer = _signer(config)
     view = _start_view(config, node)
+
+    def anchor_failed(problem: str) -> None:
+        node.detail["anchor_trouble"] = problem
+        node.log.warning(problem)
+
     recorder = Recorder(
         memory=memory,
         pictures=PictureGate(
@@ -83,11 +96,14 @@ def build(config: LoggerConfig, node: Node) -> None:
         ),
         show=view.offer if view else lambda topic, record: None,
         warn=node.log.warning,
+        anchor=Anchor(Path(config.anchor_file), signer, every_s=config.anchor_s, failed=anchor_failed)
+        if config.anchor_file
+        else None,
     )
     log_dir = Path(config.log_dir) if config.log_dir else out / "logs"
     writer = LogWriter(
         _writer_settings(config, log_dir),
-        _signer(Path(config.secret_dir) if config.secret_dir else out / "secrets"),
+        signer,
         recorder,
         now_ns=node.clock.now_ns,
     )
@@ -210,13 +226,19 @@ def _writer_settings(config: LoggerConfig, log_dir: Path) -> WriterSettings:
     )
 
 
-def _signer(directory: Path) -> signing.Signer:
+def _signer(config: LoggerConfig) -> signing.Signer:
+    """The signer; a key that is made in the user's own folder is one that this user trusts from then on."""
+    directory = Path(config.secret_dir) if config.secret_dir else own_state(signing.FOLDER)
+    new = not (directory / signing.PRIVATE_NAME).exists()
     try:
-        return signing.load_or_make(directory)
+        signer = signing.load_or_make(directory)
+        if new and not config.secret_dir:
+            trust.add(trust.own_file(), trust.Trusted(public_key=signer.public_hex, note="made by the logger here"))
     except (OSError, ValueError) as error:
         raise UserError(
             f"no key to sign the log with in {directory}: {error}; set secret_dir to a folder of yours"
         ) from None
+    return signer
 
 
 def _open_memory(path: Path, node: Node) -> MemoryStore | None:

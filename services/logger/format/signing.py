@@ -15,6 +15,8 @@ from cryptography.hazmat.primitives.serialization import (
     load_pem_private_key,
 )
 
+FOLDER = "log-keys"
+"""Below the user's state folder."""
 PRIVATE_NAME = "log-key.pem"
 PUBLIC_NAME = "log-key.pub"
 

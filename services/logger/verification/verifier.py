@@ -20,6 +20,7 @@ from mcap.records import Channel, Metadata, MetadataIndex
 from services.logger.format import chain, container, scan, signing
 from services.logger.verification.report import UNSEALED, Found, Place, Report, What, first_difference
 from services.logger.writing.log_file import ORIGIN, Origin, opening
+from services.logger.writing.topic_formats import GAP_TOPIC, Gap
 
 _LINK_START = re.compile(rb'\{"body":\{"n":(\d{1,18}),')
 _LINK_END = re.compile(rb'"signature":"[0-9a-f]{128}"\}')
@@ -62,16 +63,16 @@ class _Read(msgspec.Struct, frozen=True, kw_only=True):
 class Walk:
     """One pass. `good` is the byte up to which chain records vouch for everything."""
 
-    def __init__(self, data: memoryview, mapped: mmap.mmap, *, expected_head: str, public_key: str) -> None:
+    def __init__(self, data: memoryview, mapped: mmap.mmap, *, expected_heads: frozenset[str], public_key: str) -> None:
         self._data, self._mapped = data, mapped
-        self._expected_head, self._public_key = expected_head, public_key
+        self._expected_heads, self._public_key = set(expected_heads), public_key
         self._origin: Origin | None = None
         self._contents = container.Contents()
         self._topics: dict[int, str] = {}
         self._head, self._n, self._messages, self._key_id = chain.ZERO, 0, 0, ""
         self._span_start, self._good = 0, 0
         self._closing = self._closed = False
-        self._seen_expected = not expected_head
+        self._lost, self._lost_why = 0, ""
         self._bad: Place | None = None
 
     def run(self) -> None:
@@ -80,7 +81,7 @@ class Walk:
             self._opening()
             if self._origin is not None:
                 self._flushes()
-            if self._n == 0 and self._seen_expected:
+            if self._n == 0 and not self._expected_heads:
                 raise _Bad(UNSEALED)
         except _Bad as found:
             self._bad = found.place
@@ -99,7 +100,9 @@ class Walk:
             closed=self._closed,
             tail_bytes=0 if whole else len(self._data) - self._good,
             first_bad=self._bad,
-            expected_head_missing=self._bad is None and not self._seen_expected,
+            expected_head_missing=self._bad is None and bool(self._expected_heads),
+            lost=self._lost,
+            lost_why=self._lost_why,
         )
 
     def _opening(self) -> None:
@@ -171,7 +174,15 @@ class Walk:
             self._contents.add(part.group)
         self._messages, self._n, self._head, self._key_id = body.messages, self._n + 1, record.head, record.key_id
         self._span_start, self._closing = read.start, body.closed
-        self._seen_expected = self._seen_expected or record.head == self._expected_head
+        self._expected_heads.discard(record.head)
+        self._gaps(pending)
+
+    def _gaps(self, pending: list[_Read]) -> None:
+        """Adds up what the logger itself says is missing; the records are vouched for, their topics known."""
+        for record in (record for part in pending for record in part.payload.records):
+            if record.opcode == Opcode.MESSAGE and self._topics.get(record.id) == GAP_TOPIC:
+                gap = msgspec.json.decode(record.content[container.MESSAGE_HEAD.size :], type=Gap)
+                self._lost, self._lost_why = self._lost + gap.lost, self._lost_why or gap.reason
 
     def _vouched(self, pending: list[_Read], read: _Read) -> tuple[chain.ChainRecord, chain.ChainBody]:
         """Checks one flush against its chain record: first the chain record itself, then all that it vouches for."""
@@ -345,19 +356,22 @@ def _key_id(public_key: str) -> str:
         return "(no key)"
 
 
-def verify(path: Path, *, expected_head: str = "", public_key: str = "") -> Report:
-    """Reads the whole file. `expected_head` must be one of its heads; `public_key` (hex) must be the one that signed.
+def verify(
+    path: Path, *, expected_head: str = "", public_key: str = "", anchored: frozenset[str] = frozenset()
+) -> Report:
+    """Reads the whole file. `expected_head` and all of `anchored` must be among its heads; `public_key` (hex) must have signed.
 
     Raises OSError where the file cannot be read.
     """
+    expected = anchored | {expected_head} if expected_head else anchored
     if path.stat().st_size == 0:
-        bad = None if expected_head else UNSEALED
-        return Report(file=str(path), size=0, first_bad=bad, expected_head_missing=bool(expected_head))
+        bad = None if expected else UNSEALED
+        return Report(file=str(path), size=0, first_bad=bad, expected_head_missing=bool(expected))
     with (
         path.open("rb") as file,
         mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,
         memoryview(mapped) as data,
     ):
-        walk = Walk(data, mapped, expected_head=expected_head, public_key=public_key)
+        walk = Walk(data, mapped, expected_heads=expected, public_key=public_key)
         walk.run()
         return walk.report(str(path))

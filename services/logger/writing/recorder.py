@@ -18,6 +18,7 @@ from proto.health import ChainHead
 from proto.topics import Topic
 from services.logger.format.container import writable_ns
 from services.logger.memory import MemoryStore, TraceRow, trace_row
+from services.logger.writing.anchor import Anchor
 from services.logger.writing.log_file import Record
 from services.logger.writing.topic_formats import record
 
@@ -65,7 +66,9 @@ class Recorder:
         pictures: PictureGate,
         show: Callable[[str, Record], None],
         warn: Callable[[str], None],
+        anchor: Anchor | None = None,
     ) -> None:
+        self._anchor = anchor
         self._memory, self._pictures, self._show, self._warn = memory, pictures, show, warn
         self._lock = threading.Lock()
         self._rows: list[TraceRow] = []
@@ -122,6 +125,8 @@ class Recorder:
                 self._keep(self._memory, head, n, rows)
         finally:
             self.head = head
+        if self._anchor is not None:
+            self._anchor.sealed(head, n)
 
     def _keep(self, memory: MemoryStore, head: ChainHead, n: int, rows: list[TraceRow]) -> None:
         try:
@@ -142,6 +147,8 @@ class Recorder:
     def retired(self, path: Path) -> None:
         """A log file is about to be deleted to keep the bounds."""
         self._warn(f"retired {path.name}: the bounds of retention are reached")
+        if self._anchor is not None:
+            self._anchor.retired(path.name)
         if self._memory is not None:
             try:
                 self._memory.forget_file(path.name)

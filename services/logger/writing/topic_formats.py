@@ -25,6 +25,7 @@ _LEVELS = {
     "error": Log.ERROR,
     "critical": Log.FATAL,
 }
+GAP_TOPIC = "logger/gap"
 _JSON = msgspec.json.Encoder()
 
 
@@ -102,7 +103,7 @@ def record(
 def gap_record(gap: Gap, *, sequence: int) -> Record:
     """A gap as a record of its own, in its place in the chain."""
     return Record(
-        topic="logger/gap",
+        topic=GAP_TOPIC,
         form=json_form(Gap),
         sequence=sequence,
         log_time_ns=gap.until_ns,

@@ -11,7 +11,11 @@ from drivemcp.errors import UserError
 from proto.health import ChainHead
 from services.logger.format import signing
 from services.logger.memory import MemoryStore
-from tests.unit.services.logger.conftest import write
+from services.logger.writing import anchor
+from services.logger.writing.topic_formats import Gap, gap_record
+from tests.unit.services.logger.conftest import FLUSHES, write
+
+pytestmark = pytest.mark.usefixtures("trusted")
 
 
 def _run(*arguments: str) -> int:
@@ -30,6 +34,104 @@ def test_a_good_log_exits_with_0_and_tells_its_head(closed_log: Path, capsys: py
     said = capsys.readouterr().out
     assert "verified: 12 messages, 4 chain records" in said
     assert "head " in said
+    assert said.rstrip().endswith(": known")
+
+
+def test_an_unknown_key_has_an_exit_status_of_its_own(
+    closed_log: Path, trusted: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trusted.unlink()
+    assert _run(str(closed_log)) == 3
+    assert ": unknown" in capsys.readouterr().out
+    trusted.write_text(f"other-car {'ab' * 32} 2026-03-04 a key of somebody else's\n")
+    assert _run(str(closed_log)) == 3
+
+
+def test_a_vehicle_that_the_trust_file_knows_by_another_key_is_told_with_the_date(
+    closed_log: Path, trusted: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trusted.write_text(f"# keys of the fleet\nego {'ab' * 32} 2026-03-04\nego {'cd' * 32} 2025-01-01\n")
+    assert _run("--trust", str(trusted), str(closed_log)) == 4
+    assert "changed since 2026-03-04" in capsys.readouterr().out
+    assert _run("--json", str(closed_log)) == 4
+    assert msgspec.json.decode(capsys.readouterr().out)["signers"] == [
+        {"standing": "changed since", "since": "2026-03-04"}
+    ]
+
+
+def test_a_key_that_was_trusted_by_the_command_is_known(
+    tmp_path: Path, closed_log: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = ["--trust", str(tmp_path / "fleet" / "keys")]
+    assert run(["audit", "trust", *own, "--vehicle", "van", "ab" * 32]) == 0
+    assert _run(*own, str(closed_log)) == 3
+    assert run(["audit", "trust", *own, "--vehicle", "ego", "--note", "the car # of the lab", signer.public_hex]) == 0
+    assert _run(*own, str(closed_log)) == 0
+    assert (tmp_path / "fleet" / "keys").stat().st_mode & 0o777 == 0o600
+    assert run(["audit", "trust", *own, "--vehicle", "a b", signer.public_hex]) == 2
+    assert "--vehicle" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["ego\n", "ego nonsense\n", f"{'ab' * 32}\n", "\xff\n"])
+def test_a_trust_file_that_is_none_is_told_and_nothing_is_called_known(
+    closed_log: Path, trusted: Path, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    trusted.write_bytes(text.encode("latin-1"))
+    assert run(["audit", "verify", str(closed_log)]) == 2
+    assert "is no trust file" in _complaint(capsys)
+    assert run(["audit", "verify", "--trust", str(closed_log) + ".none", str(closed_log)]) == 2
+
+
+def _anchor(path: Path, signer: signing.Signer) -> anchor.Anchor:
+    return anchor.Anchor(path, signer, every_s=0.0, failed=pytest.fail)
+
+
+def test_an_anchored_head_settles_a_lost_tail_and_a_log_that_is_gone(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs").mkdir()
+    kept, head = _anchor(tmp_path / "elsewhere", signer), ""
+    for name in ("1.mcap", "2.mcap", "3.mcap"):
+        written = write(tmp_path / "logs" / name, signer, previous_head=head).head
+        kept.sealed(msgspec.structs.replace(written, file=name), 3)
+        head = written.head_sha256
+    anchored = ["--anchors", str(tmp_path / "elsewhere")]
+    assert _run(*anchored, str(tmp_path)) == 0
+    last = tmp_path / "logs" / "3.mcap"
+    whole = last.read_bytes()
+    last.write_bytes(whole[: len(whole) // 2])
+    assert _run(str(tmp_path)) == 0, "the file alone does not tell a cut from a crash"
+    assert _run(*anchored, str(tmp_path)) == 1
+    assert "TAIL LOST" in capsys.readouterr().out
+    last.unlink()
+    assert _run(*anchored, str(tmp_path)) == 1
+    assert "3.mcap is gone: a head of it is anchored" in capsys.readouterr().out
+
+
+def test_a_log_that_retention_deleted_is_not_called_gone_and_a_forged_retirement_does_not_count(
+    tmp_path: Path, signer: signing.Signer
+) -> None:
+    (tmp_path / "logs").mkdir()
+    stranger, elsewhere = signing.load_or_make(tmp_path / "stranger"), tmp_path / "elsewhere"
+    written = write(tmp_path / "logs" / "2.mcap", signer).head
+    kept = _anchor(elsewhere, signer)
+    kept.sealed(msgspec.structs.replace(written, file="2.mcap"), 3)
+    kept.sealed(msgspec.structs.replace(written, file="1.mcap"), 3)
+    _anchor(elsewhere, stranger).retired("1.mcap")
+    with elsewhere.open("ab") as cut:
+        cut.write(b'{"time":"cut\n')
+    assert _run("--anchors", str(elsewhere), str(tmp_path)) == 1
+    kept.retired("1.mcap")
+    assert _run("--anchors", str(elsewhere), str(tmp_path)) == 0
+
+
+def test_what_the_logger_lost_is_told_with_its_reason(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gap = Gap(lost=7, from_ns=1, until_ns=2, reason="No space left on device")
+    write(tmp_path / "t.mcap", signer, flushes=[*FLUSHES, [gap_record(gap, sequence=1)]])
+    assert _run(str(tmp_path / "t.mcap")) == 0
+    assert "7 messages never came into it: No space left on device" in capsys.readouterr().out
 
 
 def test_a_changed_log_exits_with_1_and_names_the_place(closed_log: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,8 +23,9 @@ from proto.vehicle import Ego
 from services.logger.format.reader import Logged, messages
 from services.logger.memory import MemoryStore, kept_head
 from services.logger.service import SERVICE, LoggerConfig
+from services.logger.verification import trust
 from services.logger.verification.verifier import verify
-from services.logger.writing import log_folder
+from services.logger.writing import anchor, log_folder
 from services.logger.writing.recorder import Recorder
 from services.logger.writing.topic_formats import LOGGED, json_form
 from tests.unit.services.logger.conftest import trace_of
@@ -212,3 +213,51 @@ def test_a_log_line_is_a_foxglove_log(tmp_path: Path) -> None:
     (data,) = [one.data for one in messages(path) if one.name == "log/rules"]
     log = Log.FromString(data)
     assert (log.level, log.name, log.message) == (Log.WARNING, "rules", "no pack pack=X")
+
+
+def test_the_signing_key_lies_outside_the_drives_folder_and_is_trusted_here(tmp_path: Path, own_state: Path) -> None:
+    with bus() as b:
+        _logged(b, tmp_path / "one", [(topics.EGO, Ego(speed_mps=1.0), None)])
+    with bus() as b:
+        _logged(b, tmp_path / "two", [(topics.EGO, Ego(speed_mps=1.0), None)])
+    keys = []
+    for name in ("one", "two"):
+        (path,) = log_folder.logs(tmp_path / name / "logs")
+        origin = verify(path).origin
+        assert origin is not None
+        keys.append(origin.public_key)
+    assert not [path for path in tmp_path.rglob("*") if path.name.startswith("log-key")]
+    private = own_state / "drivemcp" / "log-keys" / "log-key.pem"
+    assert private.stat().st_mode & 0o777 == 0o600
+    assert keys[0] == keys[1] == private.with_name("log-key.pub").read_text().strip()
+    assert trust.judge(trust.read(trust.own_file()), "whichever", keys[0]).standing == "known"
+
+
+def test_signed_heads_are_anchored_in_a_file_elsewhere(tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere" / "heads"
+    elsewhere.parent.mkdir()
+    with bus() as b:
+        node = b.start(
+            SERVICE, LoggerConfig(out_dir=str(tmp_path / "drive"), flush_ms=10, anchor_file=str(elsewhere), anchor_s=0)
+        )
+        b.probe.publish(topics.EGO, Ego(speed_mps=1.0))
+        b.wait_for(topics.CHAIN, lambda head: head.records > 0)
+        node.close()
+    (path,) = log_folder.logs(tmp_path / "drive" / "logs")
+    heads = anchor.read(elsewhere).heads[path.name]
+    report = verify(path, anchored=heads)
+    assert report.intact
+    assert report.head in heads
+    assert elsewhere.stat().st_mode & 0o777 == 0o640
+    assert verify(path, anchored=heads | {"ab" * 32}).expected_head_missing
+
+
+def test_heads_that_cannot_be_anchored_stand_in_the_health_and_cost_no_record(tmp_path: Path) -> None:
+    nowhere = tmp_path / "nowhere" / "heads"
+    with bus() as b:
+        node = b.start(SERVICE, LoggerConfig(out_dir=str(tmp_path), flush_ms=10, anchor_file=str(nowhere)))
+        b.probe.publish(topics.EGO, Ego(speed_mps=1.0))
+        health = b.wait_for(topics.HEALTH, lambda health: "anchor_trouble" in health.detail, id="logger")
+        node.close()
+    assert str(nowhere) in health.detail["anchor_trouble"]
+    assert verify(*log_folder.logs(tmp_path / "logs")).closed
