@@ -37,6 +37,8 @@ class ServiceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     grant_file: str = ""
     trusted_keys: tuple[str, ...] = ()
     """Public keys (base64) whose grants count."""
+    trusted_keys_file: str = ""
+    """A file with more of them, a line each; a key that leaves it ends its grants at once."""
     tool_workers: Annotated[int, msgspec.Meta(ge=1, le=256)] = 4
     max_pending_calls: Annotated[int, msgspec.Meta(ge=0, le=10_000)] = 16
     heartbeat_file: str = ""

@@ -46,13 +46,20 @@ class Service(Generic[C]):
 
 def authorize_by_grant(config: ServiceConfig) -> Authorize:
     """Actuation tools need a grant that names vehicle and tool, and the confirmation of that very command."""
+    if not config.trusted_keys and not config.trusted_keys_file:
+        return lambda tool, head, payload: (
+            "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"
+        )
+    made: list[Authorize] = []
+    lock = threading.Lock()
 
     def authorize(tool: Tool, head: CallHead, payload: bytes) -> str:
-        if not config.trusted_keys:
-            return "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"
-        from drivemcp.runtime.grants import authorize_call  # cryptography is loaded where actuation is asked for
+        from drivemcp.runtime.authorizing import CallAuthorizer  # cryptography is loaded where actuation is asked for
 
-        return authorize_call(tool.entry.name, head, payload, vehicle=config.vehicle, trusted_keys=config.trusted_keys)
+        with lock:
+            if not made:
+                made.append(CallAuthorizer(config.vehicle, config.trusted_keys, config.trusted_keys_file))
+        return made[0](tool, head, payload)
 
     return authorize
 

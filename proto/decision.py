@@ -191,6 +191,8 @@ class Grant(msgspec.Struct, frozen=True, kw_only=True):
     issued_at: str
     key_id: str = ""
     signature: str = ""
+    sequence: int = 0
+    """Rises with each grant of a key: one that came before the newest that was seen, or before one that has ended, does not count."""
 
 
 class Feedback(msgspec.Struct, frozen=True, kw_only=True):

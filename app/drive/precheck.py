@@ -12,6 +12,7 @@ import msgspec
 from drivemcp.config import settings_of
 from drivemcp.errors import UserError
 from drivemcp.registry import load_service, service_rows
+from drivemcp.runtime.grant_watch import TrustedKeys
 from drivemcp.runtime.grants import GrantRefused, public_key, read_grant, verify_grant
 from proto import topics
 from proto.keys import chunk
@@ -76,11 +77,7 @@ def check_port(port: int) -> None:
 
 def vehicle_of(flags: argparse.Namespace) -> str:
     """The vehicle's name: the one asked for, else the grant's; empty: one is made up. A grant must count for it."""
-    for key in flags.trust:
-        try:
-            public_key(key)
-        except GrantRefused as error:
-            raise UserError(f"--trust: {error}") from None
+    keys, keys_file = trusted(flags.trust)
     vehicle = str(flags.vehicle)
     if flags.grant:
         try:
@@ -89,11 +86,28 @@ def vehicle_of(flags: argparse.Namespace) -> str:
             raise UserError(f"cannot read the grant {flags.grant}: {error.strerror}") from None
         grant = read_grant(data)
         vehicle = vehicle or grant.vehicle
-        verify_grant(grant, flags.trust, vehicle=vehicle, capability=topics.BRAKE.name, now=datetime.now(UTC))
+        counting = TrustedKeys(keys, keys_file).current()
+        verify_grant(grant, counting, vehicle=vehicle, capability=topics.BRAKE.name, now=datetime.now(UTC))
     try:
         return chunk(vehicle) if vehicle else ""
     except ValueError as error:
         raise UserError(f"--vehicle: {error}") from None
+
+
+def trusted(given: Sequence[str]) -> tuple[list[str], str]:
+    """The public keys among what `--trust` was given, and the file of keys, of which there may be one."""
+    files = [one for one in given if Path(one).is_file()]
+    keys = [one for one in given if one not in files]
+    if len(files) > 1:
+        raise UserError("--trust takes one file of keys")
+    file = str(Path(files[0]).resolve()) if files else ""
+    try:
+        for key in keys:
+            public_key(key)
+        TrustedKeys(file=file).current()
+    except GrantRefused as error:
+        raise UserError(f"--trust: {error}") from None
+    return keys, file
 
 
 def check_scenario(path: Path) -> "Scenario":

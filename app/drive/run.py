@@ -14,7 +14,7 @@ import msgspec
 
 from app.drive.log_state import state_of
 from app.drive.options import options
-from app.drive.precheck import check_port, vehicle_of
+from app.drive.precheck import check_port, trusted, vehicle_of
 from app.drive.screen import Screen
 from app.drive.stack import Stack, StackPlan, folder_for
 from app.drive.summary import Summary, Tally
@@ -22,6 +22,7 @@ from app.drive.words import live_line, spoken_line, summary_lines
 from drivemcp.config import settings_of
 from drivemcp.node import Node
 from drivemcp.numbers import port
+from drivemcp.paths import own_state
 from proto import topics
 
 LIVE_PERIOD_S = 0.25
@@ -37,7 +38,10 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", default="out", metavar="FOLDER", help="where logs go")
     parser.add_argument("--port", type=port, default=0, help="the router's port; a free one by default")
     parser.add_argument("--grant", default="", metavar="FILE", help="a signed grant to brake (drivemcp grant)")
-    parser.add_argument("--trust", action="append", default=[], metavar="KEY", help="public key whose grants count")
+    parser.add_argument(
+        "--trust", action="append", default=[], metavar="KEY|FILE",
+        help="public key whose grants count; or a file of them, where a key that is taken out ends its grants at once",
+    )  # fmt: skip
     parser.add_argument(
         "--with", dest="extra", action="append", default=[], metavar="SERVICE", help="a third-party expert"
     )
@@ -86,9 +90,14 @@ def _drive(
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
     if flags.grant:
-        settings["arbiter"] = {"grant_file": str(Path(flags.grant).resolve()), **settings.get("arbiter", {})}
+        settings["arbiter"] = {
+            "grant_file": str(Path(flags.grant).resolve()), "grant_memory": str(own_state("ended-grants.json")),
+            **settings.get("arbiter", {}),
+        }  # fmt: skip
+    keys, keys_file = trusted(flags.trust)
     plan = StackPlan(
-        folder=folder_for(name, flags.out), source=source, settings=settings, common={"lockstep": lockstep, "trusted_keys": flags.trust},
+        folder=folder_for(name, flags.out), source=source, settings=settings,
+        common={"lockstep": lockstep, "trusted_keys": keys, "trusted_keys_file": keys_file},
         without=tuple(flags.without), extra=tuple(flags.extra), vehicle=vehicle, port=flags.port,
         hosts={name: run for _, hosts in asked for name, run in hosts.items()},
     )  # fmt: skip

@@ -28,6 +28,8 @@ class Received(msgspec.Struct, Generic[M], frozen=True):
     sent_ns: int
     publisher: str
     payload: bytes = b""
+    epoch: int = 0
+    """Of the publisher's process: `seq` counts within it."""
 
 
 def decode(topic: Topic[M], payload: bytes) -> M:
@@ -58,4 +60,5 @@ def received_as(message: Any, parcel: Parcel, head: PubHead) -> Received[Any]:
         sent_ns=head.sent_ns,
         publisher=head.publisher,
         payload=parcel.payload if message is None else b"",
+        epoch=head.epoch,
     )

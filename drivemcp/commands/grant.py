@@ -4,6 +4,7 @@ import argparse
 import os
 import secrets
 import sys
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -34,7 +35,7 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--max-deceleration", type=float, default=4.0, metavar="M_PER_S2")
     parser.add_argument("--max-duration", type=float, default=2.0, metavar="S")
-    parser.add_argument("--valid", type=number(0.01, 720.0), default=8.0, metavar="HOURS")
+    parser.add_argument("--valid", type=number(0.01, 24.0), default=8.0, metavar="HOURS", help="at most 24")
     parser.add_argument("--out", metavar="FILE", help="where the grant goes; standard output otherwise")
     parser.set_defaults(run=command)
 
@@ -61,6 +62,7 @@ def command(flags: argparse.Namespace) -> int:
         max_duration_s=flags.max_duration,
         issued_at=now.isoformat(timespec="seconds"),
         expires_at=(now + timedelta(hours=flags.valid)).isoformat(timespec="seconds"),
+        sequence=_next_sequence(Path(flags.key), int(now.timestamp() * 1000)),
     )
     try:
         private = Path(flags.key).read_text(encoding="ascii").strip()
@@ -77,6 +79,19 @@ def command(flags: argparse.Namespace) -> int:
     else:
         sys.stdout.write(text)
     return 0
+
+
+def _next_sequence(key: Path, now_ms: int) -> int:
+    """Above every one before, whatever the clock says: the time in ms, or one more than what is kept beside the key."""
+    kept = key.with_name(f"{key.name}.sequence")
+    try:
+        last = int(kept.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        last = 0
+    following = max(now_ms, last + 1)
+    with suppress(OSError):  # a key on a medium that takes no writes: the time alone counts up
+        kept.write_text(f"{following}\n", encoding="ascii")
+    return following
 
 
 def _write_private(path: Path, private: str) -> None:

@@ -5,15 +5,25 @@ cryptography is imported when a grant is made or checked, never before: a servic
 
 import base64
 import hashlib
-from collections.abc import Iterable
-from datetime import UTC, datetime
+import re
+import secrets
+import threading
+import time
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
 
 import msgspec
 
 from drivemcp.errors import MALFORMED, UserError
 from proto.decision import Grant
-from proto.tools import CallHead
+
+LONGEST = timedelta(hours=24)
+"""No grant is valid for longer, whoever signed it."""
+CONFIRM_WITHIN_S = 60.0
+"""How long a command waits to be confirmed."""
+MOST_WAITING = 64
+_CONFIRMATION = re.compile(r"confirmation must be '([^']+)'")
 
 
 class GrantRefused(UserError, PermissionError):
@@ -106,6 +116,10 @@ def _check_bounds(grant: Grant) -> None:
         raise GrantRefused(f"grant {grant.grant_id!r}: bounds must lie in (0, 10] m/s^2 and (0, 30] s")
     if _time(grant.issued_at) >= _time(grant.expires_at):
         raise GrantRefused(f"grant {grant.grant_id!r} expires before it is issued")
+    if _time(grant.expires_at) - _time(grant.issued_at) > LONGEST:
+        raise GrantRefused(f"grant {grant.grant_id!r} is for more than {LONGEST / timedelta(hours=1):.0f} hours")
+    if grant.sequence < 0:
+        raise GrantRefused(f"grant {grant.grant_id!r} has a sequence below 0")
 
 
 def _time(text: str) -> datetime:
@@ -127,18 +141,38 @@ def _unb64(text: str) -> bytes:
         raise GrantRefused("what should be a key or a signature is no base64 text") from None
 
 
-def authorize_call(tool: str, head: CallHead, payload: bytes, *, vehicle: str, trusted_keys: Iterable[str]) -> str:
-    """Why a call of an actuation tool is refused; empty: a grant names it, and the call confirms this very command."""
-    if head.confirmation != confirmation_of(tool, payload):
-        return f"confirm this very command: confirmation must be {confirmation_of(tool, payload)!r}"
-    try:
-        grant = read_grant(head.grant.encode())
-        verify_grant(grant, trusted_keys, vehicle=vehicle, capability=f"tool:{tool}", now=datetime.now(UTC))
-    except GrantRefused as error:
-        return str(error)
-    return ""
+class Confirmations:
+    """Commands that wait to be confirmed. Each is asked for with a nonce of its own, and confirmed once, within a minute."""
+
+    def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._now_s = now_s
+        self._lock = threading.Lock()
+        self._due_s: dict[str, float] = {}
+
+    def ask(self, tool: str, payload: bytes) -> str:
+        """What a caller has to repeat. Of more than `MOST_WAITING` the oldest are forgotten."""
+        text = confirmation_of(tool, payload, secrets.token_hex(16))
+        with self._lock:
+            self._due_s[text] = self._now_s() + CONFIRM_WITHIN_S
+            while len(self._due_s) > MOST_WAITING:
+                del self._due_s[next(iter(self._due_s))]
+        return text
+
+    def take(self, tool: str, payload: bytes, confirmation: str) -> bool:
+        """Whether this very command was asked for and waits; it does not wait any longer then."""
+        if not confirmation.startswith(confirmation_of(tool, payload, "")):
+            return False
+        with self._lock:
+            due_s = self._due_s.pop(confirmation, None)
+        return due_s is not None and self._now_s() < due_s
 
 
-def confirmation_of(tool: str, payload: bytes) -> str:
-    """What a caller must repeat to confirm one command: the tool and the SHA-256 of its arguments as sent."""
-    return f"{tool} {hashlib.sha256(payload).hexdigest()}"
+def confirmation_of(tool: str, payload: bytes, nonce: str) -> str:
+    """What confirms one command: the tool, the SHA-256 of its arguments as sent, and the server's nonce."""
+    return f"{tool} {hashlib.sha256(payload).hexdigest()} {nonce}"
+
+
+def asked_confirmation(refusal: str) -> str:
+    """The confirmation that a refusal asks for; empty where it asks for none."""
+    found = _CONFIRMATION.search(refusal)
+    return found[1] if found else ""

@@ -2,26 +2,30 @@
 
 import base64
 import hashlib
+from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
-from drivemcp.runtime.grants import KeyPair, sign_grant
+from drivemcp.runtime.grants import LONGEST, KeyPair, sign_grant
 from evaluation.run.spec import RunSpec
 from proto.decision import Grant
 from proto.topics import BRAKE
 
 GRANT = Grant(
     grant_id="evaluation", vehicle="ego", capability=BRAKE.name, max_deceleration_mps2=4.0, max_duration_s=2.0,
-    issued_at="2020-01-01T00:00:00+00:00", expires_at="2120-01-01T00:00:00+00:00",
+    issued_at="", expires_at="",
 )  # fmt: skip
+"""What is permitted; each run's is for the day from its start."""
 
 
 def granted(spec: RunSpec, folder: Path) -> RunSpec:
     """The spec with the permission; where the grant lies is no part of a run's key."""
     file, pair = folder / "grant.json", _pair()
-    file.write_bytes(msgspec.json.encode(sign_grant(GRANT, pair.private)))
+    now = datetime.now(UTC)
+    ours = msgspec.structs.replace(GRANT, issued_at=now.isoformat(), expires_at=(now + LONGEST).isoformat())
+    file.write_bytes(msgspec.json.encode(sign_grant(ours, pair.private)))
     arbiter = {**spec.settings.get("arbiter", {}), "grant_file": str(file), "trusted_keys": [pair.public]}
     return msgspec.structs.replace(spec, settings={**spec.settings, "arbiter": arbiter})
 

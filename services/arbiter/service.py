@@ -2,9 +2,8 @@
 
 import threading
 from collections import OrderedDict
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 
@@ -14,7 +13,7 @@ from drivemcp.finite import sound
 from drivemcp.node import Node
 from drivemcp.service import Service
 from proto import topics
-from proto.decision import ArbitrationRequest, Decision, Grant
+from proto.decision import ArbitrationRequest, Decision
 from proto.topics import Topic
 from services.arbiter.assessment.reading import Latest, M, Reading, read
 from services.arbiter.braking.act import Permission
@@ -27,8 +26,12 @@ from services.arbiter.profiles.errors import ProfileError
 from services.arbiter.profiles.profile import Profile, load, reachability
 from services.arbiter.state import Adapted, ArbiterState, fresh
 
+if TYPE_CHECKING:
+    from drivemcp.runtime.grant_watch import WatchedGrant
+
 MOST_DELTA = 2.0
 """In simulation, beyond the profile's bound: what the evaluation's sweep takes. No margin ever exceeds it."""
+GRANT_KEPT_EVERY_S = 10.0
 KEPT_DECISIONS = 600
 """A minute of them can still be explained."""
 
@@ -41,6 +44,8 @@ class ArbiterConfig(ServiceConfig, frozen=True, kw_only=True):
     state_file: str = ""
     learnt: tuple[float, float] | None = None
     """Delta and c_min as feedback on earlier drives left them, instead of what a file has; within the profile's bounds."""
+    grant_memory: str = ""
+    """Where the sequences of grants that have ended are kept (empty: `out_dir/ended-grants.json`; in lockstep: nowhere)."""
     filter: str = FULL
     """What the arbiter holds back: all that it judges unfit, or, for the evaluation, less (`filters.py`)."""
 
@@ -55,9 +60,9 @@ class Arbiter:
         self._lock = threading.Lock()
         self._file = _state_file(config)
         self._state = self._begin()
-        self._grant, self._refused = _grant(config)
-        if self._refused and config.grant_file:
-            node.log.warning("the grant does not count: %s", self._refused)
+        self._watched = _watched(config)
+        self._refused = ""
+        self._permission()
         self._decided: OrderedDict[int, tuple[ArbitrationRequest, Inputs]] = OrderedDict()
 
     def arbitrate(self, request: ArbitrationRequest) -> Verdict:
@@ -90,6 +95,11 @@ class Arbiter:
         if kept is None:
             raise ToolFailed(f"no decision of tick {tick} is kept; the last {KEPT_DECISIONS} are")
         return explain(*kept, self.profile)
+
+    def keep_grant(self) -> None:
+        """Keep how long the grant has counted; a restart does not begin anew."""
+        if self._watched is not None:
+            self._watched.keep()
 
     def save(self) -> None:
         """Keep what feedback has moved; a disk that refuses costs the memory, not the drive."""
@@ -127,16 +137,19 @@ class Arbiter:
         return (message, received.stamp_ns) if message is not None else None
 
     def _permission(self) -> Permission:
-        if self._grant is None:
-            return Permission(refused=self._refused)
-        from drivemcp.runtime.grants import in_time
-
-        if not in_time(self._grant, datetime.now(UTC)):
-            return Permission(refused="the grant has expired")
+        if self._watched is None:
+            return Permission(refused="no grant")
+        grant, refused = self._watched.current()
+        if refused != self._refused:
+            self._refused = refused
+            if refused:
+                self._node.log.warning("the grant does not count: %s", refused)
+        if grant is None:
+            return Permission(refused=refused)
         return Permission(
-            grant_id=self._grant.grant_id,
-            max_deceleration_mps2=self._grant.max_deceleration_mps2,
-            max_duration_s=self._grant.max_duration_s,
+            grant_id=grant.grant_id,
+            max_deceleration_mps2=grant.max_deceleration_mps2,
+            max_duration_s=grant.max_duration_s,
             refused="",
         )
 
@@ -171,6 +184,7 @@ def build(config: ArbiterConfig, node: Node) -> None:
         return arbiter.explain(tick)
 
     node.on_close(arbiter.save)
+    node.every(GRANT_KEPT_EVERY_S, arbiter.keep_grant)
 
 
 def _profile(config: ArbiterConfig) -> Profile:
@@ -199,20 +213,23 @@ def _state_file(config: ArbiterConfig) -> Path | None:
     return None if config.lockstep else Path(config.out_dir) / "arbiter.json"
 
 
-def _grant(config: ArbiterConfig) -> tuple[Grant | None, str]:
+def _watched(config: ArbiterConfig) -> "WatchedGrant | None":
     if not config.grant_file:
-        return None, "no grant"
-    from drivemcp.runtime.grants import GrantRefused, read_grant, verify_grant
+        return None
+    from drivemcp.runtime.grant_watch import Floor, TrustedKeys, WatchedGrant
 
-    try:
-        grant = read_grant(Path(config.grant_file).read_bytes())
-        now = datetime.now(UTC)
-        verify_grant(grant, config.trusted_keys, vehicle=config.vehicle, capability=topics.BRAKE.name, now=now)
-    except GrantRefused as error:
-        return None, str(error)
-    except OSError as error:
-        raise ConfigError(f"cannot read the grant {config.grant_file}: {error.strerror}") from None
-    return grant, ""
+    file = Path(config.grant_file)
+    if not file.is_file():
+        raise ConfigError(f"cannot read the grant {file}: no such file")
+    # two lockstep runs must agree: nothing is carried over from the run before
+    kept = None if config.lockstep else Path(config.grant_memory or Path(config.out_dir) / "ended-grants.json")
+    return WatchedGrant(
+        file,
+        keys=TrustedKeys(config.trusted_keys, config.trusted_keys_file),
+        vehicle=config.vehicle,
+        capability=topics.BRAKE.name,
+        floor=Floor(kept),
+    )
 
 
 SERVICE = Service("arbiter", ArbiterConfig, build)

@@ -7,13 +7,16 @@ from typing import Annotated, Any
 
 import msgspec
 
+from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, LockstepError, ToolFailed
 from drivemcp.node import Node
 from drivemcp.paths import data
 from drivemcp.service import Service
 from proto import topics
+from proto.decision import BrakeCommand
 from proto.truth import ScenarioState
+from services.simulator.car.command_order import CommandOrder
 from services.simulator.lockstep import EPOCH_NS, Conductor
 from services.simulator.realtime import RealTime
 from services.simulator.scenario.load import ScenarioError, load_scenario, read_fault
@@ -277,7 +280,13 @@ def build(config: SimulatorConfig, node: Node) -> None:
     simulator = Simulator(config, node)
     node.on_close(simulator.close)
     node.subscribe(topics.ADVISORY, lambda message, _: simulator.reach(lambda session: session.hear(message)))
-    node.subscribe(topics.BRAKE, lambda message, _: simulator.reach(lambda session: session.brake(message)))
+    order = CommandOrder()
+
+    def brake(command: BrakeCommand, info: Received[BrakeCommand]) -> None:
+        if order.takes(info, node.clock.now_ns()):
+            simulator.reach(lambda session: session.brake(command))
+
+    node.subscribe(topics.BRAKE, brake)
     node.subscribe(topics.CAN_TX, lambda message, _: simulator.requested(message), id=config.can_bus)
     node.every(STATE_PERIOD_S, simulator.report)
     _add_tools(config, node, simulator)

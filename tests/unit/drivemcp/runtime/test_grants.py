@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivemcp.runtime import grants
 from drivemcp.runtime.grants import GrantRefused, canonical, key_id, make_key, read_grant, sign_grant, verify_grant
 from proto.decision import Grant
 
@@ -39,7 +40,8 @@ def test_a_signed_grant_counts_and_survives_its_file() -> None:
     [
         ("max_deceleration_mps2", 9.0),
         ("max_duration_s", 20.0),
-        ("expires_at", (NOW + timedelta(days=9)).isoformat()),
+        ("expires_at", (NOW + timedelta(hours=9)).isoformat()),
+        ("sequence", 7),
         ("vehicle", "other"),
         ("grant_id", "g-2"),
         ("capability", "tool:clear_dtcs"),
@@ -81,11 +83,43 @@ def test_an_unknown_key_an_absent_or_a_copied_signature_do_not_count() -> None:
         {"max_duration_s": 31.0},
         {"expires_at": PLAIN.issued_at},
         {"expires_at": "tomorrow"},
+        {"expires_at": (NOW + timedelta(hours=23, seconds=1)).isoformat()},
+        {"sequence": -1},
     ],
 )
 def test_impossible_bounds_are_never_signed(fields: dict[str, object]) -> None:
     with pytest.raises(GrantRefused):
         sign_grant(msgspec.structs.replace(PLAIN, **fields), KEY.private)
+
+
+def test_a_grant_for_more_than_a_day_does_not_count_whoever_signed_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    longer = msgspec.structs.replace(PLAIN, expires_at=(NOW + timedelta(days=2)).isoformat())
+    with monkeypatch.context() as careless:
+        careless.setattr(grants, "LONGEST", timedelta(days=400))
+        signed = sign_grant(longer, KEY.private)
+    with pytest.raises(GrantRefused, match="more than 24 hours"):
+        check(signed)
+
+
+def test_a_confirmation_is_for_one_command_once_and_for_a_minute() -> None:
+    now_s = 0.0
+    waiting = grants.Confirmations(lambda: now_s)
+    said = waiting.ask("clear_dtcs", b"{}")
+    assert not waiting.take("clear_dtcs", b'{"by":"obd"}', said)
+    assert not waiting.take("reset_ecu", b"{}", said)
+    assert waiting.take("clear_dtcs", b"{}", said)
+    assert not waiting.take("clear_dtcs", b"{}", said)
+    late = waiting.ask("clear_dtcs", b"{}")
+    now_s = grants.CONFIRM_WITHIN_S
+    assert not waiting.take("clear_dtcs", b"{}", late)
+
+
+def test_a_flood_of_unconfirmed_commands_keeps_the_newest() -> None:
+    waiting = grants.Confirmations()
+    asked = [waiting.ask("clear_dtcs", b"{}") for _ in range(10 * grants.MOST_WAITING)]
+    assert len(set(asked)) == len(asked)
+    kept = [one for one in asked if waiting.take("clear_dtcs", b"{}", one)]
+    assert kept == asked[-grants.MOST_WAITING :]
 
 
 @settings(max_examples=50)

@@ -96,6 +96,36 @@ def test_under_a_grant_it_publishes_bounded_braking(tmp_path: Path) -> None:
         assert 0.0 < command.deceleration_mps2 <= 3.0
 
 
+@pytest.mark.parametrize("taken", ["grant", "key"])
+def test_a_grant_that_is_taken_back_while_driving_is_over_with_the_next_decision_and_does_not_come_back(
+    tmp_path: Path, taken: str
+) -> None:
+    key, keys = make_key(), tmp_path / "keys"
+    keys.write_text(f"# the fleet's\n{key.public}\n")
+    config = ArbiterConfig(
+        out_dir=str(tmp_path), grant_file=grant_file(tmp_path, key.private), trusted_keys_file=str(keys)
+    )
+    file = tmp_path / "grant.json" if taken == "grant" else keys
+    content = file.read_bytes()
+    with bus() as b:
+        b.start(SERVICE, config)
+        probe = b.node("probe")
+        assert arbitrate(b, probe).kind == "ACT"
+        file.unlink()
+        assert arbitrate(b, probe).kind != "ACT"
+        file.write_bytes(content)
+        assert arbitrate(b, probe).kind != "ACT"
+    with bus() as b:
+        b.start(SERVICE, config)
+        decision = arbitrate(b, b.node("probe"))
+        assert decision.act_withheld == "grant 'g-test' has ended, or a later one took its place"
+        assert decision.brake_mps2 == 0.0
+    grant_file(tmp_path, key.private, grant_id="g-2", sequence=1)
+    with bus() as b:
+        b.start(SERVICE, config)
+        assert arbitrate(b, b.node("probe")).kind == "ACT"
+
+
 @pytest.mark.parametrize(
     "fields",
     [

@@ -43,10 +43,6 @@ def grant(tool: str, hours: float = 1.0) -> str:
     return msgspec.json.encode(grants.sign_grant(given, KEY.private)).decode()
 
 
-def confirmation(tool: str, arguments: dict[str, Any]) -> str:
-    return grants.confirmation_of(tool, msgspec.json.encode(arguments))
-
-
 class Car:
     """Units that answer, and what was sent to them."""
 
@@ -71,6 +67,10 @@ class Car:
         if tool not in probe.catalogue():
             probe.client.discover()
         return probe.client.call_all([(tool, arguments, 20_000.0)], grant=grant, confirmation=confirmation)[0]
+
+    def confirmation(self, tool: str, arguments: dict[str, Any]) -> str:
+        """What the service asks for when the command comes with a grant and unconfirmed."""
+        return grants.asked_confirmation(self.call(tool, arguments, grant(tool)).error)
 
     def hear_all(self) -> None:
         """Until all that has left so far is heard: the answer to one more question, the last on the same topic."""
@@ -99,17 +99,30 @@ def car(profile: str, speed_mps: float = 0.0) -> Iterator[Car]:
 def test_a_granted_and_confirmed_command_on_a_standing_car_leaves(tool: str, payload: bytes, patient: str) -> None:
     with car(patient) as standing:
         arguments = COMMANDS[tool]
-        outcome = standing.call(tool, arguments, grant(tool), confirmation(tool, arguments))
+        outcome = standing.call(tool, arguments, grant(tool), standing.confirmation(tool, arguments))
     assert outcome.ok, outcome
     assert outcome.result is not None
     assert outcome.result["status"] == "ok"
     assert standing.changing == [single_frame(payload)]
 
 
+def test_a_confirmation_serves_once(standing: Car) -> None:
+    said = standing.confirmation("clear_dtcs", {"by": "uds"})
+    assert standing.call("clear_dtcs", {"by": "uds"}, grant("clear_dtcs"), said).status == "ok"
+    standing.hear_all()
+    sent = len(standing.changing)
+    replayed = standing.call("clear_dtcs", {"by": "uds"}, grant("clear_dtcs"), said)
+    assert replayed.status == "protocol_error"
+    assert grants.asked_confirmation(replayed.error) not in ("", said)
+    standing.hear_all()
+    assert len(standing.changing) == sent
+    standing.sent.clear()
+
+
 @pytest.mark.parametrize("tool", COMMANDS)
 def test_a_granted_and_confirmed_command_on_a_moving_car_does_not_leave(tool: str, patient: str) -> None:
     with car(patient, speed_mps=5.0) as moving:
-        outcome = moving.call(tool, COMMANDS[tool], grant(tool), confirmation(tool, COMMANDS[tool]))
+        outcome = moving.call(tool, COMMANDS[tool], grant(tool), moving.confirmation(tool, COMMANDS[tool]))
     assert outcome.result is not None
     assert outcome.result["status"] == "refused"
     assert "moves" in outcome.result["message"]
@@ -147,7 +160,7 @@ READS = st.one_of(
 REFUSED = st.tuples(
     st.sampled_from(list(COMMANDS)),
     st.sampled_from(["none", "other tool", "expired", "good"]),
-    st.sampled_from(["none", "other tool", "other arguments", "good", "text"]),
+    st.sampled_from(["none", "other tool", "other arguments", "good", "text", "own nonce"]),
 ).filter(lambda choice: choice[1:] != ("good", "good"))
 
 
@@ -160,10 +173,11 @@ def test_no_refused_command_leaves_the_car(standing: Car) -> None:
         shown = {"none": "", "other tool": grant(other), "expired": grant(tool, -1.0), "good": grant(tool)}
         repeated = {
             "none": "",
-            "other tool": confirmation(other, COMMANDS[tool]),
-            "other arguments": confirmation(tool, COMMANDS[tool] | {"timeout_s": 1.0}),
-            "good": confirmation(tool, COMMANDS[tool]),
+            "other tool": standing.confirmation(other, COMMANDS[other]),
+            "other arguments": standing.confirmation(tool, COMMANDS[tool] | {"timeout_s": 1.0}),
+            "good": standing.confirmation(tool, COMMANDS[tool]),
             "text": "yes",
+            "own nonce": grants.confirmation_of(tool, msgspec.json.encode(COMMANDS[tool]), "ab" * 16),
         }
         outcome = standing.call(tool, COMMANDS[tool], shown[which_grant], repeated[which_confirmation])
         assert outcome.status == "protocol_error"
@@ -178,7 +192,9 @@ def test_no_reading_tool_makes_a_changing_frame_leave(standing: Car) -> None:
     @given(st.lists(READS, min_size=1, max_size=3))
     def check(calls: list[tuple[str, dict[str, Any]]]) -> None:
         for tool, arguments in calls:
-            standing.call(tool, arguments, grant(tool), confirmation(tool, arguments))
+            standing.call(
+                tool, arguments, grant(tool), grants.confirmation_of(tool, msgspec.json.encode(arguments), "")
+            )
 
     check()
     standing.hear_all()
