@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from drivemcp.commands import Subparsers
+from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, port
 from services.logger.writing import log_folder
 
@@ -28,14 +29,15 @@ def register(subparsers: Subparsers) -> None:
 def _view(flags: argparse.Namespace) -> int:
     from services.logger.view.old import show  # the view's packages are large
 
-    return show(
-        log_folder.named(flags.files),
-        recording=flags.recording,
-        bind=flags.bind,
-        web_port=flags.port,
-        image_hz=flags.image_hz,
-        say=_say,
-    )
+    with others_denied():  # a recording holds pictures
+        return show(
+            log_folder.named(flags.files),
+            recording=flags.recording,
+            bind=flags.bind,
+            web_port=flags.port,
+            image_hz=flags.image_hz,
+            say=_say,
+        )
 
 
 def _say(text: str) -> None:

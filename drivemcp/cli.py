@@ -9,6 +9,7 @@ from importlib.metadata import entry_points, version
 
 from drivemcp.errors import BusError, DriveMcpError, UserError
 from drivemcp.runtime.proto_guard import check_proto
+from drivemcp.terminal import filter_output
 
 GROUP = "drivemcp.commands"
 _REMEDIES = {
@@ -53,6 +54,7 @@ def _module_remedy(module: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and exit: 0 well, 1 the command's own failure, 2 a user's mistake, 130 interrupted."""
+    filter_output()
     sys.exit(run(arguments))
 
 

@@ -7,19 +7,23 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import msgspec
 
 from drivemcp.bus.session import Bus, open_bus
 from drivemcp.config import ServiceConfig, load_config
 from drivemcp.errors import BusError, DriveMcpError, UserError
+from drivemcp.files.modes import deny_others
 from drivemcp.node import Node
 from drivemcp.runtime.logs import set_up_logging
 from drivemcp.runtime.proto_guard import check_proto
 from drivemcp.tools.definition import Tool
 from drivemcp.tools.server import Authorize
 from proto.tools import CallHead
+
+if TYPE_CHECKING:
+    from drivemcp.runtime.authorizing import CallAuthorizer
 
 C = TypeVar("C", bound=ServiceConfig)
 
@@ -50,7 +54,7 @@ def authorize_by_grant(config: ServiceConfig) -> Authorize:
         return lambda tool, head, payload: (
             "actuation is off; it takes a grant (drivemcp grant) and a confirmation of this very command"
         )
-    made: list[Authorize] = []
+    made: list[CallAuthorizer] = []
     lock = threading.Lock()
 
     def authorize(tool: Tool, head: CallHead, payload: bytes) -> str:
@@ -59,7 +63,7 @@ def authorize_by_grant(config: ServiceConfig) -> Authorize:
         with lock:
             if not made:
                 made.append(CallAuthorizer(config.vehicle, config.trusted_keys, config.trusted_keys_file))
-        return made[0](tool, head, payload)
+        return made[0].why_refused(tool.entry.name, head, payload)
 
     return authorize
 
@@ -106,6 +110,7 @@ def run(service: Service[Any], arguments: Sequence[str] | None = None) -> int:
 
 
 def _live(service: Service[Any], config: ServiceConfig) -> int:
+    deny_others()
     set_up_logging(service.name, config.log_level)
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -20,6 +20,7 @@ from app.drive.stack import Stack, StackPlan, folder_for
 from app.drive.summary import Summary, Tally
 from app.drive.words import live_line, spoken_line, summary_lines
 from drivemcp.config import settings_of
+from drivemcp.files.modes import others_denied
 from drivemcp.node import Node
 from drivemcp.numbers import port
 from drivemcp.paths import own_state
@@ -63,7 +64,7 @@ def drive(
 ) -> tuple[int, Path]:
     """Start, watch, stop, sum up, verify. The status (0: well; 1: no whole log that verifies, or no drive to its end) and the folder."""
     stop = threading.Event()
-    with _heeding_signals(stop):
+    with _heeding_signals(stop), others_denied():
         return _drive(flags, name, source, source_settings, lockstep, stop)
 
 

@@ -7,11 +7,14 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
+from drivemcp.terminal import own_terminal, printable
+
 
 def _to_terminal(text: str) -> None:
     with suppress(OSError):  # a terminal that was closed; what there is to end is ended all the same
-        sys.stderr.write(text)
-        sys.stderr.flush()
+        stream = own_terminal(sys.stderr)
+        stream.write(text)
+        stream.flush()
 
 
 class Screen:
@@ -28,10 +31,11 @@ class Screen:
         """A line that stays."""
         with self._lock:
             self._clear()
-            self._write(text + "\n")
+            self._write(printable(text) + "\n")
 
     def live(self, text: str) -> None:
         """The live line."""
+        text = printable(text).replace("\n", " ")
         now_s = time.monotonic()
         with self._lock:
             if self._tty:

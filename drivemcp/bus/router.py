@@ -12,6 +12,7 @@ from typing import Any
 from drivemcp.bus.session import open_bus
 from drivemcp.config import BusConfig
 from drivemcp.errors import BusError, UserError
+from drivemcp.files.modes import deny_others
 
 
 def access_settings(access_file: str, credentials_file: str) -> dict[str, object]:
@@ -36,6 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--access", default="", metavar="FILE", help="generated access control (drivemcp access)")
     parser.add_argument("--credentials", default="", metavar="FILE", help="user:password lines")
     flags = parser.parse_args(arguments)
+    deny_others()
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())

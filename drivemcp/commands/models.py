@@ -8,6 +8,7 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.fetching import fetch
 from drivemcp.files.models import ModelRow, State, load_table, model_folder, path_of, row_of, state_of
+from drivemcp.terminal import own_terminal
 
 _HERE: dict[State, str] = {"whole": "here, verified", "absent": "not here", "differs": "here, CHECKSUM DIFFERS"}
 
@@ -88,7 +89,7 @@ class Bar:
         if not sys.stderr.isatty() or percent == self._shown:
             return
         self._shown = percent
-        sys.stderr.write(
+        own_terminal(sys.stderr).write(
             f"\r{percent:3d} %  {done / 1e6:.1f} of {total / 1e6:.1f} MB" + ("\n" if percent == 100 else "")
         )
         sys.stderr.flush()

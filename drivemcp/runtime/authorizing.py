@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from drivemcp.runtime.grant_watch import Floor, ForwardTime, TrustedKeys
 from drivemcp.runtime.grants import Confirmations, GrantRefused, read_grant, verify_grant
-from drivemcp.tools.definition import Tool
 from proto.tools import CallHead
 
 
@@ -26,9 +25,8 @@ class CallAuthorizer:
         self._floor = Floor()
         self._lock = threading.Lock()
 
-    def __call__(self, tool: Tool, head: CallHead, payload: bytes) -> str:
+    def why_refused(self, name: str, head: CallHead, payload: bytes) -> str:
         """Why the call is refused; empty: it is allowed, this once."""
-        name = tool.entry.name
         with self._lock:
             if why := self._grant_refused(name, head.grant):
                 return why

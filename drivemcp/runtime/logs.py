@@ -6,6 +6,8 @@ import time
 
 import msgspec
 
+from drivemcp.terminal import printable
+
 _LEVELS = {"debug": logging.DEBUG, "info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
 
 
@@ -27,7 +29,7 @@ class JsonLines(logging.Formatter):
         line.update(getattr(record, "fields", {}))
         if record.exc_info:
             line["exception"] = self.formatException(record.exc_info)
-        return msgspec.json.encode(line).decode()
+        return printable(msgspec.json.encode(line).decode())
 
 
 def set_up_logging(service: str, level: str) -> None:

@@ -4,6 +4,7 @@ import argparse
 
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
+from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
 
@@ -112,7 +113,8 @@ def command(flags: argparse.Namespace) -> int:
             f"`drivemcp evaluate` needs the module {error.name!r}: pip install 'drivemcp[demo,tables]'"
         ) from error
     try:
-        return evaluate(flags)
+        with others_denied():
+            return evaluate(flags)
     except BrokenPipeError:
         raise
     except OSError as error:

@@ -3,41 +3,20 @@
 import hmac
 import socket
 import threading
-from collections.abc import Awaitable, Callable, MutableMapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+import msgspec
 import uvicorn
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError
 from drivemcp.node import Node
 from drivemcp.service import Service
+from services.gateway.limits import protocol, with_size, with_token
 from services.gateway.server import make_server
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
-
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-
-
-def with_token(app: App, token: str) -> App:
-    """Refuse every request that does not carry `Authorization: Bearer <token>` (RFC 6750)."""
-    wanted = f"Bearer {token}".encode()
-
-    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            given = dict(scope["headers"]).get(b"authorization", b"")
-            if not hmac.compare_digest(given, wanted):
-                headers = [(b"www-authenticate", b'Bearer realm="drivemcp"'), (b"content-length", b"0")]
-                await send({"type": "http.response.start", "status": 401, "headers": headers})
-                await send({"type": "http.response.body", "body": b""})
-                return
-        await app(scope, receive, send)
-
-    return guarded
 
 
 class GatewayConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -48,6 +27,12 @@ class GatewayConfig(ServiceConfig, frozen=True, kw_only=True):
     token_file: str = ""
     allowed_hosts: tuple[str, ...] = ()
     """Host headers to accept beyond loopback, for example `car.example:*`."""
+    request_s: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] = 10.0
+    """From a connection, or a request's first byte, to its last byte; then the connection is cut."""
+    idle_s: Annotated[int, msgspec.Meta(ge=1, le=3600)] = 30
+    """Between an answer and the next request of a connection."""
+    max_connections: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 64
+    max_request_kb: Annotated[int, msgspec.Meta(ge=1, le=65_536)] = 1024
 
 
 def build(config: GatewayConfig, node: Node) -> None:
@@ -59,8 +44,20 @@ def build(config: GatewayConfig, node: Node) -> None:
     app = make_server(node).streamable_http_app(
         json_response=True, stateless_http=True, host=config.host, transport_security=_security(config)
     )
-    guarded = with_token(app, token) if token else app
-    server = uvicorn.Server(uvicorn.Config(guarded, log_level="warning", lifespan="on", ws="none"))
+    sized = with_size(app, config.max_request_kb * 1024)
+    wanted = f"Bearer {token}".encode()
+    guarded = with_token(sized, lambda given: hmac.compare_digest(given, wanted)) if token else sized
+    server = uvicorn.Server(
+        uvicorn.Config(
+            guarded,
+            log_level="warning",
+            lifespan="on",
+            ws="none",
+            http=protocol(request_s=config.request_s, most=config.max_connections),
+            timeout_keep_alive=config.idle_s,
+            h11_max_incomplete_event_size=16_384,
+        )
+    )
     server.install_signal_handlers = lambda: None  # type: ignore[attr-defined]
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="gateway-http", daemon=True)
     thread.start()

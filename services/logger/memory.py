@@ -4,7 +4,9 @@ One connection, one lock: the log's writer, the node's worker and the tools' thr
 Memories are never overwritten; the newest of a key counts, the older ones are its history.
 """
 
+import os
 import sqlite3
+import stat
 import threading
 from collections.abc import Sequence
 from contextlib import closing
@@ -76,6 +78,8 @@ class MemoryStore:
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o640))
+        os.chmod(path, stat.S_IMODE(path.stat().st_mode) & 0o640)  # what SQLite keeps beside it has the same mode
         self._db = sqlite3.connect(path, check_same_thread=False, timeout=1.0)
         self._lock = threading.Lock()
         with self._lock:

@@ -48,6 +48,8 @@ def test_a_scenario_drives_and_its_log_verifies_and_replays(tmp_path: Path, scen
     assert summary["ticks"] > 60
     assert summary["collisions"] == 0
     assert cli("audit", "verify", summary["log"]).returncode == 0
+    open_to_others = [path for path in Path(summary["log"]).parents[1].rglob("*") if path.stat().st_mode & 0o027]
+    assert open_to_others == []
     replayed = cli("replay", summary["log"])
     assert replayed.returncode == 0, replayed.stdout + replayed.stderr
 

@@ -13,6 +13,7 @@ from typing import BinaryIO
 import msgspec
 import rerun as rr
 
+from drivemcp.files.modes import deny_others
 from services.logger.view.drawing import Drawing
 from services.logger.view.server import Server
 from services.logger.view.settings import Said, Shown, ViewSettings
@@ -23,6 +24,7 @@ LENGTH = struct.Struct("<I")
 def main() -> int:
     """Draws until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is the logger's to hear; it ends our input
+    deny_others()  # a recording holds pictures
     settings = msgspec.json.decode(sys.argv[1].encode(), type=ViewSettings)
     try:
         with ExitStack() as stack:

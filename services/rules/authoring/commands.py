@@ -8,6 +8,7 @@ from pathlib import Path
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.packfiles import folder_of
+from drivemcp.terminal import own_terminal
 from services.rules.authoring import cases, diff, scaffold, show, validate
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import drafts
@@ -153,7 +154,7 @@ def _test(flags: argparse.Namespace) -> int:
 def _progress(name: str) -> Callable[[int, int], None]:
     def show_progress(done: int, cases: int) -> None:
         if sys.stderr.isatty():
-            sys.stderr.write(f"\r{name}: {done} of {cases}" + ("\r\033[K" if done == cases else ""))
+            own_terminal(sys.stderr).write(f"\r{name}: {done} of {cases}" + ("\r\033[K" if done == cases else ""))
             sys.stderr.flush()
 
     return show_progress

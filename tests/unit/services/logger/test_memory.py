@@ -87,3 +87,15 @@ def test_the_newest_signed_head_of_a_file_is_kept_until_the_file_is_retired(
     memory.forget_file("t.mcap")
     assert kept_head(tmp_path / "memory.sqlite", "t.mcap") == ""
     assert memory.find_traces(TraceQuery()) == ()
+
+
+def test_the_database_and_what_lies_beside_it_are_not_for_every_user(tmp_path: Path) -> None:
+    old = tmp_path / "old.sqlite"
+    old.touch(0o644)
+    for path in (tmp_path / "new" / "memory.sqlite", old):
+        store = MemoryStore(path)
+        store.remember("note", "k", {"a": 1}, stamp_ns=1)
+        modes = {found.name: found.stat().st_mode & 0o777 for found in path.parent.glob(f"{path.name}*")}
+        store.close()
+        assert len(modes) == 3
+        assert set(modes.values()) == {0o640}
