@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from drivemcp.commands import Subparsers
-from drivemcp.paths import has_data
+from drivemcp.errors import UserError
+from drivemcp.paths import data, has_data
 
 _MODULES = {
     "zenoh": "", "msgspec": "", "can": "can", "cantools": "can", "numpy": "perception", "cv2": "perception",
@@ -76,6 +77,24 @@ def _data() -> Iterator[Finding]:
         yield Finding(f"data {name}", has_data(name), "the installation is incomplete: install again")
 
 
+def _rulepacks() -> Iterator[Finding]:
+    """Whether the rulepacks of this installation are those that were shipped."""
+    from services.rules.packs.loading import load  # cryptography and all packs: other commands would wait for it
+    from services.rules.packs.pins import missing, pins, unlike_shipped
+
+    wrong = list(missing())
+    for name in pins():
+        if has_data(f"rulepacks/{name}"):
+            try:
+                wrong += unlike_shipped([load(data(f"rulepacks/{name}")).manifest])
+            except UserError as error:
+                wrong.append(str(error))
+    for line in wrong:
+        yield Finding(f"rulepack {line}", False, "if you have not changed it: install again", needed=False)
+    if not wrong:
+        yield Finding(f"{len(pins())} rulepacks as they were shipped", True)
+
+
 def _opengl() -> Iterator[Finding]:
     library = ctypes.util.find_library("EGL")
     yield Finding("EGL (software OpenGL for the cameras)", library is not None, _OPENGL)
@@ -113,4 +132,6 @@ def _extras() -> Iterator[Finding]:
     )
 
 
-_CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (_python, _modules, _data, _opengl, _loopback, _extras)
+_CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
+    _python, _modules, _data, _rulepacks, _opengl, _loopback, _extras,
+)  # fmt: skip

@@ -19,6 +19,7 @@ from proto.topics import LOG
 from services.rules.book import is_fallback, normal_jurisdiction
 from services.rules.limits import limit_answer
 from services.rules.lookup import evidence, rule_lookup
+from services.rules.packs.pins import unlike_shipped
 from services.rules.packs.signature import Trust
 from services.rules.right_of_way import right_of_way as stop_or_proceed
 from services.rules.shelf import Edition, Shelf
@@ -48,8 +49,9 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders."""
     require_signature: bool = False
-    """Whether a pack, and every pack it extends, must be signed by one of `pack_keys`."""
+    """Whether a pack, and every pack it extends, must be signed by one of `pack_keys`; implied by them."""
     pack_keys: tuple[str, ...] = ()
+    """Public keys (base64). Where one is named, a pack without a signature of one of them is refused."""
     """Public keys (base64) whose signatures on rulepacks count."""
     reload_s: float = 1.0
     """How often the packs' files are looked at; 0: never. In lockstep they are not."""
@@ -187,7 +189,10 @@ def _today(config: RulesConfig, node: Node) -> str:
 def _trust(config: RulesConfig) -> Trust:
     if config.require_signature and not config.pack_keys:
         raise ConfigError("require_signature: without pack_keys (public keys, base64) no rulepack could be trusted")
-    return Trust(keys=tuple(public_key(key) for key in config.pack_keys), required=config.require_signature)
+    return Trust(
+        keys=tuple(public_key(key) for key in config.pack_keys),
+        required=config.require_signature or bool(config.pack_keys),
+    )
 
 
 def _follow(node: Node, shelf: Shelf) -> None:
@@ -209,10 +214,19 @@ def _follow(node: Node, shelf: Shelf) -> None:
 
 def _describe(node: Node, shelf: Shelf) -> None:
     node.detail["rulepacks"] = " ".join(pack.version for pack in shelf.edition.book.packs.values()) or "none"
-    if shelf.refused:
-        node.detail["refused"] = "; ".join(shelf.refused)
-    else:
-        node.detail.pop("refused", None)
+    unlike = unlike_shipped(manifest for pack in shelf.edition.book.packs.values() for manifest in pack.line)
+    for line in unlike:
+        if line not in node.detail.get("not_as_shipped", ""):
+            node.log.warning("rulepack %s", line)
+            node.publish(
+                LOG,
+                ServiceLog(service=node.name, level="warning", message="rulepack not as shipped", fields={"why": line}),
+            )
+    for name, lines in (("refused", shelf.refused), ("not_as_shipped", unlike)):
+        if lines:
+            node.detail[name] = "; ".join(lines)
+        else:
+            node.detail.pop(name, None)
 
 
 def _warm_up(edition: Edition, found: _Evidence, languages: tuple[str, ...]) -> None:

@@ -173,6 +173,17 @@ def test_an_unsigned_pack_is_refused_where_a_signature_is_required(pack: Path) -
         assert b.call("applicable_limit", {"situation": TOWN}).status == "tool_error"
 
 
+def test_naming_keys_demands_signatures(pack: Path) -> None:
+    """Who takes the signature away must not get past the keys."""
+    pair = make_key()
+    sign(pack, pair.private)
+    with bus() as b:
+        node = b.start(SERVICE, config(pack, pack_keys=(pair.public,)))
+        assert "refused" not in node.detail
+        (pack / "signature.json").unlink()
+        assert wait_settled(lambda: "a signature is required" in node.detail.get("refused", ""), 10.0)
+
+
 @pytest.mark.parametrize("keys", [(), ("no key",)])
 def test_a_demand_that_no_key_can_meet_is_a_mistake_in_the_configuration(keys: tuple[str, ...], pack: Path) -> None:
     with bus() as b, pytest.raises(ValueError, match="key"):
