@@ -79,7 +79,6 @@ class Node:
         self._held = HeldParcels()
         self._timers = Timers()
         self._closers: list[Callable[[], None]] = []
-        self._conductor = Conductor(bus, config.vehicle, self.name)
         self._fresh: dict[str, int] = {}
         """By key, the last number published since the last report to the conductor."""
         self._started_ns = time.time_ns()
@@ -104,6 +103,7 @@ class Node:
             logger=self.log,
             modelled_ms=config.modelled_ms if self.lockstep else None,
         )
+        self._conductor = Conductor(bus, config.vehicle, self.name, self.alive_services)
         self._worker = threading.Thread(target=self._work, name=f"{name}-worker", daemon=True)
 
     # -- publishing ------------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from drivemcp.errors import BusError, DriveMcpError, UserError
 from drivemcp.files.modes import deny_others
 from drivemcp.node import Node
 from drivemcp.runtime.logs import set_up_logging
+from drivemcp.runtime.parent import end_with_parent
 from drivemcp.runtime.proto_guard import check_proto
 from drivemcp.tools.definition import Tool
 from drivemcp.tools.server import Authorize
@@ -115,6 +116,7 @@ def _live(service: Service[Any], config: ServiceConfig) -> int:
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
+    end_with_parent()
     with open_bus(config.bus) as bus:
         node = service.start(bus, config)
         node.log.info("ready", extra={"fields": {"vehicle": config.vehicle}})

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from queue import Empty, SimpleQueue
 
 import msgspec
@@ -14,6 +14,8 @@ from proto.keys import step_key
 from proto.services import BY_NAME
 from proto.wire import StepReply, StepRequest
 
+LOOK_S = 0.1
+"""How often a conductor that waits looks whether the service lives."""
 STEP_BOUND_S = 30.0
 """Wall time within which a service must finish one step; a longer one is a stuck run."""
 _REQUEST = msgspec.json.Encoder()
@@ -95,7 +97,9 @@ class HeldParcels:
 class Conductor:
     """Steps every service in the order of the data, and gathers what each has published."""
 
-    def __init__(self, bus: Bus, vehicle: str, name: str) -> None:
+    def __init__(self, bus: Bus, vehicle: str, name: str, alive: Callable[[], set[str]] | None = None) -> None:
+        self._alive = alive
+        """Which services live, where that is followed: one that ends is not waited for."""
         self._bus = bus
         self._vehicle = vehicle
         self._name = name
@@ -105,8 +109,10 @@ class Conductor:
         self._published: dict[str, int] = {}
 
     def step(self, services: set[str], now_ns: int, own: Mapping[str, int]) -> None:
-        """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck."""
+        """Let each service handle all that was published up to now. Raises LockstepError naming the one that is stuck or gone."""
         self._step += 1
+        if gone := self._untold.keys() - services - {self._name}:
+            raise LockstepError(f"step {self._step}: {', '.join(_in_order(set(gone)))} ended")
         others = services - {self._name}
         for service in services - self._untold.keys():
             self._untold[service] = dict(self._published)
@@ -138,10 +144,7 @@ class Conductor:
         )
         key = step_key(self._vehicle, service)
         self._bus.get(key, replies.put, timeout_s=STEP_BOUND_S, payload=_REQUEST.encode(request))
-        try:
-            first = replies.get(timeout=STEP_BOUND_S + 1)
-        except Empty:
-            first = None
+        first = self._first(service, replies)
         if first is None or first.payload is None:
             why = (first.error or b"").decode("utf-8", "replace")[:300] if first else "no answer"
             raise LockstepError(f"step {self._step}: {service} did not finish ({why or 'timeout'})")
@@ -150,6 +153,18 @@ class Conductor:
             raise LockstepError(f"step {self._step}: {service} failed: {reply.error}")
         self._note(reply.published)
         return set(reply.called)
+
+    def _first(self, service: str, replies: "SimpleQueue[Reply | None]") -> Reply | None:
+        """The first reply; None where there was none in time. Raises LockstepError as soon as the service has ended."""
+        deadline_s = time.monotonic() + STEP_BOUND_S + 1
+        lived = self._alive is not None and service in self._alive()
+        while time.monotonic() < deadline_s:
+            try:
+                return replies.get(timeout=LOOK_S)
+            except Empty:
+                if lived and self._alive is not None and service not in self._alive():
+                    raise LockstepError(f"step {self._step}: {service} ended") from None
+        return None
 
 
 def _in_order(services: set[str]) -> list[str]:

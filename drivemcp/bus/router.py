@@ -13,6 +13,7 @@ from drivemcp.bus.session import open_bus
 from drivemcp.config import BusConfig
 from drivemcp.errors import BusError, UserError
 from drivemcp.files.modes import deny_others
+from drivemcp.runtime.parent import end_with_parent
 
 
 def access_settings(access_file: str, credentials_file: str) -> dict[str, object]:
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
+    end_with_parent()
     try:
         extra = access_settings(flags.access, flags.credentials)
         with open_bus(BusConfig(listen=tuple(flags.listen)), mode="router", extra=extra):

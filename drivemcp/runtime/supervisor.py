@@ -7,12 +7,15 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Any, Self
 
 import msgspec
 
 from drivemcp.errors import DriveMcpError
+from drivemcp.runtime.parent import PARENT
 
 STOP_GRACE_S = 6.0
 _BACKOFF_S = (0.05, 0.2, 0.5, 1.0, 2.0)
@@ -52,7 +55,7 @@ class Child:
         self._command = list(command)
         self._log = log
         self._calm_s = calm_s
-        self._environment = {**os.environ, **_ENVIRONMENT}
+        self._environment = {**os.environ, **_ENVIRONMENT, PARENT: str(os.getpid())}
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
         self._due_s: float | None = None
@@ -133,6 +136,8 @@ class Supervisor:
         self._children: dict[str, Child] = {}
         self._lock = threading.Lock()
         self._stopping = threading.Event()
+        self._jobs: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._idle, self._over = threading.Event(), threading.Event()
         self._watcher = threading.Thread(target=self._watch, name="supervisor", daemon=True)
         self._watcher.start()
 
@@ -146,10 +151,29 @@ class Supervisor:
         """Start `python -m module arguments` and keep it running."""
         command = [sys.executable, "-m", module, *arguments]
         child = Child(name, command, self.folder / "log" / f"{name}.log", self._calm_s)
-        child.start()
+        self._start(child)
         with self._lock:
             self._children[name] = child
         return child
+
+    def _start(self, child: Child) -> None:
+        """On the watcher's thread: for the kernel the parent of a process is the thread that started it."""
+        done, problem = threading.Event(), list[Exception]()
+
+        def start() -> None:
+            try:
+                child.start()
+            except Exception as error:  # noqa: BLE001 it is the caller's
+                problem.append(error)
+            finally:
+                done.set()
+
+        self._jobs.put(start)
+        while not done.wait(0.2):
+            if self._idle.is_set():
+                raise KeyboardInterrupt
+        if problem:
+            raise problem[0]
 
     def run_service(self, name: str, module: str, config: Mapping[str, Any], before: Sequence[str] = ()) -> Child:
         """Write the service's configuration and start it; `before`: what a module that hosts services is told first."""
@@ -187,16 +211,22 @@ class Supervisor:
         if self._stopping.is_set():
             return
         self._stopping.set()
-        self._watcher.join(2.0)
+        self._idle.wait(2.0)
         together = [child for child in self.children if child.name not in last]
         _end(together)
         for name in last:
             _end([child for child in self.children if child.name == name])
+        self._over.set()
+        self._watcher.join(2.0)
 
     def _watch(self) -> None:
-        while not self._stopping.wait(0.02):
+        while not self._stopping.is_set():
+            with suppress(Empty):
+                self._jobs.get(timeout=0.02)()
             for child in self.children:
                 child.look_after(self._say)
+        self._idle.set()
+        self._over.wait()  # with this thread its processes would end, all at once
 
 
 def _end(children: Sequence[Child]) -> None:

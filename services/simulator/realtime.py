@@ -1,10 +1,12 @@
 """Driving by the wall clock: steps are computed ahead, pictures drawn ahead, and everything leaves at its instant.
 
-Simulated time is wall time since the start. What is late is dropped and counted; time never slows.
+Simulated time is wall time since the start. What is late is dropped and counted; time never slows. Where the drive was stopped,
+or the clock was set, it goes on at the present: the world has stood still meanwhile.
 """
 
 import heapq
 import threading
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -17,6 +19,11 @@ from services.simulator.sensors.camera_process import Order, Studio
 from services.simulator.session import CAMERAS, Batch, Outgoing, Session, Shot
 
 MOST_ORDERS = 6
+MOST_BEHIND_NS = 1_000_000_000
+"""A drive that is later than this, or that much too early, goes on at the present. Step by step it might never get there: all that
+its sensors see meanwhile is too old to be sent."""
+LONGEST_LATE_S = 2.0
+"""Also one that is late by less, but for so long that its sensors are missed."""
 _KEPT_IF_STALE = frozenset({topics.CLOCK.name, topics.TRUTH.name, topics.SCENARIO.name, topics.CAN_RX.name})
 Publish = Callable[[Outgoing, int], None]
 
@@ -54,6 +61,9 @@ class RealTime:
         self._lock = threading.Lock()
         self._mail: list[Callable[[], None]] = []
         self._thread = threading.Thread(target=self._drive, name="simulator-drive", daemon=True)
+        self.skipped_s = 0.0
+        """How much time the drive has passed over to come back to the present."""
+        self._late_since_s: float | None = None
         self.completed = False
         """Whether it came to its end or was stopped; a thread that ended otherwise broke off."""
 
@@ -87,12 +97,37 @@ class RealTime:
     def _drive(self) -> None:
         while not self._stop.is_set() and not (self.session.finished and not self._due):
             self._handle_mail()
+            self._keep_to_the_present()
             self._send_due()
             if not self.session.finished and self.session.next_stamp_ns - self._ahead_ns <= self._now_ns():
                 self._take_in(self.session.advance(self._ahead_ns / 1e9))
             else:
                 self._sleep()
         self.completed = True
+
+    def _keep_to_the_present(self) -> None:
+        """Pass over the time of a stop or of a clock that was set, instead of driving through it."""
+        if self.session.finished:
+            return
+        behind_ns = self._now_ns() - (self.session.next_stamp_ns - self._ahead_ns)
+        if behind_ns <= self._ahead_ns + self._stale_ns:
+            self._late_since_s = None
+        elif self._late_since_s is None:
+            self._late_since_s = time.monotonic()
+        late_s = time.monotonic() - self._late_since_s if self._late_since_s is not None else 0.0
+        if abs(behind_ns) > MOST_BEHIND_NS or late_s > LONGEST_LATE_S:
+            self._pass_over(behind_ns)
+
+    def _pass_over(self, by_ns: int) -> None:
+        self._late_since_s = None
+        self.skipped_s += by_ns / 1e9
+        self.session.epoch_ns += by_ns
+        for due in self._due:
+            if isinstance(due.what, Shot):
+                self.session.late_frames += 1
+                if self._studio is not None:
+                    self._studio.forget(due.number)
+        self._due.clear()
 
     def _sleep(self) -> None:
         next_step = self.session.next_stamp_ns - self._ahead_ns if not self.session.finished else None

@@ -215,3 +215,21 @@ def test_router_and_orchestrator_come_back_by_themselves(driving: tuple[Stack, N
     assert wait_settled(lambda: any(at_s > killed_s + 0.3 for at_s, _ in listener.since(killed_s)), 15.0)
     first_s = next(at_s for at_s, _ in listener.since(killed_s) if at_s > killed_s + 0.3)
     assert first_s - last_s < 5.0, f"advice came back after {first_s - last_s:.1f} s"
+
+
+@pytest.mark.parametrize("name", ["router", "simulator"])
+def test_map_and_position_are_back_soon_after_a_router_or_simulator_stood_still(
+    driving: tuple[Stack, Node, Listener], name: str
+) -> None:
+    stack, node, _ = driving
+    heard: dict[str, float] = {}
+    node.subscribe(topics.MAP, lambda *_: heard.update(map=time.monotonic()))
+    node.subscribe(topics.GNSS, lambda *_: heard.update(gnss=time.monotonic()))
+    assert wait_settled(lambda: len(heard) == 2, 20.0)
+    pid = stack.child(name).pid
+    assert pid
+    os.kill(pid, signal.SIGSTOP)
+    threading.Event().wait(3.0)
+    os.kill(pid, signal.SIGCONT)
+    went_on_s = time.monotonic()
+    assert wait_settled(lambda: min(heard.values()) > went_on_s + 0.5, 15.0), heard
