@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from drivemcp.bus.inbox import Inbox, Parcel, Timers
+from drivemcp.bus.inbox import MOST_OF_ONE, Inbox, Parcel, Timers
 from drivemcp.bus.lockstep import STEP_BOUND_S, Conductor, HeldParcels
 from drivemcp.bus.received import Received, decode, head_of, received_as
 from drivemcp.bus.session import Bus, Publisher, Query, wait_settled
@@ -75,7 +75,7 @@ class Node:
         self._monitors: dict[str, TopicMonitor] = {}
         self._latest: dict[str, Received[Any]] = {}
         self._calls: deque[CallRecord] = deque(maxlen=10_000)
-        self._inbox = Inbox()
+        self._inbox = Inbox(most_of_one=MOST_OF_ONE)
         self._held = HeldParcels()
         self._timers = Timers()
         self._closers: list[Callable[[], None]] = []

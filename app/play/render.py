@@ -12,6 +12,7 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
+from domain.pictures import may_be_unpacked
 from drivemcp.errors import UserError
 from proto import topics
 from proto.decision import Advisory
@@ -90,7 +91,7 @@ def annotated(logs: Iterable[Path]) -> Iterator[Image]:
         if record.topic != "sensor/camera/front":
             continue
         jpeg = jpeg_of(record.data)
-        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
+        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if may_be_unpacked(jpeg) else None
         if bgr is None:
             continue
         now = advice.get(record.stamp_ns)

@@ -3,7 +3,7 @@
 import heapq
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import NamedTuple
@@ -12,6 +12,8 @@ from proto.wire import PubHead
 
 INBOX_LIMIT = 4096
 """Publications kept for a worker that is behind; the oldest go first and are counted."""
+MOST_OF_ONE = INBOX_LIMIT // 4
+"""Of one key and publisher: one that floods loses its own messages, not others'."""
 
 
 class Parcel(NamedTuple):
@@ -27,12 +29,14 @@ class Parcel(NamedTuple):
 class Inbox:
     """A queue with coalescing of `latest` keys and a bound."""
 
-    def __init__(self, limit: int = INBOX_LIMIT) -> None:
-        self._limit = limit
+    def __init__(self, limit: int = INBOX_LIMIT, most_of_one: int | None = None) -> None:
+        self._limit, self._most_of_one = limit, most_of_one
         self._lock = threading.Lock()
         self._ready: SimpleQueue[None] = SimpleQueue()
         """One for each parcel and job: what wakes the worker."""
         self._parcels: deque[Parcel] = deque()
+        self._waiting: Counter[tuple[str, str]] = Counter()
+        """By key and publisher, how many parcels wait."""
         self._latest: dict[tuple[str, int], Parcel] = {}
         self._jobs: deque[Callable[[], None]] = deque()
         self._closed = False
@@ -50,9 +54,14 @@ class Inbox:
                 if waiting:
                     self.dropped += 1
                     return
+            if self._most_of_one is not None and self._waiting[_source(parcel)] >= self._most_of_one:
+                self._latest.pop(_slot(parcel), None)
+                self.dropped += 1
+                return
             self._parcels.append(parcel)
+            self._waiting[_source(parcel)] += 1
             if len(self._parcels) > self._limit:
-                self._latest.pop(_slot(self._parcels.popleft()), None)  # else its key would be waited for for ever
+                self._latest.pop(_slot(self._out()), None)  # else its key would be waited for for ever
                 self.dropped += 1
                 return
         self._ready.put(None)
@@ -73,8 +82,17 @@ class Inbox:
                 return self._jobs.popleft()
             if not self._parcels:
                 return None
-            parcel = self._parcels.popleft()
+            parcel = self._out()
             return self._latest.pop(_slot(parcel), parcel)
+
+    def _out(self) -> Parcel:
+        """The oldest, which does not wait any longer."""
+        parcel = self._parcels.popleft()
+        source = _source(parcel)
+        self._waiting[source] -= 1
+        if self._waiting[source] <= 0:
+            del self._waiting[source]
+        return parcel
 
     def close(self) -> None:
         """Take in no more publications, and wake the worker for the last time."""
@@ -90,6 +108,7 @@ class Inbox:
         with self._lock:
             left = len(self._parcels)
             self._parcels.clear()
+            self._waiting.clear()
             self._latest.clear()
             self.dropped += left
         return left
@@ -103,6 +122,10 @@ class Inbox:
 def _slot(parcel: Parcel) -> tuple[str, int]:
     """A subscription's place for a key of a `latest` topic."""
     return parcel.key, id(parcel.deliver)
+
+
+def _source(parcel: Parcel) -> tuple[str, str]:
+    return parcel.key, parcel.head.publisher if parcel.head is not None else ""
 
 
 class Timers:

@@ -17,6 +17,11 @@ from drivemcp.errors import BusError
 SHARED_FROM_BYTES = 65536
 """Between processes of one machine larger messages (pictures, point clouds) go through shared memory. The first one makes a
 session keep 16 MB for it, which who sends none this large is spared."""
+MOST_BYTES = 32 << 20
+"""No message is larger; a larger one is dropped before it is copied, and its transport does not keep its parts."""
+MOST_QUERY_BYTES = 4 << 20
+"""Arguments of more count as none at all."""
+MOST_HEAD_BYTES = 64 << 10
 OnSample = Callable[[str, bytes, bytes], None]
 OnLife = Callable[[str, bool], None]
 
@@ -29,7 +34,7 @@ class Query:
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
         payload, attachment = query.payload, query.attachment
-        self.payload = b"" if payload is None else payload.to_bytes()
+        self.payload = b"" if payload is None or len(payload) > MOST_QUERY_BYTES else payload.to_bytes()
         self.attachment = b"" if attachment is None else attachment.to_bytes()
 
     @property
@@ -130,6 +135,8 @@ class Bus:
 
         def deliver(sample: zenoh.Sample) -> None:
             attachment = sample.attachment
+            if len(sample.payload) > MOST_BYTES or (attachment is not None and len(attachment) > MOST_HEAD_BYTES):
+                return
             on_sample(
                 str(sample.key_expr), sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes()
             )
@@ -216,6 +223,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         "scouting/multicast/enabled": config.multicast,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 1000,
+        "transport/link/rx/max_message_size": MOST_BYTES + MOST_HEAD_BYTES + 4096,
         "timestamping/enabled": False,
         "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_FROM_BYTES,
     }

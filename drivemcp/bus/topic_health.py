@@ -15,6 +15,8 @@ SKEW_LIMIT_NS = 20_000_000
 """Publications stamped further than this in the receiver's future tell of clocks that are not in step (design 4)."""
 _RATE_SHARE = 0.6
 _WINDOW = 32
+MOST_PUBLISHERS = 256
+"""Keys and publishers whose numbers are followed; a publisher that makes up names costs the oldest their count of gaps."""
 
 
 class Health(msgspec.Struct, frozen=True):
@@ -47,7 +49,10 @@ class TopicMonitor:
         epoch, last = self._seq.get((key, head.publisher), (head.epoch, head.seq - 1))
         if epoch == head.epoch:
             self.lost += max(0, head.seq - last - 1)
+        self._seq.pop((key, head.publisher), None)
         self._seq[key, head.publisher] = (head.epoch, head.seq)
+        if len(self._seq) > MOST_PUBLISHERS:
+            del self._seq[next(iter(self._seq))]
         self.received += 1
         self._arrivals.append(now_ns)
         skewed = wall and head.sent_ns - time.time_ns() > SKEW_LIMIT_NS

@@ -7,6 +7,7 @@ import cv2
 import msgspec
 import numpy as np
 
+from domain.pictures import may_be_unpacked
 from proto.sensors import Calibration
 from services.drivelm.reading.crops import Picture
 
@@ -90,5 +91,5 @@ class RecentFrames:
 
 
 def _decoded(jpeg: bytes) -> Picture | None:
-    decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if jpeg else None
+    decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if may_be_unpacked(jpeg) else None
     return None if decoded is None else np.asarray(decoded, np.uint8)

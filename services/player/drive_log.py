@@ -17,6 +17,7 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 
+from domain.pictures import may_be_unpacked
 from drivemcp.errors import UserError
 from proto import topics
 from proto.sensors import CameraFrame
@@ -173,7 +174,7 @@ def _message(file: Path, topic: Topic[Any], record: Logged, number: int) -> msgs
 def _picture(data: bytes, number: int) -> CameraFrame:
     """The size comes from the picture itself: a log's form for pictures does not say it."""
     jpeg = CompressedImage.FromString(data).data
-    bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
+    bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if may_be_unpacked(jpeg) else None
     if bgr is None:
         raise ValueError("no picture")
     return CameraFrame(jpeg=jpeg, width_px=bgr.shape[1], height_px=bgr.shape[0], frame=number)

@@ -10,7 +10,8 @@ from mcap.opcode import Opcode
 
 from services.logger.format import container
 
-MAX_CHUNK_BYTES = 1 << 30
+MAX_CHUNK_BYTES = 48 << 20
+"""More than a flush and the largest message that the bus carries."""
 """A chunk that says it is larger is not one of ours."""
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _U16 = struct.Struct("<H")
@@ -134,10 +135,13 @@ def _unpack(compression: str, packed: bytes) -> tuple[bytes, str]:
 
 def _unpack_part(packed: bytes) -> bytes:
     """What comes out before the damage; decompression hands out whole blocks, so it may be nothing."""
-    unpacker, parts = zstandard.ZstdDecompressor().decompressobj(), []
+    unpacker, parts, size = zstandard.ZstdDecompressor().decompressobj(), [], 0
     try:
         for at in range(0, len(packed), 256):
             parts.append(unpacker.decompress(packed[at : at + 256]))
+            size += len(parts[-1])
+            if size > MAX_CHUNK_BYTES:
+                break
     except (zstandard.ZstdError, MemoryError):
         pass
     return b"".join(parts)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from domain.pictures import size_px
 from proto.sensors import CameraFrame, LidarSweep
 from services.perception.detect.detector import Picture
 from services.perception.range.camera import Floats
@@ -29,6 +30,8 @@ def open_picture(frame: CameraFrame) -> Picture:
     short, long = sorted((frame.width_px, frame.height_px))
     if short < SMALLEST_SIDE_PX or long > LARGEST_SIDE_PX or long > MOST_OBLONG * short:
         raise Malformed(f"a picture said to be {frame.width_px} x {frame.height_px}")
+    if (said := size_px(frame.jpeg)) != (frame.width_px, frame.height_px):  # before anything is unpacked
+        raise Malformed(f"the picture is {_by(said)}, not {frame.width_px} x {frame.height_px}")
     try:
         bgr = cv2.imdecode(np.frombuffer(frame.jpeg, dtype=np.uint8), cv2.IMREAD_COLOR)
     except cv2.error as error:
@@ -38,6 +41,10 @@ def open_picture(frame: CameraFrame) -> Picture:
     if bgr.shape[:2] != (frame.height_px, frame.width_px):
         raise Malformed(f"the picture is {bgr.shape[1]} x {bgr.shape[0]}, not {frame.width_px} x {frame.height_px}")
     return cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB).astype(np.uint8, copy=False)
+
+
+def _by(size: tuple[int, int] | None) -> str:
+    return f"{size[0]} x {size[1]}" if size else "none that can be decoded"
 
 
 def open_sweep(sweep: LidarSweep) -> Floats:

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.bus.inbox import INBOX_LIMIT, Inbox, Parcel, Timers
+from proto.wire import PubHead
 
 LATEST = ("a", "b", "c")
 ALL = ("x", "y")
@@ -113,3 +114,25 @@ def test_a_clock_that_is_stepped_back_holds_no_timer_up(periods: list[int], ran_
     assert stepped.due(ran_ns) == steady.due(ran_ns)
     for later_ns in range(100):
         assert stepped.due(ran_ns - back_ns + later_ns) == steady.due(ran_ns + later_ns)
+
+
+def _from(publisher: str, key: str, n: int) -> Parcel:
+    head = PubHead(seq=n, stamp_ns=n, sent_ns=n, publisher=publisher, epoch=1)
+    return Parcel(key, str(n).encode(), head, n, _heard)
+
+
+@given(floods=st.integers(0, 200), others=st.lists(st.sampled_from(("a", "b", "c")), max_size=9))
+def test_one_publisher_that_floods_takes_no_place_of_the_others(floods: int, others: list[str]) -> None:
+    inbox = Inbox(limit=16, most_of_one=4)
+    for n in range(floods):
+        inbox.put(_from("flood", "x", n), latest=False)
+    for n, publisher in enumerate(others):
+        inbox.put(_from(publisher, "x", n), latest=False)
+    taken = _taken(inbox)
+    heads = [parcel.head.publisher for parcel in taken if parcel.head is not None]
+    assert heads.count("flood") == min(floods, 4)
+    for publisher in set(others):
+        assert heads.count(publisher) == min(others.count(publisher), 4)
+    assert len(taken) + inbox.dropped == floods + len(others)
+    inbox.put(_from("flood", "x", 999), latest=False)
+    assert len(_taken(inbox)) == 1, "it is heard again once its messages were taken"

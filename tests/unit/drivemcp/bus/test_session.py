@@ -4,7 +4,16 @@ import json
 import sys
 from subprocess import PIPE, Popen
 
-from drivemcp.bus.session import SHARED_FROM_BYTES, open_bus, wait_settled
+from drivemcp.bus.session import (
+    MOST_BYTES,
+    MOST_HEAD_BYTES,
+    MOST_QUERY_BYTES,
+    SHARED_FROM_BYTES,
+    Query,
+    Reply,
+    open_bus,
+    wait_settled,
+)
 from drivemcp.config import BusConfig
 from drivemcp.runtime.supervisor import free_port
 
@@ -39,3 +48,48 @@ def test_only_who_sends_pictures_keeps_shared_memory() -> None:
             told, _ = sender.communicate(timeout=60)
     assert sender.returncode == 0
     assert json.loads(told) == [False, True]
+
+
+def test_a_message_that_is_too_large_is_dropped_and_the_next_one_comes() -> None:
+    with open_bus(BusConfig(mode="peer")) as bus:
+        heard: list[int] = []
+        bus.subscribe("drivemcp/test/large", lambda key, payload, head: heard.append(len(payload)))
+        publisher = bus.publisher("drivemcp/test/large")
+        assert wait_settled(publisher.matching, 5.0)
+        publisher.put(bytes(MOST_BYTES + 1), b"")
+        publisher.put(b"ok", bytes(MOST_HEAD_BYTES + 1))
+        publisher.put(bytes(MOST_BYTES), b"")
+        publisher.put(b"ok", b"")
+        assert wait_settled(lambda: len(heard) == 2, 10.0)
+    assert heard == [MOST_BYTES, 2]
+
+
+def test_between_processes_a_hundred_megabytes_reach_no_one_and_the_link_goes_on() -> None:
+    """Two sessions over TCP: what the first sends is dropped in parts by the second, which keeps none of it."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with (
+        open_bus(BusConfig(mode="peer", listen=(endpoint,))) as near,
+        open_bus(BusConfig(mode="client", connect=(endpoint,))) as far,
+    ):
+        heard: list[int] = []
+        near.subscribe("drivemcp/test/large", lambda key, payload, head: heard.append(len(payload)))
+        publisher = far.publisher("drivemcp/test/large")
+        assert wait_settled(publisher.matching, 10.0)
+        publisher.put(bytes(100_000_000), b"")
+        publisher.put(b"ok", b"")
+        assert wait_settled(lambda: heard == [2], 30.0), heard
+
+
+def test_arguments_that_are_too_large_count_as_none() -> None:
+    with open_bus(BusConfig(mode="peer")) as bus:
+        asked: list[int] = []
+
+        def answer(query: Query) -> None:
+            asked.append(len(query.payload))
+            query.answer("drivemcp/test/tool", b"")
+
+        bus.serve("drivemcp/test/tool", answer)
+        replies: list[Reply | None] = []
+        bus.get("drivemcp/test/tool", replies.append, timeout_s=10.0, payload=bytes(MOST_QUERY_BYTES + 1))
+        assert wait_settled(lambda: len(replies) == 2, 10.0)
+    assert asked == [0]

@@ -1,14 +1,17 @@
 """What `audit verify` finds."""
 
 import io
+import tracemalloc
 from pathlib import Path
 
 import msgspec
 import pytest
+import zstandard
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import Chunk
 
 from services.logger.format import chain, container, signing
 from services.logger.verification.report import UNSEALED, Report
@@ -318,3 +321,22 @@ def _names(report: Report, what: str, original: object) -> None:
     assert bad is not None
     expected = (what, original.topic, original.sequence, original.log_time_ns)  # type: ignore[attr-defined]
     assert (bad.what, bad.topic, bad.sequence, bad.log_time_ns) == expected
+
+
+@pytest.mark.parametrize("honest", [True, False])
+def test_a_chunk_that_unpacks_to_a_gigabyte_is_refused_with_little_memory(closed_log: Path, honest: bool) -> None:
+    packer = zstandard.ZstdCompressor().compressobj(size=1 << 30 if honest else -1)
+    packed = b"".join(packer.compress(bytes(1 << 20)) for _ in range(1 << 10)) + packer.flush()
+    bomb = Chunk(
+        compression="zstd", data=packed, message_start_time=0, message_end_time=0, uncompressed_crc=0,
+        uncompressed_size=1 << 30,
+    )  # fmt: skip
+    closed_log.write_bytes(Chunks(closed_log.read_bytes()).opening + container.encode(bomb))
+    tracemalloc.start()
+    try:
+        report = verify(closed_log)
+        _, most_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert not report.intact
+    assert most_bytes < 50_000_000
