@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from proto.perception import ObjectClass
 from services.orchestrator.world.actors import FLOOR
-from services.perception.detect.centre_point import STRIP
+from services.perception.detect.centre_point import strip_rows
 from services.perception.detect.detection import Detection, FloatArray, overlaps
 from services.perception.detect.detector import Detector
 from training.detector.scores import Tally, average_precision
@@ -29,7 +29,8 @@ class Seen(NamedTuple):
     labelled: FloatArray
     found: Sequence[Detection]
     judged: Sequence[Detection]
-    height_px: int
+    size_px: tuple[int, int]
+    """Height and width of the picture."""
 
 
 def looked(detector: Detector, scenes: Iterable[Scene], judge: Detector | None = None) -> list[Seen]:
@@ -39,7 +40,7 @@ def looked(detector: Detector, scenes: Iterable[Scene], judge: Detector | None =
         picture = scene.picture()
         boxes = np.array([sign.region for sign in scene.signs], np.float32).reshape(-1, 4)
         judged = judge.detect(picture) if judge else ()
-        seen.append(Seen(boxes, detector.detect(picture, closer=True), judged, picture.shape[0]))
+        seen.append(Seen(boxes, detector.detect(picture, closer=True), judged, picture.shape[:2]))
     return seen
 
 
@@ -123,7 +124,7 @@ def _hit(wanted: FloatArray, found: FloatArray, least: float) -> NDArray[np.bool
 
 
 def _in_strip(one: Seen) -> NDArray[np.bool_]:
-    top, bottom = (share * one.height_px for share in STRIP)
+    top, bottom = strip_rows(*one.size_px)
     return np.asarray((one.labelled[:, 1] >= top) & (one.labelled[:, 3] <= bottom))
 
 

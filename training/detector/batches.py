@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from services.perception.detect.centre_point import CLOSER_PX
+from services.perception.detect.centre_point import BESIDE_PX, CLOSER_PX
 from training.dataset.shards import CLASSES, Frames, counted
 from training.detector.targets import Targets, encode
 from training.lens import through_lens
@@ -30,12 +30,13 @@ class Crops(NamedTuple):
 SCALES = (0.7, 1.5)
 CROPS = (
     Crops(288, 448, 12, SCALES),
-    Crops(288, 448, 12, SCALES),
+    Crops(*BESIDE_PX, 11, (0.7, 0.85)),
     Crops(384, 640, 6, SCALES),
     Crops(*CLOSER_PX, 4, (2.0, 2.4)),
     Crops(*CLOSER_PX, 4, (2.0, 2.4)),
 )
-"""One is drawn for each batch. The last two are what the closer look shows, in which people are found or missed."""
+"""One is drawn for each batch. The second is the whole picture as it is seen beside a closer look; the last two are what the closer
+look shows, in which people are found or missed."""
 SOUGHT = {"vehicle": 0.2, "pedestrian": 0.4, "sign": 0.2, "panel": 0.05, "light": 0.15}
 """Shares of the classes among the crops that are drawn for one object's sake; the others come as the pictures do."""
 SOUGHT_SHARE = 0.5

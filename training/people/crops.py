@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from services.perception.detect.detection import FloatArray, overlaps
 from services.perception.detect.detector import Detector, Picture
-from services.perception.detect.second_look import SIDE_PX, cut, shapes, windows
+from services.perception.detect.second_look import ASKS_FROM, SIDE_PX, cut, shapes, windows
 from services.simulator.scene.scene import FRONT
 from training.dataset.shards import CLASSES, counted, inside, shard_frames
 from training.detector.targets import TRAIN_HEIGHT_PX
@@ -29,17 +29,22 @@ IGNORED_SHARE = 0.3
 DRAWN, DRAWN_SPREAD = 2, 0.13
 """Boxes drawn anew about each person, beside the detector's own, and how far off their edges are, in their sizes."""
 SCALES, SHIFT = (0.85, 1.18), 0.07
+LEARNS_FROM = 0.05
+"""The detector's raw score from which a box of a photograph teaches: most of what it takes for people there are none."""
+REAL_SHARE = 0.3
+"""Of each batch's people and of its others so many are from photographs, so that a photograph speaks neither for nor against a person."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crops:
     """`pictures` (N, 88, 88, 3); `boxes` (N, 4) asked about and `people` (N, 4) who is there (zeros: nobody), px;
-    `kinds` (N): 1 a person, 0 nobody, -1 neither surely."""
+    `kinds` (N): 1 a person, 0 nobody, -1 neither surely; `real` (N): from a photograph."""
 
     pictures: NDArray[np.uint8]
     boxes: FloatArray
     people: FloatArray
     kinds: NDArray[np.int64]
+    real: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.kinds)
@@ -64,16 +69,18 @@ class Batch(NamedTuple):
 
 
 def collected(paths: Sequence[Path], detector: Detector, seed: int) -> Crops:
-    """All that some shards give, each picture as it is and once more through a dirty lens."""
+    """All that some shards give, each picture as it is and once more through a dirty lens. The detector tells raw scores."""
     rng = np.random.default_rng([seed, 88])
     parts = []
     for path in paths:
         for picture, rows, note in shard_frames(path):
+            real = "set" in note
+            least = LEARNS_FROM if real else ASKS_FROM
             for seen in (picture, through_lens(picture, rng, share=1.0)):
                 found = detector.detect(seen, closer=note["camera"] == FRONT.id)
-                asked = [each.box_px for each in found if each.kind == "pedestrian"]
+                asked = [each.box_px for each in found if each.kind == "pedestrian" and each.score >= least]
                 boxes = np.concatenate([np.array(asked, np.float32).reshape(-1, 4), drawn(rows, rng)])
-                parts.append(cropped(seen, boxes, rows))
+                parts.append(cropped(seen, boxes, rows, real=real))
     return joined(parts)
 
 
@@ -86,7 +93,7 @@ def drawn(rows: FloatArray, rng: np.random.Generator) -> FloatArray:
     return kept
 
 
-def cropped(picture: Picture, boxes: FloatArray, rows: FloatArray) -> Crops:
+def cropped(picture: Picture, boxes: FloatArray, rows: FloatArray, *, real: bool = False) -> Crops:
     """What each box (N, 4) shows, and who is there by the picture's labels."""
     people, ignored = _people(rows)
     overlap = overlaps(boxes, people)
@@ -97,7 +104,7 @@ def cropped(picture: Picture, boxes: FloatArray, rows: FloatArray) -> Crops:
     kinds = np.where(best >= THERE, 1, np.where(best < ABSENT, 0, -1))
     kinds[(best < THERE) & (inside(boxes, ignored).max(axis=1, initial=0.0) >= IGNORED_SHARE)] = -1
     room = windows(boxes) * np.array([1.0, 1.0, ROOM], np.float32)
-    return Crops(cut(picture, room, CROP_PX), boxes, theirs, kinds)
+    return Crops(cut(picture, room, CROP_PX), boxes, theirs, kinds, np.full(len(boxes), real))
 
 
 def _people(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -110,11 +117,20 @@ def _people(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
 def batches(crops: Crops, count: int, seed: int) -> Iterator[Batch]:
     """Endless batches, the same for the same seed; half of each shows people."""
     rng = np.random.default_rng([seed, 89])
-    people = np.flatnonzero(crops.kinds == 1)
-    others = np.flatnonzero((crops.kinds == 0) | ((crops.kinds < 0) & (crops.people[:, 2] > 0)))
+    people = crops.kinds == 1
+    others = (crops.kinds == 0) | ((crops.kinds < 0) & (crops.people[:, 2] > 0))
     while True:
-        some = np.concatenate([rng.choice(people, count // 2), rng.choice(others, count - count // 2)])
-        yield _met(crops, some, rng)
+        halves = [_some(crops, people, count // 2, rng), _some(crops, others, count - count // 2, rng)]
+        yield _met(crops, np.concatenate(halves), rng)
+
+
+def _some(crops: Crops, which: NDArray[np.bool_], count: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Indices (count) of some of them; `REAL_SHARE` of them from photographs where both worlds have some."""
+    real, drawn_ones = np.flatnonzero(which & crops.real), np.flatnonzero(which & ~crops.real)
+    if not len(real) or not len(drawn_ones):
+        return rng.choice(np.flatnonzero(which), count)
+    some = round(REAL_SHARE * count)
+    return np.concatenate([rng.choice(real, some), rng.choice(drawn_ones, count - some)])
 
 
 def _met(crops: Crops, some: NDArray[np.int64], rng: np.random.Generator) -> Batch:

@@ -36,8 +36,9 @@ from training.dataset.shards import Frames, counted, load_frames, shards
 from training.detector.probabilities import THERE, logit
 from training.detector.scores import run
 from training.detector.train import AVERAGE_DECAY, follow, rate_at, say, split, without_paths
-from training.people.crops import PERSON, ROOM, Batch, Crops, batches, collected
+from training.people.crops import LEARNS_FROM, PERSON, ROOM, Batch, Crops, batches, collected
 from training.people.net import SIDE_PX, ExportPeople, PeopleNet
+from training.photographs.sets import SETS, carded
 from training.precision import has_bfloat16
 from training.regression import logistic
 
@@ -144,9 +145,9 @@ def export(net: PeopleNet, path: Path) -> None:
         )
 
 
-def detector_alone(path: Path) -> Detector:
-    """The detector without its second look: raw scores, from where the second look asks."""
-    options = DetectorOptions(score_floor=1.1, floors={"pedestrian": ASKS_FROM})
+def detector_alone(path: Path, asks_from: float = ASKS_FROM) -> Detector:
+    """The detector without its second look: raw scores of people from `asks_from` on, at first from where the second look asks."""
+    options = DetectorOptions(score_floor=1.1, floors={"pedestrian": asks_from})
     return CentreDetector(open_session(path, 1), {}, options, name=path.stem)
 
 
@@ -190,14 +191,20 @@ def _card(flags: argparse.Namespace, out: Path, crops: Crops, steps: int) -> dic
         "input": f"uint8 N x {SIDE_PX} x {SIDE_PX} x 3, RGB; N x 2: the box's size as a share of the side",
         "output": "log-odds of a person (N); edges (N x 4) from the middle as shares of the side",
         **weighed(flags, load_frames(flags.choose, "train")),
-        "crops": {"people": int((crops.kinds == 1).sum()), "nobody": int((crops.kinds == 0).sum())},
+        "crops": {
+            "people": int((crops.kinds == 1).sum()),
+            "nobody": int((crops.kinds == 0).sum()),
+            "of people in photographs": int(((crops.kinds == 1) & crops.real).sum()),
+            "of nobody in photographs": int(((crops.kinds == 0) & crops.real).sum()),
+        },
         "asked_by": hashlib.sha256(flags.detector.read_bytes()).hexdigest(),
         "steps": steps,
         "minutes": flags.minutes,
         "seed": flags.seed,
         "command": "python -m training people.train " + shlex.join(without_paths(sys.argv[1:])),
         "torch": torch.__version__,
-        "licence": "Apache-2.0; trained only on pictures rendered by this project",
+        "licence": "Apache-2.0; trained on pictures rendered by this project and on the photographs named",
+        "photographs": carded(SETS if crops.real.any() else ()),
         "sha256": hashlib.sha256(out.read_bytes()).hexdigest(),
         "size_bytes": out.stat().st_size,
     }
@@ -231,7 +238,7 @@ def main() -> None:
 
 
 def _made(flags: argparse.Namespace) -> dict[str, Any]:
-    crops = collected(shards(flags.cache, "train"), detector_alone(flags.detector), flags.seed)
+    crops = collected(shards(flags.cache, "train"), detector_alone(flags.detector, LEARNS_FROM), flags.seed)
     say(f"{len(crops)} crops, {int((crops.kinds == 1).sum())} of people")
     net, steps = train(crops, flags.minutes, flags.seed)
     export(net, flags.out)

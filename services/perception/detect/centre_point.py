@@ -20,13 +20,15 @@ STRIDE_PX = 4
 AS_IT_IS = (1.0, 0.0)
 """Slope and offset of a class whose scores are not calibrated."""
 CANVAS_PX = (384, 640)
-"""Height and width of what a net for pictures of any size is given."""
+"""Height and width of what a net for pictures of any size is given where it looks once."""
+BESIDE_PX = (288, 480)
+"""The same where it looks closer too: what is far is in the closer look, what is near is large enough."""
 _MOST = 100
-STRIP = (124 / 360, 268 / 360)
-"""What is looked at closer: top and bottom as shares of the picture's height. The horizon of a level camera is in it, and that of one
-that looks up a little, as many do."""
+STRIP_MIDDLE = 196 / 360
+"""The middle of what is looked at closer, as a share of the picture's height. The horizon of a level camera is in the strip, and that of
+one that looks up a little, as many do."""
 CLOSER_PX = (288, 1280)
-"""Height and width of that then: twice as large in our pictures."""
+"""Height and width of the strip then: twice as large as in our pictures, and as wide as a picture of any other form."""
 CUT_PX, CUT_SHARE = 3.0, 0.08
 """What comes so near to the strip's edge there may go on beyond it: the whole picture shows it better. Above and below, where the strip
 cuts what the picture does not, also as a share of the height: detectors draw edges inwards."""
@@ -83,7 +85,7 @@ class CentreDetector:
             boxes, scores = np.concatenate([boxes, more[0]]), np.concatenate([scores, more[1]])
             kinds = np.concatenate([kinds, more[2]])
         else:
-            boxes, scores, kinds = self._whole(rgb)
+            boxes, scores, kinds = self._whole(rgb, self._size)
         boxes, scores, kinds = self._kept(boxes, scores, kinds)
         if self._second is not None:
             boxes, scores, kinds = self._looked_again(rgb, (boxes, scores, kinds), self._second)
@@ -107,12 +109,12 @@ class CentreDetector:
 
     def _both(self, rgb: Picture) -> tuple[_Found, _Found]:
         if self._beside is None:
-            return self._whole(rgb), self._closer(rgb)
+            return self._whole(rgb, BESIDE_PX), self._closer(rgb)
         more = self._beside.submit(self._closer, rgb)
-        return self._whole(rgb), more.result()
+        return self._whole(rgb, BESIDE_PX), more.result()
 
-    def _whole(self, rgb: Picture) -> _Found:
-        canvas, scale = whole(rgb, self._size)
+    def _whole(self, rgb: Picture, size_px: tuple[int, int]) -> _Found:
+        canvas, scale = whole(rgb, size_px)
         boxes, scores, kinds = self._found(canvas)
         return boxes / scale, scores, kinds
 
@@ -131,35 +133,42 @@ class CentreDetector:
 
     def _closer(self, rgb: Picture) -> _Found:
         """What the enlarged strip shows, in pixels of the whole picture; nothing that its edge may have cut."""
-        canvas, top, bottom = strip(rgb)
-        rows, columns = CLOSER_PX
+        canvas, top, scale = strip(rgb)
         boxes, scores, kinds = self._found(canvas)
+        rows, columns = CLOSER_PX[0], scale * rgb.shape[1]
         near = np.full((len(boxes), 2), CUT_PX, np.float32)
         near[:, 1] = np.maximum(CUT_PX, CUT_SHARE * (boxes[:, 3] - boxes[:, 1]))
         uncut = ((boxes[:, :2] >= near) & (boxes[:, 2:] <= (columns, rows) - near)).all(axis=1)
-        stretch = np.array([rgb.shape[1] / columns, (bottom - top) / rows] * 2, np.float32)
-        return boxes[uncut] * stretch + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
+        return boxes[uncut] / np.float32(scale) + np.array([0, top] * 2, np.float32), scores[uncut], kinds[uncut]
 
 
-def whole(rgb: Picture, size_px: tuple[int, int] = CANVAS_PX) -> tuple[Picture, float]:
+def whole(
+    rgb: Picture, size_px: tuple[int, int] = CANVAS_PX, *, enlarging: int = cv2.INTER_LINEAR
+) -> tuple[Picture, float]:
     """The picture (H, W, 3) in the upper left corner of a net's canvas (1, *size_px, 3), scaled down or up to fit, and the scale."""
     height, width = size_px
     scale = min(width / rgb.shape[1], height / rgb.shape[0])
     if scale != 1.0:
         size = (max(1, round(rgb.shape[1] * scale)), max(1, round(rgb.shape[0] * scale)))
-        scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+        scaled = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else enlarging)
         rgb = scaled.astype(np.uint8, copy=False)
     canvas = np.zeros((1, height, width, 3), dtype=np.uint8)
     canvas[0, : rgb.shape[0], : rgb.shape[1]] = rgb
     return canvas, scale
 
 
-def strip(rgb: Picture) -> tuple[Picture, int, int]:
-    """The picture's strip about the horizon, enlarged (1, *CLOSER_PX, 3), and its upper and lower row in the picture."""
-    top, bottom = (round(share * rgb.shape[0]) for share in STRIP)
-    rows, columns = CLOSER_PX
-    enlarged = cv2.resize(rgb[top:bottom], (columns, rows), interpolation=cv2.INTER_CUBIC)
-    return enlarged[None].astype(np.uint8, copy=False), top, bottom
+def strip_rows(height_px: int, width_px: int) -> tuple[int, int]:
+    """Upper and lower row of what is looked at closer in a picture of this size; as much of it as the picture has."""
+    rows = min(height_px, max(1, round(width_px * CLOSER_PX[0] / CLOSER_PX[1])))
+    top = min(max(0, round(STRIP_MIDDLE * height_px - rows / 2)), height_px - rows)
+    return top, top + rows
+
+
+def strip(rgb: Picture) -> tuple[Picture, int, float]:
+    """The picture's strip about the horizon, enlarged (1, *CLOSER_PX, 3), its upper row in the picture, and the scale."""
+    top, bottom = strip_rows(*rgb.shape[:2])
+    canvas, scale = whole(rgb[top:bottom], CLOSER_PX, enlarging=cv2.INTER_CUBIC)
+    return canvas, top, scale
 
 
 def _probabilities(scores: FloatArray, curves: FloatArray) -> FloatArray:

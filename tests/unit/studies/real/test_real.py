@@ -109,7 +109,7 @@ def test_scenes_count_found_signs_and_what_the_judge_does_not_see() -> None:
     labelled = np.array([[0, 100, 40, 140], [300, 100, 340, 140]], np.float32)
     found = [_box("sign", 2), _box("pedestrian", 500), _box("pedestrian", 700)]
     judged = [_box("pedestrian", 702), _box("vehicle", 900)]
-    told = scene_table([Seen(labelled, found, judged, 300)], judged=True)
+    told = scene_table([Seen(labelled, found, judged, (300, 400))], judged=True)
     assert told["recall of signs"]["24 px and more"] == {"signs": 2, "found": 0.5}
     assert told["AP50 of signs"] == 0.5
     assert told["people a picture that the judge does not see"] == 1.0

@@ -7,7 +7,7 @@ import torch
 from services.perception.detect import second_look
 from services.perception.detect.second_look import windows
 from training.dataset.shards import CLASSES
-from training.people.crops import CROP_PX, PERSON, ROOM, Batch, batches, cropped, drawn
+from training.people.crops import CROP_PX, PERSON, REAL_SHARE, ROOM, Batch, batches, cropped, drawn, joined
 from training.people.net import SIDE_PX, ExportPeople, PeopleNet
 from training.people.train import looked_at, loss_of, weights
 
@@ -76,6 +76,15 @@ def test_half_of_a_batch_shows_people_and_nobody_has_edges() -> None:
     assert (batch.kinds[32:] == 0).all()
     assert not batch.known[32:].any()
     assert (batch.kinds[:32] == 1).sum() > 16
+
+
+def test_photographs_are_as_many_among_people_as_among_the_others() -> None:
+    objects = rows(person(50, 40))
+    asked = boxes((48, 38, 61, 72), (150, 10, 160, 30))
+    drawn_ones, real = cropped(PICTURE, asked, objects), cropped(PICTURE // 2, asked, objects, real=True)
+    batch = next(batches(joined([drawn_ones] * 9 + [real]), 100, seed=3))
+    dark = batch.pictures.max(axis=(1, 2, 3)) < 60
+    assert dark[:50].sum() == dark[50:].sum() == round(REAL_SHARE * 50)
 
 
 def test_a_look_shows_the_crop_moved_scaled_and_mirrored() -> None:

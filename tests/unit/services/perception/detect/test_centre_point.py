@@ -5,11 +5,12 @@ import math
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from drivemcp.paths import data
-from services.perception.detect.centre_point import STRIP, whole
+from services.perception.detect.centre_point import CLOSER_PX, strip, strip_rows, whole
 from services.perception.detect.detection import Detection, overlaps
 from services.perception.detect.detector import DetectorOptions, Picture
 from services.perception.detect.loading import load_detector
@@ -18,6 +19,8 @@ from services.simulator.scene.scene import FRONT, Actor, Lane, Pose, Road, Scene
 from training.labelling import LabellingRenderer
 
 Edges = np.typing.NDArray[np.float32]
+TOLD_FROM = 0.15
+"""The score from which a driver can be told of a person."""
 
 
 def with_curve(folder: Path, slope: float, offset: float) -> Path:
@@ -45,6 +48,22 @@ def test_the_cards_curve_bends_scores_and_moves_no_box(street: Picture, tmp_path
 def test_a_picture_thinner_than_a_pixel_of_the_canvas_still_fits_on_it(height_px: int, width_px: int) -> None:
     canvas, _ = whole(np.full((height_px, width_px, 3), 200, np.uint8))
     assert canvas.max() == 200
+
+
+@pytest.mark.parametrize("size", [(360, 640), (800, 1360), (768, 1024), (1024, 2048), (300, 2000), (400, 300)])
+def test_the_closer_look_distorts_no_picture_and_has_the_horizon(size: tuple[int, int]) -> None:
+    height, width = size
+    top, bottom = strip_rows(height, width)
+    assert 0 <= top < 0.5 * height < bottom <= height
+    disc = cv2.circle(
+        np.zeros((*size, 3), np.uint8), (width // 2, (top + bottom) // 2), (bottom - top) // 4, (255,) * 3, -1
+    )
+    canvas, first, scale = strip(disc)
+    rows, columns = np.nonzero(canvas[0, :, :, 0] > 127)
+    assert canvas.shape == (1, *CLOSER_PX, 3)
+    assert np.ptp(columns) == pytest.approx(np.ptp(rows), abs=2)
+    assert first == top
+    assert columns.mean() / scale == pytest.approx(width / 2, abs=1)
 
 
 def of_kind(found: list[Detection], kind: str = "pedestrian") -> Edges:
@@ -84,7 +103,7 @@ def test_a_closer_look_finds_people_that_are_small_each_once_and_where_they_are(
 def is_half_of_another(box: Edges, boxes: Edges) -> bool:
     """Whether it ends where the closer look ends, and lies in a box that goes on."""
     _, top, _, bottom = box
-    rows = round(STRIP[0] * 360), round(STRIP[1] * 360)
+    rows = strip_rows(360, 640)
     cut = top < rows[0] + 8 or bottom > rows[1] - 8
     low, high = np.maximum(box[:2], boxes[:, :2]), np.minimum(box[2:], boxes[:, 2:])
     inside = np.prod(np.maximum(high - low, 0.0), axis=1) / np.prod(box[2:] - box[:2])
@@ -114,7 +133,9 @@ def test_of_near_vehicles_that_the_closer_look_cuts_there_is_one_box_each() -> N
 
 def test_what_the_whole_picture_shows_well_stays_where_it_is(street: Picture) -> None:
     detector = load_detector(data("models/detector.onnx"))
-    plain, closer = detector.detect(street), detector.detect(street, closer=True)
+    plain, closer = (
+        [each for each in detector.detect(street, closer=closer) if each.score >= TOLD_FROM] for closer in (False, True)
+    )
     assert sorted(each.kind for each in closer) == sorted(each.kind for each in plain)
     for before, after in zip(by_kind(plain), by_kind(closer), strict=True):
         edges = [(each.x0_px, each.y0_px, each.x1_px, each.y1_px) for each in (before, after)]
