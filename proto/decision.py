@@ -13,6 +13,8 @@ from proto.speech import Memory, Message
 from proto.tools import Outcome
 
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
+Envelope = Literal["soft", "emergency"]
+"""How hard and how long the car may be braked: bounded and short, or to standstill where nothing else avoids an impact."""
 
 
 class Event(msgspec.Struct, frozen=True, kw_only=True):
@@ -177,6 +179,8 @@ class BrakeCommand(msgspec.Struct, frozen=True, kw_only=True):
     grant_id: str
     valid_for_ns: int = 200_000_000
     tick: int = 0
+    envelope: Envelope = "soft"
+    """Which of its bounds the receiver applies."""
 
 
 class Grant(msgspec.Struct, frozen=True, kw_only=True):
@@ -193,6 +197,8 @@ class Grant(msgspec.Struct, frozen=True, kw_only=True):
     signature: str = ""
     sequence: int = 0
     """Rises with each grant of a key: one that came before the newest that was seen, or before one that has ended, does not count."""
+    envelope: Envelope = "soft"
+    """`emergency` permits braking to standstill and holding there; a grant that names no envelope is `soft`."""
 
 
 class Feedback(msgspec.Struct, frozen=True, kw_only=True):

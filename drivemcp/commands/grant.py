@@ -13,8 +13,11 @@ import msgspec
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.numbers import number
-from proto.decision import Grant
+from proto.decision import Envelope, Grant
 from proto.topics import BRAKE
+
+BOUNDS: dict[Envelope, tuple[float, float]] = {"soft": (4.0, 2.0), "emergency": (6.5, 20.0)}
+"""Deceleration (m/s2) and duration (s) that a grant names unless told otherwise."""
 
 
 def register(subparsers: Subparsers) -> None:
@@ -33,8 +36,19 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--capability", default=BRAKE.name, help="`actuation/brake`, or `tool:NAME` for one actuation tool"
     )
-    parser.add_argument("--max-deceleration", type=float, default=4.0, metavar="M_PER_S2")
-    parser.add_argument("--max-duration", type=float, default=2.0, metavar="S")
+    parser.add_argument(
+        "--envelope",
+        choices=tuple(BOUNDS),
+        default="soft",
+        help="soft: bounded and short; emergency: harder, to standstill and held there, where nothing else avoids an impact",
+    )
+    parser.add_argument("--max-deceleration", type=float, metavar="M_PER_S2", help="4 soft, 6.5 in an emergency")
+    parser.add_argument(
+        "--max-duration",
+        type=float,
+        metavar="S",
+        help="of braking within a window of so long and 5 s: 2 soft, 20 in an emergency",
+    )
     parser.add_argument("--valid", type=number(0.01, 24.0), default=8.0, metavar="HOURS", help="at most 24")
     parser.add_argument("--out", metavar="FILE", help="where the grant goes; standard output otherwise")
     parser.set_defaults(run=command)
@@ -54,12 +68,14 @@ def command(flags: argparse.Namespace) -> int:
     if flags.capability != BRAKE.name and not flags.capability.startswith("tool:"):
         raise UserError(f"a grant is for {BRAKE.name} or for tool:NAME, not for {flags.capability!r}")
     now = datetime.now(UTC)
+    deceleration, duration = BOUNDS[flags.envelope]
     grant = Grant(
         grant_id=secrets.token_hex(8),
         vehicle=flags.vehicle,
         capability=flags.capability,
-        max_deceleration_mps2=flags.max_deceleration,
-        max_duration_s=flags.max_duration,
+        max_deceleration_mps2=deceleration if flags.max_deceleration is None else flags.max_deceleration,
+        max_duration_s=duration if flags.max_duration is None else flags.max_duration,
+        envelope=flags.envelope,
         issued_at=now.isoformat(timespec="seconds"),
         expires_at=(now + timedelta(hours=flags.valid)).isoformat(timespec="seconds"),
         sequence=_next_sequence(Path(flags.key), int(now.timestamp() * 1000)),

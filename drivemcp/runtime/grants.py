@@ -58,9 +58,15 @@ def public_key(text: str) -> str:
 
 
 def canonical(grant: Grant) -> bytes:
-    """What is signed: the fields sorted by name, without `signature`."""
+    """What is signed: the fields sorted by name, without `signature`; and without `envelope` where it is `soft`.
+
+    A grant that names no envelope has the bytes of a soft one. One for emergencies has others, so that no signed grant can be
+    widened.
+    """
     fields = msgspec.to_builtins(grant)
     del fields["signature"]
+    if grant.envelope == "soft":
+        del fields["envelope"]
     return msgspec.json.encode(fields, order="sorted")
 
 

@@ -17,14 +17,18 @@ GRANT = Grant(
     grant_id="evaluation", vehicle="ego", capability=BRAKE.name, max_deceleration_mps2=4.0, max_duration_s=2.0,
     issued_at="", expires_at="",
 )  # fmt: skip
-"""What is permitted; each run's is for the day from its start."""
+"""What the paper's tables are driven with: soft braking. Each run's grant is for the day from its start."""
+EMERGENCY = msgspec.structs.replace(
+    GRANT, grant_id="evaluation-emergency", envelope="emergency", max_deceleration_mps2=6.5, max_duration_s=20.0
+)
+"""What the field's table is driven with (`drivemcp evaluate guard`)."""
 
 
-def granted(spec: RunSpec, folder: Path) -> RunSpec:
+def granted(spec: RunSpec, folder: Path, grant: Grant = GRANT) -> RunSpec:
     """The spec with the permission; where the grant lies is no part of a run's key."""
     file, pair = folder / "grant.json", _pair()
     now = datetime.now(UTC)
-    ours = msgspec.structs.replace(GRANT, issued_at=now.isoformat(), expires_at=(now + LONGEST).isoformat())
+    ours = msgspec.structs.replace(grant, issued_at=now.isoformat(), expires_at=(now + LONGEST).isoformat())
     file.write_bytes(msgspec.json.encode(sign_grant(ours, pair.private)))
     arbiter = {**spec.settings.get("arbiter", {}), "grant_file": str(file), "trusted_keys": [pair.public]}
     return msgspec.structs.replace(spec, settings={**spec.settings, "arbiter": arbiter})

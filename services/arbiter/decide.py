@@ -22,9 +22,11 @@ from proto.speech import Memory
 from services.arbiter.assessment.assess import Numbers, View, lateral_violation, metrics, speak_bounds, worst
 from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
-from services.arbiter.braking import act
-from services.arbiter.braking.act import Permission
+from services.arbiter.braking import act, budget
+from services.arbiter.braking.act import Need, Permission
+from services.arbiter.braking.emergency import is_emergency, is_last_moment
 from services.arbiter.braking.guard import Case, case, objections
+from services.arbiter.braking.lasting import is_standing, lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.braking.watching import watch
 from services.arbiter.filters import FULL, Suggested, filter_of
@@ -66,15 +68,18 @@ class Weighed(NamedTuple):
 def decide(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> Verdict:
     """One tick's verdict."""
     state = prepared(request, inputs, profile)
-    weighed = weigh(request, inputs.reading, state, profile, inputs.now_ns)
-    intervention, command, withheld = _intervene(request, weighed, state, inputs, profile)
+    weighed = weigh(request, inputs.reading, state, profile)
+    braking = _intervene(request, weighed, state, inputs, profile)
+    intervention, command, withheld = braking.intervention, braking.command, braking.withheld
     brakes = command is not None or bool(withheld)
     present = hazards_of(request, weighed, state, inputs, profile, brakes=brakes)
     state = msgspec.structs.replace(state, memory=standing(state.memory, present, inputs.now_ns))
     pressing = _pressing(request, weighed, state, present, inputs, profile, brakes=brakes)
-    word = _say(request, weighed, state, pressing, command, withheld, inputs, profile)
+    word = _say(request, weighed, state, pressing, braking, inputs, profile)
     remembered = _remembered(state, request, word, pressing, inputs)
-    after = msgspec.structs.replace(remembered, intervention=intervention)
+    after = msgspec.structs.replace(
+        remembered, intervention=intervention, warned_ns=_warned_ns(remembered, inputs.now_ns)
+    )
     decision = Decision(
         tick=request.tick,
         kind=word.kind,
@@ -124,16 +129,14 @@ def _unbraked_reading(reading: Reading) -> Reading:
     return msgspec.structs.replace(reading, view=unbraked(reading.view))
 
 
-def weigh(
-    request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile, now_ns: int | None = None
-) -> Weighed:
+def weigh(request: ArbitrationRequest, reading: Reading, state: ArbiterState, profile: Profile) -> Weighed:
     """Risk, utilities and objections; ACT by the less risky of the two views, SPEAK by the riskier."""
     view = request_view(request)
     speak = max(
         (worst(v, speak_bounds(v, profile), profile) for v in (view, reading.view)),
         key=lambda n: -1.0 if n is None else n.r,
     )
-    braking = now_ns is not None and act.going(state.intervention, now_ns)
+    braking = act.going(state.intervention, state.run_ns)
     asked, own = (unbraked(view), _unbraked_reading(reading)) if braking else (view, reading)
     checked = case(request, asked, own, state.adapted.c_min, state.sightings, profile)
     r_act = min(checked.asked.r, checked.own.r) if checked.asked is not None and checked.own is not None else 0.0
@@ -181,13 +184,20 @@ def wants_act(weighed: Weighed, delta: float) -> bool:
 
 def prepared(request: ArbitrationRequest, inputs: Inputs, profile: Profile) -> ArbiterState:
     """The state with time passed, feedback learnt and the own reading watched."""
-    state = _on_this_clock(inputs.state, inputs.now_ns, profile)
+    state = _on_this_clock(_running(inputs.state, inputs.now_ns, profile), inputs.now_ns, profile)
     adapted = adapt.learn(adapt.relax(state.adapted, inputs.now_ns, profile), request.feedback, profile)
     attended = attention.refill(state.attention, inputs.now_ns, profile)
     seen = watch(state.sightings, inputs.reading, inputs.now_ns, profile)
     heard = adopted(request.heard, inputs.now_ns) if request.heard is not None else state.memory
     memory = without(heard, request.past)
     return msgspec.structs.replace(state, adapted=adapted, attention=attended, memory=memory, sightings=seen)
+
+
+def _running(state: ArbiterState, now_ns: int, profile: Profile) -> ArbiterState:
+    """The running clock advanced, and braking forgotten that no window reaches."""
+    run_ns = budget.advanced(state.run_ns, state.seen_ns, now_ns)
+    aged = act.aged(state.intervention, run_ns, profile)
+    return msgspec.structs.replace(state, run_ns=run_ns, seen_ns=now_ns, intervention=aged)
 
 
 def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> ArbiterState:
@@ -198,32 +208,82 @@ def _on_this_clock(state: ArbiterState, now_ns: int, profile: Profile) -> Arbite
         state,
         attention=Attention(messages=state.attention.messages),
         memory=on_this_clock(state.memory, now_ns),
-        intervention=act.set_back(state.intervention, now_ns, profile),
+        intervention=act.stop(state.intervention, state.run_ns, profile),
         sightings=(),
     )
 
 
+class _Braking(NamedTuple):
+    """The intervention, its command, why it was withheld, and whether the conditions of an emergency hold."""
+
+    intervention: Intervention
+    command: BrakeCommand | None = None
+    withheld: str = ""
+    hard: bool = False
+
+
 def _intervene(
     request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
-) -> tuple[Intervention, BrakeCommand | None, str]:
-    running = state.intervention
-    meant = _braked_for(request, weighed, state, inputs, profile)
-    if meant is None:
-        return act.let_go(running, inputs.now_ns), None, ""
-    if inputs.permission.refused:
-        return act.let_go(running, inputs.now_ns), None, inputs.permission.refused
-    needed = act.needed_mps2(meant.actor, meant.ego_mps, profile)
-    return act.brake(running, needed, inputs.permission, inputs.reading.pedals, inputs.now_ns, profile)
+) -> _Braking:
+    running, permission, case = state.intervention, inputs.permission, weighed.case
+    hard = is_emergency(case, permission, profile)
+    meant = _braked_for(request, weighed, state, inputs, profile, hard=hard)
+    on = act.going(running, state.run_ns)
+    goes_on = on and (_held(inputs) or lasts(case, running, state.run_ns, profile))
+    if meant is None and not goes_on:
+        return _Braking(act.let_go(running, state.run_ns))
+    if permission.refused:
+        return _Braking(act.let_go(running, state.run_ns), withheld=permission.refused)
+    if not on and _warns_first(weighed, state, inputs, profile):
+        return _Braking(act.let_go(running, state.run_ns), withheld="the driver is warned first")
+    need = _need(meant, case, inputs, profile, hard=hard)
+    after, command, withheld = act.brake(running, need, permission, inputs.reading.pedals, state.run_ns, profile)
+    return _Braking(sighted(after, running, case, state.run_ns, profile), command, withheld, hard)
+
+
+def _need(meant: Suggested | None, case: Case, inputs: Inputs, profile: Profile, *, hard: bool) -> Need:
+    view, own = inputs.reading.view, case.own
+    if meant is None and own is not None and view.ego_speed_mps is not None:
+        meant = Suggested(own, view.ego_speed_mps)
+    return Need(
+        mps2=act.needed_mps2(meant.actor, meant.ego_mps, profile) if meant is not None else 0.0,
+        hard=hard,
+        grip_mps2=act.grip_mps2(view, profile),
+        stands=stands(view.ego_speed_mps),
+        eases=inputs.permission.envelope == "soft"
+        or (own is not None and view.ego_speed_mps is not None and not is_standing(own, view.ego_speed_mps, profile)),
+    )
+
+
+def _held(inputs: Inputs) -> bool:
+    """Whether an intervention may hold the car at standstill: what it stands before is near, and may be out of sight."""
+    return stands(inputs.reading.view.ego_speed_mps) and inputs.permission.envelope == "emergency"
+
+
+def _warns_first(weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile) -> bool:
+    """Whether the driver has not been warned for long enough, and there is time for it."""
+    if inputs.filter != FULL:
+        return False
+    warned = state.warned_ns is not None and state.run_ns - state.warned_ns >= profile.act_warned_s * 1e9
+    return not warned and not is_last_moment(weighed.case, inputs.permission, profile)
+
+
+def _warned_ns(state: ArbiterState, now_ns: int) -> int | None:
+    """Since when on the running clock the driver has been warned of a road user without a break; None: of none of late."""
+    if all(last_warned(state.memory, hazard, now_ns) is None for hazard in sorted(ANSWERED)):
+        return None
+    return state.run_ns if state.warned_ns is None else state.warned_ns
 
 
 def _braked_for(
-    request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile
+    request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile, *, hard: bool
 ) -> Suggested | None:
+    """The road user to brake for: one for whom braking begins now, or the danger of the intervention under way."""
     passing = filter_of(inputs.filter)
     if passing is not None and passing.suggested is not None:
         return passing.suggested(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
-    if not wants_act(weighed, state.adapted.delta) or own is None or ego is None:
+    if own is None or ego is None or not (wants_act(weighed, state.adapted.delta) or (hard and not weighed.objections)):
         return None
     return Suggested(own, ego)
 
@@ -270,17 +330,17 @@ def _say(
     weighed: Weighed,
     state: ArbiterState,
     pressing: _Pressing,
-    command: BrakeCommand | None,
-    withheld: str,
+    braking: _Braking,
     inputs: Inputs,
     profile: Profile,
 ) -> _Said:
     hazard, fused, passing = pressing.hazard, request.fused, filter_of(inputs.filter)
-    if command is not None:
+    if braking.command is not None:
         judged = passing is None or passing.suggested is None
-        return _Said("ACT", _act_reason(weighed, state) if judged else "the fused advice warns: passed on", hazard)
-    if withheld and pressing.fresh:
-        return _Said("SPEAK", f"ACT withheld: {withheld}", hazard)
+        reason = _act_reason(weighed, state, braking) if judged else "the fused advice warns: passed on"
+        return _Said("ACT", reason, hazard)
+    if braking.withheld and pressing.fresh:
+        return _Said("SPEAK", f"ACT withheld: {braking.withheld}", hazard)
     if passing is not None:
         passed, reason = passing.said(request)
         return _Said(passed, reason, hazard if passed == "SPEAK" else "")
@@ -329,5 +389,13 @@ def _answered(weighed: Weighed, memory: Memory, hazard: str, inputs: Inputs, pro
     return -view.ego_acceleration_mps2 >= max(needed, profile.answer_mps2)
 
 
-def _act_reason(weighed: Weighed, state: ArbiterState) -> str:
-    return f"U_act - U_speak = {weighed.utilities.margin:.3f} > Delta = {state.adapted.delta:.3f} and RSS is violated"
+def _act_reason(weighed: Weighed, state: ArbiterState, braking: _Braking) -> str:
+    if braking.intervention.holds:
+        return "the car is held at standstill until the driver takes over"
+    if braking.hard:
+        return "an emergency: no later braking avoids the impact, and RSS is violated"
+    if wants_act(weighed, state.adapted.delta):
+        return (
+            f"U_act - U_speak = {weighed.utilities.margin:.3f} > Delta = {state.adapted.delta:.3f} and RSS is violated"
+        )
+    return "the danger that the car is braked for is still there"

@@ -16,6 +16,7 @@ from proto import topics
 from proto.decision import ArbitrationRequest, Decision
 from proto.topics import Topic
 from services.arbiter.assessment.reading import Latest, M, Reading, read
+from services.arbiter.braking import budget
 from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, Verdict, decide
 from services.arbiter.explain import Explanation, explain
@@ -24,7 +25,7 @@ from services.arbiter.memory import store
 from services.arbiter.memory.adapt import is_within_bounds
 from services.arbiter.profiles.errors import ProfileError
 from services.arbiter.profiles.profile import Profile, load, reachability
-from services.arbiter.state import Adapted, ArbiterState, fresh
+from services.arbiter.state import Adapted, ArbiterState, Owed, fresh
 
 if TYPE_CHECKING:
     from drivemcp.runtime.grant_watch import WatchedGrant
@@ -59,6 +60,7 @@ class Arbiter:
         self._node = node
         self._lock = threading.Lock()
         self._file = _state_file(config)
+        self._owed = store.load_owed(self._file) if self._file is not None else Owed()
         self._state = self._begin()
         self._watched = _watched(config)
         self._refused = ""
@@ -83,7 +85,9 @@ class Arbiter:
             self._decided.move_to_end(request.tick)
             while len(self._decided) > KEPT_DECISIONS:
                 self._decided.popitem(last=False)
-        if request.feedback:
+            owed = budget.owed(self._state.intervention, self._state.run_ns, self._owed)
+            owes, self._owed = owed != self._owed, owed
+        if request.feedback or owes:
             self.save()
         return verdict
 
@@ -102,13 +106,13 @@ class Arbiter:
             self._watched.keep()
 
     def save(self) -> None:
-        """Keep what feedback has moved; a disk that refuses costs the memory, not the drive."""
+        """Keep what feedback has moved and what was braked; a disk that refuses costs the memory, not the drive."""
         if self._file is None:
             return
         try:
-            store.save(self._file, self._state.adapted, self.profile)
+            store.save(self._file, self._state.adapted, self.profile, self._owed)
         except OSError as error:
-            self._node.log.warning("feedback is not kept: %s", error)
+            self._node.log.warning("feedback and what was braked are not kept: %s", error)
 
     def _begin(self) -> ArbiterState:
         state = fresh(self.profile)
@@ -117,7 +121,8 @@ class Arbiter:
             return msgspec.structs.replace(state, adapted=Adapted(delta=delta, c_min=c_min))
         if self._file is None:
             return state
-        return msgspec.structs.replace(state, adapted=store.load(self._file, self.profile))
+        running = budget.resumed(self._owed, self.profile.act_rest_s)
+        return msgspec.structs.replace(state, adapted=store.load(self._file, self.profile), intervention=running)
 
     def _reading(self, now_ns: int) -> Reading:
         latest = Latest(
@@ -151,6 +156,7 @@ class Arbiter:
             max_deceleration_mps2=grant.max_deceleration_mps2,
             max_duration_s=grant.max_duration_s,
             refused="",
+            envelope=grant.envelope,
         )
 
 

@@ -24,14 +24,36 @@ class Attention(msgspec.Struct, frozen=True, kw_only=True):
     refilled_ns: int | None = None
 
 
+class Braked(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """A span in which the car was braked while it moved."""
+
+    from_ns: int
+    until_ns: int
+
+
+class Owed(msgspec.Struct, frozen=True, kw_only=True):
+    """What a restarted arbiter has to know of the braking before: seconds that count against the budget, and whether it rests."""
+
+    braked_s: float = 0.0
+    rests: bool = False
+
+
 class Intervention(msgspec.Struct, frozen=True, kw_only=True):
-    """An intervention under way (`since_ns`), or the rest after one (`rest_until_ns`)."""
+    """An intervention under way (`since_ns`), or the rest after one (`rest_until_ns`). Times are of the running clock."""
 
     since_ns: int | None = None
     last_ns: int | None = None
     brake_mps2: float = 0.0
     pedals: Pedals = Pedals()
     rest_until_ns: int | None = None
+    holds: bool = False
+    """Whether it has brought the car to standstill and holds it there."""
+    braked: tuple[Braked, ...] = ()
+    """What counts against the budget, oldest first."""
+    stood_m: float | None = None
+    """The gap to the standing road user that the car is braked for, by the last sighting and the way driven since; None: it moves."""
+    stood_ns: int = 0
+    """When that road user was last sighted."""
 
 
 class Sighting(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
@@ -50,6 +72,12 @@ class ArbiterState(msgspec.Struct, frozen=True, kw_only=True):
     memory: Memory = Memory()
     intervention: Intervention = Intervention()
     sightings: tuple[Sighting, ...] = ()
+    run_ns: int = 0
+    """The running clock (`braking/budget.py`)."""
+    seen_ns: int | None = None
+    """The wall clock at the last decision."""
+    warned_ns: int | None = None
+    """Since when on the running clock the driver has been warned of a road user."""
 
 
 def fresh(profile: Profile) -> ArbiterState:

@@ -17,6 +17,7 @@ from proto import topics
 from proto.decision import BrakeCommand
 from proto.truth import ScenarioState
 from services.simulator.car.command_order import CommandOrder
+from services.simulator.driver.absent import DriverKind
 from services.simulator.lockstep import EPOCH_NS, Conductor
 from services.simulator.realtime import RealTime
 from services.simulator.scenario.load import ScenarioError, load_scenario, read_fault
@@ -36,6 +37,8 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     scenario: str = "urb-rain"
     """The name of a shipped scenario, or the path of a TOML or JSON file."""
     seed: int = 1
+    driver: DriverKind = "drawn"
+    """`drawn`: the driver of the seed; `absent`: one who does nothing, for tests of what the car does alone."""
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
     autostart: bool = True
@@ -152,6 +155,7 @@ class Simulator:
             bus=config.can_bus,
             present=present,
             lockstep=config.lockstep,
+            driver=config.driver,
         )
 
     def _open_studio(self, session: Session, seed: int) -> Studio | None:

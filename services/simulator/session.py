@@ -13,9 +13,10 @@ from proto.decision import Advisory, BrakeCommand
 from proto.sensors import CanFrame, CanFrames, ClockTick
 from proto.topics import Topic
 from proto.truth import ScenarioState
-from services.simulator.car.braking import decelerate
+from services.simulator.car.braking import FULL_MPS2, decelerate
 from services.simulator.car.car import Car
 from services.simulator.car.state import CarState
+from services.simulator.driver.absent import DriverKind
 from services.simulator.driver.driver import Advice
 from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
@@ -30,8 +31,6 @@ STEP_NS = round(STEP_S * 1e9)
 CAMERAS: dict[str, CameraSpec] = {camera.id: camera for camera in (FRONT, TELE)}
 CAMERA_STEPS = {"front": (2, 0), "tele": (4, 1)}
 """Every so many steps, at this remainder: the two are never due in the same step, which evens out the load."""
-FULL_MPS2 = 0.85 * GRAVITY_MPS2
-"""What a sound car gives for a full braking on a dry road."""
 LIDAR_STEPS, GNSS_STEPS, MAP_STEPS, SLOW_STEPS, STATE_STEPS = 2, 2, 2, 20, 10
 
 
@@ -98,8 +97,9 @@ class Session:
         bus: str,
         present: SensorSet = SensorSet(),
         lockstep: bool = False,
+        driver: DriverKind = "drawn",
     ) -> None:
-        self.world, self.scenario, self.seed = World(scenario, seed), scenario, seed
+        self.world, self.scenario, self.seed = World(scenario, seed, driver), scenario, seed
         self.seconds, self.epoch_ns, self.bus, self._present = seconds, epoch_ns, bus, present
         self._lockstep = lockstep
         self._noise, self._boxes = measurements.SensorNoise(seed), measurements.StaticBoxes(self.world.static)

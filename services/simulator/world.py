@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 from proto.decision import BrakeCommand
 from services.simulator.car import tyres
 from services.simulator.car.brake_receiver import Brake, Controls
-from services.simulator.car.braking import Ability, Braked, decelerate
+from services.simulator.car.braking import Ability, Braked, asked_for, decelerate
 from services.simulator.car.kinematics import FREE, bend_speed_mps
-from services.simulator.driver.driver import Advice, Driver, DriverView, pedals
+from services.simulator.driver.absent import DRIVERS, DriverKind
+from services.simulator.driver.driver import Advice, DriverView, pedals
 from services.simulator.driver.profile import draw_driver, understands
 from services.simulator.driver.road_ahead import RoadAhead
 from services.simulator.environment.scenery import build_parked, build_scenery
@@ -60,9 +61,9 @@ class Inputs:
 
 
 class World:
-    """One scenario with one seed."""
+    """One scenario with one seed, and one kind of driver."""
 
-    def __init__(self, scenario: Scenario, seed: int) -> None:
+    def __init__(self, scenario: Scenario, seed: int, driver: DriverKind = "drawn") -> None:
         self.scenario, self.seed, self.route = scenario, seed, Route(scenario)
         self.static = build_static(self.route, seed)
         self.road = build_road(self.route.section, seed % 2**31)
@@ -85,7 +86,7 @@ class World:
         self.houses = houses(self.static)
         self.gantries = {i: at_start(plan) for i, plan in enumerate(scenario.gantries)}
         self._passed_panels: dict[int, str] = {}
-        self.driver = Driver(draw_driver(seed), self._legal().limit_mps(False))
+        self.driver = DRIVERS[driver](draw_driver(seed), self._legal().limit_mps(False))
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
         self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0
@@ -171,9 +172,10 @@ class World:
             accelerator_rate_per_s=(wish.accelerator - before.accelerator) / STEP_S,
             brake=wish.brake,
         )
-        self.brake = self.brake.step(self._now_ns(), STEP_S, controls)
+        self.brake = self.brake.step(self._now_ns(), STEP_S, controls, speed)
         self._wish = wish
-        wanted = min(wish.acceleration_mps2, -self.brake.applied_mps2 if self.brake.applied_mps2 > 0 else FREE)
+        applied = self.brake.applied_mps2
+        wanted = min(wish.acceleration_mps2, -asked_for(applied, inputs.car) if applied > 0 else FREE)
         locked = self._braked.locked
         self._braked = decelerate(max(0.0, -wanted), inputs.car, self.ego.mu, weather.film_mm, speed, locked)
         self.ego.command_mps2 = wanted if wanted >= 0.0 else -self._braked.mps2

@@ -1,15 +1,21 @@
-"""Bounded braking: deceleration, jerk and duration have limits, and the driver's pedals and wheel win at once."""
+"""Bounded braking: deceleration, jerk and a budget of seconds have limits, and a driver who accelerates or steers away wins.
+
+An intervention goes on while the danger does. What ends it: the danger is over (`lasting.py`), the driver overrides, or the
+budget of its envelope is spent. A foot on the brake ends nothing: the receiver brakes by the harder of foot and command.
+"""
+
+from typing import NamedTuple
 
 import msgspec
 
-from proto.decision import BrakeCommand
-from services.arbiter.assessment.assess import Numbers
+from domain.rss import GRAVITY_MPS2
+from proto.decision import BrakeCommand, Envelope
+from services.arbiter.assessment.assess import Numbers, View
 from services.arbiter.assessment.reading import Pedals
+from services.arbiter.braking import budget
+from services.arbiter.braking.budget import PAUSE_NS
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
-
-PAUSE_NS = 500_000_000
-"""An intervention that pauses for less is the same one: one limit of duration, one look at the pedals."""
 
 
 class Permission(msgspec.Struct, frozen=True, kw_only=True):
@@ -19,14 +25,28 @@ class Permission(msgspec.Struct, frozen=True, kw_only=True):
     max_deceleration_mps2: float = 0.0
     max_duration_s: float = 0.0
     refused: str = "no grant"
+    envelope: Envelope = "soft"
+
+
+class Need(NamedTuple):
+    """What a danger asks for."""
+
+    mps2: float
+    """The deceleration that ends the closing within the gap (m/s2)."""
+    hard: bool = False
+    """Whether the conditions of emergency braking hold (`emergency.py`)."""
+    grip_mps2: float = 0.0
+    """What the tyres surely give (m/s2)."""
+    stands: bool = False
+    """Whether the car stands."""
+    eases: bool = True
+    """Whether braking may become weaker again before the danger is over."""
 
 
 def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:
-    """How the driver overrides, or why that cannot be seen; empty: the driver leaves it to the car."""
+    """How the driver overrides, or why that cannot be seen; empty: the driver leaves it to the car, or brakes as well."""
     if pedals.brake is None or pedals.accelerator is None or pedals.steering_rad is None:
         return "the driver's pedals and wheel are not seen"
-    if pedals.brake > profile.pedal_brake:
-        return "the driver brakes"
     if pedals.accelerator >= profile.pedal_accelerator:
         return "the driver accelerates"
     if at_start is None:
@@ -38,6 +58,13 @@ def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str
     return ""
 
 
+def takes_over(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:
+    """How the driver takes over a car that is held at standstill; empty: not yet. A foot on the brake holds it as well."""
+    if pedals.brake is not None and pedals.brake > profile.pedal_brake:
+        return "the driver brakes"
+    return overridden(pedals, at_start, profile)
+
+
 def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     """The deceleration that ends the closing within the gap, the standstill buffer spared."""
     room = max(0.5, numbers.gap_m - profile.d0_m)
@@ -45,63 +72,107 @@ def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     return closing * closing / (2.0 * room)
 
 
+def grip_mps2(view: View, profile: Profile) -> float:
+    """What the tyres surely give: the lower bound of friction."""
+    mu = profile.mu_unknown_low if view.mu_low is None else view.mu_low
+    return max(profile.mu_floor, mu) * GRAVITY_MPS2
+
+
+def budget_s(permission: Permission, profile: Profile) -> float:
+    """Seconds of braking within a window of as many seconds and a rest."""
+    longest = profile.emergency_duration_s if _to_standstill(permission, profile) else profile.act_duration_s
+    return min(permission.max_duration_s, longest)
+
+
 def brake(
-    running: Intervention, needed: float, permission: Permission, pedals: Pedals, now_ns: int, profile: Profile
+    running: Intervention, need: Need, permission: Permission, pedals: Pedals, run_ns: int, profile: Profile
 ) -> tuple[Intervention, BrakeCommand | None, str]:
-    """The next bounded command, or None and why the intervention ends or does not begin."""
-    if running.rest_until_ns is not None and now_ns < running.rest_until_ns:
+    """The next bounded command, or None and why the intervention ends or does not begin. `run_ns`: the running clock."""
+    if running.rest_until_ns is not None and run_ns < running.rest_until_ns:
         return running, None, "resting after an intervention"
-    on = going(running, now_ns)
-    started_ns = running.since_ns if on and running.since_ns is not None else now_ns
-    if (why := overridden(pedals, running.pedals if on else None, profile)) != "":
-        return stop(running, now_ns, profile) if on else Intervention(), None, why
-    if (now_ns - started_ns) / 1e9 >= min(permission.max_duration_s, profile.act_duration_s):
-        return stop(running, now_ns, profile), None, "the longest intervention allowed is over"
-    value = _ramp(running, needed, permission, now_ns, profile) if on else _first(needed, permission, profile)
-    begun = Intervention(since_ns=started_ns, last_ns=now_ns, brake_mps2=value, pedals=running.pedals if on else pedals)
-    return (
-        begun,
-        BrakeCommand(deceleration_mps2=value, jerk_mps3=profile.act_jerk_mps3, grant_id=permission.grant_id),
-        "",
+    on = going(running, run_ns)
+    holds = on and need.stands and _to_standstill(permission, profile)
+    at_start = running.pedals if on else None
+    ends = takes_over if holds and running.holds else overridden
+    if (why := ends(pedals, at_start, profile)) != "":
+        return stop(running, run_ns, profile) if on else _idle(running), None, why
+    longest_s = budget_s(permission, profile)
+    if not holds and budget.spent_s(running.braked, run_ns, longest_s + profile.act_rest_s) >= longest_s:
+        return stop(running, run_ns, profile) if on else _idle(running), None, "the longest braking allowed is over"
+    limit = _limit(need, permission, profile)
+    if on and not need.eases and not need.stands:
+        limit = max(limit, running.brake_mps2)
+    value = _ramp(running, limit, run_ns, profile) if on else min(limit, profile.act_jerk_mps3 * 0.1)
+    begun = Intervention(
+        since_ns=running.since_ns if on else run_ns,
+        last_ns=run_ns,
+        brake_mps2=value,
+        pedals=running.pedals if on else pedals,
+        holds=holds,
+        braked=running.braked if holds else budget.spend(running.braked, run_ns),
     )
+    return begun, _command(value, permission, profile), ""
 
 
-def going(running: Intervention, now_ns: int) -> bool:
+def going(running: Intervention, run_ns: int) -> bool:
     """Whether an intervention is under way."""
-    return running.since_ns is not None and running.last_ns is not None and now_ns - running.last_ns < PAUSE_NS
+    return running.since_ns is not None and running.last_ns is not None and run_ns - running.last_ns < PAUSE_NS
 
 
-def stop(running: Intervention, now_ns: int, profile: Profile) -> Intervention:
-    """The intervention is over; no new one before the rest has passed."""
+def stop(running: Intervention, run_ns: int, profile: Profile) -> Intervention:
+    """The driver or the budget has ended the intervention; no new one before the rest has passed.
+
+    After it the budget is whole again: no window of budget and rest holds more braking than the budget.
+    """
     if running.since_ns is None:
         return running
-    return Intervention(rest_until_ns=now_ns + int(profile.act_rest_s * 1e9))
+    return Intervention(rest_until_ns=run_ns + int(profile.act_rest_s * 1e9))
 
 
-def set_back(running: Intervention, now_ns: int, profile: Profile) -> Intervention:
-    """After the clock was set back nobody knows how long the car has braked: a rest begins, or goes on for no longer than one."""
-    if running.rest_until_ns is None:
-        return stop(running, now_ns, profile)
-    return Intervention(rest_until_ns=min(running.rest_until_ns, now_ns + int(profile.act_rest_s * 1e9)))
-
-
-def let_go(running: Intervention, now_ns: int) -> Intervention:
+def let_go(running: Intervention, run_ns: int) -> Intervention:
     """Nothing to brake for: an intervention that found its end needs no rest, an elapsed rest is forgotten."""
-    if running.rest_until_ns is not None and now_ns < running.rest_until_ns:
+    if running.rest_until_ns is not None and run_ns < running.rest_until_ns:
         return running
-    return running if going(running, now_ns) else Intervention()
+    return running if going(running, run_ns) else _idle(running)
 
 
-def _limit(needed: float, permission: Permission, profile: Profile) -> float:
+def aged(running: Intervention, run_ns: int, profile: Profile) -> Intervention:
+    """Without what no budget counts any more."""
+    window_s = max(profile.act_duration_s, profile.emergency_duration_s) + profile.act_rest_s
+    return msgspec.structs.replace(running, braked=budget.kept(running.braked, run_ns, window_s))
+
+
+def _idle(running: Intervention) -> Intervention:
+    return Intervention(braked=running.braked)
+
+
+def _to_standstill(permission: Permission, profile: Profile) -> bool:
+    return permission.envelope == "emergency" and profile.emergency_brake_max_mps2 > 0.0
+
+
+def _limit(need: Need, permission: Permission, profile: Profile) -> float:
+    """The deceleration to ask for: what is needed, within the bounds of profile, grant and grip."""
     most = min(permission.max_deceleration_mps2, profile.act_brake_max_mps2)
-    return min(most, max(profile.act_brake_min_mps2, needed))
+    if need.stands:
+        return min(most, profile.act_brake_min_mps2)
+    if need.hard and _to_standstill(permission, profile):
+        hardest = max(profile.act_brake_max_mps2, min(profile.emergency_brake_max_mps2, need.grip_mps2))
+        return min(permission.max_deceleration_mps2, hardest)
+    return min(most, max(profile.act_brake_min_mps2, need.mps2))
 
 
-def _first(needed: float, permission: Permission, profile: Profile) -> float:
-    return min(_limit(needed, permission, profile), profile.act_jerk_mps3 * 0.1)
-
-
-def _ramp(running: Intervention, needed: float, permission: Permission, now_ns: int, profile: Profile) -> float:
-    step = profile.act_jerk_mps3 * max(0.0, (now_ns - (running.last_ns or now_ns)) / 1e9)
-    wanted = _limit(needed, permission, profile)
+def _ramp(running: Intervention, wanted: float, run_ns: int, profile: Profile) -> float:
+    since_ns = 0 if running.last_ns is None else run_ns - running.last_ns
+    if since_ns > budget.VALID_NS:  # the receiver has let go
+        return min(wanted, profile.act_jerk_mps3 * 0.1)
+    step = profile.act_jerk_mps3 * since_ns / 1e9
     return min(running.brake_mps2 + step, max(running.brake_mps2 - step, wanted))
+
+
+def _command(value: float, permission: Permission, profile: Profile) -> BrakeCommand:
+    return BrakeCommand(
+        deceleration_mps2=value,
+        jerk_mps3=profile.act_jerk_mps3,
+        grant_id=permission.grant_id,
+        envelope="emergency" if _to_standstill(permission, profile) else "soft",
+    )

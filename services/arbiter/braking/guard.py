@@ -107,6 +107,26 @@ ROWS: tuple[tuple[str, Callable[[Case], bool]], ...] = (
     ("request and own reading disagree on the gap", lambda c: not all(c.seen) or c.own is not None),
 )
 """(what is wrong if it does not hold, whether it holds)."""
+BEGINS = frozenset(
+    {
+        "a routed tool timed out",
+        "the advice is less sure than c_min",
+        "no RSS violation in the request at the upper bound of friction",
+        "no RSS violation in the arbiter's own reading at the upper bound of friction",
+    }
+)
+"""Rows that bear on the beginning alone: none of them says that a danger under way is over."""
+
+
+def lasting_objections(c: Case) -> tuple[str, ...]:
+    """Why an intervention under way may not go on; empty: it may."""
+    return tuple(text for text, holds in ROWS if text not in BEGINS and not holds(c))
+
+
+def is_read(c: Case) -> bool:
+    """Whether the arbiter's own pictures and ego are fresh, and nothing that sees is degraded."""
+    ages = (c.reading.tracks_age_s, c.reading.ego_age_s)
+    return all(_young(age, c.profile.act_reading_age_s) for age in ages) and not SEEING & set(c.request.degraded)
 
 
 def objections(c: Case) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The arbiter's own small file: what feedback has moved, kept between drives."""
+"""The arbiter's own small file: what feedback has moved, and what was braked of late, kept between drives and restarts."""
 
 import os
 from pathlib import Path
@@ -8,7 +8,7 @@ import msgspec
 from drivemcp.errors import MALFORMED
 from services.arbiter.memory.adapt import within_bounds
 from services.arbiter.profiles.profile import Profile
-from services.arbiter.state import Adapted
+from services.arbiter.state import Adapted, Owed
 
 
 class Stored(msgspec.Struct, frozen=True, kw_only=True):
@@ -17,25 +17,35 @@ class Stored(msgspec.Struct, frozen=True, kw_only=True):
     profile: str
     delta: float
     c_min: float
+    owed: Owed = Owed()
 
 
 def load(path: Path, profile: Profile) -> Adapted:
     """What the file says, within bounds; the calibrated values where there is none or it is damaged."""
     calibrated = Adapted(delta=profile.delta, c_min=profile.c_min)
-    try:
-        stored = msgspec.json.decode(path.read_bytes(), type=Stored)
-    except (OSError, *MALFORMED):
-        return calibrated
-    if stored.profile != profile.name:
+    stored = _read(path)
+    if stored is None or stored.profile != profile.name:
         return calibrated
     return within_bounds(Adapted(delta=stored.delta, c_min=stored.c_min), profile)
 
 
-def save(path: Path, adapted: Adapted, profile: Profile) -> None:
+def load_owed(path: Path) -> Owed:
+    """What braking before the restart still counts for, under whichever profile; nothing where there is no file."""
+    stored = _read(path)
+    return stored.owed if stored is not None else Owed()
+
+
+def _read(path: Path) -> Stored | None:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Stored)
+    except (OSError, *MALFORMED):
+        return None
+
+
+def save(path: Path, adapted: Adapted, profile: Profile, owed: Owed = Owed()) -> None:
     """Write beside and rename: a cut never leaves half a file. Raises OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_suffix(".new")
-    beside.write_bytes(
-        msgspec.json.encode(Stored(profile=profile.name, delta=adapted.delta, c_min=adapted.c_min), order="sorted")
-    )
+    stored = Stored(profile=profile.name, delta=adapted.delta, c_min=adapted.c_min, owed=owed)
+    beside.write_bytes(msgspec.json.encode(stored, order="sorted"))
     os.replace(beside, path)

@@ -93,6 +93,14 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_jerk_mps3: float
     act_duration_s: float
     act_rest_s: float
+    act_over_mps2: float
+    act_warned_s: float
+    emergency_brake_max_mps2: float
+    emergency_delay_s: float
+    emergency_spare_m: float
+    emergency_confidence: float
+    emergency_unseen_s: float
+    emergency_duration_s: float
     pedal_brake: float
     pedal_accelerator: float
     pedal_rise: float

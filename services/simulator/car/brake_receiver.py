@@ -1,20 +1,24 @@
-"""The receiver of braking commands: bounds each again, lets go on expiry and as soon as the driver does something."""
+"""The receiver of braking commands: bounds each again, lets go on expiry, when the driver overrides, and when its own budget is spent."""
 
 from dataclasses import dataclass, replace
 
-from proto.decision import BrakeCommand
+from proto.decision import BrakeCommand, Envelope
 
-MAX_DECELERATION_MPS2 = 6.0
+MAX_DECELERATION_MPS2: dict[Envelope, float] = {"soft": 6.0, "emergency": 6.5}
 """No command brakes harder, whatever it says."""
 MAX_JERK_MPS3 = 10.0
 MAX_VALID_NS = 200_000_000
-MAX_DURATION_S = 3.0
-"""After this long without a pause the brake lets go for ``REST_S``, whoever asks."""
+MAX_DURATION_S: dict[Envelope, float] = {"soft": 3.0, "emergency": 20.0}
+"""A moving car is braked for no longer than this within any window of as long and ``REST_S``, whoever asks."""
 REST_S = 1.0
-BRAKE_THRESHOLD = 0.08
+"""Nor so long after the driver has overridden."""
+PAUSE_S = 0.3
+"""A pause of less counts as braked through."""
 ACCELERATOR_THRESHOLD, ACCELERATOR_RATE_PER_S = 0.5, 0.6
 """A pedal that merely keeps the speed is no override; one that is pushed is."""
 STEERING_RATE_THRESHOLD_RADPS = 0.35
+STILL_MPS = 0.3
+"""Slower the car stands: holding it there spends nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,25 +32,27 @@ class Controls:
 
     @property
     def overrides(self) -> bool:
-        """Whether he has the last word now."""
+        """Whether he has the last word now. A foot on the brake has not: the harder of foot and command brakes."""
         return (
             self.accelerator > ACCELERATOR_THRESHOLD
             or self.accelerator_rate_per_s > ACCELERATOR_RATE_PER_S
-            or self.brake > BRAKE_THRESHOLD
             or abs(self.steering_rate_radps) > STEERING_RATE_THRESHOLD_RADPS
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Brake:
-    """The receiver's state; times in ns of the simulation."""
+    """The receiver's state; stamps of commands in ns of the simulation, budget in seconds of its own steps."""
 
     command: BrakeCommand | None = None
     until_ns: int = 0
     applied_mps2: float = 0.0
     """Deceleration applied now, positive."""
-    braking_s: float = 0.0
-    resting_s: float = 0.0
+    run_s: float = 0.0
+    """Its own clock: the steps made."""
+    braked: tuple[tuple[float, float], ...] = ()
+    """Spans of its own clock in which it braked the moving car, oldest first."""
+    rests_until_s: float = 0.0
     overridden: bool = False
 
     def receive(self, command: BrakeCommand, now_ns: int) -> "Brake":
@@ -56,27 +62,44 @@ class Brake:
             return self
         return replace(self, command=command, until_ns=now_ns + min(command.valid_for_ns, MAX_VALID_NS))
 
-    def step(self, now_ns: int, dt: float, controls: Controls) -> "Brake":
-        """The brake a step later."""
-        wanted = self._wanted(now_ns, controls)
-        if wanted <= 0.0:
-            return self._release(now_ns, dt, controls)
-        jerk = min(self.command.jerk_mps3 if self.command else 0.0, MAX_JERK_MPS3)
-        applied = min(wanted, self.applied_mps2 + jerk * dt)
-        resting = REST_S if self.braking_s + dt >= MAX_DURATION_S else 0.0
-        return replace(self, applied_mps2=applied, braking_s=self.braking_s + dt, resting_s=resting, overridden=False)
+    def step(self, now_ns: int, dt: float, controls: Controls, speed_mps: float) -> "Brake":
+        """The brake a step of `dt` seconds later, in a car of that speed."""
+        now = replace(self, run_s=self.run_s + dt)
+        wanted = now._wanted(now_ns, dt, controls, speed_mps)
+        if wanted <= 0.0 or now.command is None:
+            return now._release(now_ns, controls)
+        applied = min(wanted, self.applied_mps2 + min(now.command.jerk_mps3, MAX_JERK_MPS3) * dt)
+        braked = now.braked if speed_mps < STILL_MPS else now._spent(dt)
+        return replace(now, applied_mps2=applied, braked=braked, overridden=False)
 
-    def _wanted(self, now_ns: int, controls: Controls) -> float:
-        if self.command is None or now_ns >= self.until_ns or controls.overrides or self.resting_s > 0.0:
+    def _wanted(self, now_ns: int, dt: float, controls: Controls, speed_mps: float) -> float:
+        if self.command is None or now_ns >= self.until_ns or controls.overrides or self.run_s < self.rests_until_s:
             return 0.0
-        return min(self.command.deceleration_mps2, MAX_DECELERATION_MPS2)
+        if (
+            speed_mps >= STILL_MPS
+            and self._braked_s(self.command.envelope) + dt > MAX_DURATION_S[self.command.envelope]
+        ):
+            return 0.0
+        return min(self.command.deceleration_mps2, MAX_DECELERATION_MPS2[self.command.envelope])
 
-    def _release(self, now_ns: int, dt: float, controls: Controls) -> "Brake":
-        held = self.command if now_ns < self.until_ns and not controls.overrides else None
+    def _braked_s(self, envelope: Envelope) -> float:
+        since_s = self.run_s - MAX_DURATION_S[envelope] - REST_S
+        return sum(max(0.0, until_s - max(from_s, since_s)) for from_s, until_s in self.braked)
+
+    def _spent(self, dt: float) -> tuple[tuple[float, float], ...]:
+        kept = tuple(each for each in self.braked if each[1] > self.run_s - max(MAX_DURATION_S.values()) - REST_S)
+        if kept and self.run_s - dt - kept[-1][1] < PAUSE_S:
+            return (*kept[:-1], (kept[-1][0], self.run_s))
+        return (*kept, (self.run_s - dt, self.run_s))
+
+    def _release(self, now_ns: int, controls: Controls) -> "Brake":
         overridden = self.command is not None and controls.overrides
-        return Brake(
+        held = self.command if now_ns < self.until_ns and not controls.overrides else None
+        return replace(
+            self,
             command=held,
             until_ns=self.until_ns if held else 0,
-            resting_s=max(0.0, self.resting_s - dt),
+            applied_mps2=0.0,
+            rests_until_s=self.run_s + REST_S if overridden else self.rests_until_s,
             overridden=overridden,
         )

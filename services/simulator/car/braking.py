@@ -22,6 +22,9 @@ ENGINE_DRAG_MPS2 = 0.5
 """What lifting the foot gives, whatever the brakes do."""
 LIMIT_SHARE = 0.98
 """From this share of the grip on, the wheels are at their limit."""
+FULL_MPS2 = 0.85 * GRAVITY_MPS2
+"""What a sound car gives for a full braking on a dry road."""
+LEAST_EFFECT = 0.01
 SLIDE_DRY, SLIDE_WET_LOSS, SLIDE_LOSS_PER_MPS = 0.8, 0.12, 0.004
 
 
@@ -70,6 +73,14 @@ def decelerate(asked_mps2: float, car: Ability, mu: float, film_mm: float, speed
     if not car.anti_lock and speed_mps > 1.0 and wanted > (sliding if locked else LIMIT_SHARE * peak):
         return Braked(sliding, at_limit=True, locked=True)
     return Braked(min(wanted, peak), at_limit=wanted >= LIMIT_SHARE * peak)
+
+
+def asked_for(wanted_mps2: float, car: Ability) -> float:
+    """The deceleration to ask of the brakes so that they give `wanted_mps2`: the brake unit regulates by what it measures, up to a
+    full braking of a sound car.
+    """
+    drag = min(wanted_mps2, ENGINE_DRAG_MPS2)
+    return min(max(FULL_MPS2, wanted_mps2), drag + (wanted_mps2 - drag) / max(car.effect, LEAST_EFFECT))
 
 
 def slide_share(film_mm: float, speed_mps: float) -> float:

@@ -134,3 +134,18 @@ def test_what_is_signed_does_not_depend_on_the_order_of_fields() -> None:
     turned = msgspec.convert(dict(reversed(fields.items())), Grant)
     assert canonical(turned) == canonical(PLAIN)
     assert b"signature" not in canonical(SIGNED)
+
+
+def test_a_grant_that_names_no_envelope_is_soft_and_keeps_the_bytes_that_were_signed() -> None:
+    fields = msgspec.json.decode(msgspec.json.encode(SIGNED))
+    del fields["envelope"]
+    old = read_grant(msgspec.json.encode(fields))
+    assert old.envelope == "soft"
+    assert canonical(old) == canonical(SIGNED)
+    assert b"envelope" not in canonical(old)
+
+
+def test_no_signed_grant_can_be_widened_to_emergencies() -> None:
+    widened = msgspec.structs.replace(SIGNED, envelope="emergency")
+    with pytest.raises(GrantRefused):
+        verify_grant(widened, [KEY.public], vehicle="ego", capability="actuation/brake", now=NOW)

@@ -70,7 +70,6 @@ def test_a_withheld_act_is_said_again_in_its_time_and_not_every_tick() -> None:
 @pytest.mark.parametrize(
     "pedals",
     [
-        replace(HANDS_OFF, brake=0.2),
         replace(HANDS_OFF, accelerator=0.9),
         Pedals(),
     ],

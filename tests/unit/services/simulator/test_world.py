@@ -9,7 +9,7 @@ import pytest
 
 from drivemcp.paths import data
 from proto.decision import BrakeCommand
-from services.simulator.car.braking import ENGINE_DRAG_MPS2, Ability
+from services.simulator.car.braking import ENGINE_DRAG_MPS2, FULL_MPS2, Ability
 from services.simulator.driver.driver import Advice
 from services.simulator.road.furniture import build_signs
 from services.simulator.road.route import Route
@@ -108,7 +108,7 @@ def test_worn_brakes_brake_less() -> None:
         for car in (Ability(), Ability(effect=0.3))
     )
     assert sound == pytest.approx(-6.0, abs=0.1)
-    assert worn == pytest.approx(-(ENGINE_DRAG_MPS2 + 0.3 * (6.0 - ENGINE_DRAG_MPS2)), abs=0.1)
+    assert worn == pytest.approx(-(ENGINE_DRAG_MPS2 + 0.3 * (FULL_MPS2 - ENGINE_DRAG_MPS2)), abs=0.1)
 
 
 def test_the_driver_s_own_stop_is_longer_with_a_fault_of_the_brakes() -> None:
@@ -215,3 +215,25 @@ def test_no_leaves_hide_a_sign_from_those_who_come_towards_it(name: str) -> None
     trees = [spine.project(each.pose.x_m, each.pose.y_m) for each in world.static.scenery if each.kind == "tree"]
     for s, d in posts:
         assert not [t for t in trees if 0 < s - t[0] < 40 and t[1] * d > 0 and abs(t[1]) < abs(d) + 1.5]
+
+
+def test_an_absent_driver_keeps_speed_whatever_is_said_and_the_car_stays_where_it_is_held() -> None:
+    def command(deceleration: float) -> BrakeCommand:
+        return BrakeCommand(deceleration_mps2=deceleration, jerk_mps3=10.0, grant_id="g", envelope="emergency")
+
+    advice = Advice(topic="limit", target_mps=5.0, warns=True)
+    world = World(scenario(speed=50), 1, "absent")
+    assert [each.ego.speed_mps for each in drive(world, 2.0, Inputs(advice=(advice,)))][-1] == pytest.approx(50 / 3.6)
+    assert drive(world, 8.0, Inputs(brakes=(command(5.0),)))[-1].ego.speed_mps == 0.0
+
+
+def test_the_brake_unit_gives_what_is_asked_for_as_far_as_weak_brakes_give_it() -> None:
+    def hardest(asked: float, car: Ability) -> float:
+        command = BrakeCommand(deceleration_mps2=asked, jerk_mps3=10.0, grant_id="g", envelope="emergency")
+        return -min(
+            each.ego.acceleration_mps2 for each in drive(World(scenario(), 1), 2.0, Inputs(brakes=(command,), car=car))
+        )
+
+    weak = Ability(effect=0.5)
+    assert hardest(3.0, weak) == pytest.approx(3.0, abs=0.2)
+    assert 3.5 < hardest(6.5, weak) < 5.0

@@ -1,47 +1,93 @@
-"""Bounded braking."""
+"""Bounded braking: deceleration, jerk, and a budget of seconds in a sliding window."""
+
+from collections.abc import Sequence
 
 from hypothesis import given
 from hypothesis import strategies as st
 
 from services.arbiter.assessment.reading import Pedals
-from services.arbiter.braking.act import Permission, brake, overridden, set_back
+from services.arbiter.braking.act import Need, Permission, brake, overridden, stop
+from services.arbiter.braking.budget import LONGEST_STEP_NS, advanced
 from services.arbiter.state import Intervention
-from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, SECOND
+from tests.unit.services.arbiter.closed_loop import EMERGENCY
+from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, PAPER, SECOND
 
 TICK = SECOND // 10
+needs = st.builds(
+    Need, mps2=st.floats(0.0, 1e6), hard=st.booleans(), grip_mps2=st.floats(0.0, 12.0), stands=st.just(False),
+    eases=st.booleans(),
+)  # fmt: skip
+permissions = st.builds(
+    Permission, grant_id=st.just("g"), max_deceleration_mps2=st.floats(0.5, 10.0), max_duration_s=st.floats(0.2, 30.0),
+    refused=st.just(""), envelope=st.sampled_from(("soft", "emergency")),
+)  # fmt: skip
 
 
 def drive(
-    needed: list[float], permission: Permission = GRANTED, pedals: list[Pedals] | None = None
+    needed: Sequence[Need | None], permission: Permission = GRANTED, pedals: list[Pedals] | None = None
 ) -> tuple[list[float], list[str]]:
-    """Deceleration commanded tick by tick, and why it ended."""
+    """Deceleration commanded tick by tick, and why there is none; None: nothing to brake for in that tick."""
     running, values, ends = Intervention(), [], []
-    for tick, value in enumerate(needed):
+    for tick, need in enumerate(needed):
         feet = pedals[tick] if pedals else HANDS_OFF
-        running, command, why = brake(running, value, permission, feet, 100 * SECOND + tick * TICK, CALIBRATED)
+        if need is None:
+            values.append(0.0)
+            ends.append("")
+            continue
+        running, command, why = brake(running, need, permission, feet, tick * TICK, CALIBRATED)
         values.append(command.deceleration_mps2 if command else 0.0)
         ends.append(why)
     return values, ends
 
 
 def test_braking_builds_up_with_bounded_jerk_to_the_grants_bound() -> None:
-    values, _ = drive([9.0] * 8)
+    values, _ = drive([Need(9.0)] * 8)
     assert values[:5] == [1.0, 2.0, 3.0, 4.0, 4.0]
 
 
-def test_it_ends_after_the_shorter_of_the_grants_and_the_profiles_duration_and_rests() -> None:
-    values, ends = drive([9.0] * 60)
+def test_soft_braking_ends_with_its_budget_and_the_window_brings_it_back() -> None:
+    values, ends = drive([Need(9.0)] * 80)
     assert values[19] > 0.0
-    assert set(values[20:]) == {0.0}
-    assert "longest" in ends[20]
-    assert "resting" in ends[40]
+    assert set(values[20:70]) == {0.0}
+    assert ends[20] == "the longest braking allowed is over"
+    assert set(ends[21:70]) == {"resting after an intervention"}
+    assert values[70] > 0.0
 
 
-def test_the_drivers_foot_ends_it_at_once() -> None:
-    foot = Pedals(brake=0.5, accelerator=0.0, steering_rad=0.0)
-    values, ends = drive([9.0] * 6, pedals=[HANDS_OFF] * 3 + [foot] + [HANDS_OFF] * 2)
-    assert values[3:] == [0.0, 0.0, 0.0]
-    assert ends[3] == "the driver brakes"
+def test_an_emergency_brakes_harder_where_the_grip_is_sure_and_no_softer_where_it_is_not() -> None:
+    sure, unsure = (drive([Need(9.0, hard=True, grip_mps2=grip)] * 10, EMERGENCY)[0] for grip in (7.0, 3.0))
+    assert max(sure) == CALIBRATED.emergency_brake_max_mps2
+    assert max(unsure) == CALIBRATED.act_brake_max_mps2
+
+
+def test_no_profile_without_emergency_braking_brakes_as_hard() -> None:
+    running, hardest = Intervention(), 0.0
+    for tick in range(20):
+        need = Need(9.0, hard=True, grip_mps2=9.0)
+        running, command, _ = brake(running, need, EMERGENCY, HANDS_OFF, tick * TICK, PAPER)
+        hardest = max(hardest, command.deceleration_mps2 if command else 0.0)
+        assert command is None or command.envelope == "soft"
+    assert 0.0 < hardest <= PAPER.act_brake_max_mps2
+
+
+def test_a_foot_on_the_brake_ends_nothing() -> None:
+    foot = Pedals(brake=0.1, accelerator=0.0, steering_rad=0.0)
+    values, _ = drive([Need(9.0)] * 6, pedals=[HANDS_OFF] * 3 + [foot] * 3)
+    assert min(values[3:]) == 4.0
+
+
+def test_a_foot_on_the_brake_takes_over_a_car_that_is_held() -> None:
+    foot = Pedals(brake=0.1, accelerator=0.0, steering_rad=0.0)
+    held = Need(0.0, stands=True)
+    values, ends = drive([Need(9.0)] * 3 + [held] * 4, EMERGENCY, [HANDS_OFF] * 5 + [foot] * 2)
+    assert min(values[:5]) > 0.0
+    assert values[5:] == [0.0, 0.0]
+    assert ends[5] == "the driver brakes"
+
+
+def test_holding_at_standstill_spends_no_budget() -> None:
+    values, _ = drive([Need(9.0)] * 3 + [Need(0.0, stands=True)] * 600, EMERGENCY)
+    assert min(values) > 0.0
 
 
 def test_pressing_on_or_steering_away_since_it_began_is_an_override() -> None:
@@ -50,24 +96,35 @@ def test_pressing_on_or_steering_away_since_it_began_is_an_override() -> None:
     assert not overridden(Pedals(brake=0.0, accelerator=0.2, steering_rad=0.1), HANDS_OFF, CALIBRATED)
 
 
-@given(st.lists(st.floats(0.0, 30.0), min_size=1, max_size=40), st.floats(0.5, 10.0), st.floats(0.2, 5.0))
-def test_no_need_and_no_grant_gets_past_the_bounds(needed: list[float], most: float, duration: float) -> None:
-    values, _ = drive(needed, Permission(grant_id="g", max_deceleration_mps2=most, max_duration_s=duration, refused=""))
-    assert max(values) <= min(most, CALIBRATED.act_brake_max_mps2) + 1e-9
-    rises = [b - a for a, b in zip([0.0, *values], values, strict=False)]
-    assert max(rises) <= CALIBRATED.act_jerk_mps3 * 0.1 + 1e-9
-    assert sum(value > 0.0 for value in values) <= min(duration, CALIBRATED.act_duration_s) / 0.1 + 2
+@given(st.lists(st.none() | needs, min_size=1, max_size=400), permissions)
+def test_no_need_and_no_grant_gets_past_the_bounds(needed: list[Need | None], permission: Permission) -> None:
+    values, _ = drive(needed, permission)
+    soft = permission.envelope == "soft"
+    most = CALIBRATED.act_brake_max_mps2 if soft else CALIBRATED.emergency_brake_max_mps2
+    assert max(values) <= min(permission.max_deceleration_mps2, most) + 1e-9
+    longest = CALIBRATED.act_duration_s if soft else CALIBRATED.emergency_duration_s
+    budget = min(permission.max_duration_s, longest)
+    window = round((budget + CALIBRATED.act_rest_s) * 10)
+    for tick, value in enumerate(values):
+        held = max(values[max(0, tick - 2) : tick], default=0.0)  # a command holds for 0.2 s
+        assert value - held <= CALIBRATED.act_jerk_mps3 * 0.2 + 1e-9
+    for start in range(max(1, len(values) - window)):
+        assert sum(value > 0.0 for value in values[start : start + window]) / 10 <= budget + 0.2
 
 
-@given(since_s=st.floats(0.0, 3.0), back_s=st.floats(0.2, 1e6))
-def test_a_clock_that_was_set_back_ends_an_intervention_with_its_rest_and_lengthens_no_rest(
-    since_s: float, back_s: float
-) -> None:
-    then, now = 10**16, 10**16 - round(back_s * SECOND)
-    whole = round(CALIBRATED.act_rest_s * SECOND)
-    braking = Intervention(since_ns=then - round(since_s * SECOND), last_ns=then, brake_mps2=3.0, pedals=HANDS_OFF)
-    assert set_back(braking, now, CALIBRATED) == Intervention(rest_until_ns=now + whole)
-    left = set_back(Intervention(rest_until_ns=then + whole), now, CALIBRATED).rest_until_ns
-    assert left is not None
-    assert left <= now + whole
-    assert set_back(Intervention(), now, CALIBRATED) == Intervention()
+@given(
+    steps=st.lists(st.integers(-(10**16), 10**16) | st.integers(0, 2 * 10**8), min_size=1, max_size=60),
+    start=st.integers(0, 10**18),
+)
+def test_no_clock_makes_the_running_clock_leap_or_go_back(steps: list[int], start: int) -> None:
+    run_ns, now_ns = 0, start
+    for step in steps:
+        after = advanced(run_ns, now_ns, now_ns + step)
+        assert 0 <= after - run_ns <= LONGEST_STEP_NS
+        run_ns, now_ns = after, now_ns + step
+
+
+def test_an_override_begins_a_rest() -> None:
+    running, _, _ = brake(Intervention(), Need(9.0), GRANTED, HANDS_OFF, 0, CALIBRATED)
+    assert stop(running, TICK, CALIBRATED).rest_until_ns == TICK + round(CALIBRATED.act_rest_s * SECOND)
+    assert stop(Intervention(), TICK, CALIBRATED) == Intervention()

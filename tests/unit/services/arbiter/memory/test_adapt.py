@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from proto.decision import Feedback
 from services.arbiter.memory import store
 from services.arbiter.memory.adapt import STEPS, learn, relax
-from services.arbiter.state import Adapted
+from services.arbiter.state import Adapted, Owed
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, SECOND
 
 START = Adapted(delta=CALIBRATED.delta, c_min=CALIBRATED.c_min, updated_ns=0)
@@ -91,3 +91,10 @@ def test_the_pause_between_two_drives_forgets_nothing_and_driving_does(tmp_path:
     days_later = relax(store.load(file, CALIBRATED), 10**15, CALIBRATED)
     assert days_later.delta == 0.1
     assert relax(days_later, 10**15 + 1800 * SECOND, CALIBRATED).delta > 0.15
+
+
+def test_what_was_braked_outlives_a_restart_and_another_profile(tmp_path: Path) -> None:
+    file, owed = tmp_path / "arbiter.json", Owed(braked_s=3.0, rests=True)
+    store.save(file, Adapted(delta=0.1, c_min=0.6), CALIBRATED, owed)
+    assert store.load_owed(file) == owed
+    assert store.load_owed(tmp_path / "absent.json") == Owed()

@@ -1,0 +1,73 @@
+"""Whether the danger of an intervention under way is still there: what began it may be over before the danger is.
+
+RSS and time to collision ease while the car brakes, because it does. What counts here is the gap that is left.
+"""
+
+import msgspec
+
+from services.arbiter.assessment.assess import Numbers
+from services.arbiter.braking.act import needed_mps2
+from services.arbiter.braking.guard import Case, is_read, lasting_objections
+from services.arbiter.profiles.profile import Profile
+from services.arbiter.state import Intervention
+
+STILL_MPS = 0.3
+"""Slower than this the car stands."""
+NEAR_M = 4.0
+"""Nearer ahead a picture cuts boxes off, and their ranges and speeds leap."""
+BLIND_NS = 1_500_000_000
+"""So long braking to standstill goes on without a good sighting."""
+
+
+def stands(ego_mps: float | None) -> bool:
+    """Whether the car stands; an unknown speed is no standstill."""
+    return ego_mps is not None and ego_mps < STILL_MPS
+
+
+def lasts(case: Case, running: Intervention, run_ns: int, profile: Profile) -> bool:
+    """Whether the danger is still there: a road user that both views see, closing, and not to be coasted to. Not at standstill."""
+    ego_mps = case.reading.view.ego_speed_mps
+    if ego_mps is None or stands(ego_mps):
+        return False
+    if case.own is not None and not lasting_objections(case) and _closes(case.own, ego_mps, profile):
+        return True
+    return _is_before_bumper(case, running, ego_mps, run_ns, profile)
+
+
+def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int, profile: Profile) -> Intervention:
+    """The intervention with where the standing road user is: as seen now, or as seen last and less by the way driven since."""
+    ego_mps, own = case.reading.view.ego_speed_mps, case.own
+    if running.since_ns is None or ego_mps is None:
+        return running
+    if own is not None and not lasting_objections(case) and _closes(own, ego_mps, profile):
+        stood_m = own.gap_m if is_standing(own, ego_mps, profile) else None
+        return msgspec.structs.replace(running, stood_m=stood_m, stood_ns=run_ns)
+    if before.stood_m is None or before.last_ns is None:
+        return running
+    driven_m = ego_mps * (run_ns - before.last_ns) / 1e9
+    return msgspec.structs.replace(running, stood_m=before.stood_m - driven_m, stood_ns=before.stood_ns)
+
+
+def is_standing(own: Numbers, ego_mps: float, profile: Profile) -> bool:
+    """Whether a road user stands, or hardly moves, over ground."""
+    return ego_mps + own.track.vx_mps < profile.stands_mps
+
+
+def _closes(own: Numbers, ego_mps: float, profile: Profile) -> bool:
+    if own.track.vx_mps >= 0.0:
+        return False
+    return is_standing(own, ego_mps, profile) or needed_mps2(own, ego_mps, profile) >= profile.act_over_mps2
+
+
+def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:
+    """Whether what stood right ahead must still be there though no picture shows it well: so near, measurements leap.
+
+    Pictures and ego have to be fresh: neither silence nor a stale reading prolongs an intervention.
+    """
+    return (
+        running.stood_m is not None
+        and -profile.d0_m < running.stood_m <= NEAR_M
+        and ego_mps <= profile.crawl_mps
+        and run_ns - running.stood_ns <= BLIND_NS
+        and is_read(case)
+    )
