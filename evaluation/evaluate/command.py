@@ -8,6 +8,7 @@ from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
 
+GUARD = "guard"
 MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
 
@@ -21,7 +22,16 @@ def register(subparsers: Subparsers) -> None:
         "Finished runs are kept by spec, models and behaviour lock; interrupted, the same command goes on. "
         "Exit status: 0 all runs are there, 1 some failed or came out otherwise than published, 130 interrupted.",
     )
-    parser.add_argument("table", choices=(*TABLES, "all"), metavar="TABLE", help=", ".join((*TABLES, "all")))
+    parser.add_argument(
+        "table",
+        choices=(*TABLES, "all", GUARD),
+        metavar="TABLE",
+        help=", ".join((*TABLES, "all"))
+        + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152",
+    )
+    parser.add_argument(
+        "--seeds", type=whole(1, MOST), help="runs a cell of the table guard (20, rendered 3, with --quick 1)"
+    )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
     parser.add_argument(
@@ -45,7 +55,7 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--jobs", type=whole(1, MOST), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
-    parser.add_argument("--sensors", choices=("rendered", "model"), default="rendered")
+    parser.add_argument("--sensors", choices=("rendered", "model"), help="rendered; model for the table guard")
     parser.add_argument(
         "--latencies",
         default="fixed",
@@ -106,8 +116,14 @@ def _method_km(text: str) -> tuple[str, float]:
 
 def command(flags: argparse.Namespace) -> int:
     """Drive, measure, write. Raises UserError where a module is not installed."""
+    flags.sensors = flags.sensors or ("model" if flags.table == GUARD else "rendered")
+    if flags.table != GUARD and flags.seeds is not None:
+        raise UserError(f"--seeds: the table {flags.table} has none; --runs says how many runs a row has")
     try:
-        from evaluation.evaluate.whole import evaluate  # takes seconds: every other command would wait for it
+        if flags.table == GUARD:
+            from evaluation.guard.guard import evaluate_guard as evaluate
+        else:
+            from evaluation.evaluate.whole import evaluate  # takes seconds: every other command would wait for it
     except ModuleNotFoundError as error:
         raise UserError(
             f"`drivemcp evaluate` needs the module {error.name!r}: pip install 'drivemcp[demo,tables]'"

@@ -1,0 +1,133 @@
+"""`drivemcp evaluate guard`: drive the cells that are not there, write the table."""
+
+import argparse
+import hashlib
+import shlex
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from app.drive.screen import Screen
+from drivemcp.errors import MALFORMED
+from evaluation.campaign.machine import commit, cores, machine
+from evaluation.campaign.pool import Job, Pool
+from evaluation.campaign.replacing import write_whole
+from evaluation.guard import table
+from evaluation.guard.outcome import Outcome, cell_of, place_of, run_cell
+from evaluation.guard.scenes import GROUNDS, SCENES, Ground, scenario
+from evaluation.run.grant import EMERGENCY
+from evaluation.run.spec import RunSpec, Sensors, run_key
+
+SEEDS: Mapping[Sensors, int] = {"model": 20, "rendered": 3}
+Place = tuple[str, int, Ground]
+
+
+def evaluate_guard(flags: argparse.Namespace) -> int:
+    """Drive, write; the exit status: 0 all runs are there, 1 some are missing."""
+    screen, folder = Screen(), Path(flags.out) / "guard"
+    runs = folder / "runs"
+    runs.mkdir(parents=True, exist_ok=True)
+    seeds = flags.seeds or (1 if flags.quick else SEEDS[flags.sensors])
+    specs = {key_of(spec): spec for place in places(flags.quick) for spec in specs_of(place, seeds, flags.sensors)}
+    try:
+        _drive(specs, runs, flags.jobs or cores(), screen)
+    finally:
+        cells = cells_of(specs, runs)
+        _write(cells, folder, flags)
+    missing = sum(cell.missing for cell in cells)
+    screen.say(f"{len(specs) - missing} of {len(specs)} runs are there; {told(cells)}")
+    sys.stdout.write(f"{folder / 'guard.html'}\n")
+    return int(bool(missing))
+
+
+def places(quick: bool) -> list[Place]:
+    """The cells: each scene at its speeds; wet and with weak brakes those in which an impact threatens."""
+    return [
+        (scene.name, speed, ground)
+        for scene in SCENES.values()
+        for ground in (GROUNDS if scene.kind == "avoid" else GROUNDS[:1])
+        for speed in (scene.quick if quick else scene.speeds)
+        if not quick or ground == "dry" or (scene.name == "standing car" and speed in (40, 60))
+    ]
+
+
+def specs_of(place: Place, seeds: int, sensors: Sensors) -> list[RunSpec]:
+    """The runs of a cell."""
+    scene, speed, _ = place
+    seconds = round(SCENES[scene].seconds(speed / 3.6), 1)
+    settings = {"simulator": {"driver": "absent"}}
+    return [
+        RunSpec(scenario=place_of(*place), seed=seed, seconds=seconds, sensors=sensors, settings=settings)
+        for seed in range(1, seeds + 1)
+    ]
+
+
+def key_of(spec: RunSpec) -> str:
+    """16 hex digits of the run, its scenario and its grant."""
+    scene, speed, ground = cell_of(spec.scenario)
+    plan = msgspec.json.encode([scenario(SCENES[scene], speed, ground), EMERGENCY], order="deterministic")
+    return hashlib.sha256(run_key(spec).encode() + plan).hexdigest()[:16]
+
+
+def _drive(specs: Mapping[str, RunSpec], runs: Path, jobs: int, screen: Screen) -> None:
+    waiting = [Job(key, spec) for key, spec in specs.items() if kept(runs, key) is None]
+    screen.say(f"{len(specs)} runs, {len(specs) - len(waiting)} of them are there; in {runs}")
+    began_s = time.monotonic()
+    for count, done in enumerate(Pool(str(runs.resolve()), jobs, run_cell).done(waiting), 1):
+        name = specs[done.key].scenario.removeprefix("guard/")
+        if done.problem:
+            screen.say(f"{name} failed: {done.problem.strip().splitlines()[-1]}")
+        left_s = (time.monotonic() - began_s) / count * (len(waiting) - count)
+        screen.live(f"{count} of {len(waiting)} runs; about {left_s / 60:.1f} min left; last: {name}")
+    screen.end_live()
+
+
+def kept(runs: Path, key: str) -> Outcome | None:
+    """A run's outcome; None: it is not there, or damaged."""
+    try:
+        return msgspec.json.decode((runs / f"{key}.json").read_bytes(), type=Outcome)
+    except (OSError, *MALFORMED):
+        return None
+
+
+def cells_of(specs: Mapping[str, RunSpec], runs: Path) -> list[table.Cell]:
+    """The cells of the runs, in the order of the runs."""
+    by_place: dict[str, list[Outcome | None]] = {}
+    for key, spec in specs.items():
+        by_place.setdefault(spec.scenario, []).append(kept(runs, key))
+    return [
+        table.cell_of(*cell_of(place), [each for each in found if each is not None], found.count(None))
+        for place, found in by_place.items()
+    ]
+
+
+def told(cells: Sequence[table.Cell]) -> str:
+    """One line: what holds, and what does not."""
+    asked = [cell for cell in cells if cell.verdict]
+    fails = [
+        f"{cell.scene}, {cell.ground}, {cell.speed_kmh} km/h: {cell.verdict}"
+        for cell in asked
+        if cell.verdict != "holds"
+    ]
+    return f"{len(asked) - len(fails)} of {len(asked)} cells hold" + (f"; not: {'; '.join(fails)}" if fails else "")
+
+
+def command_line(flags: argparse.Namespace) -> str:
+    """The command, without where it writes."""
+    words = ["drivemcp", "evaluate", "guard", "--sensors", flags.sensors]
+    words += ["--seeds", str(flags.seeds)] if flags.seeds else []
+    return shlex.join(words + (["--quick"] if flags.quick else []))
+
+
+def _write(cells: Sequence[table.Cell], folder: Path, flags: argparse.Namespace) -> None:
+    about = {"command": command_line(flags), "sensors": flags.sensors, "commit": commit(), "machine": machine()}
+    markdown = table.rendered(table.MARKDOWN, cells, about)
+    write_whole(folder / "guard.json", msgspec.json.format(msgspec.json.encode({**about, "cells": cells})))
+    write_whole(folder / "guard.csv", table.as_csv(cells).encode())
+    write_whole(folder / "guard.md", markdown.encode())
+    write_whole(folder / "guard.html", table.rendered(table.HTML, cells, about).encode())
+    if flags.docs:
+        write_whole(Path(flags.docs), markdown.encode())

@@ -1,0 +1,120 @@
+"""Outcomes of cells as a table: what was avoided, beside what is permitted and what physics allows. Pure."""
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from statistics import fmean
+
+import jinja2
+import msgspec
+
+from evaluation.guard.outcome import Outcome
+from evaluation.guard.scenes import SCENES, Ground, Kind
+
+WARNS_BEFORE_S, DEMANDS_MPS2 = 0.8, 5.0
+"""What UN Regulation 152 asks of warning and demand."""
+_FLOAT = 1e-6
+
+
+class Cell(msgspec.Struct, frozen=True, kw_only=True):
+    """A scene at a speed on a ground, over its seeds. Speeds in km/h; None: nothing of the kind happened, or no limit is known."""
+
+    scene: str
+    kind: Kind
+    ground: Ground
+    speed_kmh: int
+    runs: int
+    missing: int
+    contacts: int
+    impact_mean_kmh: float | None
+    impact_worst_kmh: float | None
+    permitted_kmh: float | None
+    physics_kmh: float | None
+    braked: int
+    """Runs with any command to brake."""
+    warned_least_s: float | None
+    demanded_mps2: float | None
+    """The weakest of the runs' hardest commands (m/s2)."""
+    verdict: str
+    """`holds`, or what does not; empty where nothing is asked."""
+
+
+def cell_of(scene: str, speed_kmh: int, ground: Ground, outcomes: Sequence[Outcome], missing: int) -> Cell:
+    """The cell of its runs."""
+    plan = SCENES[scene]
+    impacts = [each.impact_kmh for each in outcomes]
+    warned = [each.warned_s for each in outcomes if each.warned_s is not None]
+    braked = [each.demanded_mps2 for each in outcomes if each.braked]
+    cell = Cell(
+        scene=scene, kind=plan.kind, ground=ground, speed_kmh=speed_kmh, runs=len(outcomes), missing=missing,
+        contacts=sum(each > 0.0 for each in impacts),
+        impact_mean_kmh=round(fmean(impacts), 1) if impacts else None,
+        impact_worst_kmh=max(impacts, default=None),
+        permitted_kmh=plan.speeds[speed_kmh],
+        physics_kmh=round(fmean(each.physics_kmh for each in outcomes), 1) if outcomes else None,
+        braked=len(braked),
+        warned_least_s=round(min(warned), 2) if warned else None,
+        demanded_mps2=round(min(braked), 1) if braked else None,
+        verdict="",
+    )  # fmt: skip
+    return msgspec.structs.replace(cell, verdict=verdict(cell))
+
+
+def verdict(cell: Cell) -> str:
+    """`holds`, or what does not; empty without runs, or where nothing is asked."""
+    if not cell.runs:
+        return ""
+    if cell.kind == "pass":
+        return "false reaction" if cell.braked else "holds"
+    if cell.ground == "dry":
+        if cell.permitted_kmh is None:
+            return ""
+        return "holds" if (cell.impact_worst_kmh or 0.0) <= cell.permitted_kmh + _FLOAT else "harder than permitted"
+    return (
+        "holds"
+        if (cell.impact_mean_kmh or 0.0) <= (cell.physics_kmh or 0.0) + 5.0
+        else "more than 5 km/h above physics"
+    )
+
+
+ROW = (
+    "scene", "ground", "speed_kmh", "runs", "contacts", "impact_mean_kmh", "impact_worst_kmh", "permitted_kmh", "physics_kmh",
+    "braked", "warned_least_s", "demanded_mps2", "verdict",
+)  # fmt: skip
+TITLES = (
+    "scene", "ground", "km/h", "runs", "contacts", "impact, mean km/h", "worst", "permitted", "physics", "runs that braked",
+    "warned before, least s", "demanded, m/s²", "verdict",
+)  # fmt: skip
+
+
+def shown(cell: Cell) -> Iterator[str]:
+    """A row's texts, in the order of `TITLES`."""
+    for name in ROW:
+        value = getattr(cell, name)
+        yield "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def as_csv(cells: Sequence[Cell]) -> str:
+    """All fields of all cells."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, Cell.__struct_fields__, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(msgspec.structs.asdict(cell) for cell in cells)
+    return text.getvalue()
+
+
+MARKDOWN, HTML = "guard.md.jinja", "guard.html.jinja"
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.FileSystemLoader(Path(__file__).parent),
+    undefined=jinja2.StrictUndefined,
+    autoescape=lambda name: name == HTML,
+    keep_trailing_newline=False,
+)
+
+
+def rendered(template: str, cells: Sequence[Cell], about: Mapping[str, str]) -> str:
+    """`MARKDOWN` or `HTML` with the cells."""
+    scenes = [SCENES[name] for name in dict.fromkeys(cell.scene for cell in cells)]
+    rows = [list(shown(cell)) for cell in cells]
+    return _TEMPLATES.get_template(template).render(about=about, scenes=scenes, titles=TITLES, rows=rows) + "\n"
