@@ -7,11 +7,15 @@ TRACKEVAL := 'trackeval>=1.3,<2'
 SOURCES := proto domain drivemcp services app evaluation training studies benchmarks examples tests scripts
 PROJECTS := pyproject.toml evaluation/pyproject.toml
 ARGS   ?=
+# files of safety properties; a family is a property in all its ways (tests/safety.py)
+SAFETY := tests/unit/services/orchestrator/test_safety.py tests/unit/services/orchestrator/test_who_is_ahead.py \
+	tests/unit/services/arbiter/test_properties.py
+SAFETY_EXAMPLES ?= 20000
 # tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay stack bench evaluate clean
+.PHONY: help demo install check format test replay properties stack bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -19,7 +23,8 @@ help:
 	@echo "make check    format, lint, types, layers"
 	@echo "make test     all tests but those that make stack runs"
 	@echo "make replay   what the stack decides and sees beside the behaviour lock (ARGS=--update locks anew)"
-	@echo "make stack    whole processes and containers (needs a Docker engine for the latter)"
+	@echo "make properties  the families of safety properties, 20,000 examples each"
+	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), then make properties"
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
@@ -74,6 +79,10 @@ replay: $(VENV)/.full
 stack: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m stack $(ARGS)
+	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY)
+
+properties: $(VENV)/.full
+	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY) $(ARGS)
 
 bench: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python

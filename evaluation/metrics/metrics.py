@@ -99,6 +99,8 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Repeats without new information."""
     repeats_20s: int | None = None
     """Messages in the words of another one within 20 s before."""
+    false_warnings: int | None = None
+    """Warnings of a vehicle or a person ahead that truth does not know."""
     wrong_limit_s: float | None = None
     """Time with another limit than the true one, s; advisories, truth."""
     unknown_limit_s: float | None = None
@@ -167,6 +169,7 @@ RATES: Mapping[str, RateRow] = {
         ("messages", "messages", "distance_m", 1e4, "/10 km"),
         ("nags", "nags", "distance_m", 1e4, "/10 km"),
         ("repeats_20s", "repeats_20s", "distance_m", 1e4, "/10 km"),
+        ("false_warnings", "false_warnings", "distance_m", 1e4, "/10 km"),
         ("unnecessary_slow_downs", "unnecessary_slow_downs", "distance_m", 1e4, "/10 km"),
         ("hard_brakings", "hard_brakings", "distance_m", 1e4, "/10 km"),
         ("wrong_limit", "wrong_limit_s", "seconds", 3600.0, "s/h"),
@@ -235,6 +238,7 @@ def measure(record: Record) -> Metrics:
         near_collisions=by_ttc + by_pet,
         near_collisions_pet=by_pet,
         collisions=conflicts.collisions(record),
+        false_warnings=speech.false_warnings(record),
         wrong_limit_s=law.wrong_limit_s(record),
         unknown_limit_s=law.unknown_limit_s(record),
         unnecessary_slow_downs=speech.unnecessary_slow_downs(record),

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 from statistics import quantiles
 
-from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s, ttc_s
+import msgspec
+
+from evaluation.metrics.conflicts import median_stop_m, nearest_ttc_s, ttc_s, violates_rss
 from evaluation.metrics.hazards import on_now
 from evaluation.metrics.law import SAME_LIMIT_MPS
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory, Urgency
-from proto.messages import Kind
+from proto.messages import ROWS, Kind
 from proto.truth import TrueActor, Truth
 from services.simulator.people.in_the_way import CORRIDOR_HALF_M, LOOKS_M, SOON_S
 from services.simulator.truth.hazard_words import names
@@ -22,6 +24,9 @@ REPEATED_S = 20.0
 """Ours: the same words within this time are a repeat, whatever they are on."""
 STANDS_S = 4.0
 """Ours: a warning may be repeated after so long while its hazard is on."""
+OF_ROAD_USERS = frozenset({*ROWS[Kind.LEAD].hazards, *ROWS[Kind.PERSON].hazards})
+FOUNDED_S = 1.0
+"""Ours: a warning is founded where truth shows its cause within this time of it."""
 OTHER_TARGET_MPS = 5 / 3.6
 """Ours: a target that is lower by as much is news; one that is higher is none."""
 IN_WORDS = (Kind.STOP, Kind.FOREIGN)
@@ -141,6 +146,27 @@ def _in_the_way_soon(actor: TrueActor) -> bool:
         return False
     walks_in = actor.y_m * actor.vy_mps < 0.0 and abs(actor.y_m) < CORRIDOR_HALF_M + SOON_S * abs(actor.vy_mps)
     return actor.in_ego_path or walks_in
+
+
+def false_warnings(record: Record) -> int:
+    """Warnings of a vehicle or a person ahead for which truth knows no such road user within a second.
+
+    Of a person: one in the path, or walking into it. Of a vehicle: one that is met within 8 s, or nearer than RSS allows. Or a hazard
+    that is on and that the warning names.
+    """
+    warned = [each for each in record.spoken if each.message.hazard in OF_ROAD_USERS]
+    return sum(
+        not any(
+            _founded(truth, each.message)
+            for truth in record.truths_between(each.time_s - FOUNDED_S, each.time_s + FOUNDED_S)
+        )
+        for each in warned
+    )
+
+
+def _founded(truth: Truth, warning: Advisory) -> bool:
+    lead_alone = msgspec.structs.replace(truth, actors=())
+    return _really_on(truth, warning) or (names(warning, "lead_brakes") and violates_rss(lead_alone))
 
 
 def unnecessary_slow_downs(record: Record) -> int:

@@ -111,6 +111,7 @@ OURS: tuple[Column, ...] = (
     Column(title="messages", unit="/10 km", better="", rate="messages", places=1),
     NAGS,
     Column(title="repeats within 20 s", unit="/10 km", rate="repeats_20s"),
+    Column(title="false warnings", unit="/10 km", rate="false_warnings"),
     Column(title="wrong limit", unit="s/h", rate="wrong_limit", places=0),
     Column(title="unknown limit", unit="s/h", rate="unknown_limit", places=0),
     Column(title="unnecessary slow-downs", unit="/10 km", rate="unnecessary_slow_downs"),

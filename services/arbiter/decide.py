@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from domain.ego_speed import is_speed
 from domain.speech import (
     Saying,
     adopted,
@@ -106,9 +107,10 @@ def redecide(request: ArbitrationRequest, logged: Decision, profile: Profile) ->
 
 
 def request_view(request: ArbitrationRequest) -> View:
-    """What the orchestrator sees."""
+    """What the orchestrator sees; a speed that no car has is unknown."""
+    speed_mps = request.ego_speed_mps
     return View(
-        ego_speed_mps=request.ego_speed_mps,
+        ego_speed_mps=speed_mps if speed_mps is not None and is_speed(speed_mps, 0, None) else None,
         ego_acceleration_mps2=request.ego_acceleration_mps2,
         actors=tuple(track for track in (request.lead, request.pedestrian) if track is not None),
         h=request.h,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 
+from domain.ego_speed import Believed
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.finite import sound
@@ -15,7 +16,7 @@ from drivemcp.service import Service
 from proto import topics
 from proto.decision import ArbitrationRequest, Decision
 from proto.topics import Topic
-from services.arbiter.assessment.reading import Latest, M, Reading, read
+from services.arbiter.assessment.reading import Latest, M, Reading, believed, read
 from services.arbiter.braking import budget
 from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, Verdict, decide
@@ -62,6 +63,7 @@ class Arbiter:
         self._file = _state_file(config)
         self._owed = store.load_owed(self._file) if self._file is not None else Owed()
         self._state = self._begin()
+        self._speed: Believed | None = None
         self._watched = _watched(config)
         self._refused = ""
         self._permission()
@@ -130,7 +132,9 @@ class Arbiter:
             ego=self._pair(topics.EGO),
             conditions=self._pair(topics.CONDITIONS),
             degradation=self._pair(topics.DEGRADATION),
+            speed=self._speed,
         )
+        self._speed = believed(latest, now_ns)
         return read(latest, now_ns, self.profile.act_reading_age_s)
 
     def _pair(self, topic: Topic[M]) -> tuple[M, int] | None:

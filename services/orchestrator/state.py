@@ -185,12 +185,19 @@ class Limiter(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Lost(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """An actor's bound on the target when it was last seen."""
+    """An actor's bound on the target: as it is while the actor is in the way, else as when it was last seen there."""
 
     track_id: int
     why: str
     mps: float
     stamp_ns: int
+    """When the actor bounded the target last."""
+    known: bool = True
+    """The actor was seen well, for long enough, at least once; any other is missed for a shorter time."""
+    higher_ns: int | None = None
+    """Since when the actor is seen without a break to ask for less than this; None: it does not."""
+    higher_mps: float | None = None
+    """The least that it asked for in that time; None: nothing."""
 
 
 class Held(msgspec.Struct, frozen=True, kw_only=True):
@@ -219,9 +226,13 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     person_mps: float | None = None
     """Their bounds on the target when they were last seen."""
     lost: tuple[Lost, ...] = ()
-    """The same of each actor of the last moments; vanished actors still count."""
+    """The same of each actor of the last moments; an actor that vanished, faded or leapt still counts."""
     doubted_mps: float | None = None
     doubted_until_ns: int = 0
+    speed_mps: float | None = None
+    """The ego's speed as it was last believed."""
+    speed_ns: int = 0
+    """When the car told it."""
     target_mps: float | None = None
     target_ns: int | None = None
 

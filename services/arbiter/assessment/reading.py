@@ -4,12 +4,15 @@ from typing import TypeVar
 
 import msgspec
 
+from domain.ego_speed import Believed, is_speed
 from proto.perception import Track, Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
 from services.arbiter.assessment.assess import View
 
 M = TypeVar("M", bound=msgspec.Struct)
+SKEW_NS = 1_000_000_000
+"""Clocks of two hosts may differ by so much."""
 
 
 class Pedals(msgspec.Struct, frozen=True, kw_only=True):
@@ -38,6 +41,20 @@ class Latest(msgspec.Struct, frozen=True, kw_only=True):
     ego: tuple[Ego, int] | None = None
     conditions: tuple[Conditions, int] | None = None
     degradation: tuple[Degradation, int] | None = None
+    speed: Believed | None = None
+    """The ego's speed as it was last believed, before this reading."""
+
+
+def believed(latest: Latest, now_ns: int) -> Believed | None:
+    """The ego's speed: the newest one or, where that is no speed or is not told, the last that was believed.
+
+    One from well after now, as a clock that was set back leaves it, is forgotten.
+    """
+    before = latest.speed if latest.speed is not None and latest.speed.stamp_ns <= now_ns + SKEW_NS else None
+    if latest.ego is None or latest.ego[0].speed_mps is None:
+        return before
+    told = Believed(latest.ego[0].speed_mps, latest.ego[1])
+    return told if is_speed(*told, before) else before
 
 
 def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
@@ -47,7 +64,7 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
     conditions = latest.conditions[0] if latest.conditions is not None else None
     degradation = latest.degradation[0] if latest.degradation is not None else None
     view = View(
-        ego_speed_mps=ego.speed_mps if ego is not None else None,
+        ego_speed_mps=_speed_mps(latest, ego, now_ns, max_age_s),
         ego_acceleration_mps2=ego.acceleration_mps2 if ego is not None else None,
         actors=in_path(tracks),
         h=degradation.h if degradation is not None else None,
@@ -64,6 +81,14 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
         tracks_age_s=tracks_age,
         ego_age_s=ego_age,
     )
+
+
+def _speed_mps(latest: Latest, ego: Ego | None, now_ns: int, max_age_s: float) -> float | None:
+    """The speed, unless it is not told, or only one that was believed too long ago."""
+    speed = believed(latest, now_ns)
+    if ego is None or ego.speed_mps is None or speed is None:
+        return None
+    return speed.mps if abs(now_ns - speed.stamp_ns) / 1e9 <= max_age_s else None
 
 
 def in_path(tracks: Tracks | None) -> tuple[Track, ...]:

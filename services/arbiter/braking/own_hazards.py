@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 
 from domain.road_users import Across, Sight, hides_others, is_passed, is_vehicle_there, seen_well
+from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, each, speak_bounds
 from services.arbiter.braking.watching import contradicted
 from services.arbiter.profiles.profile import Profile
@@ -11,6 +12,8 @@ from services.arbiter.state import Sighting
 
 ANSWERED = frozenset({"closing_lead", "slow_traffic", "pedestrian"})
 """Hazards of road users: what they need of the driver is known from gap and closing speed."""
+CONFIRMING = 3
+"""Pictures of the last `watching.KEPT_NS` that show a doubted person in the path before a warning: as the orchestrator asks."""
 HAZARDS: dict[str, str] = {"vehicle": "closing_lead", "pedestrian": "pedestrian", "cyclist": "pedestrian"}
 """As the orchestrator names them: one hazard that both see is one hazard."""
 
@@ -48,10 +51,20 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and track.sigma_vx_mps <= profile.speed_known_mps
         and seen_well(track, sight(profile))
         and track.confidence >= profile.hazard_confidence
+        and _confirmed(track, sightings, profile)
         and is_vehicle_there(track, speed_mps, sight(profile), across(profile))
         and not is_passed(track, numbers.gap_m, speed_mps, stands_mps=profile.stands_mps, across_mps=profile.stands_mps)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
+
+
+def _confirmed(track: Track, sightings: tuple[Sighting, ...], profile: Profile) -> bool:
+    """Whether a person is certain, known for a while or was seen in the path often enough: ghosts of people last one or two pictures.
+    Of vehicles `is_vehicle_there` asks as much.
+    """
+    if track.kind == "vehicle" or track.confidence >= profile.act_confidence or track.age_s >= profile.hazard_known_s:
+        return True
+    return sum(each.track_id == track.track_id for each in sightings) >= CONFIRMING
 
 
 def _queued(numbers: Numbers, view: View, next_m: float, profile: Profile) -> bool:

@@ -26,5 +26,10 @@ def on_this_clock(state: State, now_ns: int) -> State:
 def _held(held: Held, now_ns: int) -> Held:
     """What bounds the target stays, and is no younger than now."""
     fields: dict[str, Any] = {"legal_ns": min(held.legal_ns, now_ns)}
-    fields["lost"] = tuple(msgspec.structs.replace(each, stamp_ns=min(each.stamp_ns, now_ns)) for each in held.lost)
+    fields["lost"] = tuple(
+        msgspec.structs.replace(each, stamp_ns=min(each.stamp_ns, now_ns), higher_ns=None, higher_mps=None)
+        for each in held.lost
+    )
+    if held.speed_ns > now_ns:
+        fields |= {"speed_mps": None, "speed_ns": 0}
     return msgspec.structs.replace(held, **fields)

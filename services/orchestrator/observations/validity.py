@@ -2,9 +2,10 @@
 
 from typing import Any, NamedTuple
 
+from domain.ego_speed import Believed, is_speed
 from proto.vehicle import Degradation
 from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped, along_lane
-from services.orchestrator.state import State
+from services.orchestrator.state import Held, State
 
 SECOND = 1_000_000_000
 VALID_NS: dict[str, int] = {
@@ -35,9 +36,12 @@ def confidence_at(confidence: float, age_ns: int, valid_ns: int) -> float:
 
 def fresh(stamped: Stamped[Any] | None, valid_ns: int, now_ns: int) -> Stamped[Any] | None:
     """The message unless it is `UNSET_AFTER` validities old, or stamped beyond the clock skew ahead of now."""
-    if stamped is None or not -MOST_SKEW_NS <= now_ns - stamped.stamp_ns < UNSET_AFTER * valid_ns:
-        return None
-    return stamped
+    return stamped if stamped is not None and is_fresh(stamped.stamp_ns, valid_ns, now_ns) else None
+
+
+def is_fresh(stamp_ns: int, valid_ns: int, now_ns: int) -> bool:
+    """Whether what was told then is not unset yet."""
+    return -MOST_SKEW_NS <= now_ns - stamp_ns < UNSET_AFTER * valid_ns
 
 
 def newer(stamp_ns: int, held_ns: int | None, now_ns: int) -> bool:
@@ -68,6 +72,15 @@ def roads(seen: Observations) -> tuple[RoadAhead, ...]:
     return by_map if lanes is None else (*by_map, along_lane(lanes.message))
 
 
+def believed_speed(held: Held, seen: Observations) -> Believed | None:
+    """The ego's speed as the car tells it or, where that is no speed, as it was last believed; None: the car tells none."""
+    if seen.ego is None or seen.ego.message.speed_mps is None:
+        return None
+    told = Believed(seen.ego.message.speed_mps, seen.ego.stamp_ns)
+    before = Believed(held.speed_mps, held.speed_ns) if held.speed_mps is not None else None
+    return told if is_speed(*told, before) else before
+
+
 class Motion(NamedTuple):
     """What the ego did since the last tick, with the junction and the lane that map or perception name now."""
 
@@ -91,10 +104,10 @@ class Motion(NamedTuple):
 def motion_of(state: State, seen: Observations) -> Motion:
     """From the car's own speed and yaw rate; an unknown speed travels no way."""
     step_s = min(MAX_STEP_S, max(0.0, (seen.now_ns - state.now_ns) / 1e9)) if state.now_ns else 0.0
-    ego = fresh(seen.ego, VALID_NS["speed"], seen.now_ns)
-    speed, yaw = (
-        (number(ego.message.speed_mps), number(ego.message.yaw_rate_radps)) if ego is not None else (None, None)
-    )
+    ego, believed = fresh(seen.ego, VALID_NS["speed"], seen.now_ns), believed_speed(state.held, seen)
+    young = believed is not None and is_fresh(believed.stamp_ns, VALID_NS["speed"], seen.now_ns)
+    speed = believed.mps if believed is not None and young else None
+    yaw = number(ego.message.yaw_rate_radps) if ego is not None else None
     lanes = fresh(seen.lanes, VALID_NS["lanes"], seen.now_ns)
     return Motion(
         travelled_m=max(0.0, speed or 0.0) * step_s,

@@ -6,7 +6,7 @@ from domain.speech import adopted, said, without
 from proto.decision import ArbitrationRequest, Decision, Event
 from services.orchestrator.events import onsets
 from services.orchestrator.state import State
-from services.orchestrator.target.target import Target, last_seen, still_lost
+from services.orchestrator.target.target import Target, last_seen
 
 SPOKEN_KINDS = ("SPEAK", "ACT")
 
@@ -27,7 +27,7 @@ def remember(
         target_ns=state.now_ns,
         lead_mps=lead_mps,
         person_mps=person_mps,
-        lost=still_lost(state, goal),
+        lost=goal.lost,
     )
     memory = adopted(decision.memory, state.now_ns) if decision.memory is not None else None
     if memory is None:

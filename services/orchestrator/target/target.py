@@ -13,17 +13,19 @@ import msgspec
 from domain.law import assuming
 from domain.units import legal_limit, to_mps
 from proto.observed import value_of
+from proto.perception import Track
 from proto.rules import Citation, LegalLimit, PostedLimit, RulesAnswer
 from proto.vehicle import VehicleHealth
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead, surely
 from services.orchestrator.signs.limits import in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
-from services.orchestrator.world.actors import missed_as, vehicles
+from services.orchestrator.target.lost import Asks, holds_back, settled
+from services.orchestrator.world.actors import KNOWN_CONFIDENCE, known, tracks, vehicles
 from services.orchestrator.world.car_faults import UNKNOWN_BRAKES
 from services.orchestrator.world.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
 from services.orchestrator.world.giving_way import READY_MPS, Place, place
-from services.orchestrator.world.stops import stops
+from services.orchestrator.world.stops import Stop, lines, people_ahead
 
 KMH = 1.0 / 3.6
 CAUTIOUS_MPS: dict[str, float] = {
@@ -56,9 +58,6 @@ HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
 """In which a gap that is too small is to be opened again, and one that is wider may be closed."""
 STANDSTILL_M = 2.0
-VANISHED_NS = 3_000_000_000
-"""For how long a vanished actor bounds the target."""
-MOST_LOST = 24
 ANSWER_SERVES_NS = 2_000_000_000
 """For how long an answer counts as today's after a detail of the question (wetness, sight) has changed."""
 UNANSWERED = 0.6
@@ -74,8 +73,10 @@ class Bound(NamedTuple):
     confidence: float = 1.0
     factor: float = 1.0
     """By which weather, vehicle and experts had scaled it."""
-    track_id: int = 0
-    """The actor that was seen well enough to be missed; 0: none."""
+    track_id: int | None = None
+    """The actor that bounds now; None: something else, or an actor that bounded before."""
+    known: bool = False
+    """That actor is seen well, and was for long enough."""
 
 
 class Law(NamedTuple):
@@ -116,6 +117,8 @@ class Target(NamedTuple):
     bounds: tuple[Bound, ...]
     place: Place | None = None
     """The place to give way at that is among them."""
+    lost: tuple[Lost, ...] = ()
+    """How each actor of this tick and of the last moments bounds the target."""
 
     @property
     def told_mps(self) -> float | None:
@@ -128,21 +131,24 @@ def target(state: State) -> Target:
     law, headway = law_of(state), headway_factor(state)
     factor = max(LEAST_FACTOR, math.prod(factors(state)))
     here = _near_place(state, law)
+    actors = (*(_stop(each) for each in people_ahead(state)), *_following(state, headway))
+    asked = _asked(actors)
+    lost = settled(state.held.lost, asked, _seen(state), state.now_ns)
     found = (
         Bound(law.allowed_mps * factor, "law", law.basis, law.confidence, factor),
         *_ahead(state, factor),
         *_doubts(state, law, factor),
-        *(Bound(s.approach_mps(), s.why, "perception", s.confidence, track_id=s.track_id) for s in stops(state)),
+        *(_stop(each) for each in lines(state)),
+        *actors,
         *_lost_light(state),
         *(Bound(READY_MPS, each.why, "map", each.confidence) for each in (here,) if each is not None),
-        *_following(state, headway),
         *_blind(state),
-        *_vanished(state),
+        *_held_back(state, asked, lost),
         *_sight(state),
         *_experts(state),
     )
     ordered = tuple(sorted(found, key=lambda b: (b.mps, b.why != "law", b.why)))
-    return Target(ordered[0].mps, law, factor, headway, ordered, here)
+    return Target(ordered[0].mps, law, factor, headway, ordered, here, lost)
 
 
 # -- the law -----------------------------------------------------------------------------------------------------------
@@ -290,6 +296,15 @@ def headway_factor(state: State) -> float:
     return max(1.0, weather, vehicle, can, *(each.headway_factor for each in state.held.limiters))
 
 
+def _stop(stop: Stop) -> Bound:
+    bound = Bound(stop.approach_mps(), stop.why, "perception", stop.confidence)
+    return bound if stop.track is None else _of(stop.track, bound)
+
+
+def _of(track: Track, bound: Bound) -> Bound:
+    return bound._replace(track_id=track.track_id, known=known(track))
+
+
 # -- what else bounds ----------------------------------------------------------------------------------------------------
 
 
@@ -315,29 +330,28 @@ def _blind(state: State) -> Iterator[Bound]:
         yield Bound(held.person_mps, "person", "perception", 0.3)
 
 
-def _vanished(state: State) -> Iterator[Bound]:
-    """An actor that was in the way a moment ago did not dissolve: it bounds as when last seen, for a while."""
-    if state.world.actors is not None:
-        yield from (Bound(lost.mps, lost.why, "perception", 0.3) for lost in _gone(state))
+def _held_back(state: State, asked: dict[int, Asks], lost: tuple[Lost, ...]) -> Iterator[Bound]:
+    """An actor that was in the way a moment ago did not dissolve: it bounds as it did, for a while."""
+    if state.world.actors is not None:  # else `_blind` bounds
+        yield from (Bound(each.mps, each.why, "perception", 0.3) for each in lost if holds_back(each, asked))
 
 
-def _gone(state: State) -> list[Lost]:
-    """Those of the last moments that are not seen now; all of them in a tick without tracks."""
-    seen = {track.track_id for track in value_of(state.world.actors) or ()}
-    recent = (lost for lost in state.held.lost if state.now_ns - lost.stamp_ns <= VANISHED_NS)
-    return [lost for lost in recent if lost.track_id not in seen]
+def _asked(actors: tuple[Bound, ...]) -> dict[int, Asks]:
+    """The lowest bound of each actor: a cyclist bounds twice, as a person and as a lead."""
+    lowest_last = sorted(actors, key=lambda b: -b.mps)
+    return {b.track_id: Asks(b.track_id, b.why, b.mps, b.known) for b in lowest_last if b.track_id is not None}
 
 
-def still_lost(state: State, goal: Target) -> tuple[Lost, ...]:
-    """How the actors of this tick bound the target, and those that vanished lately."""
-    now: dict[int, Lost] = {}
-    for (
-        b
-    ) in goal.bounds:  # the tightest first: of an actor that bounds twice, as a cyclist does, the lower is remembered
-        now.setdefault(b.track_id, Lost(track_id=b.track_id, why=b.why, mps=b.mps, stamp_ns=state.now_ns))
-    now.pop(0, None)
-    gone = (lost for lost in _gone(state) if lost.track_id not in now)
-    return (*gone, *now.values())[-MOST_LOST:]
+def _seen(state: State) -> dict[int, bool] | None:
+    """Which actors are seen, and whether surely; none without tracks, and without a speed none that would bound by it."""
+    if state.world.actors is None:
+        return None
+    measured = state.speed_mps is not None
+    return {
+        track.track_id: track.confidence >= KNOWN_CONFIDENCE
+        for track in tracks(state.world)
+        if measured or track.kind == "pedestrian"
+    }
 
 
 def last_seen(goal: Target) -> tuple[float | None, float | None]:
@@ -368,4 +382,4 @@ def _following(state: State, headway: float) -> Iterator[Bound]:
             speed = max(0.0, way.speed_mps)
             wanted_m = STANDSTILL_M + HEADWAY_S * headway * speed
             mps = max(0.0, speed + (way.least_m - wanted_m) / GAP_TIME_S)
-            yield Bound(mps, "lead", "perception", way.track.confidence, track_id=missed_as(way))
+            yield _of(way.track, Bound(mps, "lead", "perception", way.track.confidence))

@@ -130,10 +130,9 @@ def way(world: WorldState, track: Track) -> Way:
     return Way(track, gap, closing, ttc, ego_mps + track.vx_mps if ego_mps is not None else None)
 
 
-def missed_as(way: Way) -> int:
-    """The number under which an actor is missed when it vanishes; 0 of one that was hardly seen."""
-    known = way.track.age_s >= KNOWN_S and way.track.confidence >= KNOWN_CONFIDENCE
-    return way.track.track_id if known else 0
+def known(track: Track) -> bool:
+    """Whether an actor was seen for long enough, and surely enough, to be missed for long."""
+    return track.age_s >= KNOWN_S and track.confidence >= KNOWN_CONFIDENCE
 
 
 def watch(gaps: tuple[GapSeen, ...], world: WorldState) -> tuple[GapSeen, ...]:

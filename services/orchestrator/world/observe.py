@@ -16,8 +16,10 @@ from services.orchestrator.observations.validity import (
     SECOND,
     VALID_NS,
     Motion,
+    believed_speed,
     confidence_at,
     fresh,
+    is_fresh,
     motion_of,
     newer,
     number,
@@ -99,6 +101,9 @@ def _held(held: Held, seen: Observations) -> Held:
     if car is not None and newer(car.stamp_ns, held.degradation_ns, seen.now_ns) and sane_health(car.message):
         degradation = _with_envelope(car.message, held.degradation)
         held = msgspec.structs.replace(held, degradation=degradation, degradation_ns=car.stamp_ns)
+    speed = believed_speed(held, seen)
+    if speed is not None and is_fresh(speed.stamp_ns, VALID_NS["speed"], seen.now_ns):
+        held = msgspec.structs.replace(held, speed_mps=speed.mps, speed_ns=speed.stamp_ns)
     return msgspec.structs.replace(held, limiters=tuple(each for each in held.limiters if _stands(each, seen)))
 
 
@@ -175,9 +180,10 @@ def _ego(state: State, seen: Observations, lanes: Stamped[Lanes] | None) -> EgoS
     ego = EgoState(position_m=_Told("map", 0.9, now_ns, VALID_NS["position"], now_ns).observed(seen.position_m))
     if seen.ego is not None:
         told, signals = _Told("can", 1.0, seen.ego.stamp_ns, VALID_NS["speed"], now_ns), seen.ego.message
+        speed = believed_speed(state.held, seen)
         ego = msgspec.structs.replace(
             ego,
-            speed_mps=told.observed(number(signals.speed_mps)),
+            speed_mps=told._replace(stamp_ns=speed.stamp_ns).observed(speed.mps) if speed is not None else None,
             acceleration_mps2=told.observed(number(signals.acceleration_mps2)),
             yaw_rate_radps=told.observed(number(signals.yaw_rate_radps)),
         )

@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
+from proto.perception import Track
 from services.orchestrator.state import State
-from services.orchestrator.world.actors import EGO_HALF_M, missed_as, pedestrian
+from services.orchestrator.world.actors import EGO_HALF_M, people
 from services.orchestrator.world.stop_lines import beyond, line_of, stop_signs, unexplained_line
 
 REACTION_S = 1.9
@@ -33,8 +34,8 @@ class Stop(NamedTuple):
     """`red_light`, `stop_sign`, `stop_line`, `person`"""
     room_m: float
     confidence: float
-    track_id: int = 0
-    """The person that was seen well enough to be missed; 0: none."""
+    track: Track | None = None
+    """The person; None: the stop is a line."""
 
     def approach_mps(self) -> float:
         """The speed from which comfortable braking ends at the line."""
@@ -43,8 +44,21 @@ class Stop(NamedTuple):
 
 def stops(state: State) -> tuple[Stop, ...]:
     """All of them, the nearest first."""
-    found = (stop for stop in (_red(state), _sign(state), _line(state), _person(state)) if stop is not None)
+    found = (*lines(state), *people_ahead(state)[:1])
     return tuple(sorted(found, key=lambda stop: (stop.room_m, stop.why)))
+
+
+def lines(state: State) -> tuple[Stop, ...]:
+    """Lights, signs and lines."""
+    return tuple(stop for stop in (_red(state), _sign(state), _line(state)) if stop is not None)
+
+
+def people_ahead(state: State) -> tuple[Stop, ...]:
+    """Everybody in the way, the nearest first: a person behind the nearest still bounds once that one is gone."""
+    return tuple(
+        Stop("person", person.least_m - PERSON_M, person.track.confidence, person.track)
+        for person in people(state.world)
+    )
 
 
 def needed_mps2(stop: Stop, speed_mps: float) -> float:
@@ -77,10 +91,3 @@ def _line(state: State) -> Stop | None:
     """A line that a map knows, before what asks for it can be read. A light that is found there explains it."""
     at_m = unexplained_line(state)
     return None if at_m is None or state.line_halted_ns is not None else _at("stop_line", at_m, LINE_CONFIDENCE)
-
-
-def _person(state: State) -> Stop | None:
-    person = pedestrian(state.world)
-    if person is None:
-        return None
-    return Stop("person", person.least_m - PERSON_M, person.track.confidence, missed_as(person))

@@ -88,7 +88,7 @@ def _slow_for_a_motorway(state: State, target: Target) -> bool:
     lately = told_within(state, Kind.VEHICLE, ROWS[Kind.VEHICLE].repeat_s)
     if told is not None and told.news.what == "vehicle_leave" and lately:
         return True
-    return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD) < MOTORWAY_LEAST_MPS
+    return _road_mps(target) < MOTORWAY_LEAST_MPS
 
 
 def _ahead_of_the_lamp(car: Degradation | None) -> str:
@@ -116,7 +116,7 @@ def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterat
         values={
             "limit": limit_text(limit, state.preferences.unit),
             "speed": speed(state.preferences, ego.value),
-            "target": drive(state.preferences, target.mps),
+            "target": drive(state.preferences, _road_mps(target)),
         },
         why=("overspeed",),
         first_since_ns=event.since_ns,
@@ -143,7 +143,12 @@ def _binding_mps(limit: LegalLimit | None) -> float | None:
 
 def _safe_below(target: Target, limit: LegalLimit) -> bool:
     """Whether road, weather or car ask for less than the law does, and are to be told with the limit."""
-    return target.mps < 0.9 * limit.mps and target.bounds[0].why in OF_THE_ROAD
+    return _road_mps(target) < 0.9 * limit.mps
+
+
+def _road_mps(target: Target) -> float:
+    """What road, weather and car ask for; a lead or a stop that asks for less is soon passed."""
+    return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
 
 
 def _starting(state: State) -> bool:
@@ -223,7 +228,10 @@ def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
         news=_limit_news(limit),
         phrase=f"{gantry}_safe" if safe else gantry,
         urgency="advice" if gantry == "gantry" else "info",
-        values={"limit": limit_text(limit, state.preferences.unit), "target": drive(state.preferences, target.mps)},
+        values={
+            "limit": limit_text(limit, state.preferences.unit),
+            "target": drive(state.preferences, _road_mps(target)),
+        },
         why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
         confidence=target.law.confidence,
         limit_mps=_binding_mps(limit),

@@ -9,7 +9,17 @@ from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance, drive, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
-from services.orchestrator.world.actors import Way, clear, comes_from, confirmed, met, people, stands, surely_nears
+from services.orchestrator.world.actors import (
+    Way,
+    clear,
+    comes_from,
+    confirmed,
+    known,
+    met,
+    people,
+    stands,
+    surely_nears,
+)
 from services.orchestrator.world.giving_way import READY_MPS
 from services.orchestrator.world.stops import Stop, needed_mps2, stops
 
@@ -45,9 +55,11 @@ def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
 
 
 def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
-    """An alarm never waits; anything else waits until the person is certain or confirmed; advice is for who does not heed him yet."""
+    """Every word waits until the person is certain or confirmed, and meanwhile the target sinks; an alarm does not wait for a person who
+    is known for a while. Advice is for a driver who does not heed the person yet.
+    """
     if urgency == "alarm":
-        return True
+        return confirmed(state.gaps, way) or known(way.track)
     advised = way.gap_m <= ADVISED_M and not _heeds(state, way)
     return confirmed(state.gaps, way) and (urgency == "warning" or advised)
 

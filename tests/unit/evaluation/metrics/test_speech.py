@@ -190,6 +190,42 @@ def test_a_limit_is_told_again_after_the_law_had_another_one() -> None:
     assert meanwhile(25.0, topic="friction") == 1
 
 
+OF_A_PERSON = {"topic": "person", "hazard": "pedestrian", "urgency": "alarm"}
+OF_A_LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+
+
+@pytest.mark.parametrize(
+    ("warning", "truth", "false"),
+    [
+        (OF_A_PERSON, {}, 1),
+        (OF_A_PERSON, {"actors": (person(40.0),)}, 0),
+        (OF_A_PERSON, {"actors": (person(40.0, in_path=False, y_m=6.0),)}, 1),
+        (OF_A_PERSON, {"gap_m": 20.0, "closing_mps": 10.0}, 1),  # another one is no reason
+        (OF_A_PERSON, {"hazards": (hazard("pedestrian", 4.0),)}, 0),
+        (OF_A_LEAD, {}, 1),
+        (OF_A_LEAD, {"gap_m": 79.0, "closing_mps": 10.0}, 0),
+        (OF_A_LEAD, {"gap_m": 90.0, "closing_mps": 10.0}, 1),
+        (OF_A_LEAD, {"gap_m": 8.0, "closing_mps": 0.0}, 0),  # nearer than RSS allows
+        (OF_A_LEAD, {"actors": (person(40.0),)}, 1),
+        (OF_A_LEAD, {"hazards": (hazard("priority", 4.0),)}, 0),
+        ({"topic": "stop", "hazard": "red_light", "urgency": "warning"}, {}, 0),  # no road user
+        ({"topic": "person", "urgency": "advice"}, {}, 0),  # no warning
+    ],
+)
+def test_a_warning_of_a_road_user_that_truth_does_not_know_is_false(
+    warning: dict[str, Any], truth: dict[str, Any], false: int
+) -> None:
+    record = Record(truths=steady(10.0, **truth), advisories=(said(5.0, **warning),))
+    assert measure(record).false_warnings == false
+
+
+@pytest.mark.parametrize(("at_s", "false"), [(3.9, 1), (4.1, 0), (5.9, 0), (6.3, 1)])
+def test_a_warning_is_founded_by_what_is_there_within_a_second(at_s: float, false: int) -> None:
+    there = lambda t: {"speed_mps": 10.0, "actors": (person(30.0),) if at_s <= t < at_s + 0.1 else ()}  # noqa: E731
+    record = Record(truths=truths(10.0, there), advisories=(said(5.0, **OF_A_PERSON),))
+    assert measure(record).false_warnings == false
+
+
 def slowing(**always: Any) -> Record:
     """From 20 to 15 m/s between 2 and 7 s, after advice to drive 15 at 1 s."""
     at = lambda t: {"speed_mps": min(20.0, max(15.0, 22.0 - t)), **always}  # noqa: E731

@@ -10,9 +10,9 @@ from msgspec.structs import replace
 
 from proto.decision import ArbitrationRequest
 from services.arbiter.decide import decide
+from tests.safety import safety
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
-    FEW,
     acts,
     fused,
     mirror,
@@ -23,7 +23,7 @@ from tests.unit.services.arbiter.support import (
 )
 
 
-@FEW
+@safety(few=60)
 @given(requests())
 def test_every_situation_gets_a_decision_that_survives_the_wire(asked: ArbitrationRequest) -> None:
     decision = decide(asked, mirror(asked), CALIBRATED).decision
@@ -33,7 +33,7 @@ def test_every_situation_gets_a_decision_that_survives_the_wire(asked: Arbitrati
 # -- known worse: never a lower r -------------------------------------------------------------------------------------
 
 
-@FEW
+@safety(few=60)
 @given(requests(), st.floats(0.0, 0.9))
 def test_less_friction_never_lowers_r(asked: ArbitrationRequest, less: float) -> None:
     if asked.mu_low is None or asked.mu_high is None:
@@ -44,7 +44,7 @@ def test_less_friction_never_lowers_r(asked: ArbitrationRequest, less: float) ->
     assert after.r_act >= before.r_act
 
 
-@FEW
+@safety(few=60)
 @given(requests(), probability)
 def test_more_degradation_never_lowers_r(asked: ArbitrationRequest, more: float) -> None:
     if asked.h is None:
@@ -55,7 +55,7 @@ def test_more_degradation_never_lowers_r(asked: ArbitrationRequest, more: float)
     assert after.r_act >= before.r_act
 
 
-@FEW
+@safety(few=60)
 @given(requests(), probability)
 def test_weaker_brakes_never_lower_r(asked: ArbitrationRequest, less: float) -> None:
     if asked.brake_envelope is None:
@@ -66,7 +66,7 @@ def test_weaker_brakes_never_lower_r(asked: ArbitrationRequest, less: float) -> 
     assert after.r_act >= before.r_act
 
 
-@FEW
+@safety(few=60)
 @given(requests(), st.floats(0.0, 50.0))
 def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) -> None:
     if asked.lead is None:
@@ -78,7 +78,7 @@ def test_a_smaller_gap_never_lowers_r(asked: ArbitrationRequest, nearer: float) 
     assert after.r_act >= before.r_act - 1e-12
 
 
-@FEW
+@safety(few=60)
 @given(requests(), probability, probability)
 def test_a_vaguer_field_of_view_never_lowers_r_and_leaves_the_time_to_collision(
     asked: ArbitrationRequest, vague: float, vaguer: float
@@ -96,7 +96,7 @@ def test_a_vaguer_field_of_view_never_lowers_r_and_leaves_the_time_to_collision(
             assert known.ttc_s == after.ttc_s
 
 
-@FEW
+@safety(few=60)
 @given(st.floats(0.01, 1.0), st.floats(0.5, 25.0), st.floats(5.0, 20.0))
 def test_no_brake_is_applied_on_a_range_of_a_guessed_field_of_view(
     spread: float, gap_m: float, closing_mps: float
@@ -158,7 +158,7 @@ LESS: dict[str, Callable[[ArbitrationRequest, float], ArbitrationRequest]] = {
 
 
 @pytest.mark.parametrize("way", list(LESS))
-@FEW
+@safety(few=60, ways=len(LESS))
 @given(asked=requests(), x=probability)
 def test_less_information_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
     fewer = LESS[way](asked, x)
@@ -177,7 +177,7 @@ critical = st.builds(
 
 
 @pytest.mark.parametrize("way", list(LESS))
-@FEW
+@safety(few=60, ways=len(LESS))
 @given(asked=critical, x=probability)
 def test_less_information_in_danger_never_turns_speak_into_act(way: str, asked: ArbitrationRequest, x: float) -> None:
     fewer = LESS[way](asked, x)
@@ -185,7 +185,7 @@ def test_less_information_in_danger_never_turns_speak_into_act(way: str, asked: 
         assert not acts(fewer)
 
 
-@FEW
+@safety(few=60)
 @given(critical)
 def test_a_smaller_delta_acts_wherever_a_larger_one_does(asked: ArbitrationRequest) -> None:
     acted = [acts(asked, mirror(asked, profile=p), p) for p in (replace(CALIBRATED, delta=d / 10) for d in range(5))]
@@ -208,7 +208,7 @@ def test_delta_trades_interventions_against_time() -> None:
     assert len(set(times)) >= 4
 
 
-@FEW
+@safety(few=60)
 @given(st.text(max_size=200), st.text(max_size=200))
 def test_no_text_moves_the_decision(directive: str, justification: str) -> None:
     asked = request(track(gap_m=30.0, closing_mps=3.0))

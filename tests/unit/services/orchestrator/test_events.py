@@ -76,7 +76,7 @@ def _person(d: Drive) -> None:
 
 
 def _fast(d: Drive) -> None:
-    d.speed_mps = 17.0
+    d.comes_to(17.0)
     d.tick()
 
 
@@ -157,7 +157,7 @@ def test_a_doubted_vehicle_is_an_event_once_it_is_known(age_s: float, *, raised:
 
 def test_an_unknown_speed_raises_no_overspeed() -> None:
     drive = Drive()
-    drive.speed_mps = None
+    drive.comes_to(None)
     drive.ticks(3)
     assert "overspeed" not in kinds(drive)
     assert drive.history[-1][2].world.ego.speed_mps is None
@@ -166,12 +166,12 @@ def test_an_unknown_speed_raises_no_overspeed() -> None:
 def test_another_threshold_raises_an_event_sooner_or_later_and_stands_in_it() -> None:
     drive = Drive()
     drive.ticks(2)
-    drive.speed_mps = 14.4  # 3.7 % above 50 km/h; the table's threshold is 5 %
+    drive.comes_to(14.4)  # 3.7 % above 50 km/h; the table's threshold is 5 %
     drive.tick()
     assert "overspeed" not in kinds(drive)
     drive.tick(thresholds={"overspeed": 0.03})
     assert next(e for e in drive.history[-1][2].events if e.kind == "overspeed").eta == 0.03
-    drive.speed_mps = 15.0
+    drive.comes_to(15.0)
     drive.tick(thresholds={"overspeed": 0.075})
     assert kinds(drive) >= {"overspeed"}
 
@@ -193,7 +193,7 @@ def test_closing_lead_takes_a_car_that_moves_and_a_speed_that_is_sure(
 ) -> None:
     drive = Drive()
     drive.ticks(2)
-    drive.speed_mps = speed_mps
+    drive.comes_to(speed_mps)
     for tick in range(5):
         drive.tracks = (actor(12.0 - 0.5 * tick, 5.0, sigma_vx_mps=sigma_mps),)
         drive.tick()

@@ -74,7 +74,8 @@ def test_a_fault_that_stands_keeps_no_first_notice_waiting(standing: int) -> Non
     drive.car = Degradation(h=0.6, brake_envelope=1.0, warning_lamps=("oil",))
     drive.ticks(standing)
     assert said(drive, 60, "Stop safely now")
-    began, drive.speed_mps = len(drive.history), 22.0
+    began = len(drive.history)
+    drive.comes_to(22.0)
     drive.ticks(50)
     assert said(drive, began, "Slow down: limit 50 km/h")[0] <= 1
     assert said(drive, began, "Stop safely now"), "and the fault is said again in its time"

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from domain.ego_speed import CHANGE_MPS2, JITTER_MPS
 from proto.scene import Fact
 from services.orchestrator.observations.inputs import Observations
-from services.orchestrator.world.actors import FLOOR
+from tests.safety import safety
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.scenes import acts, next_seen, one, scenes, target
 from tests.unit.services.orchestrator.support import (
     EXPERTS,
-    FEW,
     KMH,
     SECOND,
     TICK,
@@ -63,7 +63,7 @@ def nearer_lead(seen: Observations, x: float) -> Observations:
 
 
 @pytest.mark.parametrize("worse", [less_grip, worse_car, nearer_lead])
-@FEW
+@safety(few=25, ways=3)
 @given(drive=scenes(), x=st.floats(0.05, 1.0))
 def test_known_worse_never_raises_the_target_and_never_lowers_r(
     worse: Callable[[Observations, float], Observations], drive: Drive, x: float
@@ -102,8 +102,39 @@ def _doubt_actors(seen: Observations, x: float) -> Observations:
     return change(
         seen,
         "tracks",
-        tracks=tuple(replace(t, confidence=max(FLOOR, t.confidence * x)) for t in seen.tracks.message.tracks),
+        tracks=tuple(replace(t, confidence=t.confidence * x) for t in seen.tracks.message.tracks),
     )
+
+
+def _out_of_lane(seen: Observations, x: float) -> Observations:
+    assert seen.tracks is not None
+    tracks = tuple(replace(t, in_ego_path=False, y_m=t.y_m + 50 * x) for t in seen.tracks.message.tracks)
+    return change(seen, "tracks", tracks=tracks, lead_track_id=None)
+
+
+def _renumbered(seen: Observations, x: float) -> Observations:
+    assert seen.tracks is not None
+    tracks = tuple(replace(t, track_id=t.track_id + 100, age_s=x) for t in seen.tracks.message.tracks)
+    return change(seen, "tracks", tracks=tracks, lead_track_id=None)
+
+
+def _no_data(seen: Observations, x: float) -> Observations:
+    """Numbers that no road can hold, up to the largest."""
+    assert seen.tracks is not None
+    absurd = 10.0 ** (3.01 + 305 * x)
+    return change(seen, "tracks", tracks=tuple(replace(t, vx_mps=absurd) for t in seen.tracks.message.tracks))
+
+
+def _speed_leaps(seen: Observations, x: float) -> Observations:
+    assert seen.ego is not None
+    leap_mps = JITTER_MPS + CHANGE_MPS2 * 0.1 + 1e-3 + 10.0 ** (-2 + 310 * x)
+    return change(seen, "ego", speed_mps=(seen.ego.message.speed_mps or 0.0) + leap_mps)
+
+
+def _speed_falls(seen: Observations, x: float) -> Observations:
+    assert seen.ego is not None
+    leap_mps = JITTER_MPS + CHANGE_MPS2 * 0.1 + 1e-3 + 10.0 ** (-2 + 310 * x)
+    return change(seen, "ego", speed_mps=(seen.ego.message.speed_mps or 0.0) - leap_mps)
 
 
 def _vaguer(seen: Observations, x: float) -> Observations:
@@ -140,6 +171,11 @@ LESS: dict[str, Callable[[Observations, float], Observations]] = {
     "envelope unknown": lambda seen, x: seen,
     "doubted actors": _doubt_actors,
     "vaguer actors": _vaguer,
+    "actors out of the lane": _out_of_lane,
+    "actors renumbered": _renumbered,
+    "actors without data": _no_data,
+    "speed leaps": _speed_leaps,
+    "speed falls": _speed_falls,
     "field of view guessed": _guessed_lens,
     "wider friction": _wider,
     "doubted weather": _doubt_weather,
@@ -148,7 +184,7 @@ LESS: dict[str, Callable[[Observations, float], Observations]] = {
 
 
 @pytest.mark.parametrize("way", list(LESS))
-@FEW
+@safety(few=25, ways=len(LESS))
 @given(drive=scenes(), x=st.floats(0.0, 1.0))
 def test_less_information_never_raises_the_target_nor_turns_speak_into_act(way: str, drive: Drive, x: float) -> None:
     before = one(drive, next_seen(drive))
@@ -166,7 +202,7 @@ NEWS = (
 
 
 @pytest.mark.parametrize("status", ["timeout", "unavailable", "busy", "tool_error", "protocol_error"])
-@FEW
+@safety(few=25, ways=5)
 @given(drive=scenes(), news=st.sampled_from(NEWS), missing=st.sets(st.sampled_from(sorted(EXPERTS))))
 def test_missing_answers_never_raise_the_target_nor_enable_act(
     status: str, drive: Drive, news: Fact, missing: set[str]
@@ -180,7 +216,7 @@ def test_missing_answers_never_raise_the_target_nor_enable_act(
     assert acts(before) or not acts(after)
 
 
-@FEW
+@safety(few=25)
 @given(drive=scenes(), gaps=st.lists(st.sampled_from(sorted(LESS)), min_size=1, max_size=12), x=st.floats(0.0, 1.0))
 def test_a_longer_blindness_never_raises_the_target(drive: Drive, gaps: list[str], x: float) -> None:
     """Nothing new is seen, less and less arrives, no tool answers: the target never rises above where it stood."""
@@ -194,7 +230,7 @@ def test_a_longer_blindness_never_raises_the_target(drive: Drive, gaps: list[str
         assert target(ticked) <= stood + 1e-9
 
 
-@FEW
+@safety(few=25)
 @given(scenes(), st.floats(0.0, 1.0), st.sampled_from(NEWS))
 def test_contradictory_signs_end_at_or_below_the_lower(drive: Drive, confidence: float, news: Fact) -> None:
     alone = one(drive, next_seen(drive, news))
@@ -209,7 +245,7 @@ def test_contradictory_signs_end_at_or_below_the_lower(drive: Drive, confidence:
 number = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from((-1.0, 0.0, 1e9)))
 
 
-@FEW
+@safety(few=25)
 @given(drive=scenes(), numbers=st.lists(number, min_size=12, max_size=12), lead=st.none() | st.integers(-5, 9))
 def test_malformed_numbers_neither_break_the_tick_nor_raise_the_target(
     drive: Drive, numbers: list[float], lead: int | None

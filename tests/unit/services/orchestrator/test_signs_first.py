@@ -44,7 +44,7 @@ def test_a_sure_limit_ahead_bounds_until_its_post_however_long_the_ego_waits() -
     drive = Drive(road="rural", speed_mps=0.0)
     drive.tick(limit_sign("limit:80", passed=False, distance_m=5.0))
     drive.ticks(400)
-    drive.speed_mps = 10.0
+    drive.comes_to(10.0)
     drive.ticks(10)
     assert law_of(drive.state).mps == pytest.approx(80 * KMH)
 

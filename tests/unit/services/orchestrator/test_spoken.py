@@ -33,7 +33,7 @@ from tests.unit.services.orchestrator.support import (
 def test_the_first_notice_of_an_overspeed_comes_at_once_and_is_not_nagged() -> None:
     drive = Drive()
     drive.ticks(30)
-    drive.speed_mps = 17.0
+    drive.comes_to(17.0)
     drive.ticks(100)
     assert [text for text in drive.spoken() if text.startswith("Slow down")] == ["Slow down: limit 50 km/h"]
 
@@ -50,9 +50,9 @@ def test_a_limit_below_the_speed_is_told_once_and_the_next_one_again() -> None:
     drive = Drive(speed_mps=90 * KMH, road="rural")
     drive.ticks(30)
     assert after_a_sign("limit:70", drive) == ["Slow down: limit 70 km/h"]
-    drive.speed_mps = 65 * KMH
+    drive.comes_to(65 * KMH)
     assert after_a_sign("limit:60", drive) == ["Slow down: limit 60 km/h"]
-    drive.speed_mps = 45 * KMH
+    drive.comes_to(45 * KMH)
     assert after_a_sign("limit:50", drive) == ["Limit 50 km/h"], "a restriction that nobody breaks is news all the same"
 
 
@@ -71,7 +71,7 @@ def test_the_overspeed_of_another_limit_is_a_first_notice_of_its_own_however_uns
 
     drive = Drive(Played({**EXPERTS, "applicable_limit": unsure}, arbiter=arbiter()), speed_mps=31.0, road="rural")
     drive.ticks(25)
-    drive.speed_mps = 27.0
+    drive.comes_to(27.0)
     drive.ticks(25)
     drive.tick(limit_sign("limit:80"))
     drive.ticks(25)
@@ -111,7 +111,7 @@ def test_who_slows_down_from_far_too_fast_hears_no_calmer_word_on_it() -> None:
     drive = Drive(speed_mps=90 * KMH, road="rural")
     drive.ticks(30)
     assert after_a_sign("limit:70", drive, 20) == ["Slow down: limit 70 km/h"]
-    drive.speed_mps = 78 * KMH
+    drive.comes_to(78 * KMH)
     before = len(drive.spoken())
     drive.ticks(40)
     assert drive.spoken()[before:] == []
@@ -123,7 +123,7 @@ def test_the_driver_hears_german_and_miles_from_the_tick_in_which_he_asks_for_th
     drive = Drive()
     drive.ticks(20)
     drive.tick(preferences=preferences(language="de", unit="mph"))
-    drive.speed_mps = 17.0
+    drive.comes_to(17.0)
     ticked = drive.tick()
     assert ticked.advisory.directive == "Langsamer: Limit 50 (31 mph)"
 
@@ -197,7 +197,7 @@ def test_who_drives_across_our_way_is_told_with_the_side_he_comes_from(
 
 def test_a_first_notice_is_owed_until_it_is_spoken() -> None:
     drive = Drive()
-    drive.speed_mps = 20.0
+    drive.comes_to(20.0)
     drive.ask.decide = lambda request: replace(
         locally(request), kind="SPEAK", hazard="closing_lead", profile="calibrated"
     )
@@ -243,7 +243,7 @@ def test_green_is_told_to_who_waits_for_it_and_not_for_a_red_of_long_ago(waited_
     drive.ticks(30)
     for tick in range(10):
         drive.tick(fact("light", "light:red", track_id=4, distance_m=30.0 - tick))
-    drive.speed_mps = 0.0
+    drive.comes_to(0.0)
     for _ in range(waited_s):
         drive.now_ns += 9 * TICK
         drive.tick(fact("light", "light:red", track_id=4, distance_m=15.0))

@@ -29,13 +29,13 @@ from tests.unit.services.orchestrator.support import (
 def test_an_overspeed_that_begins_after_the_step_is_told_at_once(back: float) -> None:
     drive = Drive()
     drive.tick(limit_sign("limit:50"))
-    drive.speed_mps = 18.0
+    drive.comes_to(18.0)
     drive.ticks(30)
-    drive.speed_mps = 12.0
+    drive.comes_to(12.0)
     drive.ticks(30)
     drive.now_ns -= round(back * SECOND)
     drive.ticks(2)
-    drive.speed_mps = 18.0
+    drive.comes_to(18.0)
     assert drive.tick().fused.first_notice
 
 

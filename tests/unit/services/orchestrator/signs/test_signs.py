@@ -51,7 +51,7 @@ def test_with_the_speed_unknown_a_restriction_out_of_sight_counts_as_reached(sig
     urban = limit_answer(50.0).limit
     drive.ask.table = {**drive.ask.table, "interpret_sign": lambda a: meaning(a["reading"], limit=urban)}
     drive.tick(sign)
-    drive.speed_mps = None
+    drive.comes_to(None)
     drive.ticks(28)
     assert drive.target_mps > there_kmh * KMH + 0.1, "it may still be ahead"
     drive.ticks(5)

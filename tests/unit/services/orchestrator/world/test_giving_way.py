@@ -117,7 +117,7 @@ def test_a_junction_with_a_line_is_ruled_until_it_is_passed(kind: str) -> None:
     for step in range(80):
         way_m = 60.0 - step
         show(drive, way_m if way_m > -2.0 else None, way_m + 11.0 if way_m > -11.0 else None, kind)
-        drive.speed_mps = 10.0
+        drive.comes_to(10.0)
         drive.tick()
         here = place(drive.state)
         seen.append(here.why if here is not None else "")
@@ -205,7 +205,7 @@ def test_a_map_that_falls_silent_takes_nothing_back() -> None:
 
 def test_who_tells_no_speed_is_told() -> None:
     drive = coming(line_m=30.0)
-    drive.speed_mps = None
+    drive.comes_to(None)
     drive.state = msgspec.structs.replace(drive.state, memory=type(drive.state.memory)())
     drive.tick()
     assert told(drive)

@@ -196,7 +196,7 @@ def test_who_drives_off_below_a_light_out_of_view_is_told_to_look_and_not_to_sto
     drive.ticks(5)
     assert drive.target_mps == 0.0, "it was red a moment ago"
     drive.ticks(10)
-    drive.speed_mps = 1.2
+    drive.comes_to(1.2)
     ticked = drive.ticks(3)
     assert ticked.fused.directive == "Make sure the light is green"
     assert not ticked.fused.hazard

@@ -54,7 +54,7 @@ def lost(speed_mps: float | None = 12.0) -> Drive:
     """A drive on a road that neither a sign nor a map tells of, watched for long enough."""
     ask = Played({**EXPERTS, "applicable_limit": assumed_50}, arbiter=arbiter())
     drive = Drive(ask, road="unknown")
-    drive.speed_mps = speed_mps
+    drive.comes_to(speed_mps)
     drive.ticks(40)
     return drive
 

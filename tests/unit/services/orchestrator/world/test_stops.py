@@ -37,7 +37,7 @@ def test_a_halt_far_from_the_line_is_none(room_m: float) -> None:
 def test_a_halt_at_the_line_is_one_until_it_is_crossed(room_m: float) -> None:
     drive = at_sign(room_m + EGO_HALF_M, room_m + EGO_HALF_M)
     assert wanted(drive) == []
-    drive.speed_mps = 2.0
+    drive.comes_to(2.0)
     for step in range(1, 31):
         show(drive, room_m + EGO_HALF_M - 0.2 * step)
         drive.tick()
@@ -62,7 +62,7 @@ def test_a_halt_at_one_sign_says_nothing_of_the_next() -> None:
 def test_a_second_look_at_the_sign_one_has_stopped_for_is_no_second_stop() -> None:
     drive = at_sign(5.0)
     drive.tick(fact("sign", "stop", track_id=3, distance_m=8.0))
-    drive.speed_mps = 2.0
+    drive.comes_to(2.0)
     for _ in range(10):
         drive.tick()
         assert wanted(drive) == []
@@ -99,7 +99,7 @@ def test_a_calmer_word_on_a_stop_just_told_is_no_news() -> None:
     drive = at_sign(35.0, 35.0, speed_mps=14.0)
     drive.ticks(3)
     before = len(drive.spoken())
-    drive.speed_mps = 6.0
+    drive.comes_to(6.0)
     drive.ticks(15)
     assert len(drive.spoken()) == before
 
@@ -140,7 +140,7 @@ def test_who_has_stood_at_it_may_go_on_whether_or_not_the_sign_is_read_then() ->
     drive = at_line(EGO_HALF_M + 1.0, speed_mps=0.0)
     assert wanted(drive) == []
     drive.tick(fact("sign", "stop", track_id=2, distance_m=EGO_HALF_M + 2.0))
-    drive.speed_mps = 2.0
+    drive.comes_to(2.0)
     for step in range(1, 16):
         show(drive, EGO_HALF_M + 1.0 - 0.2 * step)
         drive.tick()
@@ -160,11 +160,11 @@ def past_the_sign(far_m: float, *, seen_again: bool = False) -> Drive:
         near = [fact("sign", "stop", track_id=2, distance_m=left_m)] if left_m < 60.0 else []
         again = [fact("sign", "stop", track_id=1, distance_m=far_m - travelled_m(drive))] if seen_again else []
         drive.tick(*near, *again)
-        drive.speed_mps = min(14.0, (4.0 * left_m) ** 0.5)
-    drive.speed_mps = 0.0
+        drive.comes_to(min(14.0, (4.0 * left_m) ** 0.5))
+    drive.comes_to(0.0)
     drive.ticks(3)
     assert "stop_sign" not in wanted(drive) or stops(drive.state)[0].room_m > 8.0
-    drive.speed_mps = 4.0
+    drive.comes_to(4.0)
     drive.ticks(6)
     drive.tick(fact("sign", "stop", track_id=2, distance_m=-1.0, passed=True))
     return drive

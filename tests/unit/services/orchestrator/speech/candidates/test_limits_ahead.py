@@ -33,7 +33,7 @@ def approached(
             spoken.setdefault(ticked.advisory.directive, left_m)
         assert drive.speed_mps is not None
         if spoken:
-            drive.speed_mps = max(80 * KMH, drive.speed_mps - slows_mps2 * TICK_S)
+            drive.comes_to(max(80 * KMH, drive.speed_mps - slows_mps2 * TICK_S))
         left_m -= drive.speed_mps * TICK_S
     return drive, spoken
 
