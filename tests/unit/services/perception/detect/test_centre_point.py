@@ -55,9 +55,8 @@ def test_the_closer_look_distorts_no_picture_and_has_the_horizon(size: tuple[int
     height, width = size
     top, bottom = strip_rows(height, width)
     assert 0 <= top < 0.5 * height < bottom <= height
-    disc = cv2.circle(
-        np.zeros((*size, 3), np.uint8), (width // 2, (top + bottom) // 2), (bottom - top) // 4, (255,) * 3, -1
-    )
+    disc = np.zeros((*size, 3), np.uint8)
+    cv2.circle(disc, (width // 2, (top + bottom) // 2), (bottom - top) // 4, (255,) * 3, -1)
     canvas, first, scale = strip(disc)
     rows, columns = np.nonzero(canvas[0, :, :, 0] > 127)
     assert canvas.shape == (1, *CLOSER_PX, 3)
