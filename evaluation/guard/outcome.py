@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from domain.kinematics import GRAVITY_MPS2
 from drivemcp.node import Node
 from evaluation.campaign.replacing import write_whole
 from evaluation.guard.scenes import SCENES, Ground, scenario
@@ -19,14 +20,14 @@ from proto import topics
 from proto.decision import Advisory, BrakeCommand, Decision
 from proto.perception import Track
 from proto.truth import Truth
+from services.arbiter.assessment.assess import gap_m
 from services.arbiter.braking.guard import undoubted
-from services.arbiter.profiles.profile import load
+from services.arbiter.profiles.profile import Profile, load
 from services.simulator.car.brake_receiver import MAX_JERK_MPS3
+from services.simulator.car.braking import FULL_MPS2
 
 DELAY_S = 0.2
 """From a picture to the brakes."""
-GRAVITY_MPS2 = 9.81
-FULL_MPS2 = 0.85 * GRAVITY_MPS2
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):
@@ -70,7 +71,9 @@ def run_cell(folder: str, key: str, spec: RunSpec) -> Outcome:
     scene, speed_kmh, ground = cell_of(spec.scenario)
     with tempfile.TemporaryDirectory() as name:
         part = Path(name)
-        (file := part / "scene.json").write_bytes(msgspec.json.encode(scenario(SCENES[scene], speed_kmh, ground)))
+        (file := part / f"{spec.scenario.replace('/', '-')}.json").write_bytes(
+            msgspec.json.encode(scenario(SCENES[scene], speed_kmh, ground))
+        )
         told = Told([], [], [], [])
         drive(granted(msgspec.structs.replace(spec, scenario=str(file)), part, EMERGENCY), part, _listen(told))
     if not told.truths:
@@ -116,22 +119,20 @@ def _closing_mps(truth: Truth) -> float:
 
 def _physics_mps(told: Told) -> float:
     """Braking from the first instant on at which the arbiter's own reading held somebody undoubted in the way."""
-    stamps = [stamp for stamp, _ in told.truths]
+    stamps, profile = [stamp for stamp, _ in told.truths], load("calibrated")
     for stamp, decision in told.decisions:
-        seen = _undoubted(decision)
+        seen = _undoubted(decision, profile)
         if seen is None:
             continue
         truth = told.truths[max(0, bisect_right(stamps, stamp) - 1)][1]
         can = min(truth.mu * GRAVITY_MPS2, FULL_MPS2) * truth.brake_share
         closing = -seen.vx_mps
-        gap = seen.x_m - (seen.length_m + 4.6) / 2
-        left = gap - closing * (DELAY_S + can / (2.0 * MAX_JERK_MPS3))
+        left = gap_m(seen, profile) - closing * (DELAY_S + can / (2.0 * MAX_JERK_MPS3))
         return math.sqrt(max(0.0, closing * closing - 2.0 * can * max(0.0, left)))
     return _impact_mps(told.truths)
 
 
-def _undoubted(decision: Decision) -> Track | None:
-    profile = load("calibrated")
+def _undoubted(decision: Decision, profile: Profile) -> Track | None:
     actors = decision.own.get("reading", {}).get("view", {}).get("actors", ())
     tracks = [msgspec.convert(each, Track) for each in actors]
     closing = [each for each in tracks if undoubted(each, profile) and each.vx_mps < 0.0]

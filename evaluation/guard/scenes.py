@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from evaluation.metrics.conflicts import EGO_LENGTH_M
 from services.simulator.scenario.plan import (
     BendPlan,
     CrosserPlan,
@@ -32,7 +33,7 @@ Ground = Literal["dry", "wet", "weak brakes"]
 Kind = Literal["avoid", "pass"]
 """`avoid`: an impact threatens; `pass`: nothing does, and any braking is a false reaction."""
 Plans = dict[str, Any]
-LENGTH_M, WIDTH_M, START_M = 4.6, 3.5, 20.0
+WIDTH_M, START_M = 3.5, 20.0
 WALKS_MPS = 5.0 / 3.6
 LEADS_S = 6.0
 """So long before contact the car sets off; longer at low speeds, so that a picture shows what stands."""
@@ -62,7 +63,7 @@ def gap_m(speed_mps: float) -> float:
 
 
 def _standing(speed_mps: float) -> Plans:
-    at_m = START_M + LENGTH_M + gap_m(speed_mps)
+    at_m = START_M + EGO_LENGTH_M + gap_m(speed_mps)
     return {"vehicles": (VehiclePlan(at_m=at_m, speed_kmh=0.0, keeps_kmh=0.1, stands_s=1000.0),)}
 
 
@@ -73,13 +74,15 @@ def _moving(speed_mps: float) -> Plans:
 
 def _lead(gap: float, kmh: float, **fields: Any) -> VehiclePlan:
     return VehiclePlan(
-        at_m=START_M + LENGTH_M + gap, speed_kmh=kmh, keeps_kmh=kmh, heeds_limits=False, **{"lane": 0, **fields}
+        at_m=START_M + EGO_LENGTH_M + gap, speed_kmh=kmh, keeps_kmh=kmh, heeds_limits=False, **{"lane": 0, **fields}
     )
 
 
 def _braking(speed_mps: float) -> Plans:
     gap = 40.0
-    halt = HaltPlan(at_m=START_M + LENGTH_M + gap + 3.0 * speed_mps + speed_mps**2 / 8.0, hold_s=60.0, brake_mps2=4.0)
+    halt = HaltPlan(
+        at_m=START_M + EGO_LENGTH_M + gap + 3.0 * speed_mps + speed_mps**2 / 8.0, hold_s=60.0, brake_mps2=4.0
+    )
     return {"vehicles": (_lead(gap, speed_mps * 3.6, halts=(halt,)),)}
 
 
@@ -94,7 +97,7 @@ def _crossing(speed_mps: float) -> Plans:
     """The person crosses an empty lane first, for about four seconds, and is before the car's middle as the car comes."""
     way_m = 0.5 + 1.5 * WIDTH_M
     ahead_m = speed_mps * way_m / WALKS_MPS
-    at_m = START_M + LENGTH_M + ahead_m + max(20.0, 2.0 * speed_mps)
+    at_m = START_M + EGO_LENGTH_M + ahead_m + max(20.0, 2.0 * speed_mps)
     return {"crossers": (CrosserPlan(at_m=at_m, walk_mps=WALKS_MPS, when_ego_within_m=ahead_m),)}
 
 

@@ -12,8 +12,6 @@ import msgspec
 from evaluation.guard.outcome import Outcome
 from evaluation.guard.scenes import SCENES, Ground, Kind
 
-WARNS_BEFORE_S, DEMANDS_MPS2 = 0.8, 5.0
-"""What UN Regulation 152 asks of warning and demand."""
 _FLOAT = 1e-6
 
 

@@ -121,8 +121,12 @@ def _defaults(name: str, spec: RunSpec, folder: Path) -> dict[str, Any]:
 
 
 def _drawn_by(spec: RunSpec) -> int:
-    """The seed of modelled sensors: of runs with the same seed on other routes they draw other chances."""
-    return int(chance(spec.seed, spec.scenario) * 2**31)
+    """The seed of modelled sensors: of runs with the same seed on other routes they draw other chances.
+
+    A scenario in a file draws by the file's name: where the file lies changes nothing.
+    """
+    route = spec.scenario if read_place(spec.scenario) is not None else Path(spec.scenario).stem
+    return int(chance(spec.seed, route) * 2**31)
 
 
 def _scenario(spec: RunSpec) -> Scenario:

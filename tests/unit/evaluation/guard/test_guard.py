@@ -8,7 +8,7 @@ import pytest
 
 from drivemcp.cli import run
 from evaluation.guard import guard, table
-from evaluation.guard.outcome import Outcome, Told, cell_of, outcome, place_of
+from evaluation.guard.outcome import Outcome, Told, cell_of, outcome, place_of, run_cell
 from evaluation.guard.scenes import GROUNDS, SCENES, scenario
 from proto.decision import BrakeCommand
 from proto.truth import Truth
@@ -66,6 +66,16 @@ def test_an_impact_is_read_at_the_step_before_contact() -> None:
     assert found.braked
     assert found.demanded_mps2 == 6.0
     assert found.warned_s is None
+
+
+def test_a_run_of_the_same_seed_comes_out_alike_wherever_it_is_written(tmp_path: Path) -> None:
+    (spec,) = guard.specs_of(("moving car", 40, "dry"), 1, "model")
+    found = []
+    for name in ("one", "other"):
+        (folder := tmp_path / name).mkdir()
+        found.append(run_cell(str(folder), "key", spec))
+    assert found[0] == found[1]
+    assert found[0].braked
 
 
 def test_verdicts_say_what_does_not_hold() -> None:
