@@ -18,6 +18,11 @@ class Believed(NamedTuple):
     stamp_ns: int
 
 
+def believed(told: Believed, before: Believed | None) -> Believed | None:
+    """The reading that is told or, where that is no speed, the one that was believed before."""
+    return told if is_speed(*told, before) else before
+
+
 def is_speed(mps: float, stamp_ns: int, before: Believed | None) -> bool:
     """Whether a car can be so fast, and can have become so since the reading that was believed last.
 

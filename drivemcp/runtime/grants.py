@@ -5,7 +5,6 @@ cryptography is imported when a grant is made or checked, never before: a servic
 
 import base64
 import hashlib
-import re
 import secrets
 import threading
 import time
@@ -19,11 +18,10 @@ from drivemcp.errors import MALFORMED, UserError
 from proto.decision import Grant
 
 LONGEST = timedelta(hours=24)
-"""No grant is valid for longer, whoever signed it."""
+"""No grant is valid for longer, whichever key signed it."""
 CONFIRM_WITHIN_S = 60.0
 """How long a command waits to be confirmed."""
 MOST_WAITING = 64
-_CONFIRMATION = re.compile(r"confirmation must be '([^']+)'")
 
 
 class GrantRefused(UserError, PermissionError):
@@ -176,9 +174,3 @@ class Confirmations:
 def confirmation_of(tool: str, payload: bytes, nonce: str) -> str:
     """What confirms one command: the tool, the SHA-256 of its arguments as sent, and the server's nonce."""
     return f"{tool} {hashlib.sha256(payload).hexdigest()} {nonce}"
-
-
-def asked_confirmation(refusal: str) -> str:
-    """The confirmation that a refusal asks for; empty where it asks for none."""
-    found = _CONFIRMATION.search(refusal)
-    return found[1] if found else ""

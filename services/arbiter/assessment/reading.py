@@ -4,7 +4,8 @@ from typing import TypeVar
 
 import msgspec
 
-from domain.ego_speed import Believed, is_speed
+from domain import ego_speed
+from domain.ego_speed import Believed
 from proto.perception import Track, Tracks
 from proto.vehicle import Degradation, Ego
 from proto.weather import Conditions
@@ -53,8 +54,7 @@ def believed(latest: Latest, now_ns: int) -> Believed | None:
     before = latest.speed if latest.speed is not None and latest.speed.stamp_ns <= now_ns + SKEW_NS else None
     if latest.ego is None or latest.ego[0].speed_mps is None:
         return before
-    told = Believed(latest.ego[0].speed_mps, latest.ego[1])
-    return told if is_speed(*told, before) else before
+    return ego_speed.believed(Believed(latest.ego[0].speed_mps, latest.ego[1]), before)
 
 
 def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:

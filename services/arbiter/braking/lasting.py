@@ -29,17 +29,15 @@ def lasts(case: Case, running: Intervention, run_ns: int, profile: Profile) -> b
     ego_mps = case.reading.view.ego_speed_mps
     if ego_mps is None or stands(ego_mps):
         return False
-    if case.own is not None and not lasting_objections(case) and _closes(case.own, ego_mps, profile):
-        return True
-    return _is_before_bumper(case, running, ego_mps, run_ns, profile)
+    return _closing(case, ego_mps, profile) is not None or _is_before_bumper(case, running, ego_mps, run_ns, profile)
 
 
 def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int, profile: Profile) -> Intervention:
     """The intervention with where the standing road user is: as seen now, or as seen last and less by the way driven since."""
-    ego_mps, own = case.reading.view.ego_speed_mps, case.own
+    ego_mps = case.reading.view.ego_speed_mps
     if running.since_ns is None or ego_mps is None:
         return running
-    if own is not None and not lasting_objections(case) and _closes(own, ego_mps, profile):
+    if (own := _closing(case, ego_mps, profile)) is not None:
         stood_m = own.gap_m if is_standing(own, ego_mps, profile) else None
         return msgspec.structs.replace(running, stood_m=stood_m, stood_ns=run_ns)
     if before.stood_m is None or before.last_ns is None:
@@ -53,10 +51,13 @@ def is_standing(own: Numbers, ego_mps: float, profile: Profile) -> bool:
     return ego_mps + own.track.vx_mps < profile.stands_mps
 
 
-def _closes(own: Numbers, ego_mps: float, profile: Profile) -> bool:
-    if own.track.vx_mps >= 0.0:
-        return False
-    return is_standing(own, ego_mps, profile) or needed_mps2(own, ego_mps, profile) >= profile.act_over_mps2
+def _closing(case: Case, ego_mps: float, profile: Profile) -> Numbers | None:
+    """The road user that both views see well, that closes, and that the car does not merely coast to."""
+    own = case.own
+    if own is None or lasting_objections(case) or own.track.vx_mps >= 0.0:
+        return None
+    brakes = is_standing(own, ego_mps, profile) or needed_mps2(own, ego_mps, profile) >= profile.act_over_mps2
+    return own if brakes else None
 
 
 def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:

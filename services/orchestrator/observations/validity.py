@@ -2,7 +2,8 @@
 
 from typing import Any, NamedTuple
 
-from domain.ego_speed import Believed, is_speed
+from domain import ego_speed
+from domain.ego_speed import Believed
 from proto.vehicle import Degradation
 from services.orchestrator.observations.inputs import Observations, RoadAhead, Stamped, along_lane
 from services.orchestrator.state import Held, State
@@ -78,7 +79,7 @@ def believed_speed(held: Held, seen: Observations) -> Believed | None:
         return None
     told = Believed(seen.ego.message.speed_mps, seen.ego.stamp_ns)
     before = Believed(held.speed_mps, held.speed_ns) if held.speed_mps is not None else None
-    return told if is_speed(*told, before) else before
+    return ego_speed.believed(told, before)
 
 
 class Motion(NamedTuple):

@@ -1,5 +1,6 @@
 """The gate as a caller meets it: on a real bus, whatever is called, nothing leaves that may not."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -70,7 +71,7 @@ class Car:
 
     def confirmation(self, tool: str, arguments: dict[str, Any]) -> str:
         """What the service asks for when the command comes with a grant and unconfirmed."""
-        return grants.asked_confirmation(self.call(tool, arguments, grant(tool)).error)
+        return asked_confirmation(self.call(tool, arguments, grant(tool)).error)
 
     def hear_all(self) -> None:
         """Until all that has left so far is heard: the answer to one more question, the last on the same topic."""
@@ -84,6 +85,12 @@ class Car:
         return [
             frame.data for frame in self.sent if frame.data not in FLOW_FRAMES and frame.data[1] not in gate.READING
         ]
+
+
+def asked_confirmation(refusal: str) -> str:
+    """The confirmation that a refusal asks for; empty where it asks for none."""
+    found = re.search(r"confirmation must be '([^']+)'", refusal)
+    return found[1] if found else ""
 
 
 @contextmanager
@@ -113,7 +120,7 @@ def test_a_confirmation_serves_once(standing: Car) -> None:
     sent = len(standing.changing)
     replayed = standing.call("clear_dtcs", {"by": "uds"}, grant("clear_dtcs"), said)
     assert replayed.status == "protocol_error"
-    assert grants.asked_confirmation(replayed.error) not in ("", said)
+    assert asked_confirmation(replayed.error) not in ("", said)
     standing.hear_all()
     assert len(standing.changing) == sent
     standing.sent.clear()
