@@ -3,7 +3,7 @@
 import struct
 
 MOST_PIXELS = 50_000_000
-"""A picture of more is none of a camera in a car; the largest of ours has 1."""
+"""No camera in a car takes a larger picture; the largest of ours has 1 million."""
 MOST_BYTES = 32_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 _SIZED = frozenset({0xC0, 0xC1, 0xC2, 0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF})

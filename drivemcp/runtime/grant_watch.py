@@ -21,7 +21,7 @@ _LONG_AGO = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def steady_ns() -> int:
-    """A clock that nobody sets and that goes on while the machine sleeps."""
+    """A clock that cannot be set, and that goes on while the machine sleeps."""
     return time.clock_gettime_ns(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic_ns()
 
 
@@ -137,7 +137,7 @@ class WatchedGrant:
         self._refused = "no grant"
 
     def current(self) -> tuple[Grant | None, str]:
-        """The grant; or None and why there is none. Two looks at files where nothing changed."""
+        """The grant; or None and why it does not count. Where nothing changed, it costs two looks at files."""
         look = (_look(self._file), self._keys.look())
         if look != self._look:
             self._look = look

@@ -271,7 +271,7 @@ def _warns_first(weighed: Weighed, state: ArbiterState, inputs: Inputs, profile:
 
 
 def _warned_ns(state: ArbiterState, now_ns: int) -> int | None:
-    """Since when on the running clock the driver has been warned of a road user without a break; None: of none of late."""
+    """Since when on the running clock the driver has been warned of a road user without a break; None: not of late."""
     if all(last_warned(state.memory, hazard, now_ns) is None for hazard in sorted(ANSWERED)):
         return None
     return state.run_ns if state.warned_ns is None else state.warned_ns

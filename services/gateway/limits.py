@@ -88,7 +88,7 @@ class BackOff:
 
 
 def with_token(app: App, is_right: Callable[[bytes], bool], *, now_s: Callable[[], float] = time.monotonic) -> App:
-    """Refuse every request that does not carry the token (RFC 6750), and, for a while, whoever tries several."""
+    """Refuse every request that does not carry the token (RFC 6750), and, for a while, an address that tries several."""
     back_off = BackOff()
 
     async def guarded(scope: Scope, receive: Receive, send: Send) -> None:

@@ -38,7 +38,7 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     """The name of a shipped scenario, or the path of a TOML or JSON file."""
     seed: int = 1
     driver: DriverKind = "drawn"
-    """`drawn`: the driver of the seed; `absent`: one who does nothing, for tests of what the car does alone."""
+    """`drawn`: the driver of the seed; `absent`: a driver that does nothing, for tests of what the car does alone."""
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
     autostart: bool = True

@@ -115,7 +115,7 @@ BEGINS = frozenset(
         "no RSS violation in the arbiter's own reading at the upper bound of friction",
     }
 )
-"""Rows that bear on the beginning alone: none of them says that a danger under way is over."""
+"""Rows that bear on the beginning alone: they do not say that a danger under way is over."""
 
 
 def lasting_objections(c: Case) -> tuple[str, ...]:

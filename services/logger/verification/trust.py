@@ -53,7 +53,7 @@ def judge(trusted: Sequence[Trusted], vehicle: str, public_key: str) -> Judgemen
 
 
 def read(path: Path) -> tuple[Trusted, ...]:
-    """The lines of a trust file. Raises OSError, and ValueError that names the line which is none."""
+    """The lines of a trust file. Raises OSError, and ValueError that names the first line that is damaged."""
     found = []
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         fields = line.split("#", 1)[0].split(maxsplit=3)
@@ -67,7 +67,7 @@ def read(path: Path) -> tuple[Trusted, ...]:
 
 
 def add(path: Path, one: Trusted) -> None:
-    """Append a line; today's date unless it has one. Raises OSError, and ValueError for a vehicle or a key that is none."""
+    """Append a line; today's date unless it has one. Raises OSError, and ValueError for an impossible vehicle or key."""
     if not _KEY.fullmatch(one.public_key) or (one.vehicle != ANY and chunk(one.vehicle) != one.vehicle):
         raise ValueError(f"{one.vehicle!r} and {one.public_key!r} are not a vehicle and a key")
     since = one.since or datetime.now(UTC).strftime("%Y-%m-%d")

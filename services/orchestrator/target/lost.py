@@ -1,4 +1,4 @@
-"""How long an actor bounds the target that is no longer seen to: doubt frees nobody, and one picture raises no bound.
+"""How long an actor bounds the target once it is no longer seen to: no doubt raises the target, and no single picture does.
 
 An actor that vanishes, fades below the floor of confidence, leaves the lane for a moment or comes back under another number did not
 dissolve. It bounds as it did, until its time is over or until it was seen elsewhere without a break.

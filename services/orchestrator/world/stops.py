@@ -54,7 +54,7 @@ def lines(state: State) -> tuple[Stop, ...]:
 
 
 def people_ahead(state: State) -> tuple[Stop, ...]:
-    """Everybody in the way, the nearest first: a person behind the nearest still bounds once that one is gone."""
+    """All people in the way, the nearest first: a person behind the nearest still bounds once that one is gone."""
     return tuple(
         Stop("person", person.least_m - PERSON_M, person.track.confidence, person.track)
         for person in people(state.world)

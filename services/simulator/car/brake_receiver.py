@@ -9,7 +9,7 @@ MAX_DECELERATION_MPS2: dict[Envelope, float] = {"soft": 6.0, "emergency": 6.5}
 MAX_JERK_MPS3 = 10.0
 MAX_VALID_NS = 200_000_000
 MAX_DURATION_S: dict[Envelope, float] = {"soft": 3.0, "emergency": 20.0}
-"""A moving car is braked for no longer than this within any window of as long and ``REST_S``, whoever asks."""
+"""A moving car is braked for no longer than this within any window of as long and ``REST_S``, whatever command asks."""
 REST_S = 1.0
 """Nor so long after the driver has overridden."""
 PAUSE_S = 0.3

@@ -1,11 +1,11 @@
-"""A driver who does nothing: the feet stay where they are, whatever is said or comes. For tests of what the car does alone."""
+"""A driver that does nothing: the feet stay where they are, whatever is said or comes. For tests of what the car does alone."""
 
 from typing import Literal
 
 from services.simulator.driver.driver import Advice, Driver, DriverView, Wish, pedals
 
 DriverKind = Literal["drawn", "absent"]
-"""`drawn`: the driver of the seed, from the population; `absent`: one who keeps the pedals as they are."""
+"""`drawn`: the driver of the seed, from the population; `absent`: a driver that keeps the pedals as they are."""
 
 
 class AbsentDriver(Driver):
