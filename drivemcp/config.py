@@ -21,6 +21,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     multicast: bool = False
     user: str = ""
     password_file: str = ""
+    tls_folder: str = ""
+    """For `tls/` endpoints: a folder with `ca.pem` and `tls.pem` (`drivemcp access FOLDER --tls NAME`)."""
     connect_timeout_s: Annotated[float, msgspec.Meta(gt=0.0, le=3600.0)] = 20.0
 
 

@@ -15,22 +15,39 @@ EVALUATION = ServiceRow(name="evaluation", extra="", calls=("*",))
 """Watches a drive and reads the truth; only where a drive is evaluated."""
 
 
-def access_control(rows: Iterable[ServiceRow], vehicle: str = "*", *, evaluation: bool = False) -> dict[str, Any]:
-    """Zenoh's `access_control` settings for these services. `vehicle` `*` fits any name of one vehicle per router."""
+def access_control(
+    rows: Iterable[ServiceRow], vehicle: str = "*", *, evaluation: bool = False, certificates: bool = False
+) -> dict[str, Any]:
+    """Zenoh's `access_control` settings for these services. `vehicle` `*` fits any name of one vehicle per router.
+
+    `certificates`: from another host a user counts only over TLS with the certificate of the same name.
+    """
     members = list(rows) + ([EVALUATION] if evaluation else [])
     rules: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
+    subjects: list[dict[str, Any]] = []
     for row in members:
         own = [rule for rule in _rules(row, members, f"drivemcp/{vehicle}") if rule["key_exprs"]]
         rules += own
-        policies.append({"rules": [rule["id"] for rule in own], "subjects": [row.name]})
+        subjects += (each := _subjects(row.name, certificates))
+        policies.append({"rules": [rule["id"] for rule in own], "subjects": [one["id"] for one in each]})
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": row.name, "usernames": [row.name]} for row in members],
+        "subjects": subjects,
         "policies": policies,
     }
+
+
+def _subjects(name: str, certificates: bool) -> list[dict[str, Any]]:
+    """As what a service comes: by its user; where there are certificates, by user and certificate, or by user from this host."""
+    if not certificates:
+        return [{"id": name, "usernames": [name]}]
+    return [
+        {"id": name, "usernames": [name], "link_protocols": ["tls"], "cert_common_names": [name]},
+        {"id": f"{name}-here", "usernames": [name], "interfaces": ["lo"], "link_protocols": ["tcp"]},
+    ]
 
 
 def _rules(row: ServiceRow, members: list[ServiceRow], root: str) -> list[dict[str, Any]]:

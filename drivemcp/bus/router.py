@@ -10,10 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from drivemcp.bus.session import open_bus
+from drivemcp.bus.tls import AUTHORITY, OWN, usable
 from drivemcp.config import BusConfig
 from drivemcp.errors import BusError, UserError
 from drivemcp.files.modes import deny_others
+from drivemcp.runtime.folder_watch import Watch
 from drivemcp.runtime.parent import end_with_parent
+
+LOOK_S = 1.0
 
 
 def access_settings(access_file: str, credentials_file: str) -> dict[str, object]:
@@ -37,6 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--listen", action="append", required=True, metavar="ENDPOINT")
     parser.add_argument("--access", default="", metavar="FILE", help="generated access control (drivemcp access)")
     parser.add_argument("--credentials", default="", metavar="FILE", help="user:password lines")
+    parser.add_argument(
+        "--tls", default="", metavar="FOLDER", help="ca.pem and tls.pem for tls/ endpoints (drivemcp access --tls)"
+    )
     flags = parser.parse_args(arguments)
     deny_others()
     stop = threading.Event()
@@ -44,13 +51,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda *_: stop.set())
     end_with_parent()
     try:
-        extra = access_settings(flags.access, flags.credentials)
-        with open_bus(BusConfig(listen=tuple(flags.listen)), mode="router", extra=extra):
-            stop.wait()
+        while not stop.is_set():
+            extra = access_settings(flags.access, flags.credentials)
+            with open_bus(BusConfig(listen=tuple(flags.listen), tls_folder=flags.tls), mode="router", extra=extra):
+                _wait(stop, flags.tls)
     except (UserError, BusError) as error:
         sys.stderr.write(f"router: {error}\n")
         return 2
     return 0
+
+
+def _wait(stop: threading.Event, tls_folder: str) -> None:
+    """Until SIGTERM, or until there are new certificates: a listener keeps those that it began with."""
+    if not tls_folder:
+        stop.wait()
+        return
+    folder, watch = Path(tls_folder), Watch((AUTHORITY, OWN))
+    watch.remember([folder])
+    while not stop.wait(LOOK_S):
+        if watch.changed([folder]):
+            try:
+                usable(folder)
+            except UserError as error:
+                sys.stderr.write(f"router: the old certificates stay in use: {error}\n")
+                continue
+            sys.stderr.write("router: listening anew with new certificates\n")
+            return
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from typing import Self
 import zenoh
 from zenoh import handlers
 
+from drivemcp.bus.tls import tls_settings, why_refused
 from drivemcp.config import BusConfig
 from drivemcp.errors import BusError
 
@@ -231,6 +232,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         password = Path(config.password_file).read_text(encoding="utf-8").strip()
         settings["transport/auth/usrpwd/user"] = config.user
         settings["transport/auth/usrpwd/password"] = password
+    settings.update(tls_settings(config))
     settings.update(extra or {})
     result = zenoh.Config()
     for name, value in settings.items():
@@ -255,6 +257,8 @@ def open_bus(
         where = ", ".join((*config.connect, *config.listen)) or "in-process"
         why = _SOURCE_PLACE.sub("", str(error))[:160]
         hint = "" if config.user or not config.connect else ", does it want a user and a password"
+        if refused := why_refused(config):
+            raise BusError(f"no bus at {where}: {refused}") from None
         raise BusError(f"no bus at {where}: is the router running, is the port free{hint}? ({why})") from None
     except OSError as error:
         raise BusError(f"cannot read the bus password {config.password_file}: {error.strerror}") from None

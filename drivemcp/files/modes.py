@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 OTHERS = 0o027
 """What files (0640) and folders (0750) are denied."""
@@ -24,3 +25,13 @@ def others_denied() -> Iterator[None]:
         yield
     finally:
         os.umask(before)
+
+
+def write_private(path: Path, text: str) -> None:
+    """A file for its owner alone (0600, its folder 0700), as a whole: a reader sees the old content or the new."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    scratch = path.with_name(f".{path.name}.{os.getpid()}")
+    descriptor = os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with os.fdopen(descriptor, "w", encoding="ascii") as file:
+        file.write(text)
+    os.replace(scratch, path)

@@ -1,5 +1,8 @@
 """Access control on a real router: what a row does not say is denied, whoever asks."""
 
+import socket
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -7,9 +10,11 @@ from pathlib import Path
 import pytest
 
 from drivemcp.bus.session import Bus, open_bus, wait_settled
+from drivemcp.bus.tls import usable
 from drivemcp.config import BusConfig, ServiceConfig
 from drivemcp.errors import BusError
 from drivemcp.node import Node
+from drivemcp.runtime.supervisor import free_port
 from proto import topics
 from proto.decision import BrakeCommand
 from proto.vehicle import Ego
@@ -29,10 +34,15 @@ def guarded(start_router: StartRouter, secrets_folder: Path) -> str:
 
 
 @contextmanager
-def member(endpoint: str, secrets: Path, name: str, user: str | None = None) -> Iterator[Node]:
+def member(
+    endpoint: str, secrets: Path, name: str, user: str | None = None, certificate: str | None = None
+) -> Iterator[Node]:
     """A node with the credentials of a service."""
     user = user or name
-    config = BusConfig(connect=(endpoint,), user=user, password_file=str(secrets / user / "password"))
+    folder = str(secrets / (certificate or user)) if endpoint.startswith("tls/") else ""
+    config = BusConfig(
+        connect=(endpoint,), user=user, password_file=str(secrets / user / "password"), tls_folder=folder
+    )  # fmt: skip
     with open_bus(config) as bus, opened(bus, name) as node:
         yield node
 
@@ -144,3 +154,78 @@ def test_rules_may_ask_retrieval_and_nobody_else(guarded: str, secrets_folder: P
         rules.open(announce=False)
         assert rules.client.discover(0.5) == {}
         assert rules.call("vehicle_health", {}, deadline_ms=500).status == "unavailable"
+
+
+def access(folder: Path, *arguments: str) -> None:
+    """`drivemcp access`, as a user types it."""
+    command = [sys.executable, "-m", "drivemcp.cli", "access", str(folder), *arguments]
+    subprocess.run(command, check=True, timeout=60)
+
+
+@pytest.fixture
+def between_hosts(start_router: StartRouter, tmp_path: Path) -> tuple[str, str, Path]:
+    """A router with certificates: its endpoint for other hosts, the one for this host, and the folder of secrets."""
+    folder, endpoint = tmp_path / "secrets", f"tls/127.0.0.1:{free_port()}"
+    access(folder, "--tls", "127.0.0.1", "--ca", str(tmp_path / "authority"))
+    here = start_router(
+        "--listen", endpoint, "--tls", str(folder / "router"),
+        "--access", str(folder / "router/access.json"), "--credentials", str(folder / "router/users.txt"),
+        ready=lambda plain: wait_for_router(plain, "logger", str(folder / "logger/password")),
+    )  # fmt: skip
+    return endpoint, here, folder
+
+
+def tells(sender: Node, reader: Node, speed_mps: float) -> Callable[[], bool]:
+    """Publishes the ego at each look; whether the reader has it."""
+
+    def look() -> bool:
+        sender.publish(topics.EGO, Ego(speed_mps=speed_mps))
+        latest = reader.latest(topics.EGO)
+        return latest is not None and latest.message.speed_mps == speed_mps
+
+    return look
+
+
+def test_from_another_host_a_user_counts_only_with_its_own_certificate(between_hosts: tuple[str, str, Path]) -> None:
+    endpoint, here, secrets = between_hosts
+    with (
+        member(endpoint, secrets, "weather") as weather,
+        member(endpoint, secrets, "can", certificate="rules") as thief,
+        member(endpoint, secrets, "can") as can,
+        member(here, secrets, "can") as local,
+    ):
+        weather.subscribe(topics.EGO)
+        weather.open(announce=False)
+        for node in (thief, can, local):
+            node.open(announce=False)
+        assert wait_settled(tells(can, weather, 3.0), 10.0)
+        assert not wait_settled(tells(thief, weather, 99.0), 0.5)
+        assert wait_settled(tells(local, weather, 4.0), 10.0)
+
+
+def test_a_running_router_takes_renewed_certificates_and_its_members_come_back(
+    between_hosts: tuple[str, str, Path], tmp_path: Path
+) -> None:
+    endpoint, _, secrets = between_hosts
+
+    def shown() -> bytes | None:
+        host, port = endpoint.removeprefix("tls/").split(":")
+        try:
+            with (
+                socket.create_connection((host, int(port)), 2.0) as raw,
+                usable(secrets / "logger").wrap_socket(raw, server_hostname=host) as link,
+            ):
+                return link.getpeercert(binary_form=True)
+        except OSError:
+            return None
+
+    with member(endpoint, secrets, "can") as can, member(endpoint, secrets, "weather") as weather:
+        weather.subscribe(topics.EGO)
+        weather.open(announce=False)
+        can.open(announce=False)
+        assert wait_settled(tells(can, weather, 3.0), 10.0)
+        before = shown()
+        assert before
+        access(secrets, "--renew", "--ca", str(tmp_path / "authority"))
+        assert wait_settled(lambda: shown() not in (None, before), 20.0)
+        assert wait_settled(tells(can, weather, 5.0), 20.0)
