@@ -32,6 +32,11 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--seeds", type=whole(1, MOST), help="runs a cell of the table guard (20, rendered 3, with --quick 1)"
     )
+    parser.add_argument(
+        "--beside",
+        action="store_true",
+        help="of the table guard: the same runs with a governor by RSS alone and with IDM in the guard's place, thrice the time",
+    )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
     parser.add_argument(
@@ -119,6 +124,8 @@ def command(flags: argparse.Namespace) -> int:
     flags.sensors = flags.sensors or ("model" if flags.table == GUARD else "rendered")
     if flags.table != GUARD and flags.seeds is not None:
         raise UserError(f"--seeds: the table {flags.table} has none; --runs says how many runs a row has")
+    if flags.table != GUARD and flags.beside:
+        raise UserError(f"--beside: the table {flags.table} has no such columns; the table {GUARD} has")
     try:
         if flags.table == GUARD:
             from evaluation.guard.guard import evaluate_guard as evaluate

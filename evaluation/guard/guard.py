@@ -16,6 +16,7 @@ from evaluation.campaign.machine import commit, cores, machine
 from evaluation.campaign.pool import Job, Pool
 from evaluation.campaign.replacing import write_whole
 from evaluation.guard import table
+from evaluation.guard.beside import BESIDE, VERSION
 from evaluation.guard.outcome import Outcome, cell_of, place_of, run_cell
 from evaluation.guard.scenes import GROUNDS, SCENES, Ground, scenario
 from evaluation.run.grant import EMERGENCY
@@ -31,13 +32,19 @@ def evaluate_guard(flags: argparse.Namespace) -> int:
     runs = folder / "runs"
     runs.mkdir(parents=True, exist_ok=True)
     seeds = flags.seeds or (1 if flags.quick else SEEDS[flags.sensors])
-    specs = {key_of(spec): spec for place in places(flags.quick) for spec in specs_of(place, seeds, flags.sensors)}
+    methods = (None, *BESIDE) if flags.beside else (None,)
+    specs = {
+        key_of(spec): spec
+        for place in places(flags.quick)
+        for method in methods
+        for spec in specs_of(place, seeds, flags.sensors, method)
+    }
     try:
         _drive(specs, runs, flags.jobs or cores(), screen)
     finally:
         cells = cells_of(specs, runs)
         _write(cells, folder, flags)
-    missing = sum(cell.missing for cell in cells)
+    missing = sum(cell.missing + sum(each.missing for each in cell.beside.values()) for cell in cells)
     screen.say(f"{len(specs) - missing} of {len(specs)} runs are there; {told(cells)}")
     sys.stdout.write(f"{folder / 'guard.html'}\n")
     return int(bool(missing))
@@ -54,22 +61,22 @@ def places(quick: bool) -> list[Place]:
     ]
 
 
-def specs_of(place: Place, seeds: int, sensors: Sensors) -> list[RunSpec]:
-    """The runs of a cell."""
+def specs_of(place: Place, seeds: int, sensors: Sensors, method: str | None = None) -> list[RunSpec]:
+    """The runs of a cell; `method`: of one of `BESIDE` in the arbiter's place."""
     scene, speed, _ = place
     seconds = round(SCENES[scene].seconds(speed / 3.6), 1)
     settings = {"simulator": {"driver": "absent"}}
-    return [
-        RunSpec(scenario=place_of(*place), seed=seed, seconds=seconds, sensors=sensors, settings=settings)
-        for seed in range(1, seeds + 1)
-    ]
+    ours = RunSpec(scenario=place_of(*place), seconds=seconds, sensors=sensors, settings=settings)
+    spec = ours if method is None else msgspec.structs.replace(ours, method=method)
+    return [msgspec.structs.replace(spec, seed=seed) for seed in range(1, seeds + 1)]
 
 
 def key_of(spec: RunSpec) -> str:
     """16 hex digits of the run, its scenario and its grant."""
     scene, speed, ground = cell_of(spec.scenario)
     plan = msgspec.json.encode([scenario(SCENES[scene], speed, ground), EMERGENCY], order="deterministic")
-    return hashlib.sha256(run_key(spec).encode() + plan).hexdigest()[:16]
+    governor = VERSION.encode() if spec.method in BESIDE else b""
+    return hashlib.sha256(run_key(spec).encode() + plan + governor).hexdigest()[:16]
 
 
 def _drive(specs: Mapping[str, RunSpec], runs: Path, jobs: int, screen: Screen) -> None:
@@ -77,7 +84,7 @@ def _drive(specs: Mapping[str, RunSpec], runs: Path, jobs: int, screen: Screen) 
     screen.say(f"{len(specs)} runs, {len(specs) - len(waiting)} of them are there; in {runs}")
     began_s = time.monotonic()
     for count, done in enumerate(Pool(str(runs.resolve()), jobs, run_cell).done(waiting), 1):
-        name = specs[done.key].scenario.removeprefix("guard/")
+        name = f"{specs[done.key].scenario.removeprefix('guard/')}, {specs[done.key].method}"
         if done.problem:
             screen.say(f"{name} failed: {done.problem.strip().splitlines()[-1]}")
         left_s = (time.monotonic() - began_s) / count * (len(waiting) - count)
@@ -95,13 +102,18 @@ def kept(runs: Path, key: str) -> Outcome | None:
 
 def cells_of(specs: Mapping[str, RunSpec], runs: Path) -> list[table.Cell]:
     """The cells of the runs, in the order of the runs."""
-    by_place: dict[str, list[Outcome | None]] = {}
+    found: dict[str, dict[str, list[Outcome | None]]] = {}
     for key, spec in specs.items():
-        by_place.setdefault(spec.scenario, []).append(kept(runs, key))
-    return [
-        table.cell_of(*cell_of(place), [each for each in found if each is not None], found.count(None))
-        for place, found in by_place.items()
-    ]
+        found.setdefault(spec.scenario, {}).setdefault(spec.method, []).append(kept(runs, key))
+    return [_cell(place, by_method) for place, by_method in found.items()]
+
+
+def _cell(place: str, by_method: Mapping[str, Sequence[Outcome | None]]) -> table.Cell:
+    there = {method: [each for each in found if each is not None] for method, found in by_method.items()}
+    missing = {method: found.count(None) for method, found in by_method.items()}
+    beside = {method: table.beside_of(there[method], missing[method]) for method in by_method if method in BESIDE}
+    (ours,) = set(by_method) - set(beside)
+    return table.cell_of(*cell_of(place), there[ours], missing[ours], beside)
 
 
 def told(cells: Sequence[table.Cell]) -> str:
@@ -119,7 +131,8 @@ def command_line(flags: argparse.Namespace) -> str:
     """The command, without where it writes."""
     words = ["drivemcp", "evaluate", "guard", "--sensors", flags.sensors]
     words += ["--seeds", str(flags.seeds)] if flags.seeds else []
-    return shlex.join(words + (["--quick"] if flags.quick else []))
+    words += ["--quick"] if flags.quick else []
+    return shlex.join(words + (["--beside"] if flags.beside else []))
 
 
 def _write(cells: Sequence[table.Cell], folder: Path, flags: argparse.Namespace) -> None:

@@ -3,6 +3,7 @@
 import math
 import tempfile
 from bisect import bisect_right
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +11,9 @@ import msgspec
 
 from domain.kinematics import GRAVITY_MPS2
 from drivemcp.node import Node
+from drivemcp.service import Service
 from evaluation.campaign.replacing import write_whole
+from evaluation.guard.beside import BESIDE, governed
 from evaluation.guard.scenes import SCENES, Ground, scenario
 from evaluation.run.grant import EMERGENCY, granted
 from evaluation.run.host import drive
@@ -75,12 +78,18 @@ def run_cell(folder: str, key: str, spec: RunSpec) -> Outcome:
             msgspec.json.encode(scenario(SCENES[scene], speed_kmh, ground))
         )
         told = Told([], [], [], [])
-        drive(granted(msgspec.structs.replace(spec, scenario=str(file)), part, EMERGENCY), part, _listen(told))
+        driven = granted(msgspec.structs.replace(spec, scenario=str(file)), part, EMERGENCY)
+        drive(driven, part, _listen(told), _braked_by(spec.method))
     if not told.truths:
         raise RunError("the simulator told no truth")
     found = outcome(told)
     write_whole(Path(folder) / f"{key}.json", msgspec.json.encode(found))
     return found
+
+
+def _braked_by(method: str) -> Callable[[Service[Any]], Service[Any]]:
+    """The services as they are, or with the arbiter's commands replaced by those of a governor of that name."""
+    return lambda service: governed(service, BESIDE[method]) if method in BESIDE else service
 
 
 def _listen(told: Told) -> Any:

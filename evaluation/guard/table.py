@@ -5,6 +5,8 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
+from types import MappingProxyType
+from typing import Any
 
 import jinja2
 import msgspec
@@ -13,6 +15,17 @@ from evaluation.guard.outcome import Outcome
 from evaluation.guard.scenes import SCENES, Ground, Kind
 
 _FLOAT = 1e-6
+
+
+class Beside(msgspec.Struct, frozen=True, kw_only=True):
+    """The same cell with another in the guard's place (`beside.py`)."""
+
+    runs: int
+    missing: int
+    contacts: int
+    impact_mean_kmh: float | None
+    impact_worst_kmh: float | None
+    braked: int
 
 
 class Cell(msgspec.Struct, frozen=True, kw_only=True):
@@ -36,22 +49,35 @@ class Cell(msgspec.Struct, frozen=True, kw_only=True):
     """The weakest of the runs' hardest commands (m/s2)."""
     verdict: str
     """`holds`, or what does not; empty where nothing is asked."""
+    beside: dict[str, Beside] = {}
+    """By method, where the table was asked for them."""
 
 
-def cell_of(scene: str, speed_kmh: int, ground: Ground, outcomes: Sequence[Outcome], missing: int) -> Cell:
-    """The cell of its runs."""
-    plan = SCENES[scene]
+def beside_of(outcomes: Sequence[Outcome], missing: int) -> Beside:
+    """What another in the guard's place came to."""
     impacts = [each.impact_kmh for each in outcomes]
-    warned = [each.warned_s for each in outcomes if each.warned_s is not None]
-    braked = [each.demanded_mps2 for each in outcomes if each.braked]
-    cell = Cell(
-        scene=scene, kind=plan.kind, ground=ground, speed_kmh=speed_kmh, runs=len(outcomes), missing=missing,
+    return Beside(
+        runs=len(outcomes),
+        missing=missing,
         contacts=sum(each > 0.0 for each in impacts),
         impact_mean_kmh=round(fmean(impacts), 1) if impacts else None,
         impact_worst_kmh=max(impacts, default=None),
+        braked=sum(each.braked for each in outcomes),
+    )
+
+
+def cell_of(
+    scene: str, speed_kmh: int, ground: Ground, outcomes: Sequence[Outcome], missing: int,
+    beside: Mapping[str, Beside] = MappingProxyType({}),
+) -> Cell:  # fmt: skip
+    """The cell of its runs."""
+    plan, ours = SCENES[scene], beside_of(outcomes, missing)
+    warned = [each.warned_s for each in outcomes if each.warned_s is not None]
+    braked = [each.demanded_mps2 for each in outcomes if each.braked]
+    cell = Cell(
+        scene=scene, kind=plan.kind, ground=ground, speed_kmh=speed_kmh, **msgspec.structs.asdict(ours), beside=dict(beside),
         permitted_kmh=plan.speeds[speed_kmh],
         physics_kmh=round(fmean(each.physics_kmh for each in outcomes), 1) if outcomes else None,
-        braked=len(braked),
         warned_least_s=round(min(warned), 2) if warned else None,
         demanded_mps2=round(min(braked), 1) if braked else None,
         verdict="",
@@ -86,20 +112,43 @@ TITLES = (
 )  # fmt: skip
 
 
+def titles(cells: Sequence[Cell]) -> list[str]:
+    """The columns' titles: those of the guard, then one for each that is put beside it."""
+    return [*TITLES, *(f"{method}: impact, mean (worst) km/h" for method in cells[0].beside)] if cells else [*TITLES]
+
+
 def shown(cell: Cell) -> Iterator[str]:
-    """A row's texts, in the order of `TITLES`."""
+    """A row's texts, in the order of `titles`."""
     for name in ROW:
         value = getattr(cell, name)
         yield "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    for other in cell.beside.values():
+        yield _shown_beside(cell.kind, other)
+
+
+def _shown_beside(kind: Kind, other: Beside) -> str:
+    if not other.runs:
+        return ""
+    if kind == "pass":
+        return f"{other.braked} of {other.runs} runs braked"
+    return f"{other.impact_mean_kmh:g} ({other.impact_worst_kmh:g}), {other.contacts} of {other.runs} hit"
 
 
 def as_csv(cells: Sequence[Cell]) -> str:
     """All fields of all cells."""
+    rows = [_flat(cell) for cell in cells]
     text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, Cell.__struct_fields__, lineterminator="\n")
+    writer = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(msgspec.structs.asdict(cell) for cell in cells)
+    writer.writerows(rows)
     return text.getvalue()
+
+
+def _flat(cell: Cell) -> dict[str, Any]:
+    row = msgspec.structs.asdict(cell)
+    for method, other in row.pop("beside").items():
+        row |= {f"{method}: {name}": value for name, value in msgspec.structs.asdict(other).items()}
+    return row
 
 
 MARKDOWN, HTML = "guard.md.jinja", "guard.html.jinja"
@@ -115,4 +164,4 @@ def rendered(template: str, cells: Sequence[Cell], about: Mapping[str, str]) -> 
     """`MARKDOWN` or `HTML` with the cells."""
     scenes = [SCENES[name] for name in dict.fromkeys(cell.scene for cell in cells)]
     rows = [list(shown(cell)) for cell in cells]
-    return _TEMPLATES.get_template(template).render(about=about, scenes=scenes, titles=TITLES, rows=rows) + "\n"
+    return _TEMPLATES.get_template(template).render(about=about, scenes=scenes, titles=titles(cells), rows=rows) + "\n"
