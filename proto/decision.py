@@ -102,6 +102,8 @@ class ArbitrationRequest(msgspec.Struct, frozen=True, kw_only=True):
     ego_acceleration_mps2: float | None
     lead: Track | None
     pedestrian: Track | None = None
+    others: tuple[Track, ...] = ()
+    """The further road users in the ego's path: beside a doubted lead or person one of them may be the certain one."""
     h: float | None
     brake_envelope: float | None = None
     mu_low: float | None

@@ -26,8 +26,8 @@ from services.arbiter.assessment.risk import Utilities, utilities
 from services.arbiter.braking import act, budget
 from services.arbiter.braking.act import Need, Permission
 from services.arbiter.braking.emergency import is_emergency, is_last_moment
-from services.arbiter.braking.guard import Case, case, objections
-from services.arbiter.braking.lasting import is_standing, lasts, sighted, stands
+from services.arbiter.braking.guard import Case, case, emergency_objections, objections
+from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.braking.watching import watch
 from services.arbiter.filters import FULL, Suggested, filter_of
@@ -112,7 +112,7 @@ def request_view(request: ArbitrationRequest) -> View:
     return View(
         ego_speed_mps=speed_mps if speed_mps is not None and is_speed(speed_mps, 0, None) else None,
         ego_acceleration_mps2=request.ego_acceleration_mps2,
-        actors=tuple(track for track in (request.lead, request.pedestrian) if track is not None),
+        actors=tuple(track for track in (request.lead, request.pedestrian, *request.others) if track is not None),
         h=request.h,
         brake_envelope=request.brake_envelope,
         mu_low=request.mu_low,
@@ -231,7 +231,7 @@ def _intervene(
     hard = is_emergency(case, permission, profile)
     meant = _braked_for(request, weighed, state, inputs, profile, hard=hard)
     on = act.going(running, state.run_ns)
-    goes_on = on and (_held(inputs) or lasts(case, running, state.run_ns, profile))
+    goes_on = on and not _passes(inputs) and (_held(inputs) or lasts(case, running, state.run_ns, profile))
     if meant is None and not goes_on:
         return _Braking(act.let_go(running, state.run_ns))
     if permission.refused:
@@ -248,13 +248,18 @@ def _need(meant: Suggested | None, case: Case, inputs: Inputs, profile: Profile,
     if meant is None and own is not None and view.ego_speed_mps is not None:
         meant = Suggested(own, view.ego_speed_mps)
     return Need(
-        mps2=act.needed_mps2(meant.actor, meant.ego_mps, profile) if meant is not None else 0.0,
+        mps2=act.danger_mps2(meant.actor, meant.ego_mps, profile) if meant is not None else 0.0,
         hard=hard,
         grip_mps2=act.grip_mps2(view, profile),
         stands=stands(view.ego_speed_mps),
-        eases=inputs.permission.envelope == "soft"
-        or (own is not None and view.ego_speed_mps is not None and not is_standing(own, view.ego_speed_mps, profile)),
+        eases=inputs.permission.envelope == "soft",
     )
+
+
+def _passes(inputs: Inputs) -> bool:
+    """Whether a filter passes braking on unjudged: it goes on as long as the filter suggests it."""
+    passing = filter_of(inputs.filter)
+    return passing is not None and passing.suggested is not None
 
 
 def _held(inputs: Inputs) -> bool:
@@ -285,7 +290,8 @@ def _braked_for(
     if passing is not None and passing.suggested is not None:
         return passing.suggested(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
-    if own is None or ego is None or not (wants_act(weighed, state.adapted.delta) or (hard and not weighed.objections)):
+    emergency = hard and not emergency_objections(weighed.case)
+    if own is None or ego is None or not (emergency or wants_act(weighed, state.adapted.delta)):
         return None
     return Suggested(own, ego)
 

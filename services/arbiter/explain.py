@@ -145,6 +145,7 @@ def _move_actors(
         request,
         lead=move(request.lead) if request.lead is not None else None,
         pedestrian=move(request.pedestrian) if request.pedestrian is not None else None,
+        others=tuple(move(each) for each in request.others),
     )
     view = inputs.reading.view
     moved = msgspec.structs.replace(view, actors=tuple(move(track) for track in view.actors))

@@ -22,8 +22,11 @@ from services.orchestrator.speech.candidates.limits_ahead import past
 from services.orchestrator.speech.memory import remember
 from services.orchestrator.speech.wording import say, toned
 from services.orchestrator.state import State, digest
-from services.orchestrator.world.actors import lead, pedestrian
+from services.orchestrator.world.actors import people, vehicles
 from services.orchestrator.world.observe import observe
+
+MOST_OTHERS = 8
+"""Farther road users of a crowd in the path tell the arbiter nothing that the nearer ones do not."""
 
 
 class Ticked(NamedTuple):
@@ -72,7 +75,7 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
 def request_of(state: State, advised: Advised, seen: Observations) -> ArbitrationRequest:
     """What the arbiter is asked: the advice, and the numbers as the orchestrator sees them."""
     world, held = state.world, state.held
-    ahead, person = lead(world), pedestrian(world)
+    ahead, persons = ([each.track for each in ways] for ways in (vehicles(world), people(world)))
     speed, accel = world.ego.speed_mps, world.ego.acceleration_mps2
     conditions, car, told_ns = held.conditions, held.degradation, state.memory.spoken_ns
     return ArbitrationRequest(
@@ -81,8 +84,9 @@ def request_of(state: State, advised: Advised, seen: Observations) -> Arbitratio
         fused=advised.fused,
         ego_speed_mps=speed.value if speed is not None else None,
         ego_acceleration_mps2=accel.value if accel is not None else None,
-        lead=ahead.track if ahead is not None else None,
-        pedestrian=person.track if person is not None else None,
+        lead=next(iter(ahead), None),
+        pedestrian=next(iter(persons), None),
+        others=tuple(dict.fromkeys((*ahead[1:], *persons[1:])))[:MOST_OTHERS],
         h=car.h if car is not None else None,
         brake_envelope=car.brake_envelope if car is not None else None,
         mu_low=conditions.mu_low if conditions is not None else None,

@@ -72,6 +72,18 @@ def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     return closing * closing / (2.0 * room)
 
 
+def danger_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
+    """The deceleration that avoids the impact: `needed_mps2`, and more behind a lead that goes on braking as it does."""
+    room, lead_mps2 = max(0.5, numbers.gap_m - profile.d0_m), -numbers.track.ax_mps2
+    closing = min(max(0.0, numbers.closing_mps), max(0.0, ego_mps))
+    needed, lead_mps = needed_mps2(numbers, ego_mps, profile), max(0.0, ego_mps - closing)
+    if lead_mps2 <= 0.0 or lead_mps <= 0.0:
+        return needed
+    if closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_mps2:  # the closing ends while the lead still moves
+        return needed + lead_mps2
+    return max(needed, ego_mps * ego_mps / (2.0 * (room + lead_mps * lead_mps / (2.0 * lead_mps2))))
+
+
 def grip_mps2(view: View, profile: Profile) -> float:
     """What the tyres surely give: the lower bound of friction."""
     mu = profile.mu_unknown_low if view.mu_low is None else view.mu_low

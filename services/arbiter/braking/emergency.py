@@ -20,26 +20,52 @@ def is_certain(track: Track, profile: Profile) -> bool:
     )
 
 
-def can_brake_mps2(view: View, permission: Permission, profile: Profile) -> float:
-    """The hardest braking to count on at the upper bound of friction (m/s2): an assumed better grip delays, and never begins."""
+def can_brake_mps2(view: View, permission: Permission, profile: Profile, *, surely: bool) -> float:
+    """The hardest braking to count on (m/s2), by the upper bound of friction, or `surely` by the lower one, where that is known.
+
+    A lower bound below what an unknown road is taken to give counts as that: a doubt about the grip is no ice.
+    """
     bounds = act_bounds(view, profile)
+    mu = bounds.mu
+    if surely and view.mu_low is not None:
+        mu = min(mu, max(profile.mu_unknown_low, view.mu_low))
     most = min(permission.max_deceleration_mps2, profile.emergency_brake_max_mps2)
-    return min(most, min(profile.brake_max_mps2, bounds.mu * GRAVITY_MPS2) * bounds.envelope)
+    return min(most, min(profile.brake_max_mps2, mu * GRAVITY_MPS2) * bounds.envelope)
 
 
 def is_last_moment(case: Case, permission: Permission, profile: Profile) -> bool:
-    """Whether braking that begins later no longer avoids the impact, by both views: the way to build it up and to end the closing."""
-    can_mps2 = can_brake_mps2(case.reading.view, permission, profile)
+    """Whether braking that begins later no longer avoids the impact, by both views.
+
+    Before the time to a hazard the upper bound of friction alone counts, so that doubt about the grip begins nothing early.
+    """
+    return any(
+        _is_last(case, permission, profile, within_s, surely=surely)
+        for within_s, surely in ((profile.tau_s, False), (profile.tau_hazard_s, True))
+    )
+
+
+def _is_last(case: Case, permission: Permission, profile: Profile, within_s: float, *, surely: bool) -> bool:
+    request, view = case.request, case.reading.view
+    theirs = View(mu_low=request.mu_low, mu_high=request.mu_high, brake_envelope=request.brake_envelope)
+    can_mps2 = max(can_brake_mps2(each, permission, profile, surely=surely) for each in (theirs, view))
     if case.asked is None or case.own is None or can_mps2 <= 0.0:
         return False
-    return all(_way_m(each, can_mps2, profile) >= each.gap_m for each in (case.asked, case.own))
+    pairs = ((case.asked, request.ego_speed_mps), (case.own, view.ego_speed_mps))
+    return all(
+        ego is not None and each.ttc_s is not None and each.ttc_s < within_s and _meets(each, ego, can_mps2, profile)
+        for each, ego in pairs
+    )
 
 
-def _way_m(numbers: Numbers, can_mps2: float, profile: Profile) -> float:
-    """By how much the gap shrinks until the closing has ended, if the braking is asked for now."""
+def _meets(numbers: Numbers, ego_mps: float, can_mps2: float, profile: Profile) -> bool:
+    """Whether the gap is used up by the way to build braking up and to end the closing, or to stop behind a lead that brakes on."""
     closing = max(0.0, numbers.closing_mps)
     late_s = profile.emergency_delay_s + can_mps2 / (2.0 * profile.act_jerk_mps3)
-    return closing * late_s + closing * closing / (2.0 * can_mps2) + profile.emergency_spare_m
+    ways = [closing * late_s + closing * closing / (2.0 * can_mps2)]
+    if (lead_mps2 := -numbers.track.ax_mps2) > 0.0:
+        lead_mps = max(0.0, ego_mps - closing)
+        ways.append(ego_mps * late_s + ego_mps * ego_mps / (2.0 * can_mps2) - lead_mps * lead_mps / (2.0 * lead_mps2))
+    return max(ways) + profile.emergency_spare_m >= numbers.gap_m
 
 
 def _agree(asked: Numbers | None, own: Numbers | None, profile: Profile) -> bool:

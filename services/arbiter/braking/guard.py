@@ -107,14 +107,13 @@ ROWS: tuple[tuple[str, Callable[[Case], bool]], ...] = (
     ("request and own reading disagree on the gap", lambda c: not all(c.seen) or c.own is not None),
 )
 """(what is wrong if it does not hold, whether it holds)."""
-BEGINS = frozenset(
+RSS_ROWS = frozenset(
     {
-        "a routed tool timed out",
-        "the advice is less sure than c_min",
         "no RSS violation in the request at the upper bound of friction",
         "no RSS violation in the arbiter's own reading at the upper bound of friction",
     }
 )
+BEGINS = RSS_ROWS | {"a routed tool timed out", "the advice is less sure than c_min"}
 """Rows that bear on the beginning alone: they do not say that a danger under way is over."""
 
 
@@ -127,6 +126,11 @@ def is_read(c: Case) -> bool:
     """Whether the arbiter's own pictures and ego are fresh, and nothing that sees is degraded."""
     ages = (c.reading.tracks_age_s, c.reading.ego_age_s)
     return all(_young(age, c.profile.act_reading_age_s) for age in ages) and not SEEING & set(c.request.degraded)
+
+
+def emergency_objections(c: Case) -> tuple[str, ...]:
+    """Why the arbiter may not brake hard; empty: it may. RSS is violated at the last moment, with the braking that it counts on."""
+    return tuple(text for text, holds in ROWS if text not in RSS_ROWS and not holds(c))
 
 
 def objections(c: Case) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ RSS and time to collision ease while the car brakes, because it does. What count
 import msgspec
 
 from services.arbiter.assessment.assess import Numbers
-from services.arbiter.braking.act import needed_mps2
 from services.arbiter.braking.guard import Case, is_read, lasting_objections
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import Intervention
@@ -25,11 +24,11 @@ def stands(ego_mps: float | None) -> bool:
 
 
 def lasts(case: Case, running: Intervention, run_ns: int, profile: Profile) -> bool:
-    """Whether the danger is still there: a road user that both views see, closing, and not to be coasted to. Not at standstill."""
+    """Whether the danger is still there: a road user that both views see, and to which the gap closes. Not at standstill."""
     ego_mps = case.reading.view.ego_speed_mps
     if ego_mps is None or stands(ego_mps):
         return False
-    return _closing(case, ego_mps, profile) is not None or _is_before_bumper(case, running, ego_mps, run_ns, profile)
+    return _closing(case) is not None or _is_before_bumper(case, running, ego_mps, run_ns, profile)
 
 
 def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int, profile: Profile) -> Intervention:
@@ -37,7 +36,7 @@ def sighted(running: Intervention, before: Intervention, case: Case, run_ns: int
     ego_mps = case.reading.view.ego_speed_mps
     if running.since_ns is None or ego_mps is None:
         return running
-    if (own := _closing(case, ego_mps, profile)) is not None:
+    if (own := _closing(case)) is not None:
         stood_m = own.gap_m if is_standing(own, ego_mps, profile) else None
         return msgspec.structs.replace(running, stood_m=stood_m, stood_ns=run_ns)
     if before.stood_m is None or before.last_ns is None:
@@ -51,13 +50,10 @@ def is_standing(own: Numbers, ego_mps: float, profile: Profile) -> bool:
     return ego_mps + own.track.vx_mps < profile.stands_mps
 
 
-def _closing(case: Case, ego_mps: float, profile: Profile) -> Numbers | None:
-    """The road user that both views see well, that closes, and that the car does not merely coast to."""
+def _closing(case: Case) -> Numbers | None:
+    """The road user that both views see well, and to which the gap still closes."""
     own = case.own
-    if own is None or lasting_objections(case) or own.track.vx_mps >= 0.0:
-        return None
-    brakes = is_standing(own, ego_mps, profile) or needed_mps2(own, ego_mps, profile) >= profile.act_over_mps2
-    return own if brakes else None
+    return own if own is not None and own.track.vx_mps < 0.0 and not lasting_objections(case) else None
 
 
 def _is_before_bumper(case: Case, running: Intervention, ego_mps: float, run_ns: int, profile: Profile) -> bool:

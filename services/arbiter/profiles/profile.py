@@ -93,7 +93,6 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     act_jerk_mps3: float
     act_duration_s: float
     act_rest_s: float
-    act_over_mps2: float
     act_warned_s: float
     emergency_brake_max_mps2: float
     emergency_delay_s: float

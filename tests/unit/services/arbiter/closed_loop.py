@@ -7,6 +7,7 @@ import msgspec
 
 from domain.kinematics import GRAVITY_MPS2
 from proto.decision import ArbitrationRequest, BrakeCommand, DecisionKind
+from proto.perception import Track
 from services.arbiter.assessment.reading import Pedals
 from services.arbiter.braking.act import Permission
 from services.arbiter.decide import Inputs, decide
@@ -53,6 +54,7 @@ def drive(
     gap_m: float,
     *,
     lead_mps: float = 0.0,
+    lead_mps2: float = 0.0,
     mu: float = 0.8,
     mu_bounds: tuple[float, float] = (0.72, 0.98),
     effect: float = 1.0,
@@ -62,11 +64,16 @@ def drive(
     ticks: int = 150,
     kind: str = "vehicle",
 ) -> list[Moment]:
-    """Approach a road user. `mu` and `effect` (share of the brakes) are the truth, `feet` the driver's by tick."""
+    """Approach a road user, which brakes with `lead_mps2` to a halt.
+
+    `mu` and `effect` (share of the brakes) are the truth, `feet` the driver's by tick.
+    """
     state, brake, speed, gap, found = fresh(CALIBRATED), Brake(), speed_mps, gap_m, list[Moment]()
     for tick in range(ticks):
         now_ns = START_NS + tick * SECOND // 10
         asked = _asked(tick, now_ns, speed, gap, lead_mps, mu_bounds, effect, kind, feet(tick), state, permission)
+        if lead_mps2 > 0.0 and lead_mps > 0.0:
+            asked = _with_braking(asked, -lead_mps2)
         changed = change(tick, asked)
         command, verdict = None, None
         if changed is not None:
@@ -95,6 +102,7 @@ def drive(
             given = min(asked_mps2, mu * GRAVITY_MPS2) * effect
             before, speed = speed, max(0.0, speed - given * STEP_S)
             gap -= ((before + speed) / 2.0 - lead_mps) * STEP_S
+            lead_mps = max(0.0, lead_mps - lead_mps2 * STEP_S)
     return found
 
 
@@ -115,6 +123,21 @@ def _asked(
     inputs = mirror(asked, now_ns=now_ns, state=state, permission=permission)
     reading = msgspec.structs.replace(inputs.reading, pedals=pedals)
     return Asked(asked, msgspec.structs.replace(inputs, reading=reading))
+
+
+def _with_braking(asked: Asked, ax_mps2: float) -> Asked:
+    """The road user braking over ground, in both views."""
+
+    def moved(track: Track) -> Track:
+        return msgspec.structs.replace(track, ax_mps2=ax_mps2)
+
+    reading = asked.inputs.reading
+    view = msgspec.structs.replace(reading.view, actors=tuple(moved(each) for each in reading.view.actors))
+    lead = asked.request.lead
+    return Asked(
+        msgspec.structs.replace(asked.request, lead=moved(lead) if lead is not None else None),
+        msgspec.structs.replace(asked.inputs, reading=msgspec.structs.replace(reading, view=view)),
+    )
 
 
 def impact_mps(moments: list[Moment]) -> float:

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from proto.decision import ArbitrationRequest
 from services.arbiter.decide import decide
 from tests.safety import safety
+from tests.unit.services.arbiter.closed_loop import EMERGENCY
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
     acts,
@@ -183,6 +184,49 @@ def test_less_information_in_danger_never_turns_speak_into_act(way: str, asked: 
     fewer = LESS[way](asked, x)
     if not acts(asked):
         assert not acts(fewer)
+
+
+def _acts_hard(asked: ArbitrationRequest) -> bool:
+    """Whether the arbiter brakes under a grant for emergencies."""
+    return acts(asked, mirror(asked, permission=EMERGENCY))
+
+
+@safety(few=60)
+@given(st.one_of(requests(), critical))
+def test_friction_that_is_not_known_begins_no_emergency(asked: ArbitrationRequest) -> None:
+    if _acts_hard(replace(asked, mu_low=None, mu_high=None)):
+        assert _acts_hard(asked)
+
+
+@safety(few=60)
+@given(st.floats(0.5, 200.0), st.floats(0.1, 60.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0), probability)
+def test_no_friction_brakes_for_what_is_far_away_in_time(
+    gap_m: float, closing_mps: float, mu: float, other_mu: float, h: float
+) -> None:
+    low, high = sorted((mu, other_mu))
+    fields = {"ego_speed_mps": closing_mps + 0.1, "h": h, "mu_high": high}
+    met = request(track(gap_m=gap_m, closing_mps=closing_mps), mu_low=low, **fields)
+    if _acts_hard(met):
+        assert gap_m < CALIBRATED.tau_s * closing_mps
+        known = _acts_hard(replace(met, mu_low=high))
+        assert known or gap_m < CALIBRATED.tau_hazard_s * closing_mps, "a low lower bound alone begins nothing early"
+
+
+@safety(few=60)
+@given(st.one_of(requests(), critical))
+def test_rss_is_violated_at_the_lower_bound_of_friction_wherever_the_arbiter_brakes(asked: ArbitrationRequest) -> None:
+    decision = decide(asked, mirror(asked, permission=EMERGENCY), CALIBRATED).decision
+    if decision.kind == "ACT":
+        assert decision.metrics.rss_viol_low_mu
+
+
+def test_a_doubted_road_user_hides_no_certain_one_from_the_brake() -> None:
+    ghost = track(gap_m=12.0, closing_mps=12.0, track_id=3, kind="pedestrian", confidence=0.3)
+    person = track(gap_m=14.0, closing_mps=12.0, track_id=4, kind="pedestrian")
+    alone = request(None, pedestrian=person)
+    assert _acts_hard(alone)
+    assert _acts_hard(replace(alone, pedestrian=ghost, others=(person,)))
+    assert not _acts_hard(replace(alone, pedestrian=ghost))
 
 
 @safety(few=60)

@@ -275,3 +275,13 @@ def test_confirming_a_person_costs_no_more_than_two_ticks(confidence: float, gap
     if certain is not None:
         assert unsure is not None
         assert unsure <= certain + 2
+
+
+def test_the_arbiter_is_asked_about_all_road_users_in_the_path() -> None:
+    drive = Drive(speed_mps=8.0)
+    tracks = (actor(20.0, 2.0), actor(35.0, 2.0), person(12.0), person(15.0))
+    drive.tracks = tuple(replace(track, track_id=number) for number, track in enumerate(tracks))
+    asked = drive.tick().request
+    assert asked.lead is not None
+    assert asked.pedestrian is not None
+    assert {each.track_id for each in (asked.lead, asked.pedestrian, *asked.others)} == {0, 1, 2, 3}

@@ -20,7 +20,7 @@ speeds = st.floats(12 / 3.6, 60 / 3.6)
 grounds = st.sampled_from(
     [
         {},
-        {"mu": 0.5, "mu_bounds": (0.43, 0.55)},
+        {"mu": 0.5, "mu_bounds": (0.43, 0.82)},
         {"effect": 0.37},
     ]
 )
@@ -82,6 +82,24 @@ def test_braking_ends_when_the_lead_is_no_slower() -> None:
     assert impact_mps(moments) == 0.0
     assert not any(on[-30:])
     assert moments[-1].speed_mps >= 4.0
+
+
+@SOME
+@given(speed_mps=st.floats(30 / 3.6, 60 / 3.6), ground=grounds)
+def test_a_slower_lead_is_not_touched_and_braking_ends_at_its_speed(
+    speed_mps: float, ground: dict[str, object]
+) -> None:
+    lead_mps = 20 / 3.6
+    moments = drive(speed_mps, 6.0 * (speed_mps - lead_mps), lead_mps=lead_mps, **ground)  # type: ignore[arg-type]
+    assert min(each.gap_m for each in moments) > 0.0
+    last = max(tick for tick, on in enumerate(braked(moments)) if on)
+    assert moments[last].speed_mps == pytest.approx(lead_mps, abs=1.0)
+
+
+@SOME
+@given(speed_mps=st.floats(30 / 3.6, 60 / 3.6), lead_mps2=st.floats(1.0, 5.0))
+def test_a_lead_that_brakes_to_a_halt_is_not_hit(speed_mps: float, lead_mps2: float) -> None:
+    assert impact_mps(drive(speed_mps, 40.0, lead_mps=speed_mps, lead_mps2=lead_mps2, ticks=200)) == 0.0
 
 
 def test_braking_ends_when_the_person_has_left_the_path() -> None:
