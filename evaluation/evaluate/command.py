@@ -8,7 +8,9 @@ from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
 
-GUARD = "guard"
+GUARD, POPULATION = "guard", "population"
+ALONE = (GUARD, POPULATION)
+"""Tables of the guard alone, with modelled sensors as a rule."""
 MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
 
@@ -24,10 +26,11 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "table",
-        choices=(*TABLES, "all", GUARD),
+        choices=(*TABLES, "all", *ALONE),
         metavar="TABLE",
         help=", ".join((*TABLES, "all"))
-        + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152",
+        + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152; "
+        f"or {POPULATION}: drivers of four kinds at hazards and on routes",
     )
     parser.add_argument(
         "--seeds", type=whole(1, MOST), help="runs a cell of the table guard (20, rendered 3, with --quick 1)"
@@ -37,8 +40,20 @@ def register(subparsers: Subparsers) -> None:
         action="store_true",
         help="of the table guard: the same runs with a governor by RSS alone and with IDM in the guard's place, thrice the time",
     )
+    parser.add_argument("--windows", type=whole(1, MOST), help="hazards of the table population (16)")
+    parser.add_argument(
+        "--population",
+        choices=("absent", "attentive", "startled", "slow"),
+        action="append",
+        default=[],
+        help="of the table population this kind of drivers alone; more than once",
+    )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
-    parser.add_argument("--km", type=number(0.001, 100_000.0), help="kilometres a row, by the length of the routes")
+    parser.add_argument(
+        "--km",
+        type=number(0.001, 100_000.0),
+        help="kilometres a row, by the length of the routes; of the table population beside the windows",
+    )
     parser.add_argument(
         "--runs-of",
         type=_table_runs,
@@ -60,7 +75,9 @@ def register(subparsers: Subparsers) -> None:
     )
     parser.add_argument("--jobs", type=whole(1, MOST), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
-    parser.add_argument("--sensors", choices=("rendered", "model"), help="rendered; model for the table guard")
+    parser.add_argument(
+        "--sensors", choices=("rendered", "model"), help="rendered; model for the tables guard and population"
+    )
     parser.add_argument(
         "--latencies",
         default="fixed",
@@ -121,14 +138,18 @@ def _method_km(text: str) -> tuple[str, float]:
 
 def command(flags: argparse.Namespace) -> int:
     """Drive, measure, write. Raises UserError where a module is not installed."""
-    flags.sensors = flags.sensors or ("model" if flags.table == GUARD else "rendered")
+    flags.sensors = flags.sensors or ("model" if flags.table in ALONE else "rendered")
     if flags.table != GUARD and flags.seeds is not None:
         raise UserError(f"--seeds: the table {flags.table} has none; --runs says how many runs a row has")
     if flags.table != GUARD and flags.beside:
         raise UserError(f"--beside: the table {flags.table} has no such columns; the table {GUARD} has")
+    if flags.table != POPULATION and (flags.windows is not None or flags.population):
+        raise UserError(f"--windows, --population: the table {flags.table} has none; the table {POPULATION} has")
     try:
         if flags.table == GUARD:
             from evaluation.guard.guard import evaluate_guard as evaluate
+        elif flags.table == POPULATION:
+            from evaluation.population.population import evaluate_population as evaluate
         else:
             from evaluation.evaluate.whole import evaluate  # takes seconds: every other command would wait for it
     except ModuleNotFoundError as error:

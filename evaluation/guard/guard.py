@@ -4,16 +4,14 @@ import argparse
 import hashlib
 import shlex
 import sys
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 
 from app.drive.screen import Screen
-from drivemcp.errors import MALFORMED
+from evaluation.campaign.kept_outcomes import drive_missing, kept
 from evaluation.campaign.machine import commit, cores, machine
-from evaluation.campaign.pool import Job, Pool
 from evaluation.campaign.replacing import write_whole
 from evaluation.guard import table
 from evaluation.guard.beside import BESIDE, VERSION
@@ -40,7 +38,7 @@ def evaluate_guard(flags: argparse.Namespace) -> int:
         for spec in specs_of(place, seeds, flags.sensors, method)
     }
     try:
-        _drive(specs, runs, flags.jobs or cores(), screen)
+        drive_missing(specs, runs, flags.jobs or cores(), screen, run_cell, _named)
     finally:
         cells = cells_of(specs, runs)
         _write(cells, folder, flags)
@@ -79,32 +77,15 @@ def key_of(spec: RunSpec) -> str:
     return hashlib.sha256(run_key(spec).encode() + plan + governor).hexdigest()[:16]
 
 
-def _drive(specs: Mapping[str, RunSpec], runs: Path, jobs: int, screen: Screen) -> None:
-    waiting = [Job(key, spec) for key, spec in specs.items() if kept(runs, key) is None]
-    screen.say(f"{len(specs)} runs, {len(specs) - len(waiting)} of them are there; in {runs}")
-    began_s = time.monotonic()
-    for count, done in enumerate(Pool(str(runs.resolve()), jobs, run_cell).done(waiting), 1):
-        name = f"{specs[done.key].scenario.removeprefix('guard/')}, {specs[done.key].method}"
-        if done.problem:
-            screen.say(f"{name} failed: {done.problem.strip().splitlines()[-1]}")
-        left_s = (time.monotonic() - began_s) / count * (len(waiting) - count)
-        screen.live(f"{count} of {len(waiting)} runs; about {left_s / 60:.1f} min left; last: {name}")
-    screen.end_live()
-
-
-def kept(runs: Path, key: str) -> Outcome | None:
-    """A run's outcome; None: it is not there, or damaged."""
-    try:
-        return msgspec.json.decode((runs / f"{key}.json").read_bytes(), type=Outcome)
-    except (OSError, *MALFORMED):
-        return None
+def _named(spec: RunSpec) -> str:
+    return f"{spec.scenario.removeprefix('guard/')}, {spec.method}"
 
 
 def cells_of(specs: Mapping[str, RunSpec], runs: Path) -> list[table.Cell]:
     """The cells of the runs, in the order of the runs."""
     found: dict[str, dict[str, list[Outcome | None]]] = {}
     for key, spec in specs.items():
-        found.setdefault(spec.scenario, {}).setdefault(spec.method, []).append(kept(runs, key))
+        found.setdefault(spec.scenario, {}).setdefault(spec.method, []).append(kept(runs, key, Outcome))
     return [_cell(place, by_method) for place, by_method in found.items()]
 
 

@@ -1,5 +1,6 @@
 """The simulator service: drives a scenario on the bus; decides nothing."""
 
+import math
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +18,7 @@ from proto import topics
 from proto.decision import BrakeCommand
 from proto.truth import ScenarioState
 from services.simulator.car.command_order import CommandOrder
-from services.simulator.driver.absent import DriverKind
+from services.simulator.driver.kinds import DriverKind
 from services.simulator.lockstep import EPOCH_NS, Conductor
 from services.simulator.realtime import RealTime
 from services.simulator.scenario.load import ScenarioError, load_scenario, read_fault
@@ -38,7 +39,9 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     """The name of a shipped scenario, or the path of a TOML or JSON file."""
     seed: int = 1
     driver: DriverKind = "drawn"
-    """`drawn`: the driver of the seed; `absent`: a driver that does nothing, for tests of what the car does alone."""
+    """`drawn`: the driver of the seed; `absent`: a driver that does nothing; others: see `driver/kinds.py`."""
+    brakes_until_s: float | None = None
+    """From this second on no braking command reaches the car, for what the driver does without them; unset: all do."""
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
     autostart: bool = True
@@ -156,6 +159,7 @@ class Simulator:
             present=present,
             lockstep=config.lockstep,
             driver=config.driver,
+            brakes_until_s=math.inf if config.brakes_until_s is None else config.brakes_until_s,
         )
 
     def _open_studio(self, session: Session, seed: int) -> Studio | None:

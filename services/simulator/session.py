@@ -1,5 +1,6 @@
 """One drive: the world with the car's units and all sensors, step by step, as messages to be published. Knows no bus."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +17,8 @@ from proto.truth import ScenarioState
 from services.simulator.car.braking import FULL_MPS2, decelerate
 from services.simulator.car.car import Car
 from services.simulator.car.state import CarState
-from services.simulator.driver.absent import DriverKind
 from services.simulator.driver.driver import Advice
+from services.simulator.driver.kinds import DriverKind
 from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
 from services.simulator.scenario.plan import Scenario
@@ -98,10 +99,11 @@ class Session:
         present: SensorSet = SensorSet(),
         lockstep: bool = False,
         driver: DriverKind = "drawn",
+        brakes_until_s: float = math.inf,
     ) -> None:
         self.world, self.scenario, self.seed = World(scenario, seed, driver), scenario, seed
         self.seconds, self.epoch_ns, self.bus, self._present = seconds, epoch_ns, bus, present
-        self._lockstep = lockstep
+        self._lockstep, self._brakes_until_s = lockstep, brakes_until_s
         self._noise, self._boxes = measurements.SensorNoise(seed), measurements.StaticBoxes(self.world.static)
         self._encoder, self.ecus = FrameEncoder(dbc), EcuBank()
         self._faults = sorted(scenario.faults, key=lambda fault: fault.at_s)
@@ -130,8 +132,9 @@ class Session:
         )
 
     def brake(self, command: BrakeCommand) -> None:
-        """A braking command arrives."""
-        self._mail.brakes.append(command)
+        """A braking command arrives; from `brakes_until_s` on none does."""
+        if self.world.time_s < self._brakes_until_s:
+            self._mail.brakes.append(command)
 
     def request(self, frames: Sequence[CanFrame], now_ns: int) -> list[CanFrame]:
         """Frames sent on the bus to the units; what they answer at once."""

@@ -11,9 +11,9 @@ from services.simulator.car import tyres
 from services.simulator.car.brake_receiver import Brake, Controls
 from services.simulator.car.braking import Ability, Braked, asked_for, decelerate
 from services.simulator.car.kinematics import FREE, bend_speed_mps
-from services.simulator.driver.absent import DRIVERS, DriverKind
 from services.simulator.driver.driver import Advice, DriverView, pedals
-from services.simulator.driver.profile import draw_driver, understands
+from services.simulator.driver.kinds import DriverKind, new_driver
+from services.simulator.driver.profile import understands
 from services.simulator.driver.road_ahead import RoadAhead
 from services.simulator.environment.scenery import build_parked, build_scenery
 from services.simulator.environment.weather import Weather, WeatherCourse, atmosphere
@@ -86,7 +86,7 @@ class World:
         self.houses = houses(self.static)
         self.gantries = {i: at_start(plan) for i, plan in enumerate(scenario.gantries)}
         self._passed_panels: dict[int, str] = {}
-        self.driver = DRIVERS[driver](draw_driver(seed), self._legal().limit_mps(False))
+        self.driver = new_driver(driver, seed, self._legal().limit_mps(False))
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
         self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0

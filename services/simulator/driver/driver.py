@@ -176,7 +176,7 @@ class Driver:
         if demand > GENTLE_MPS2:
             self._forget("lead", demand > -1.5)
             return demand
-        return demand if self._reacts("lead", view.time_s) else GENTLE_MPS2
+        return demand if self._reacts("lead", view.time_s) else self.profile.unready_mps2
 
     def _for_stop(self, view: DriverView) -> float:
         if view.stop is None:
@@ -198,7 +198,7 @@ class Driver:
 
     def _bounded(self, demand: float, view: DriverView) -> float:
         limit = view.mu * GRAVITY_MPS2
-        return min(max(demand, -limit), limit)
+        return min(max(demand, -limit, -self.profile.brakes_mps2), limit)
 
     # Noticing -------------------------------------------------------------------------------------------------------
 
@@ -206,7 +206,7 @@ class Driver:
         """Whether he has noticed something and his reaction time is over; the first question starts it."""
         if what not in self._noticed_s:
             warned = self._warned_s > time_s - 3.0
-            starts = time_s if warned else self._attention.back_on_the_road_s(time_s)
+            starts = time_s if warned else self._attention.back_on_the_road_s(time_s) + self.profile.glance_s
             self._noticed_s[what] = starts + self.profile.reaction_s * (WARNED_FACTOR if warned else 1.0)
         return time_s >= self._noticed_s[what]
 

@@ -24,6 +24,7 @@ What is drawn, and from where (a, b of a beta; mean, spread of a normal):
 Independent of each other, which is ours too: who drives fast overrides more (Lai and Carsten 2012).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +53,12 @@ class DriverProfile:
     headway_s: float = 1.3
     wet_slowdown: float = 0.97
     """What he makes of a wet road by himself: too little."""
+    unready_mps2: float = -2.5
+    """What he does, at most, about somebody ahead before he has reacted."""
+    brakes_mps2: float = math.inf
+    """How hard he brakes at most."""
+    glance_s: float = 0.0
+    """How long his eyes are still off the road when something unexpected comes, unless he is warned."""
     seed: int = 0
 
 
@@ -78,7 +85,7 @@ class Attention:
     def __init__(self, profile: DriverProfile, horizon_s: float = 3600.0) -> None:
         chance = np.random.default_rng([profile.seed, 22])
         self._episodes: list[tuple[float, float]] = []
-        at = 0.0
+        at = 0.0 if math.isfinite(profile.distracted_every_s) else horizon_s
         while at < horizon_s:
             at += 3.0 + float(chance.exponential(profile.distracted_every_s))
             lasts = float(np.clip(chance.exponential(profile.distracted_for_s), 0.4, 6.0))

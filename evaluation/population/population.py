@@ -1,0 +1,160 @@
+"""`drivemcp evaluate population`: drive the runs that are not there, write the table."""
+
+import argparse
+import hashlib
+import shlex
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+
+from app.drive.screen import Screen
+from evaluation.campaign.kept_outcomes import drive_missing, kept
+from evaluation.campaign.machine import commit, cores, machine
+from evaluation.campaign.plan import TEST_SEED
+from evaluation.campaign.replacing import write_whole
+from evaluation.population import table
+from evaluation.population.outcome import Outcome, name_of, run_driver, window_of
+from evaluation.population.windows import scenario_of, seed_of, windows
+from evaluation.run.behaviour import behaviour
+from evaluation.run.grant import EMERGENCY
+from evaluation.run.spec import RunSpec, Sensors, run_key
+from evaluation.scenarios import FAMILIES, generate
+from services.simulator.driver.kinds import DriverKind
+
+POPULATIONS: tuple[DriverKind, ...] = tuple(each for each in get_args(DriverKind) if each != "drawn")
+WINDOWS = 16
+Runs = Mapping[str, RunSpec]
+
+
+def evaluate_population(flags: argparse.Namespace) -> int:
+    """Drive, write; the exit status: 0 all runs are there, 1 some are missing."""
+    screen, folder = Screen(), Path(flags.out) / "population"
+    runs = folder / "runs"
+    runs.mkdir(parents=True, exist_ok=True)
+    granted = {key_of(spec): spec for spec in specs_of(flags, folder, screen)}
+    jobs = flags.jobs or cores()
+    try:
+        drive_missing(granted, runs, jobs, screen, run_driver, _named)
+        drive_missing(_all_alone(granted, runs), runs, jobs, screen, run_driver, _named)
+    finally:
+        rows = rows_of(granted, runs)
+        _write(rows, folder, flags)
+    missing = sum(row.missing for row in rows)
+    screen.say("; ".join(f"{row.population}, {row.where}: {row.verdict}" for row in rows if row.verdict))
+    sys.stdout.write(f"{folder / 'population.html'}\n")
+    return int(bool(missing))
+
+
+def specs_of(flags: argparse.Namespace, folder: Path, screen: Screen) -> list[RunSpec]:
+    """The runs with the grant: of each population all windows, and all but the absent one so many kilometres of routes."""
+    populations = tuple(flags.population) or POPULATIONS
+    at = _windows(1 if flags.quick else flags.windows or WINDOWS, folder, screen)
+    routes = list(_routes(flags.km, flags.sensors)) if flags.km else []
+    driven = [_driven_by(population, _at_window(*each, flags.sensors)) for each in at for population in populations]
+    return driven + [_driven_by(each, route) for route in routes for each in populations if each != "absent"]
+
+
+def _windows(count: int, folder: Path, screen: Screen) -> list[tuple[str, float]]:
+    """Windows and when they end; found once by behaviour and number, since that takes minutes."""
+    file = folder / f"windows-{count}-{hashlib.sha256(behaviour().encode()).hexdigest()[:8]}.json"
+    found = kept(folder, file.stem, list[tuple[str, float]])
+    if found is None:
+        screen.say(f"looking for {count} windows in which a driver who does nothing hits somebody")
+        found = [(name_of(window), end_s) for window, end_s in windows(count)]
+        write_whole(file, msgspec.json.encode(found))
+    return found
+
+
+def _at_window(name: str, end_s: float, sensors: Sensors) -> RunSpec:
+    window = window_of(name)
+    assert window is not None
+    return RunSpec(scenario=name, seed=seed_of(window.place), seconds=end_s, sensors=sensors)
+
+
+def _routes(km: float, sensors: Sensors) -> Iterator[RunSpec]:
+    driven_km, number = 0.0, 0
+    while driven_km < km:
+        family = FAMILIES[number % len(FAMILIES)]
+        place = number // len(FAMILIES)
+        yield RunSpec(scenario=f"{family}/test/{place}", seed=TEST_SEED + place, sensors=sensors)
+        driven_km += generate(family, place, "test").length_m / 1000.0
+        number += 1
+
+
+def _driven_by(population: DriverKind, spec: RunSpec) -> RunSpec:
+    return msgspec.structs.replace(spec, settings={"simulator": {"driver": population}})
+
+
+def alone(spec: RunSpec, granted: Outcome) -> list[RunSpec]:
+    """For each intervention the same run left without braking commands from its beginning on; of a route only so far as is judged."""
+    whole = window_of(spec.scenario) is not None
+    return [
+        msgspec.structs.replace(
+            spec,
+            seconds=spec.seconds if whole else began_s + table.WITHIN_S,
+            settings={"simulator": {**spec.settings["simulator"], "brakes_until_s": began_s}},
+        )
+        for began_s in granted.interventions
+    ]
+
+
+def _all_alone(granted: Runs, runs: Path) -> dict[str, RunSpec]:
+    there = ((spec, kept(runs, key, Outcome)) for key, spec in granted.items())
+    return {key_of(each): each for spec, found in there if found is not None for each in alone(spec, found)}
+
+
+def key_of(spec: RunSpec) -> str:
+    """16 hex digits of the run, its scenario and its grant."""
+    window = window_of(spec.scenario)
+    plan = msgspec.json.encode([scenario_of(window) if window else None, EMERGENCY], order="deterministic")
+    return hashlib.sha256(run_key(spec).encode() + plan).hexdigest()[:16]
+
+
+def _named(spec: RunSpec) -> str:
+    settings = spec.settings["simulator"]
+    left = f", alone from {settings['brakes_until_s']:.1f} s" if "brakes_until_s" in settings else ""
+    return f"{settings['driver']}, {spec.scenario}{left}"
+
+
+def rows_of(granted: Runs, runs: Path) -> list[table.Row]:
+    """The rows of the runs."""
+    found: dict[tuple[DriverKind, table.Where], list[table.Driven | None]] = {}
+    for key, spec in granted.items():
+        where: table.Where = "windows" if window_of(spec.scenario) is not None else "routes"
+        found.setdefault((spec.settings["simulator"]["driver"], where), []).append(_driven(key, spec, runs))
+    return [
+        table.row_of(*row, [each for each in driven if each is not None], driven.count(None))
+        for row, driven in found.items()
+    ]
+
+
+def _driven(key: str, spec: RunSpec, runs: Path) -> table.Driven | None:
+    """None: the run, or one of those left alone, is not there."""
+    granted = kept(runs, key, Outcome)
+    if granted is None:
+        return None
+    left = [kept(runs, key_of(each), Outcome) for each in alone(spec, granted)]
+    there = tuple(each for each in left if each is not None)
+    return table.Driven(granted=granted, alone=there) if len(there) == len(left) else None
+
+
+def command_line(flags: argparse.Namespace) -> str:
+    """The command, without where it writes."""
+    words = ["drivemcp", "evaluate", "population", "--sensors", flags.sensors]
+    words += ["--quick"] if flags.quick else ["--windows", str(flags.windows or WINDOWS)]
+    words += ["--km", f"{flags.km:g}"] if flags.km else []
+    return shlex.join(words + [word for each in flags.population for word in ("--population", each)])
+
+
+def _write(rows: Sequence[table.Row], folder: Path, flags: argparse.Namespace) -> None:
+    about = {"command": command_line(flags), "sensors": flags.sensors, "commit": commit(), "machine": machine()}
+    markdown = table.rendered(table.MARKDOWN, rows, about)
+    write_whole(folder / "population.json", msgspec.json.format(msgspec.json.encode({**about, "rows": rows})))
+    write_whole(folder / "population.csv", table.as_csv(rows).encode())
+    write_whole(folder / "population.md", markdown.encode())
+    write_whole(folder / "population.html", table.rendered(table.HTML, rows, about).encode())
+    if flags.docs:
+        write_whole(Path(flags.docs), markdown.encode())
