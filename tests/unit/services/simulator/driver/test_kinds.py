@@ -14,7 +14,7 @@ SEEDS = range(1, 200)
 ROAD = DriverView(time_s=0.0, speed_mps=15.0, mu=0.9, wet=False)
 STANDS_NEAR = replace(ROAD, gap_m=20.0, lead_mps=0.0)
 STEPS_OUT = replace(ROAD, person_m=25.0)
-BRAKES = -2.0
+BRAKES = -1.5
 """More than a foot off the pedal (m/s2)."""
 WARNING = Advice(topic="pedestrian", target_mps=None, warns=True)
 
