@@ -15,7 +15,7 @@ SAFETY_EXAMPLES ?= 20000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties stack bench evaluate clean
+.PHONY: help demo install check format test replay properties stack chaos soak bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -24,7 +24,9 @@ help:
 	@echo "make test     all tests but those that make stack runs"
 	@echo "make replay   what the stack decides and sees beside the behaviour lock (ARGS=--update locks anew)"
 	@echo "make properties  the families of safety properties, 20,000 examples each"
-	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), then make properties"
+	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), make chaos, make properties"
+	@echo "make chaos    drives whose processes, network, disk, memory, files and clock fail (CHAOS_SEED=1)"
+	@echo "make soak     memory of each process over a drive of 30 minutes (ARGS='--minutes 15')"
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
@@ -80,6 +82,14 @@ stack: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m stack $(ARGS)
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY)
+
+chaos: $(VENV)/.full
+	@scripts/system-packages $(BIN)/python
+	$(BIN)/pytest -m stack tests/stack/test_chaos.py $(ARGS)
+
+soak: $(VENV)/.full
+	@scripts/system-packages $(BIN)/python
+	$(BIN)/python -m studies soak $(ARGS)
 
 properties: $(VENV)/.full
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY) $(ARGS)

@@ -17,7 +17,7 @@ class LogState(msgspec.Struct, frozen=True, kw_only=True):
     complaint: str = ""
     """What does not verify, or that there is no log."""
     lost: int = 0
-    """Messages that the logger had received and could not write."""
+    """Messages that the logger had received and could not write, as far as it could still tell: its health comes once a second."""
     trouble: str = ""
     """Why the log is not whole: messages were lost, or it was not closed. Empty: it is whole."""
 
@@ -36,6 +36,8 @@ def state_of(logs: Sequence[Path], detail: Mapping[str, str]) -> LogState:
     reports = [verify(log) for log in logs]
     complaint = _complaint(reports)
     lost = max(sum(report.lost for report in reports), _number(detail.get("log_lost", "")))
+    if not reports[-1].closed:
+        lost += _number(detail.get("log_waiting", ""))
     return LogState(
         verified=not complaint,
         complaint=complaint,

@@ -1,7 +1,9 @@
 """The bus: a Zenoh session with explicit endpoints. This is the one module that knows Zenoh."""
 
 import json
+import os
 import re
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +20,7 @@ from drivemcp.errors import BusError
 SHARED_FROM_BYTES = 65536
 """Between processes of one machine larger messages (pictures, point clouds) go through shared memory. The first one makes a
 session keep 16 MB for it, which who sends none this large is spared."""
+LEAST_SHARED_BYTES = 32 << 20
 MOST_BYTES = 32 << 20
 """No message is larger; a larger one is dropped before it is copied, and its transport does not keep its parts."""
 MOST_QUERY_BYTES = 4 << 20
@@ -226,6 +229,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         "transport/link/tx/lease": 1000,
         "transport/link/rx/max_message_size": MOST_BYTES + MOST_HEAD_BYTES + 4096,
         "timestamping/enabled": False,
+        "transport/shared_memory/enabled": shares_memory(),
         "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_FROM_BYTES,
     }
     if config.user:
@@ -238,6 +242,15 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
     for name, value in settings.items():
         result.insert_json5(name, json.dumps(value))
     return result
+
+
+def shares_memory(folder: str = "/dev/shm") -> bool:
+    """Whether there is room for shared memory; where there is none, large messages take the socket as all others do."""
+    try:
+        room = os.statvfs(folder)
+    except OSError:
+        return not sys.platform.startswith("linux")
+    return os.access(folder, os.W_OK) and room.f_bavail * room.f_frsize >= LEAST_SHARED_BYTES
 
 
 _SOURCE_PLACE = re.compile(r" at /\S+\.rs:\d+\.?")

@@ -186,6 +186,7 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
         log=str(log_dir / tally.file) if tally.file else "",
         log_messages=str(tally.messages),
         log_lost=str(tally.lost),
+        log_waiting=str(writer.waiting),
         log_malformed=str(recorder.malformed.total()),
         log_misstamped=str(recorder.misstamped.total()),
         log_mb_per_hour=f"{writer.mb_per_hour():.0f}",

@@ -153,6 +153,12 @@ class LogWriter:
         """Whether the thread lives."""
         return self._thread.is_alive()
 
+    @property
+    def waiting(self) -> int:
+        """Records that are in memory and in no file yet."""
+        with self._lock:
+            return len(self._waiting)
+
     def mb_per_hour(self) -> float:
         """The size that this drive's log takes an hour, from what it took so far."""
         elapsed_s = max(1.0, (time.time_ns() - self._started_ns) / 1e9)

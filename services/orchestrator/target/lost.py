@@ -19,6 +19,8 @@ SURELY_NS = 500_000_000
 RISES_MPS2 = 3.0
 """A bound rises by no more until then: no lead speeds up faster for long."""
 MOST_LOST = 24
+LONGEST_LOOK_NS = 1_000_000_000
+"""A look counts for no longer: what lies between two that are further apart was not seen."""
 
 
 class Asks(NamedTuple):
@@ -44,6 +46,13 @@ def settled(
     silent = (_silent(each, seen.get(each.track_id), now_ns) for each in lost if each.track_id not in asked)
     found = [*asking, *(each for each in silent if each is not None)]
     return tuple(sorted(found, key=lambda each: (each.mps, each.track_id))[:MOST_LOST])
+
+
+def unseen(lost: tuple[Lost, ...], before_ns: int | None, now_ns: int, seeing: bool) -> tuple[Lost, ...]:
+    """The same actors, where the time since the last tick counts only as far as the road was seen: blindness is no evidence."""
+    passed_ns = 0 if before_ns is None else max(0, now_ns - before_ns)
+    blind_ns = passed_ns - (min(passed_ns, LONGEST_LOOK_NS) if seeing else 0)
+    return tuple(replace(each, stamp_ns=each.stamp_ns + blind_ns) for each in lost) if blind_ns else lost
 
 
 def holds_back(lost: Lost, asked: dict[int, Asks]) -> bool:

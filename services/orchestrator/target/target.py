@@ -20,7 +20,7 @@ from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead, surely
 from services.orchestrator.signs.limits import in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
-from services.orchestrator.target.lost import Asks, holds_back, settled
+from services.orchestrator.target.lost import Asks, holds_back, settled, unseen
 from services.orchestrator.world.actors import KNOWN_CONFIDENCE, known, tracks, vehicles
 from services.orchestrator.world.car_faults import UNKNOWN_BRAKES
 from services.orchestrator.world.conditions import UNKNOWN_FOLLOWING_FACTOR, UNKNOWN_SPEED_FACTOR
@@ -133,7 +133,9 @@ def target(state: State) -> Target:
     here = _near_place(state, law)
     actors = (*(_stop(each) for each in people_ahead(state)), *_following(state, headway))
     asked = _asked(actors)
-    lost = settled(state.held.lost, asked, _seen(state), state.now_ns)
+    seen = _seen(state)
+    missed = unseen(state.held.lost, state.held.target_ns, state.now_ns, seen is not None)
+    lost = settled(missed, asked, seen, state.now_ns)
     found = (
         Bound(law.allowed_mps * factor, "law", law.basis, law.confidence, factor),
         *_ahead(state, factor),

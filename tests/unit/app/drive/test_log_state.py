@@ -42,6 +42,16 @@ def test_lost_records_that_no_disk_took_are_counted_from_the_loggers_health(clos
     assert FULL in state.trouble
 
 
+def test_records_that_waited_for_a_full_disk_to_the_end_are_lost(tmp_path: Path, signer: signing.Signer) -> None:
+    detail = {"log_lost": "2", "log_waiting": "40", "log_trouble": FULL}
+    write(tmp_path / "closed.mcap", signer)
+    assert state_of([tmp_path / "closed.mcap"], detail).lost == 2
+    write(tmp_path / "open.mcap", signer, close=False)
+    state = state_of([tmp_path / "open.mcap"], detail)
+    assert (state.lost, state.whole) == (42, False)
+    assert state.trouble.startswith(f"42 messages are missing from it: {FULL}")
+
+
 def test_a_log_whose_writer_stopped_is_not_whole_and_says_why(tmp_path: Path, signer: signing.Signer) -> None:
     write(tmp_path / "t.mcap", signer, close=False)
     state = state_of([tmp_path / "t.mcap"], {"log_trouble": "the writer has stopped"})

@@ -2,7 +2,10 @@
 
 import json
 import sys
+from pathlib import Path
 from subprocess import PIPE, Popen
+
+import pytest
 
 from drivemcp.bus.session import (
     MOST_BYTES,
@@ -12,6 +15,7 @@ from drivemcp.bus.session import (
     Query,
     Reply,
     open_bus,
+    shares_memory,
     wait_settled,
 )
 from drivemcp.config import BusConfig
@@ -93,3 +97,8 @@ def test_arguments_that_are_too_large_count_as_none() -> None:
         bus.get("drivemcp/test/tool", replies.append, timeout_s=10.0, payload=bytes(MOST_QUERY_BYTES + 1))
         assert wait_settled(lambda: len(replies) == 2, 10.0)
     assert asked == [0]
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_shared_memory_takes_room(tmp_path: Path, there: bool) -> None:
+    assert shares_memory(str(tmp_path if there else tmp_path / "absent")) is there

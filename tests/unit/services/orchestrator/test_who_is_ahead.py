@@ -12,7 +12,7 @@ from services.orchestrator.target.lost import RISES_MPS2
 from services.orchestrator.world.actors import FLOOR
 from tests.safety import safety
 from tests.unit.services.orchestrator.judge import arbiter
-from tests.unit.services.orchestrator.support import FEW, Drive, Played, actor, replace
+from tests.unit.services.orchestrator.support import FEW, SECOND, Drive, Played, actor, replace
 
 
 def person(gap_m: float, **fields: object) -> Track:
@@ -47,6 +47,31 @@ def test_an_actor_that_vanishes_lifts_nothing_for_three_seconds(who: Track) -> N
         assert next_mps(drive) == pytest.approx(before_mps)
     drive.ticks(5)
     assert drive.target_mps > before_mps + 1.0
+
+
+@pytest.mark.parametrize("blind_ticks", [1, 40, 100])
+@pytest.mark.parametrize("who", [actor(8.0, 0.0), person(15.0), cyclist(14.0, 1.0)])
+def test_the_time_of_a_blindness_does_not_count(who: Track, blind_ticks: int) -> None:
+    """A perception that comes back sees nothing at first."""
+    drive = behind(who)
+    before_mps = drive.target_mps
+    drive.tracks = None
+    for _ in range(blind_ticks):
+        assert next_mps(drive) <= before_mps + 1e-6
+    drive.tracks = ()
+    for _ in range(28):
+        assert next_mps(drive) == pytest.approx(before_mps)
+    drive.ticks(5)
+    assert drive.target_mps > before_mps + 1.0
+
+
+def test_a_clock_that_leaps_ahead_frees_of_no_actor() -> None:
+    drive = behind(actor(8.0, 0.0))
+    before_mps = drive.target_mps
+    drive.tracks = ()
+    drive.now_ns += 3600 * SECOND
+    for _ in range(19):
+        assert next_mps(drive) <= before_mps + 1e-6
 
 
 def test_an_actor_that_is_seen_beside_the_path_for_half_a_second_is_not_missed() -> None:

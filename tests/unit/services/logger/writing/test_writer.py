@@ -173,9 +173,11 @@ def test_a_full_disk_is_told_once_and_the_log_goes_on_when_there_is_space_again(
     heard.wait(lambda: len(heard.troubles) == 1)
     assert "No space left" in writer.tally.trouble
     assert verify(log_folder.logs(tmp_path)[0]).intact  # no half a flush is left
+    assert writer.waiting == 19
     Disk.full = False
     heard.wait(lambda: len(heard.heads) > 1)
     assert writer.close()
+    assert writer.waiting == 0
     (path,) = log_folder.logs(tmp_path)
     assert verify(path).closed
     assert [logged.sequence for logged in messages(path)] == list(range(20))
