@@ -7,6 +7,7 @@ import msgspec
 
 from drivemcp.paths import data
 from evaluation.run.spec import RunSpec
+from evaluation.run.world import world_of
 from proto.perception import Tracks
 from proto.scene import Fact, Facts
 from proto.truth import Truth
@@ -21,7 +22,6 @@ from services.perception.pipeline import Perception
 from services.perception.weather.camera_weather import WeatherModel
 from services.perception.weather.watch import WeatherWatch
 from services.simulator.environment.weather import WeatherCourse, atmosphere
-from services.simulator.scenario.load import load_scenario
 from services.simulator.sensors import measurements
 from services.simulator.session import CAMERAS
 from studies.modelled_sensors.recording import Recording
@@ -31,10 +31,10 @@ SETTLE_NS, SURROUNDINGS_NS = 100_000_000, 1_000_000_000
 
 
 def name_of(path: Path) -> DriveName:
-    """The drive that a kept file holds, from its name: SCENARIO-SEED-SECONDS[-cut-ins].msgpack."""
+    """The drive that a kept file holds, from its name: SCENARIO-SEED-SECONDS[-cut-ins].msgpack, a place's slashes as underscores."""
     stem, cut_ins = path.stem.removesuffix("-cut-ins"), path.stem.endswith("-cut-ins")
     scenario, seed, seconds = stem.rsplit("-", 2)
-    return DriveName(scenario=scenario, seed=int(seed), seconds=float(seconds), cut_ins=cut_ins)
+    return DriveName(scenario=scenario.replace("_", "/"), seed=int(seed), seconds=float(seconds), cut_ins=cut_ins)
 
 
 class Onlooker:
@@ -109,15 +109,15 @@ def see_again(path: Path) -> Recording:
     """The recording of a kept drive. Rain and darkness are the scenario's where the drive was kept before truth told them."""
     name = name_of(path)
     told = Recording(spec=RunSpec(scenario=name.scenario, seed=name.seed, seconds=name.seconds))
-    onlooker, complete = Onlooker(told), _weather_of(name)
+    onlooker, complete = Onlooker(told), _weather_of(told.spec)
     for step in recording(name, path.parent):
         told.truths.append((step.stamp_ns, complete(step.truth)))
         onlooker.step(step)
     return told
 
 
-def _weather_of(name: DriveName) -> Callable[[Truth], Truth]:
-    plan = load_scenario(data(f"scenarios/{name.scenario}.toml"))
+def _weather_of(spec: RunSpec) -> Callable[[Truth], Truth]:
+    plan, _ = world_of(spec)
     course = WeatherCourse(plan.weather)
 
     def complete(truth: Truth) -> Truth:

@@ -32,9 +32,10 @@ def main() -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    known = sorted(path.stem for path in data("scenarios").glob("*.toml"))
     parser = argparse.ArgumentParser(prog="python -m studies tracking", description=__doc__)
-    parser.add_argument("--scenario", nargs="+", choices=known, default=["urb-rain"])
+    parser.add_argument(
+        "--scenario", nargs="+", default=["urb-rain"], help="by name, or a place: urb-rain/calibration/0"
+    )
     parser.add_argument("--seed", nargs="+", type=int, default=[1])
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--cut-ins", action="store_true", help="cars of the next lane are told to change into ours")

@@ -15,10 +15,11 @@ import numpy as np
 
 from drivemcp.errors import MALFORMED, UserError
 from drivemcp.paths import data
+from evaluation.run.spec import RunSpec
+from evaluation.run.world import world_of
 from proto.sensors import CameraFrame, LidarSweep, MapView
 from proto.truth import Truth
 from proto.vehicle import Ego
-from services.simulator.scenario.load import load_scenario
 from services.simulator.scenario.plan import Scenario
 from services.simulator.session import CAMERAS, Batch, Session, Shot
 from studies.tracking.cut_ins import CutIns
@@ -48,7 +49,8 @@ class Step(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class DriveName(msgspec.Struct, frozen=True, kw_only=True):
-    """Which drive: the same name gives the same drive. `cut_ins`: cars of the next lane are told to change into ours."""
+    """Which drive: the same name gives the same drive. `scenario`: by name, or a generated place (family/split/number).
+    `cut_ins`: cars of the next lane are told to change into ours."""
 
     scenario: str
     seed: int
@@ -58,7 +60,7 @@ class DriveName(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def file(self) -> str:
         """Under which it is kept."""
-        return f"{self.scenario}-{self.seed}-{self.seconds:g}{'-cut-ins' if self.cut_ins else ''}.msgpack"
+        return f"{self.scenario.replace('/', '_')}-{self.seed}-{self.seconds:g}{'-cut-ins' if self.cut_ins else ''}.msgpack"
 
 
 def recording(name: DriveName, keep: Path | None = None) -> list[Step]:
@@ -87,8 +89,8 @@ def _read(path: Path) -> list[Step]:
 
 def record(name: DriveName) -> list[Step]:
     """Drive and render. Raises ScenarioError, and RendererUnavailable where there is no OpenGL."""
-    plan = load_scenario(data(f"scenarios/{name.scenario}.toml"))
-    return drive_of(plan, name.seed, name.seconds, cut_ins=name.cut_ins)
+    plan, seed = world_of(RunSpec(scenario=name.scenario, seed=name.seed))
+    return drive_of(plan, seed, name.seconds, cut_ins=name.cut_ins)
 
 
 def drive_of(plan: Scenario, seed: int, seconds: float, *, cut_ins: bool = False) -> list[Step]:
