@@ -15,7 +15,7 @@ SAFETY_EXAMPLES ?= 20000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties stack chaos soak bench evaluate clean
+.PHONY: help demo install check format test replay properties stack chaos soak mutation bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -27,6 +27,7 @@ help:
 	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), make chaos, make properties"
 	@echo "make chaos    drives whose processes, network, disk, memory, files and clock fail (CHAOS_SEED=1)"
 	@echo "make soak     memory of each process over a drive of 30 minutes (ARGS='--minutes 15')"
+	@echo "make mutation what no test of the arbiter tells from a changed arbiter, all mutants (ARGS='--sample 30 --seed 7')"
 	@echo "make bench    ours beside what one would pick instead, in one run"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
@@ -94,6 +95,9 @@ soak: $(VENV)/.full
 properties: $(VENV)/.full
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY) $(ARGS)
 
+mutation: $(VENV)/.full
+	CI=1 PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python scripts/mutation.py $(ARGS)
+
 bench: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/python -m benchmarks $(ARGS)
@@ -103,4 +107,4 @@ evaluate: $(VENV)/.full
 	$(BIN)/drivemcp evaluate $(or $(ARGS),all)
 
 clean:
-	rm -rf $(VENV) .venv-peers .venv-langgraph build dist out .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .venv-peers .venv-langgraph build dist out .mypy_cache .ruff_cache .hypothesis mutants

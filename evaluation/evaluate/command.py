@@ -48,6 +48,11 @@ def register(subparsers: Subparsers) -> None:
         default=[],
         help="of the table population this kind of drivers alone; more than once",
     )
+    parser.add_argument(
+        "--by",
+        choices=("delta", "ablation"),
+        help="of the table population each row of that table, with an absent driver, where the arbiter acts",
+    )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument(
         "--km",
@@ -143,8 +148,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--seeds: the table {flags.table} has none; --runs says how many runs a row has")
     if flags.table != GUARD and flags.beside:
         raise UserError(f"--beside: the table {flags.table} has no such columns; the table {GUARD} has")
-    if flags.table != POPULATION and (flags.windows is not None or flags.population):
-        raise UserError(f"--windows, --population: the table {flags.table} has none; the table {POPULATION} has")
+    if flags.table != POPULATION and (flags.windows is not None or flags.population or flags.by):
+        raise UserError(f"--windows, --population, --by: the table {flags.table} has none; the table {POPULATION} has")
     try:
         if flags.table == GUARD:
             from evaluation.guard.guard import evaluate_guard as evaluate

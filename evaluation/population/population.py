@@ -6,7 +6,7 @@ import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import get_args
+from typing import Literal, get_args
 
 import msgspec
 
@@ -14,6 +14,7 @@ from app.drive.screen import Screen
 from evaluation.campaign.kept_outcomes import drive_missing, kept
 from evaluation.campaign.machine import commit, cores, machine
 from evaluation.campaign.plan import TEST_SEED
+from evaluation.campaign.plan import rows_of as rows_of_table
 from evaluation.campaign.replacing import write_whole
 from evaluation.population import table
 from evaluation.population.outcome import Outcome, name_of, run_driver, window_of
@@ -43,18 +44,39 @@ def evaluate_population(flags: argparse.Namespace) -> int:
         rows = rows_of(granted, runs)
         _write(rows, folder, flags)
     missing = sum(row.missing for row in rows)
-    screen.say("; ".join(f"{row.population}, {row.where}: {row.verdict}" for row in rows if row.verdict))
+    screen.say("; ".join(f"{row.population}, {row.method}, {row.where}: {row.verdict}" for row in rows if row.verdict))
     sys.stdout.write(f"{folder / 'population.html'}\n")
     return int(bool(missing))
 
 
 def specs_of(flags: argparse.Namespace, folder: Path, screen: Screen) -> list[RunSpec]:
     """The runs with the grant: of each population all windows, and all but the absent one so many kilometres of routes."""
-    populations = tuple(flags.population) or POPULATIONS
+    populations = tuple(flags.population) or (("absent",) if flags.by else POPULATIONS)
     at = _windows(1 if flags.quick else flags.windows or WINDOWS, folder, screen)
-    routes = list(_routes(flags.km, flags.sensors)) if flags.km else []
-    driven = [_driven_by(population, _at_window(*each, flags.sensors)) for each in at for population in populations]
-    return driven + [_driven_by(each, route) for route in routes for each in populations if each != "absent"]
+    places = [_at_window(*each, flags.sensors) for each in at]
+    places += _routes(flags.km, flags.sensors) if flags.km else []
+    return [
+        _driven_by(population, spec)
+        for place in places
+        for spec in (_by_rows(flags.by, place) if flags.by else [place])
+        for population in populations
+        if population != "absent" or window_of(place.scenario) is not None
+    ]
+
+
+def _by_rows(name: Literal["delta", "ablation"], place: RunSpec) -> list[RunSpec]:
+    """The place's run by each row of a table; feedback over runs needs drives one after another, and is left out."""
+    rows = [row for row in rows_of_table(name, place.sensors) if not row.adapts]
+    return [
+        msgspec.structs.replace(
+            row.spec, scenario=place.scenario, seed=place.seed, seconds=place.seconds, method=_label(name, row.label)
+        )
+        for row in rows
+    ]
+
+
+def _label(name: str, row: str) -> str:
+    return f"Delta {row}" if name == "delta" else row
 
 
 def _windows(count: int, folder: Path, screen: Screen) -> list[tuple[str, float]]:
@@ -85,7 +107,7 @@ def _routes(km: float, sensors: Sensors) -> Iterator[RunSpec]:
 
 
 def _driven_by(population: DriverKind, spec: RunSpec) -> RunSpec:
-    return msgspec.structs.replace(spec, settings={"simulator": {"driver": population}})
+    return msgspec.structs.replace(spec, settings={**spec.settings, "simulator": {"driver": population}})
 
 
 def alone(spec: RunSpec, granted: Outcome) -> list[RunSpec]:
@@ -95,7 +117,7 @@ def alone(spec: RunSpec, granted: Outcome) -> list[RunSpec]:
         msgspec.structs.replace(
             spec,
             seconds=spec.seconds if whole else began_s + table.WITHIN_S,
-            settings={"simulator": {**spec.settings["simulator"], "brakes_until_s": began_s}},
+            settings={**spec.settings, "simulator": {**spec.settings["simulator"], "brakes_until_s": began_s}},
         )
         for began_s in granted.interventions
     ]
@@ -116,15 +138,16 @@ def key_of(spec: RunSpec) -> str:
 def _named(spec: RunSpec) -> str:
     settings = spec.settings["simulator"]
     left = f", alone from {settings['brakes_until_s']:.1f} s" if "brakes_until_s" in settings else ""
-    return f"{settings['driver']}, {spec.scenario}{left}"
+    return f"{settings['driver']}, {spec.method}, {spec.scenario}{left}"
 
 
 def rows_of(granted: Runs, runs: Path) -> list[table.Row]:
     """The rows of the runs."""
-    found: dict[tuple[DriverKind, table.Where], list[table.Driven | None]] = {}
+    found: dict[tuple[DriverKind, str, table.Where], list[table.Driven | None]] = {}
     for key, spec in granted.items():
         where: table.Where = "windows" if window_of(spec.scenario) is not None else "routes"
-        found.setdefault((spec.settings["simulator"]["driver"], where), []).append(_driven(key, spec, runs))
+        row = spec.settings["simulator"]["driver"], spec.method, where
+        found.setdefault(row, []).append(_driven(key, spec, runs))
     return [
         table.row_of(*row, [each for each in driven if each is not None], driven.count(None))
         for row, driven in found.items()
@@ -146,6 +169,7 @@ def command_line(flags: argparse.Namespace) -> str:
     words = ["drivemcp", "evaluate", "population", "--sensors", flags.sensors]
     words += ["--quick"] if flags.quick else ["--windows", str(flags.windows or WINDOWS)]
     words += ["--km", f"{flags.km:g}"] if flags.km else []
+    words += ["--by", flags.by] if flags.by else []
     return shlex.join(words + [word for each in flags.population for word in ("--population", each)])
 
 

@@ -31,6 +31,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     """A population at windows or on routes. Speeds in km/h; None: nothing of the kind happened."""
 
     population: DriverKind
+    method: str
     where: Where
     runs: int
     missing: int
@@ -58,7 +59,7 @@ def is_needed(started_s: float, alone: Outcome) -> bool:
     return any(started_s <= each.time_s <= started_s + WITHIN_S for each in _ahead(alone))
 
 
-def row_of(population: DriverKind, where: Where, driven: Sequence[Driven], missing: int) -> Row:
+def row_of(population: DriverKind, method: str, where: Where, driven: Sequence[Driven], missing: int) -> Row:
     """The row of its runs."""
     hit = [bool(_ahead(each.granted)) for each in driven]
     alone = [_alone(each) for each in driven] if where == "windows" else []
@@ -68,6 +69,7 @@ def row_of(population: DriverKind, where: Where, driven: Sequence[Driven], missi
     rate = poisson_ci(judged.count(False), km, per=1000.0) if where == "routes" else None
     row = Row(
         population=population,
+        method=method,
         where=where,
         runs=len(driven),
         missing=missing,
@@ -123,8 +125,8 @@ def verdict(row: Row, avoided: int) -> str:
 
 
 TITLES = (
-    "driver", "at", "runs", "missing", "km", "hit alone", "hit with grant", "contact alone, mean km/h", "with grant", "hit from behind",
-    "interventions", "needed", "not needed per 1,000 km", "low", "high", "verdict",
+    "driver", "method", "at", "runs", "missing", "km", "hit alone", "hit with grant", "contact alone, mean km/h", "with grant",
+    "hit from behind", "interventions", "needed", "not needed per 1,000 km", "low", "high", "verdict",
 )  # fmt: skip
 
 

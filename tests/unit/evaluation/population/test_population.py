@@ -1,17 +1,21 @@
 """The table of populations: its windows, how outcomes are read, what was needed, and what holds."""
 
 import json
+from argparse import Namespace
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from app.drive.screen import Screen
 from drivemcp.cli import run
+from evaluation.campaign.plan import DELTAS, RENDERED_ONLY
 from evaluation.population import population, table
 from evaluation.population.outcome import Contact, Outcome, name_of, outcome, run_driver, window_of
 from evaluation.population.table import Driven
 from evaluation.population.windows import Window, scenario_of, seed_of, windows
+from evaluation.run.methods import ABLATIONS
 from evaluation.run.spec import RunSpec
 from evaluation.scenarios import Place
 from proto.truth import TrueActor, Truth
@@ -53,7 +57,7 @@ def driven(granted: tuple[Contact, ...], alone: tuple[Contact, ...] | None, bega
 
 
 def row(kind: DriverKind, where: table.Where, *runs: Driven) -> table.Row:
-    return table.row_of(kind, where, runs, 0)
+    return table.row_of(kind, "DriveMCP", where, runs, 0)
 
 
 def test_in_every_window_a_driver_who_does_nothing_hits_somebody_before_its_end() -> None:
@@ -127,6 +131,19 @@ def test_on_routes_what_was_not_needed_is_told_by_distance() -> None:
     assert found.unneeded_low < 250.0 < found.unneeded_high
 
 
+def test_rows_of_a_table_are_driven_with_an_absent_driver_where_the_arbiter_acts(tmp_path: Path) -> None:
+    flags = Namespace(population=[], by="delta", windows=1, quick=False, km=None, sensors="model")
+    specs = population.specs_of(flags, tmp_path, Screen())
+    assert {spec.settings["simulator"]["driver"] for spec in specs} == {"absent"}
+    assert [spec.settings["arbiter"]["delta"] for spec in specs] == list(DELTAS)
+    assert len({population.key_of(spec) for spec in specs}) == len(DELTAS)
+    assert [spec.method for spec in specs] == [f"Delta {delta:g}" for delta in DELTAS]
+    (left,) = population.alone(specs[0], Outcome(km=0.1, interventions=(5.0,)))
+    assert left.settings["arbiter"]["delta"] == DELTAS[0]
+    ablated = population.specs_of(Namespace(**{**vars(flags), "by": "ablation"}), tmp_path, Screen())
+    assert {spec.method for spec in ablated} == set(ABLATIONS) - set(RENDERED_ONLY)
+
+
 def spec_of(kind: DriverKind, **settings: Any) -> RunSpec:
     return RunSpec(
         scenario=name_of(WINDOW), seed=seed_of(WINDOW.place), seconds=LONG_S, sensors="model",
@@ -162,6 +179,6 @@ def test_the_table_is_written_from_runs_that_are_there(tmp_path: Path) -> None:
     assert run(["evaluate", "population", "--quick", "--out", str(tmp_path), "--docs", str(page)]) == 0
     told = json.loads((out / "population.json").read_text())
     assert [each["verdict"] for each in told["rows"]] == ["holds"] * len(population.POPULATIONS)
-    assert "| absent | windows | 1 |" in page.read_text()
+    assert "| absent | DriveMCP | windows | 1 |" in page.read_text()
     assert (out / "population.html").is_file()
     assert (out / "population.csv").read_text().count("\n") == len(told["rows"]) + 1
