@@ -1,16 +1,23 @@
-"""The arbiter's own reading of the ego's speed: a leap is no speed."""
+"""The arbiter's own reading: who is in the way, pedals, friction, and the ego's speed, of which a leap is none."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from domain.ego_speed import CHANGE_MPS2, JITTER_MPS, MOST_MPS
-from proto.vehicle import Ego
-from services.arbiter.assessment.reading import Latest, believed, read
+from proto.perception import Track, Tracks
+from proto.vehicle import Degradation, Ego
+from proto.weather import Conditions
+from services.arbiter.assessment.assess import View
+from services.arbiter.assessment.reading import Latest, Pedals, believed, in_path, read
 from tests.safety import safety
 
 SECOND = 1_000_000_000
 AGE_S = 0.25
+WET = Conditions(
+    precipitation="rain", rain_mm_h=4.0, visibility_m=None, mu_low=0.3, mu_high=0.6, risk_level="high", speed_factor=0.9,
+    following_factor=1.5, confidence=0.9,
+)  # fmt: skip
 
 
 def told(speed_mps: float | None, at_ns: int, before: Latest | None = None) -> Latest:
@@ -50,3 +57,50 @@ def test_without_a_speed_none_is_read_and_a_clock_set_back_forgets() -> None:
     assert speed_mps(told(None, 3600 * SECOND + 1, first), 3600 * SECOND + 1) is None
     back = replace(first, ego=(Ego(speed_mps=30.0), SECOND), speed=believed(first, 3600 * SECOND))
     assert speed_mps(back, SECOND) == 30.0
+
+
+def seen(*actors: Track, lead_track_id: int | None = None) -> Tracks:
+    return Tracks(camera="front", frame=1, tracks=actors, lead_track_id=lead_track_id)
+
+
+def test_each_pedal_and_the_wheel_are_read_as_they_are() -> None:
+    ego = Ego(speed_mps=10.0, brake_pedal=0.1, accelerator_pedal=0.2, steering_angle_rad=-0.3)
+    assert read(Latest(ego=(ego, SECOND)), SECOND, AGE_S).pedals == Pedals(
+        brake=0.1, accelerator=0.2, steering_rad=-0.3
+    )
+    stale_ns = SECOND + int(AGE_S * 1e9) + SECOND // 100
+    assert read(Latest(ego=(ego, SECOND)), stale_ns, AGE_S).pedals == Pedals()
+    assert read(Latest(), SECOND, AGE_S).pedals == Pedals()
+
+
+def test_friction_and_health_stay_as_last_read_and_tracks_do_not() -> None:
+    lead, aside = (
+        Track(track_id=number, kind="vehicle", x_m=20.0, y_m=0.0, vx_mps=0.0, vy_mps=0.0, in_ego_path=number == 1)
+        for number in (1, 2)
+    )
+    latest = Latest(
+        tracks=(seen(lead, aside, replace(aside, track_id=3, x_m=10.0), replace(lead, track_id=4, x_m=-3.0)), SECOND),
+        conditions=(WET, SECOND),
+        degradation=(Degradation(h=0.4, brake_envelope=0.7), SECOND),
+    )  # fmt: skip
+    now = read(latest, SECOND + SECOND // 10, AGE_S)
+    assert [track.track_id for track in now.view.actors] == [1]
+    assert [track.track_id for track in now.neighbours] == [3, 4]
+    assert now.lateral_neighbours_known
+    assert now.tracks_age_s == 0.1
+    assert now.ego_age_s is None
+    later = read(latest, 100 * SECOND, AGE_S)
+    assert (later.view.actors, later.neighbours, later.lateral_neighbours_known) == ((), (), False)
+    for reading in (now, later):
+        assert (reading.view.h, reading.view.brake_envelope) == (0.4, 0.7)
+        assert (reading.view.mu_low, reading.view.mu_high, reading.view.following_factor) == (0.3, 0.6, 1.5)
+    empty = read(Latest(), SECOND, AGE_S).view
+    assert empty == View()
+
+
+def test_the_lead_that_perception_names_is_in_the_way_wherever_its_lane_is() -> None:
+    named = Track(track_id=9, kind="vehicle", x_m=20.0, y_m=2.0, vx_mps=0.0, vy_mps=0.0, in_ego_path=False)
+    assert in_path(seen(named, lead_track_id=9)) == (named,)
+    assert in_path(seen(named)) == ()
+    assert in_path(seen(replace(named, x_m=0.0), lead_track_id=9)) == ()
+    assert in_path(None) == ()
