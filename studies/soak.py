@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -17,11 +17,16 @@ from app.drive.stack import Stack, StackPlan, folder_for
 from drivemcp.errors import DriveMcpError
 from drivemcp.numbers import number
 from evaluation.tables.columns import Column
+from proto import topics
 from studies.output import Sheet, add_json, show
 
 GOAL_MB_PER_HOUR = 5.0
 SETTLES_MIN = 10.0
 """Caches and pools fill until then; of a shorter drive a third counts as this."""
+
+
+LAP_S = 240.0
+"""After so long the scenario begins again: its road ends."""
 
 
 class Sample(msgspec.Struct, frozen=True, kw_only=True):
@@ -73,19 +78,20 @@ def sampled(pid: int, at_s: float) -> Sample:
     )  # fmt: skip
 
 
-def soak(
-    folder: Path, seconds: float, every_s: float, settings: Mapping[str, dict[str, object]]
-) -> dict[str, list[Sample]]:
+def soak(folder: Path, seconds: float, every_s: float) -> dict[str, list[Sample]]:
     """Drive for so long; samples by process. Raises DriveMcpError where the stack does not start or a process was restarted."""
-    drive = {"scenario": "urb-rain", "seed": 1, "seconds": seconds + 600.0, "autostart": True}
-    plan = StackPlan(folder=str(folder), settings={"simulator": drive, **settings})
+    drive = {"scenario": "urb-rain", "seed": 1, "seconds": LAP_S, "autostart": True}
+    plan = StackPlan(folder=str(folder), settings={"simulator": drive})
     found: dict[str, list[Sample]] = defaultdict(list)
     pause = threading.Event()
     with Stack(plan, lambda text: None) as stack:
-        stack.start()
+        node = stack.start()
+        node.subscribe(topics.SCENARIO)
         stack.wait_for_source()
         begun_s = time.monotonic()
         while (at_s := time.monotonic() - begun_s) < seconds:
+            if (state := node.latest(topics.SCENARIO)) is not None and state.message.finished:
+                node.call("start_scenario", {}, deadline_ms=5000.0)
             for child in stack.supervisor.children:
                 if (pid := child.pid) is not None:
                     try:
@@ -110,7 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
     flags = parser.parse_args(arguments)
     folder, seconds = Path(folder_for("soak", flags.out)), flags.minutes * 60.0
     try:
-        found = soak(folder, seconds, flags.every, {})
+        found = soak(folder, seconds, flags.every)
     except DriveMcpError as error:
         sys.stderr.write(f"{error}\n")
         return 1

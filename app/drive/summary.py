@@ -58,6 +58,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     log_verified: bool | None = None
     log_lost: int = 0
     """Messages that are missing from the log."""
+    log_missed: int = 0
+    """Messages that never reached the logger, as far as the numbers of those that did tell: a network that was cut, a full queue."""
     log_trouble: str = ""
     """Why the log is not whole; empty: it is."""
     field_of_view: str = ""
@@ -223,6 +225,7 @@ class Tally:
             log=log,
             log_verified=verified,
             log_lost=lost,
+            log_missed=sum(topic.lost for topic in self.health["logger"].topics) if "logger" in self.health else 0,
             log_trouble=trouble,
             field_of_view=self.detail("perception", "field_of_view_front", ""),
             restarts=restarts or {},

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import signal
 import sys
 import threading
@@ -18,6 +19,9 @@ from drivemcp.runtime.folder_watch import Watch
 from drivemcp.runtime.parent import end_with_parent
 
 LOOK_S = 1.0
+THREADS = "(rx: (worker_threads: 16))"
+"""Zenoh closes a link with a linger of 10 s, which holds a thread where the other side is cut off: with fewer threads than members the
+router stands still for tens of seconds after the network is back."""
 
 
 def access_settings(access_file: str, credentials_file: str) -> dict[str, object]:
@@ -46,6 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     flags = parser.parse_args(arguments)
     deny_others()
+    os.environ.setdefault("ZENOH_RUNTIME", THREADS)
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())

@@ -17,6 +17,10 @@ IDLE_START_S = 10.0
 """From the command to the 30th tick, on an idle machine with two cores."""
 
 
+TELLS_NOTHING = frozenset({"arbiter", "gateway", "logger", "retrieval"})
+"""Services from which no target comes: without them it may rise as it would have."""
+
+
 class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     """What one disturbance came to."""
 
@@ -27,7 +31,7 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     back_s: float | None
     """From its beginning until advice lacks no more than it did before; None: not within the time that was watched."""
     rise_mps: float
-    """By how much the target was above all targets before, while something was missing."""
+    """By how much the target was above all targets before, while information was missing."""
 
     def line(self) -> str:
         """As a person reads it."""
@@ -47,12 +51,14 @@ def judge(what: str, seen: Sequence[Seen], from_s: float, to_s: float, until_s: 
     return Verdict(
         what=what, lasted_s=to_s - from_s, silent_s=max(b - a for a, b in pairwise(instants)),
         back_s=whole.at_s - from_s if whole is not None else None,
-        rise_mps=max((_rise(each, before) for each in missing if set(each.degraded) - usual), default=0.0),
+        rise_mps=max(
+            (_rise(each, before) for each in missing if set(each.degraded) - usual - TELLS_NOTHING), default=0.0
+        ),
     )  # fmt: skip
 
 
 def _rise(seen: Seen, before: Sequence[Seen]) -> float:
-    """Above what was advised, and above the law that really holds: what was known to come is no rise."""
+    """Above what was advised before; no target is no rise."""
     most = max((each.target_mps for each in before if each.target_mps is not None), default=None)
     if most is None or seen.target_mps is None:
         return 0.0

@@ -6,6 +6,7 @@ import pytest
 from app.drive.summary import Tally, percentile, percentiles
 from app.drive.words import live_line, summary_lines
 from proto.decision import Advisory
+from proto.health import ServiceHealth, TopicHealth
 from proto.rules import LegalLimit
 from proto.tools import CallRecord, CallRecords
 from proto.truth import ScenarioState, Truth
@@ -155,3 +156,13 @@ def test_a_percentile_is_the_least_value_that_so_large_a_share_does_not_exceed(c
     values = list(range(count, 0, -1))
     assert (percentile(values, 0.5), percentile(values, 0.99), percentile(values, 1.0)) == (p50, p99, count)
     assert percentile(values, 0.0) == 1
+
+
+def test_what_did_not_reach_the_logger_is_told_by_its_own_count() -> None:
+    tally = Tally()
+    for service, lost in (("logger", 3), ("logger", 5), ("can", 70)):
+        topic = TopicHealth(topic="can/ego", alive=True, on_rate=True, valid=True, lost=lost)
+        tally.add_health(ServiceHealth(service=service, pid=1, uptime_s=1.0, rss_mb=1.0, topics=(topic, topic)))
+    assert tally.summary().log_missed == 10
+    assert "10 messages did not reach the logger" in "\n".join(summary_lines(tally.summary()))
+    assert Tally().summary().log_missed == 0
