@@ -1,5 +1,7 @@
 """Feedback moves Delta and c_min within bounds, and wears off."""
 
+import json
+import math
 from pathlib import Path
 
 import pytest
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 
 from proto.decision import Feedback
 from services.arbiter.memory import store
-from services.arbiter.memory.adapt import STEPS, learn, relax
+from services.arbiter.memory.adapt import STEPS, is_within_bounds, learn, relax, within_bounds
 from services.arbiter.state import Adapted, Owed
 from tests.unit.services.arbiter.support import CALIBRATED, PAPER, SECOND
 
@@ -98,3 +100,53 @@ def test_what_was_braked_outlives_a_restart_and_another_profile(tmp_path: Path) 
     store.save(file, Adapted(delta=0.1, c_min=0.6), CALIBRATED, owed)
     assert store.load_owed(file) == owed
     assert store.load_owed(tmp_path / "absent.json") == Owed()
+
+
+def test_each_label_moves_by_its_own_steps() -> None:
+    def moved(label: str) -> tuple[float, float]:
+        after = learn(START, (Feedback(label=label),), CALIBRATED)  # type: ignore[arg-type]
+        return after.delta - START.delta, after.c_min - START.c_min
+
+    late, wrong = CALIBRATED.k_late, CALIBRATED.k_fp
+    assert moved("late_warning") == pytest.approx((-late, 0.0))
+    assert moved("false_positive") == moved("override") == pytest.approx((0.0, wrong))
+    assert moved("annoying") == pytest.approx((0.0, wrong / 2.0))
+    assert moved("helpful") == (0.0, 0.0)
+
+
+def test_values_relax_from_the_first_look_on_and_by_no_clock_that_goes_back() -> None:
+    begun = relax(Adapted(delta=0.1, c_min=0.7), 5 * SECOND, CALIBRATED)
+    assert begun == Adapted(delta=0.1, c_min=0.7, updated_ns=5 * SECOND)
+    assert relax(begun, 4 * SECOND, CALIBRATED) == begun
+    assert relax(begun, 5 * SECOND, CALIBRATED) == begun
+    kept = math.exp(-100.0 / CALIBRATED.relax_s)
+    later = relax(begun, 105 * SECOND, CALIBRATED)
+    assert later.delta == pytest.approx(CALIBRATED.delta + (0.1 - CALIBRATED.delta) * kept)
+    assert later.c_min == pytest.approx(CALIBRATED.c_min + (0.7 - CALIBRATED.c_min) * kept)
+    assert later.updated_ns == 105 * SECOND
+
+
+@pytest.mark.parametrize(
+    ("delta", "c_min", "within"),
+    [
+        (0.0, 0.4, True), (0.4, 0.8, True), (-0.01, 0.5, False), (0.41, 0.5, False), (0.2, 0.39, False), (0.2, 0.81, False),
+    ],
+)  # fmt: skip
+def test_what_lies_outside_the_bounds_is_calibrated_again(delta: float, c_min: float, within: bool) -> None:
+    stored = Adapted(delta=delta, c_min=c_min, updated_ns=7)
+    assert is_within_bounds(stored, CALIBRATED) is within
+    told = Adapted(delta=delta, c_min=c_min) if within else Adapted(delta=CALIBRATED.delta, c_min=CALIBRATED.c_min)
+    assert within_bounds(stored, CALIBRATED) == told
+
+
+def test_a_file_gives_back_both_values_and_its_words_are_readable(tmp_path: Path) -> None:
+    file = tmp_path / "arbiter.json"
+    store.save(file, Adapted(delta=0.1, c_min=0.6, updated_ns=7), CALIBRATED, Owed(braked_s=2.0))
+    assert store.load(file, CALIBRATED) == Adapted(delta=0.1, c_min=0.6)
+    assert json.loads(file.read_text())["profile"] == "calibrated"
+    assert [each.name for each in tmp_path.iterdir()] == ["arbiter.json"]
+    calibrated = Adapted(delta=PAPER.delta, c_min=PAPER.c_min)
+    assert store.load(file, PAPER) == calibrated
+    assert store.load(tmp_path / "absent.json", PAPER) == calibrated
+    store.save(file, Adapted(delta=0.1, c_min=0.6), CALIBRATED)
+    assert store.load_owed(file) == Owed()

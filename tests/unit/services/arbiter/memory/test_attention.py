@@ -10,6 +10,7 @@ from proto.decision import ArbitrationRequest, Decision, Urgency
 from proto.messages import PRESSING
 from proto.perception import Track
 from services.arbiter.decide import decide
+from services.arbiter.memory import attention
 from services.arbiter.state import ArbiterState, Attention
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
@@ -229,3 +230,28 @@ def test_of_two_as_grave_what_presses_cuts_short_what_does_not(
     state = decide(request(fused=said), mirror(request()), CALIBRATED).state
     spoken = later(request(fused=fused(topic=now[0], urgency=now[1])), state, seconds).kind == "SPEAK"
     assert spoken is (now[1] != "info" and now[0] in PRESSING and last[0] not in PRESSING)
+
+
+def test_the_budget_refills_with_time_up_to_its_measure_and_by_no_clock_that_goes_back() -> None:
+    empty = attention.refill(Attention(messages=0.5), 10 * SECOND, CALIBRATED)
+    assert empty == Attention(messages=0.5, refilled_ns=10 * SECOND)
+    half_s = CALIBRATED.budget_refill_s / 2.0
+    later = attention.refill(empty, 10 * SECOND + int(half_s * 1e9), CALIBRATED)
+    assert later.messages == pytest.approx(1.0)
+    assert attention.refill(later, 9 * SECOND, CALIBRATED) == later
+    assert attention.refill(later, 10_000 * SECOND, CALIBRATED).messages == CALIBRATED.budget_messages
+    assert attention.spend(Attention(messages=2.5, refilled_ns=3)) == Attention(messages=1.5, refilled_ns=3)
+    assert attention.spend(Attention(messages=0.5)).messages == 0.0
+
+
+def test_a_clock_that_is_a_little_behind_was_not_set_back() -> None:
+    now_ns = 10 * SECOND
+    assert not attention.set_back(Attention(messages=1.0), now_ns)
+    assert not attention.set_back(Attention(messages=1.0, refilled_ns=now_ns + attention.SET_BACK_NS), now_ns)
+    assert attention.set_back(Attention(messages=1.0, refilled_ns=now_ns + attention.SET_BACK_NS + 1), now_ns)
+
+
+def test_information_needs_the_reserve_too_and_what_warns_needs_nothing() -> None:
+    assert attention.needed(fused(urgency="info"), CALIBRATED) == 1.0 + CALIBRATED.budget_reserve
+    assert attention.needed(fused(urgency="advice"), CALIBRATED) == 1.0
+    assert all(attention.needed(fused(urgency=urgency), CALIBRATED) == 0.0 for urgency in WARNS)
