@@ -73,6 +73,12 @@ def test_each_pedal_and_the_wheel_are_read_as_they_are() -> None:
     assert read(Latest(), SECOND, AGE_S).pedals == Pedals()
 
 
+def test_the_own_acceleration_is_read_while_it_is_fresh() -> None:
+    latest = Latest(ego=(Ego(speed_mps=10.0, acceleration_mps2=-1.5), SECOND))
+    assert read(latest, SECOND, AGE_S).view.ego_acceleration_mps2 == -1.5
+    assert read(latest, 2 * SECOND, AGE_S).view.ego_acceleration_mps2 is None
+
+
 def test_friction_and_health_stay_as_last_read_and_tracks_do_not() -> None:
     lead, aside = (
         Track(track_id=number, kind="vehicle", x_m=20.0, y_m=0.0, vx_mps=0.0, vy_mps=0.0, in_ego_path=number == 1)

@@ -187,6 +187,8 @@ def test_a_file_that_is_no_profile_is_refused_by_its_label() -> None:
         parse(b"no = [toml", "mine")
     with pytest.raises(ProfileError, match=r"^profile: "):
         parse(b"name = 1")
+    with pytest.raises(ProfileError, match=r"^profile: "):
+        read_file(b"name = 1")
     with pytest.raises(ProfileError, match=r"^mine: .*gone"):
         parse(source("calibrated").replace(b"[constants.alpha]", b"[constants.gone]"), "mine")
 
