@@ -147,7 +147,7 @@ def test_without_a_speed_of_ones_own_only_relative_motion_tells_and_no_distance_
 
 
 def test_the_papers_profile_has_the_papers_numbers() -> None:
-    found = measure(track(gap_m=30.0, closing_mps=10.0), WET, speak_bounds(WET, PAPER), PAPER)
+    found = measure(track(gap_m=30.0, closing_mps=10.0, ax_mps2=-2.0), WET, speak_bounds(WET, PAPER), PAPER)
     assert found.ttc_s == pytest.approx(3.0)
     assert found.d_min_m == pytest.approx(EGO_MPS * PAPER.t_r_s + EGO_MPS**2 / (2 * MU * GRAVITY_MPS2) + PAPER.d0_m)
     overlaps = measure(track(gap_m=-1.0, closing_mps=10.0), WET, speak_bounds(WET, PAPER), PAPER)
