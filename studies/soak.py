@@ -25,6 +25,7 @@ SETTLES_MIN = 10.0
 """Caches and pools fill until then; of a shorter drive a third counts as this."""
 
 
+PARTS = 6
 LAP_S = 240.0
 """After so long the scenario begins again: its road ends."""
 
@@ -46,7 +47,7 @@ class Growth(msgspec.Struct, frozen=True, kw_only=True):
     end_mb: float
     most_mb: float
     mb_per_hour: float
-    """Of the straight line through what it owned once it had settled."""
+    """Of the straight line through the least that it owned in each sixth of the time, once it had settled."""
     resident_mb: float
     samples: tuple[Sample, ...]
 
@@ -61,12 +62,19 @@ def growth(process: str, samples: Sequence[Sample], from_s: float) -> Growth | N
     counted = [each for each in samples if each.at_s >= from_s]
     if len(counted) < 3:
         return None
-    slope, _ = statistics.linear_regression([each.at_s for each in counted], [each.own_mb for each in counted])
+    least = _least(counted)
+    slope, _ = statistics.linear_regression([each.at_s for each in least], [each.own_mb for each in least])
     return Growth(
         process=process, settled_mb=counted[0].own_mb, end_mb=counted[-1].own_mb,
         most_mb=max(each.own_mb for each in samples), mb_per_hour=slope * 3600.0,
         resident_mb=counted[-1].resident_mb, samples=tuple(samples),
     )  # fmt: skip
+
+
+def _least(samples: Sequence[Sample]) -> list[Sample]:
+    """The least of each part of the time: what is taken for a while and given back is no growth."""
+    size = -(-len(samples) // PARTS)
+    return [min(samples[at : at + size], key=lambda each: each.own_mb) for at in range(0, len(samples), size)]
 
 
 def sampled(pid: int, at_s: float) -> Sample:

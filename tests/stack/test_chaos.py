@@ -94,10 +94,10 @@ def test_each_process_killed_or_stopped(tmp_path: Path, tell: list[str], how: st
             to_s = time.monotonic()
             assert drive.wait_seen(10, SOON_S * 3.0 * slow), f"no advice after {name} was {how}: {drive.said()}"
             pause(SETTLES_S)
-            marks.append((f"{name} {how}", from_s, to_s, time.monotonic()))
+            marks.append((name, from_s, to_s, time.monotonic()))
         seen = drive.seen()
         ended = drive.end()
-    check([judge(what, seen, *instants) for what, *instants in marks], slow, tell)
+    check([judge(f"{mark[0]} {how}", seen, *mark[1:], process=mark[0]) for mark in marks], slow, tell)
     check_end(ended, tell)
     assert set(ended.summary["restarts"]) == (set(names) if how == "killed" else set())
 
@@ -117,7 +117,7 @@ def test_a_network_that_parts_and_loses(tmp_path: Path, tell: list[str]) -> None
             marks.append((f"{percent} % of packets lost", from_s, to_s, time.monotonic()))
         seen = drive.seen()
         ended = drive.end()
-    check([judge(what, seen, *instants) for what, *instants in marks], slow, tell)
+    check([judge(mark[0], seen, *mark[1:]) for mark in marks], slow, tell)
     check_end(ended, tell)
     assert ended.summary["log_missed"] > 100
     assert "did not reach the logger" in ended.said

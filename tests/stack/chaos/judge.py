@@ -5,6 +5,8 @@ from itertools import pairwise
 
 import msgspec
 
+from proto.services import OWNERS
+from proto.topics import TOPICS
 from tests.stack.chaos.watcher import Seen
 
 BEFORE_S = 2.0
@@ -40,28 +42,39 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.what:24} {self.lasted_s:5.1f} s  {silent}  whole after {back} s  {rise}"
 
 
-def judge(what: str, seen: Sequence[Seen], from_s: float, to_s: float, until_s: float) -> Verdict:
-    """A disturbance from `from_s` to `to_s`, watched until `until_s`."""
+def judge(what: str, seen: Sequence[Seen], from_s: float, to_s: float, until_s: float, process: str = "") -> Verdict:
+    """A disturbance from `from_s` to `to_s`, watched until `until_s`: of one process; of all, where none is named."""
     before = [each for each in seen if from_s - BEFORE_S <= each.at_s < from_s]
     after = [each for each in seen if from_s <= each.at_s <= until_s]
     instants = [from_s, *(each.at_s for each in after), until_s]
     usual = set().union(*(each.degraded for each in before))
     whole = next((each for each in after if each.at_s >= to_s and set(each.degraded) <= usual), None)
     missing = [each for each in after if whole is None or each.at_s < whole.at_s]
+    lacking = [each for each in missing if any(_comes_from(process, name) for name in set(each.degraded) - usual)]
     return Verdict(
         what=what, lasted_s=to_s - from_s, silent_s=max(b - a for a, b in pairwise(instants)),
         back_s=whole.at_s - from_s if whole is not None else None,
-        rise_mps=max(
-            (_rise(each, before) for each in missing if set(each.degraded) - usual - TELLS_NOTHING), default=0.0
-        ),
+        rise_mps=max((_rise(each, before) for each in lacking), default=0.0),
     )  # fmt: skip
 
 
+def _comes_from(process: str, name: str) -> bool:
+    """Whether it is for the want of this process that advice is degraded by `name`, and a target could come from it."""
+    if process in TELLS_NOTHING:
+        return False
+    if process in ("", "router", "orchestrator"):
+        return name not in TELLS_NOTHING
+    published = any(topic.name == name and process in topic.publishers for topic in TOPICS)
+    return name == process or published or OWNERS.get(name.removeprefix("tool:")) == process
+
+
 def _rise(seen: Seen, before: Sequence[Seen]) -> float:
-    """Above what was advised before; no target is no rise."""
+    """Above what was advised before; no target is no rise, and neither is a law that is learnt and true."""
     most = max((each.target_mps for each in before if each.target_mps is not None), default=None)
     if most is None or seen.target_mps is None:
         return 0.0
+    if seen.why == before[-1].why == "law" and seen.law_mps is not None:
+        most = max(most, seen.law_mps)
     return max(0.0, seen.target_mps - most)
 
 

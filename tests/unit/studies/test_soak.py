@@ -24,6 +24,21 @@ def test_growth_counts_from_when_memory_has_settled(mb_per_hour: float, first_mb
     assert found.mb_per_hour == pytest.approx(mb_per_hour, abs=1e-3)
 
 
+def test_memory_that_is_given_back_is_no_growth() -> None:
+    samples = [
+        Sample(
+            at_s=each.at_s,
+            own_mb=each.own_mb + (70.0 if each.at_s % 300 > 200 or each.at_s > 1700 else 0.0),
+            resident_mb=0.0,
+        )
+        for each in memory(2.0)
+    ]
+    found = growth("simulator", samples, 600.0)
+    assert found is not None
+    assert found.mb_per_hour == pytest.approx(2.0, abs=0.5)
+    assert found.most_mb > 220.0
+
+
 def test_of_a_shorter_drive_a_third_is_for_settling() -> None:
     assert (settles_s(1800.0), settles_s(7200.0), settles_s(900.0)) == (600.0, 600.0, 300.0)
 
