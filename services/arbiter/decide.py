@@ -25,7 +25,7 @@ from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
 from services.arbiter.braking import act, budget
 from services.arbiter.braking.act import Need, Permission
-from services.arbiter.braking.emergency import is_emergency, is_last_moment
+from services.arbiter.braking.emergency import is_emergency, is_surely_last_moment
 from services.arbiter.braking.guard import Case, case, emergency_objections, objections
 from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
@@ -272,7 +272,7 @@ def _warns_first(weighed: Weighed, state: ArbiterState, inputs: Inputs, profile:
     if inputs.filter != FULL:
         return False
     warned = state.warned_ns is not None and state.run_ns - state.warned_ns >= profile.act_warned_s * 1e9
-    return not warned and not is_last_moment(weighed.case, inputs.permission, profile)
+    return not warned and not is_surely_last_moment(weighed.case, inputs.permission, profile)
 
 
 def _warned_ns(state: ArbiterState, now_ns: int) -> int | None:

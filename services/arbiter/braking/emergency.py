@@ -62,8 +62,10 @@ def _meets(numbers: Numbers, ego_mps: float, can_mps2: float, profile: Profile) 
     closing = max(0.0, numbers.closing_mps)
     late_s = profile.emergency_delay_s + can_mps2 / (2.0 * profile.act_jerk_mps3)
     ways = [closing * late_s + closing * closing / (2.0 * can_mps2)]
-    if (lead_mps2 := -numbers.track.ax_mps2) > 0.0:
-        lead_mps = max(0.0, ego_mps - closing)
+    lead_mps, lead_mps2 = max(0.0, ego_mps - closing), -numbers.track.ax_mps2
+    if (
+        lead_mps2 > 0.0 and lead_mps >= profile.stands_mps
+    ):  # what stands does not brake on, whatever its measured deceleration
         ways.append(ego_mps * late_s + ego_mps * ego_mps / (2.0 * can_mps2) - lead_mps * lead_mps / (2.0 * lead_mps2))
     return max(ways) + profile.emergency_spare_m >= numbers.gap_m
 
@@ -75,7 +77,6 @@ def _agree(asked: Numbers | None, own: Numbers | None, profile: Profile) -> bool
 
 
 ROWS: tuple[tuple[str, Callable[[Case, Permission, Profile], bool]], ...] = (
-    ("the grant is not for emergencies", lambda c, g, p: g.envelope == "emergency"),
     ("request and own reading disagree on the closing speed", lambda c, g, p: _agree(c.asked, c.own, p)),
     ("the actor is not certain in the request", lambda c, g, p: c.asked is not None and is_certain(c.asked.track, p)),
     ("the actor is not certain in the own reading", lambda c, g, p: c.own is not None and is_certain(c.own.track, p)),
@@ -84,6 +85,11 @@ ROWS: tuple[tuple[str, Callable[[Case, Permission, Profile], bool]], ...] = (
 """(what is wrong if it does not hold, whether it holds)."""
 
 
-def is_emergency(case: Case, permission: Permission, profile: Profile) -> bool:
-    """Whether every row holds. The guard's rows are asked beside these, not here."""
+def is_surely_last_moment(case: Case, permission: Permission, profile: Profile) -> bool:
+    """Whether every row holds, whatever the envelope: no time is left for a warning."""
     return all(holds(case, permission, profile) for _, holds in ROWS)
+
+
+def is_emergency(case: Case, permission: Permission, profile: Profile) -> bool:
+    """Whether hard braking is due. The guard's rows are asked beside these, not here."""
+    return permission.envelope == "emergency" and is_surely_last_moment(case, permission, profile)

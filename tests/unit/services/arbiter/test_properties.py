@@ -220,6 +220,17 @@ def test_rss_is_violated_at_the_lower_bound_of_friction_wherever_the_arbiter_bra
         assert decision.metrics.rss_viol_low_mu
 
 
+def test_what_stands_is_not_braked_for_sooner_because_it_seems_to_brake() -> None:
+    brakes = []
+    for gap_m in (59.0, 59.5, 60.0, 60.5, 61.0, 61.5, 62.0):
+        still = track(gap_m=gap_m, closing_mps=25.0)
+        stands = request(still, ego_speed_mps=25.0, mu_low=0.72, mu_high=0.98)
+        seems = replace(stands, lead=replace(still, ax_mps2=-1.0))
+        assert _acts_hard(seems) == _acts_hard(stands)
+        brakes.append(_acts_hard(stands))
+    assert {True, False} == set(brakes)
+
+
 def test_a_doubted_road_user_hides_no_certain_one_from_the_brake() -> None:
     ghost = track(gap_m=12.0, closing_mps=12.0, track_id=3, kind="pedestrian", confidence=0.3)
     person = track(gap_m=14.0, closing_mps=12.0, track_id=4, kind="pedestrian")
