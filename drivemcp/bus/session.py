@@ -245,7 +245,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
 
 
 def shares_memory(folder: str = "/dev/shm") -> bool:
-    """Whether there is room for shared memory; where there is none, large messages take the socket as all others do."""
+    """Whether there is room for shared memory. Without room, large messages take the socket as all others do."""
     try:
         room = os.statvfs(folder)
     except OSError:

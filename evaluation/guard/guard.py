@@ -11,8 +11,8 @@ import msgspec
 
 from app.drive.screen import Screen
 from evaluation.campaign.kept_outcomes import drive_missing, kept
-from evaluation.campaign.machine import commit, cores, machine
-from evaluation.campaign.replacing import write_whole
+from evaluation.campaign.machine import cores
+from evaluation.campaign.pages import write_pages
 from evaluation.guard import table
 from evaluation.guard.beside import BESIDE, VERSION
 from evaluation.guard.outcome import Outcome, cell_of, place_of, run_cell
@@ -117,11 +117,7 @@ def command_line(flags: argparse.Namespace) -> str:
 
 
 def _write(cells: Sequence[table.Cell], folder: Path, flags: argparse.Namespace) -> None:
-    about = {"command": command_line(flags), "sensors": flags.sensors, "commit": commit(), "machine": machine()}
-    markdown = table.rendered(table.MARKDOWN, cells, about)
-    write_whole(folder / "guard.json", msgspec.json.format(msgspec.json.encode({**about, "cells": cells})))
-    write_whole(folder / "guard.csv", table.as_csv(cells).encode())
-    write_whole(folder / "guard.md", markdown.encode())
-    write_whole(folder / "guard.html", table.rendered(table.HTML, cells, about).encode())
-    if flags.docs:
-        write_whole(Path(flags.docs), markdown.encode())
+    write_pages(
+        folder, "guard", command_line(flags), flags, {"cells": cells}, table.as_csv(cells),
+        templates=Path(__file__).parent, **table.values(cells),
+    )  # fmt: skip

@@ -1,16 +1,13 @@
 """Outcomes of cells as a table: what was avoided, beside what is permitted and what physics allows. Pure."""
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from statistics import fmean
 from types import MappingProxyType
 from typing import Any
 
-import jinja2
 import msgspec
 
+from evaluation.campaign.pages import csv_text
 from evaluation.guard.outcome import Outcome
 from evaluation.guard.scenes import SCENES, Ground, Kind
 
@@ -136,12 +133,7 @@ def _shown_beside(kind: Kind, other: Beside) -> str:
 
 def as_csv(cells: Sequence[Cell]) -> str:
     """All fields of all cells."""
-    rows = [_flat(cell) for cell in cells]
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text(_flat(cell) for cell in cells)
 
 
 def _flat(cell: Cell) -> dict[str, Any]:
@@ -151,17 +143,7 @@ def _flat(cell: Cell) -> dict[str, Any]:
     return row
 
 
-MARKDOWN, HTML = "guard.md.jinja", "guard.html.jinja"
-_TEMPLATES = jinja2.Environment(
-    loader=jinja2.FileSystemLoader(Path(__file__).parent),
-    undefined=jinja2.StrictUndefined,
-    autoescape=lambda name: name == HTML,
-    keep_trailing_newline=False,
-)
-
-
-def rendered(template: str, cells: Sequence[Cell], about: Mapping[str, str]) -> str:
-    """`MARKDOWN` or `HTML` with the cells."""
+def values(cells: Sequence[Cell]) -> dict[str, Any]:
+    """What the page shows."""
     scenes = [SCENES[name] for name in dict.fromkeys(cell.scene for cell in cells)]
-    rows = [list(shown(cell)) for cell in cells]
-    return _TEMPLATES.get_template(template).render(about=about, scenes=scenes, titles=titles(cells), rows=rows) + "\n"
+    return {"scenes": scenes, "titles": titles(cells), "rows": [list(shown(cell)) for cell in cells]}

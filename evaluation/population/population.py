@@ -12,7 +12,8 @@ import msgspec
 
 from app.drive.screen import Screen
 from evaluation.campaign.kept_outcomes import drive_missing, kept
-from evaluation.campaign.machine import commit, cores, machine
+from evaluation.campaign.machine import cores
+from evaluation.campaign.pages import write_pages
 from evaluation.campaign.plan import TEST_SEED
 from evaluation.campaign.plan import rows_of as rows_of_table
 from evaluation.campaign.replacing import write_whole
@@ -174,11 +175,7 @@ def command_line(flags: argparse.Namespace) -> str:
 
 
 def _write(rows: Sequence[table.Row], folder: Path, flags: argparse.Namespace) -> None:
-    about = {"command": command_line(flags), "sensors": flags.sensors, "commit": commit(), "machine": machine()}
-    markdown = table.rendered(table.MARKDOWN, rows, about)
-    write_whole(folder / "population.json", msgspec.json.format(msgspec.json.encode({**about, "rows": rows})))
-    write_whole(folder / "population.csv", table.as_csv(rows).encode())
-    write_whole(folder / "population.md", markdown.encode())
-    write_whole(folder / "population.html", table.rendered(table.HTML, rows, about).encode())
-    if flags.docs:
-        write_whole(Path(flags.docs), markdown.encode())
+    write_pages(
+        folder, "population", command_line(flags), flags, {"rows": rows}, table.as_csv(rows),
+        templates=Path(__file__).parent, **table.values(rows),
+    )  # fmt: skip

@@ -1,15 +1,12 @@
 """Outcomes of populations as a table. Pure."""
 
-import csv
-import io
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from statistics import fmean
-from typing import Literal
+from typing import Any, Literal
 
-import jinja2
 import msgspec
 
+from evaluation.campaign.pages import csv_text
 from evaluation.population.outcome import Contact, Outcome
 from evaluation.statistics import poisson_ci
 from services.simulator.driver.kinds import DriverKind
@@ -43,7 +40,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     contact_alone_kmh: float | None
     """Mean over the runs in which the driver alone hits somebody."""
     contact_kmh: float | None
-    """Over the same runs with the grant; 0 where nobody is hit."""
+    """Over the same runs with the grant; a run without a collision counts as 0."""
     hit_behind: int
     """Runs with the grant in which somebody drives into the car from behind."""
     interventions: int
@@ -138,23 +135,9 @@ def shown(row: Row) -> Iterator[str]:
 
 def as_csv(rows: Sequence[Row]) -> str:
     """All fields of all rows."""
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, Row.__struct_fields__, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(msgspec.structs.asdict(row) for row in rows)
-    return text.getvalue()
+    return csv_text((msgspec.structs.asdict(row) for row in rows), Row.__struct_fields__)
 
 
-MARKDOWN, HTML = "population.md.jinja", "population.html.jinja"
-_TEMPLATES = jinja2.Environment(
-    loader=jinja2.FileSystemLoader(Path(__file__).parent),
-    undefined=jinja2.StrictUndefined,
-    autoescape=lambda name: name == HTML,
-    keep_trailing_newline=False,
-)
-
-
-def rendered(template: str, rows: Sequence[Row], about: Mapping[str, str]) -> str:
-    """`MARKDOWN` or `HTML` with the rows."""
-    texts = [list(shown(row)) for row in rows]
-    return _TEMPLATES.get_template(template).render(about=about, titles=TITLES, rows=texts) + "\n"
+def values(rows: Sequence[Row]) -> dict[str, Any]:
+    """What the page shows."""
+    return {"titles": TITLES, "rows": [list(shown(row)) for row in rows]}

@@ -1,13 +1,12 @@
 """CSV and JSON of runs and tables."""
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from evaluation.campaign.pages import csv_text
 from evaluation.campaign.replacing import write_whole
 from evaluation.tables.compare import against, orders, with_and_without_faults
 from evaluation.tables.tables import Ran, Table, TableRow
@@ -68,10 +67,4 @@ def _row(table: Table, row: TableRow) -> dict[str, Any]:
 
 
 def _write_csv(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    rows = list(rows)
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_whole(path, text.getvalue().encode())
+    write_whole(path, csv_text(rows).encode())

@@ -30,7 +30,7 @@ from services.arbiter.braking.guard import Case, case, emergency_objections, obj
 from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.braking.watching import watch
-from services.arbiter.filters import FULL, Suggested, filter_of
+from services.arbiter.filters import FULL, Suggested, Suggests, filter_of
 from services.arbiter.memory import adapt, attention
 from services.arbiter.profiles.profile import Profile
 from services.arbiter.state import ArbiterState, Attention, Intervention, digest
@@ -171,8 +171,7 @@ def hazards_of(
     brakes for, or would: whoever brakes says what for.
     """
     found = [request.fused.hazard] if request.fused.hazard else []
-    passing = filter_of(inputs.filter)
-    if passing is None or passing.suggested is None:
+    if _suggests(inputs) is None:
         found += seen_hazards((request_view(request), inputs.reading.view), state.sightings, profile)
     if brakes and weighed.case.own is not None:
         found.append(HAZARDS[weighed.case.own.track.kind])
@@ -231,7 +230,7 @@ def _intervene(
     hard = is_emergency(case, permission, profile)
     meant = _braked_for(request, weighed, state, inputs, profile, hard=hard)
     on = act.going(running, state.run_ns)
-    goes_on = on and not _passes(inputs) and (_held(inputs) or lasts(case, running, state.run_ns, profile))
+    goes_on = on and _suggests(inputs) is None and (_held(inputs) or lasts(case, running, state.run_ns, profile))
     if meant is None and not goes_on:
         return _Braking(act.let_go(running, state.run_ns))
     if permission.refused:
@@ -252,14 +251,13 @@ def _need(meant: Suggested | None, case: Case, inputs: Inputs, profile: Profile,
         hard=hard,
         grip_mps2=act.grip_mps2(view, profile),
         stands=stands(view.ego_speed_mps),
-        eases=inputs.permission.envelope == "soft",
     )
 
 
-def _passes(inputs: Inputs) -> bool:
-    """Whether a filter passes braking on unjudged: it goes on as long as the filter suggests it."""
+def _suggests(inputs: Inputs) -> Suggests | None:
+    """The filter that passes braking on unjudged, which goes on as long as it is suggested; None: the arbiter judges."""
     passing = filter_of(inputs.filter)
-    return passing is not None and passing.suggested is not None
+    return passing.suggested if passing is not None else None
 
 
 def _held(inputs: Inputs) -> bool:
@@ -286,9 +284,8 @@ def _braked_for(
     request: ArbitrationRequest, weighed: Weighed, state: ArbiterState, inputs: Inputs, profile: Profile, *, hard: bool
 ) -> Suggested | None:
     """The road user to brake for: one for whom braking begins now, or the danger of the intervention under way."""
-    passing = filter_of(inputs.filter)
-    if passing is not None and passing.suggested is not None:
-        return passing.suggested(request, request_view(request), profile)
+    if (suggests := _suggests(inputs)) is not None:
+        return suggests(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
     emergency = hard and not emergency_objections(weighed.case)
     if own is None or ego is None or not (emergency or wants_act(weighed, state.adapted.delta)):
@@ -344,7 +341,7 @@ def _say(
 ) -> _Said:
     hazard, fused, passing = pressing.hazard, request.fused, filter_of(inputs.filter)
     if braking.command is not None:
-        judged = passing is None or passing.suggested is None
+        judged = _suggests(inputs) is None
         reason = _act_reason(weighed, state, braking) if judged else "the fused advice warns: passed on"
         return _Said("ACT", reason, hazard)
     if braking.withheld and pressing.fresh:

@@ -23,12 +23,15 @@ class Suggested(NamedTuple):
     ego_mps: float
 
 
+Suggests = Callable[[ArbitrationRequest, View, Profile], Suggested | None]
+
+
 class Filter(NamedTuple):
     """One that holds back less than the arbiter."""
 
     said: Callable[[ArbitrationRequest], tuple[DecisionKind, str]]
     """Whether a tick's message is spoken, and why."""
-    suggested: Callable[[ArbitrationRequest, View, Profile], Suggested | None] | None = None
+    suggested: Suggests | None = None
     """What is braked for unjudged, in simulation alone; None: braking is judged by the arbiter."""
 
 

@@ -13,6 +13,7 @@ import pytest
 
 from drivemcp.bus.session import wait_settled
 from drivemcp.client import RunningStack
+from tests.stack.marked import marked
 
 ROOT = Path(__file__).parents[2]
 pytestmark = [pytest.mark.stack, pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")]
@@ -31,18 +32,6 @@ def up(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate(timeout=20.0)
         for pid in marked(folder):
             os.kill(pid, signal.SIGKILL)
-
-
-def marked(folder: Path) -> dict[int, str]:
-    """The processes with that mark, and their command lines."""
-    mark, found = f"XDG_RUNTIME_DIR={folder}\0".encode(), {}
-    for place in Path("/proc").glob("[0-9]*"):
-        try:
-            if mark in (place / "environ").read_bytes() + b"\0":
-                found[int(place.name)] = (place / "cmdline").read_text().replace("\0", " ")
-        except (OSError, ValueError):
-            continue
-    return found
 
 
 def drives(folder: Path) -> bool:

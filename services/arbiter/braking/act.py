@@ -39,8 +39,6 @@ class Need(NamedTuple):
     """What the tyres surely give (m/s2)."""
     stands: bool = False
     """Whether the car stands."""
-    eases: bool = True
-    """Whether braking may become weaker again before the danger is over."""
 
 
 def overridden(pedals: Pedals, at_start: Pedals | None, profile: Profile) -> str:
@@ -112,7 +110,7 @@ def brake(
     if not holds and budget.spent_s(running.braked, run_ns, longest_s + profile.act_rest_s) >= longest_s:
         return stop(running, run_ns, profile) if on else _idle(running), None, "the longest braking allowed is over"
     limit = _limit(need, permission, profile)
-    if on and not need.eases and not need.stands:
+    if on and permission.envelope == "emergency" and not need.stands:  # it becomes no weaker before the danger is over
         limit = max(limit, running.brake_mps2)
     value = _ramp(running, limit, run_ns, profile) if on else min(limit, profile.act_jerk_mps3 * 0.1)
     begun = Intervention(

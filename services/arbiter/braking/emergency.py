@@ -63,9 +63,8 @@ def _meets(numbers: Numbers, ego_mps: float, can_mps2: float, profile: Profile) 
     late_s = profile.emergency_delay_s + can_mps2 / (2.0 * profile.act_jerk_mps3)
     ways = [closing * late_s + closing * closing / (2.0 * can_mps2)]
     lead_mps, lead_mps2 = max(0.0, ego_mps - closing), -numbers.track.ax_mps2
-    if (
-        lead_mps2 > 0.0 and lead_mps >= profile.stands_mps
-    ):  # what stands does not brake on, whatever its measured deceleration
+    # what stands does not brake on, whatever its measured deceleration
+    if lead_mps2 > 0.0 and lead_mps >= profile.stands_mps:
         ways.append(ego_mps * late_s + ego_mps * ego_mps / (2.0 * can_mps2) - lead_mps * lead_mps / (2.0 * lead_mps2))
     return max(ways) + profile.emergency_spare_m >= numbers.gap_m
 

@@ -17,6 +17,7 @@ import msgspec
 from drivemcp.bus.session import wait_settled
 from drivemcp.client import RunningStack
 from tests.stack.chaos.watcher import Seen
+from tests.stack.marked import marked
 
 ROOT = Path(__file__).parents[3]
 STARTS_S = 180.0
@@ -102,14 +103,7 @@ class Drive:
 
     def pids(self) -> dict[int, str]:
         """The processes of this drive, and their command lines."""
-        mark, found = f"XDG_RUNTIME_DIR={self.folder}\0".encode(), {}
-        for place in Path("/proc").glob("[0-9]*"):
-            try:
-                if mark in (place / "environ").read_bytes() + b"\0":
-                    found[int(place.name)] = (place / "cmdline").read_text().replace("\0", " ")
-            except (OSError, ValueError):
-                continue
-        return found
+        return marked(self.folder)
 
     def pid(self, name: str) -> int | None:
         """The process of one service."""

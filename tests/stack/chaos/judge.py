@@ -1,4 +1,4 @@
-"""Judges what a watcher saw: how long advice was silent, and whether it was ever less careful than before a disturbance."""
+"""Judgement of a disturbed drive: how long advice was silent, and whether advice was ever less careful than before."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The arbiter's own reading: who is in the way, pedals, friction, and the ego's speed, of which a leap is none."""
+"""The arbiter's own reading: road users in the way, pedals, friction, and the ego's speed, which does not leap."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -15,7 +15,6 @@ from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, 
 TICK = SECOND // 10
 needs = st.builds(
     Need, mps2=st.floats(0.0, 1e6), hard=st.booleans(), grip_mps2=st.floats(0.0, 12.0), stands=st.just(False),
-    eases=st.booleans(),
 )  # fmt: skip
 permissions = st.builds(
     Permission, grant_id=st.just("g"), max_deceleration_mps2=st.floats(0.5, 10.0), max_duration_s=st.floats(0.2, 30.0),
