@@ -26,6 +26,9 @@ MOST_BYTES = 32 << 20
 MOST_QUERY_BYTES = 4 << 20
 """Arguments of more count as none at all."""
 MOST_HEAD_BYTES = 64 << 10
+QUEUED = 16
+"""Batches that wait for a link, the most that Zenoh takes. Pictures, sweep and readings of one instant leave together; Zenoh's own 2 are
+full with the third of them, and what may be dropped was dropped where the link was not busy but only woken 1 ms late."""
 OnSample = Callable[[str, bytes, bytes], None]
 OnLife = Callable[[str, bool], None]
 
@@ -227,6 +230,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         "scouting/multicast/enabled": config.multicast,
         "scouting/gossip/enabled": False,
         "transport/link/tx/lease": 1000,
+        "transport/link/tx/queue/size/data": QUEUED,
         "transport/link/rx/max_message_size": MOST_BYTES + MOST_HEAD_BYTES + 4096,
         "timestamping/enabled": False,
         "transport/shared_memory/enabled": shares_memory(),

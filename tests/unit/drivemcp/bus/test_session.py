@@ -1,7 +1,9 @@
 """What a session on the bus keeps in memory, in a process of its own."""
 
 import json
+import signal
 import sys
+import threading
 from pathlib import Path
 from subprocess import PIPE, Popen
 
@@ -11,6 +13,7 @@ from drivemcp.bus.session import (
     MOST_BYTES,
     MOST_HEAD_BYTES,
     MOST_QUERY_BYTES,
+    QUEUED,
     SHARED_FROM_BYTES,
     Query,
     Reply,
@@ -52,6 +55,28 @@ def test_only_who_sends_pictures_keeps_shared_memory() -> None:
             told, _ = sender.communicate(timeout=60)
     assert sender.returncode == 0
     assert json.loads(told) == [False, True]
+
+
+def test_pictures_of_one_instant_wait_for_a_router_that_stands_still_for_a_moment_though_each_may_be_dropped() -> None:
+    endpoint, small = f"tcp/127.0.0.1:{free_port()}", "#so_sndbuf=32768;so_rcvbuf=32768"
+    command = [sys.executable, "-m", "drivemcp.bus.router", "--listen", endpoint + small]
+    arrived, count = threading.Semaphore(0), QUEUED
+    with Popen(command) as router:
+        try:
+            with (
+                open_bus(BusConfig(connect=(endpoint,))) as reader,
+                open_bus(BusConfig(connect=(endpoint + small,))) as source,
+            ):
+                reader.subscribe("test/camera", lambda key, payload, head: arrived.release())
+                camera = source.publisher("test/camera", droppable=True)
+                assert wait_settled(camera.matching, 10.0)
+                router.send_signal(signal.SIGSTOP)
+                for _ in range(count):
+                    camera.put(bytes(SHARED_FROM_BYTES - 20_000), b"")
+                router.send_signal(signal.SIGCONT)
+                assert all(arrived.acquire(timeout=10.0) for _ in range(count))
+        finally:
+            router.kill()
 
 
 def test_a_message_that_is_too_large_is_dropped_and_the_next_one_comes() -> None:
