@@ -13,7 +13,8 @@ import msgspec
 
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
-from services.logger.format import chain, signing
+from drivemcp.paths import own_state
+from services.logger.format import chain, signing, time_stamp
 from services.logger.memory import kept_files, kept_head
 from services.logger.verification import trust
 from services.logger.verification.report import UNSEALED, Report
@@ -23,6 +24,7 @@ from services.logger.writing import anchor, log_folder
 T = TypeVar("T")
 _HEX = re.compile(r"[0-9a-fA-F]{64}")
 """A public key, or a head."""
+TSA_ROOTS = "trusted-tsa-roots.pem"
 
 
 def register(subparsers: Subparsers) -> None:
@@ -36,7 +38,8 @@ def register(subparsers: Subparsers) -> None:
         "of a folder also that no file is gone that the drive's memory knows. "
         "Exit status: 0 all as written by a known key (an unclosed file: as far as it goes, and said so), 1 not as written, "
         "or nothing verifies, 2 cannot be read, 3 as written, by an unknown key, "
-        "4 as written, by another key than the trust file names for that vehicle.",
+        "4 as written, by another key than the trust file names for that vehicle, "
+        "5 a genuine time stamp is of a head that the log does not have.",
     )
     check.add_argument("files", metavar="FILE", nargs="+", help="a log, a folder of logs, or a drive's folder")
     check.add_argument("--expect-head", metavar="HEX", help="a head that the last file must reach")
@@ -51,6 +54,13 @@ def register(subparsers: Subparsers) -> None:
         "--memory", metavar="FILE", help="the drive's memory.sqlite, whose signed heads settle a lost tail; "
         "found by itself where it lies beside the folder of logs",
     )  # fmt: skip
+    check.add_argument(
+        "--tsa-root", metavar="FILE", help="root certificates (PEM) of the authorities whose time stamps count; "
+        f"drivemcp/{TSA_ROOTS} in your state folder otherwise",
+    )  # fmt: skip
+    check.add_argument(
+        "--stamped", action="store_true", help="a log whose last head has no such stamp is not good enough"
+    )
     check.add_argument("--closed", action="store_true", help="an unclosed file is not good enough")
     check.add_argument("--json", action="store_true")
     check.set_defaults(run=_verify)
@@ -71,12 +81,17 @@ def _add_trust(parser: argparse.ArgumentParser) -> None:
 def _verify(flags: argparse.Namespace) -> int:
     key, last_head = _public_key(flags.key), _head(flags.expect_head)
     trusted, anchors = () if key else _trusted(flags.trust), _anchored(flags.anchors)
-    reports = list[Report]()
+    roots = _roots(flags.tsa_root)
+    reports, stamps = list[Report](), list[tuple[time_stamp.Stamp, ...]]()
     paths = log_folder.named(flags.files)
     for path in paths:
         expected = last_head if path == paths[-1] else ""
         heads = anchors.heads.get(path.name, frozenset())
-        reports.append(_verified(path, expected or _kept_head(path, flags.memory), key, heads))
+        tokens = _tokens(path)
+        sought = frozenset(map(time_stamp.imprint_of, tokens.values()))
+        report = _verified(path, expected or _kept_head(path, flags.memory), key, heads, sought)
+        reports.append(report)
+        stamps.append(tuple(time_stamp.judge(name, token, report.stamped, roots) for name, token in tokens.items()))
     signers = [_signed_by(report, key, trusted) for report in reports]
     broken = [
         *broken_links(reports),
@@ -84,17 +99,25 @@ def _verify(flags: argparse.Namespace) -> int:
         *_gone_anchored(flags.files, anchors, reports),
     ]
     if flags.json:
-        told = {"files": reports, "signers": signers, "continuity": broken}
+        told = {"files": reports, "signers": signers, "stamps": stamps, "continuity": broken}
         sys.stdout.write(msgspec.json.encode(told).decode() + "\n")
     else:
-        told_lines = [line for one in zip(reports, signers, strict=True) for line in lines(*one)]
+        told_lines = [
+            line
+            for path, report, signer, stamped in zip(paths, reports, signers, stamps, strict=True)
+            for line in (*lines(report, signer), *stamp_lines(path, report, stamped))
+        ]
         sys.stdout.write("\n".join([*told_lines, *broken]) + "\n")
     unclosed = flags.closed and not all(report.closed for report in reports)
-    if broken or unclosed or not all(report.intact for report in reports):
+    unstamped = flags.stamped and not all(map(_is_stamped, reports, stamps))
+    if broken or unclosed or unstamped or not all(report.intact for report in reports):
         return 1
+    if any(stamp.contradicts for stamped in stamps for stamp in stamped):
+        return CONTRADICTED
     return max(STATUS[signer.standing] for signer in signers)
 
 
+CONTRADICTED = 5
 STATUS: dict[trust.Standing, int] = {"known": 0, "unknown": 3, "changed since": 4}
 
 
@@ -158,9 +181,47 @@ def _gone_anchored(names: Sequence[str], anchors: anchor.Anchored, reports: Sequ
     ]
 
 
-def _verified(path: Path, expected_head: str, key: str, anchored: frozenset[str]) -> Report:
+def _roots(given: str | None) -> bytes:
+    """The root certificates; none where this user has none. Raises UserError for a file that holds none."""
+    path = Path(given) if given else own_state(TSA_ROOTS)
+    if not given and not path.exists():
+        return b""
     try:
-        return verify(path, expected_head=expected_head, public_key=key, anchored=anchored)
+        return time_stamp.checked_roots(path.read_bytes())
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise UserError(f"{path} holds no certificates in PEM") from None
+
+
+def _tokens(log: Path) -> dict[str, bytes]:
+    """The time stamps beside a log, by name."""
+    found = {}
+    for path in time_stamp.beside(log):
+        try:
+            found[path.name] = path.read_bytes()
+        except OSError as error:
+            raise UserError(f"{path} cannot be read: {error.strerror}") from None
+    return found
+
+
+def _is_stamped(report: Report, stamps: Sequence[time_stamp.Stamp]) -> bool:
+    return any(not stamp.problem and stamp.messages == report.messages for stamp in stamps)
+
+
+def stamp_lines(path: Path, report: Report, stamps: Sequence[time_stamp.Stamp]) -> list[str]:
+    """What time stamps say of a log, in words."""
+    found = [] if _is_stamped(report, stamps) or not (why := time_stamp.refused(path)) else [f"  its head: {why}"]
+    for stamp in stamps:
+        whole = stamp.messages == report.messages
+        what = "head" if whole else f"the first {stamp.messages} messages"
+        found.append(f"  time stamp {stamp}" if stamp.problem else f"  {what} stamped at {stamp}")
+    return found
+
+
+def _verified(path: Path, expected_head: str, key: str, anchored: frozenset[str], sought: frozenset[str]) -> Report:
+    try:
+        return verify(path, expected_head=expected_head, public_key=key, anchored=anchored, sought=sought)
     except OSError as error:
         raise UserError(f"{path} cannot be read: {error.strerror}") from None
 

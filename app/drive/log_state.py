@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from app.audit import broken_links
+from services.logger.format import time_stamp
 from services.logger.verification.report import Report
 from services.logger.verification.verifier import verify
 
@@ -18,6 +19,8 @@ class LogState(msgspec.Struct, frozen=True, kw_only=True):
     """What does not verify, or that there is no log."""
     lost: int = 0
     """Messages that the logger had received and could not write, as far as it could still tell: its health comes once a second."""
+    unstamped: str = ""
+    """Why a file has no time stamp of its newest head, where one was asked for."""
     trouble: str = ""
     """Why the log is not whole: messages were lost, or it was not closed. Empty: it is whole."""
 
@@ -42,6 +45,7 @@ def state_of(logs: Sequence[Path], detail: Mapping[str, str]) -> LogState:
         verified=not complaint,
         complaint=complaint,
         lost=lost,
+        unstamped="; ".join(dict.fromkeys(filter(None, map(time_stamp.refused, logs)))),
         trouble=_trouble(reports, lost, detail.get("log_trouble", "")),
     )
 

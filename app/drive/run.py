@@ -116,7 +116,7 @@ def _drive(
     state = state_of(logs, health.detail if health is not None else {})
     summary = tally.summary(
         restarts=restarts, log=str(logs[-1]) if logs else "", verified=state.verified, lost=state.lost,
-        trouble=state.trouble,
+        unstamped=state.unstamped, trouble=state.trouble,
     )  # fmt: skip
     _print(summary, screen, as_json=flags.json)
     for line in closing:

@@ -60,6 +60,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     """Messages that are missing from the log."""
     log_missed: int = 0
     """Messages that never reached the logger, as far as the numbers of those that did tell: a network that was cut, a full queue."""
+    log_unstamped: str = ""
+    """Why its newest head has no time stamp, where one was asked for."""
     log_trouble: str = ""
     """Why the log is not whole; empty: it is."""
     field_of_view: str = ""
@@ -193,6 +195,7 @@ class Tally:
         log: str = "",
         verified: bool | None = None,
         lost: int = 0,
+        unstamped: str = "",
         trouble: str = "",
     ) -> Summary:
         """The numbers so far."""
@@ -226,6 +229,7 @@ class Tally:
             log_verified=verified,
             log_lost=lost,
             log_missed=sum(topic.lost for topic in self.health["logger"].topics) if "logger" in self.health else 0,
+            log_unstamped=unstamped,
             log_trouble=trouble,
             field_of_view=self.detail("perception", "field_of_view_front", ""),
             restarts=restarts or {},

@@ -85,6 +85,8 @@ def summary_lines(summary: Summary) -> list[str]:
     rows.append(("log", f"{summary.log or 'none'}{_verified(summary.log_verified)}"))
     if summary.log_missed:
         rows.append(("not in the log", f"{summary.log_missed} messages did not reach the logger"))
+    if summary.log_unstamped:
+        rows.append(("not stamped", summary.log_unstamped))
     if summary.log_trouble:
         rows.append(("log is not whole", summary.log_trouble))
     return [f"{name:21} {text}" for name, text in rows]

@@ -2,7 +2,7 @@
 
 import sqlite3
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -23,7 +23,8 @@ from services.logger.view.pipe import ViewPipe
 from services.logger.view.settings import Said, ViewSettings
 from services.logger.writing.anchor import Anchor
 from services.logger.writing.log_folder import Retention
-from services.logger.writing.recorder import PictureGate, Pictures, Recorder
+from services.logger.writing.recorder import HeadKeeper, PictureGate, Pictures, Recorder
+from services.logger.writing.time_stamps import TimeStamps
 from services.logger.writing.topic_formats import LOGGED
 from services.logger.writing.writer import LogWriter, WriterSettings
 
@@ -42,6 +43,10 @@ class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
     anchor_file: str = ""
     """Signed heads are also appended to this file, which should be elsewhere and append-only; empty: none."""
     anchor_s: Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)] = 10.0
+    stamp_url: str = ""
+    """Address (http, https) of an authority for time stamps (RFC 3161) of signed heads; empty: none."""
+    stamp_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e6)] = 600.0
+    """One between so often; 0: of each file's last head alone."""
     memory_file: str = ""
     pictures: Pictures = "all"
     pictures_before_s: Around = 5.0
@@ -83,10 +88,8 @@ def build(config: LoggerConfig, node: Node) -> None:
     signer = _signer(config)
     view = _start_view(config, node)
 
-    def anchor_failed(problem: str) -> None:
-        node.detail["anchor_trouble"] = problem
-        node.log.warning(problem)
-
+    log_dir = Path(config.log_dir) if config.log_dir else out / "logs"
+    keepers = tuple(_keepers(config, node, signer, log_dir))
     recorder = Recorder(
         memory=memory,
         pictures=PictureGate(
@@ -96,11 +99,8 @@ def build(config: LoggerConfig, node: Node) -> None:
         ),
         show=view.offer if view else lambda topic, record: None,
         warn=node.log.warning,
-        anchor=Anchor(Path(config.anchor_file), signer, every_s=config.anchor_s, failed=anchor_failed)
-        if config.anchor_file
-        else None,
+        keepers=keepers,
     )
-    log_dir = Path(config.log_dir) if config.log_dir else out / "logs"
     writer = LogWriter(
         _writer_settings(config, log_dir),
         signer,
@@ -114,7 +114,7 @@ def build(config: LoggerConfig, node: Node) -> None:
     if memory is not None:
         _offer_tools(node, memory)
     node.every(1.0, lambda: _report(node, log_dir, recorder, writer, view))
-    node.on_close(lambda: _close(node, writer, view, memory))
+    node.on_close(lambda: _close(node, writer, view, memory, keepers))
 
 
 def _take(
@@ -199,11 +199,16 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
         node.publish(topics.CHAIN, recorder.head)
 
 
-def _close(node: Node, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None) -> None:
+def _close(
+    node: Node, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None, keepers: Sequence[HeadKeeper]
+) -> None:
     if node.unhandled:
         writer.missed(node.unhandled, "the logger was ended before it had taken them in")
     if not writer.close():
         node.log.error("the log was not closed in order: %s", writer.tally.trouble or "the disk is too slow")
+    for keeper in keepers:
+        if isinstance(keeper, TimeStamps):
+            keeper.close()
     if view is not None:
         view.close()
     if memory is not None:
@@ -240,6 +245,25 @@ def _signer(config: LoggerConfig) -> signing.Signer:
             f"no key to sign the log with in {directory}: {error}; set secret_dir to a folder of yours"
         ) from None
     return signer
+
+
+def _keepers(config: LoggerConfig, node: Node, signer: signing.Signer, log_dir: Path) -> Iterator[HeadKeeper]:
+    """Where heads are kept besides the log. What they cannot do stands in the health, and costs no record. Raises UserError."""
+
+    def failed(detail: str) -> Callable[[str], None]:
+        def tell(problem: str) -> None:
+            node.detail[detail] = problem
+            node.log.warning(problem)
+
+        return tell
+
+    if config.anchor_file:
+        yield Anchor(Path(config.anchor_file), signer, every_s=config.anchor_s, failed=failed("anchor_trouble"))
+    if config.stamp_url:
+        try:
+            yield TimeStamps(config.stamp_url, log_dir, every_s=config.stamp_s, failed=failed("stamp_trouble"))
+        except ValueError as error:
+            raise UserError(f"stamp_url: {error}") from None
 
 
 def _open_memory(path: Path, node: Node) -> MemoryStore | None:

@@ -94,6 +94,8 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     """Bytes behind the last chain record of an unclosed file: a flush that was cut, vouched for by nothing."""
     first_bad: Place | None = None
     expected_head_missing: bool = False
+    stamped: dict[str, int] = {}
+    """By imprint, how many messages lie before a head that a time stamp was sought for."""
     lost: int = 0
     """Messages that the logger itself says never came into the file."""
     lost_why: str = ""

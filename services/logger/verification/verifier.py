@@ -17,7 +17,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Metadata, MetadataIndex
 
-from services.logger.format import chain, container, scan, signing
+from services.logger.format import chain, container, scan, signing, time_stamp
 from services.logger.verification.report import UNSEALED, Found, Place, Report, What, first_difference
 from services.logger.writing.log_file import ORIGIN, Origin, opening
 from services.logger.writing.topic_formats import GAP_TOPIC, Gap
@@ -63,9 +63,18 @@ class _Read(msgspec.Struct, frozen=True, kw_only=True):
 class Walk:
     """One pass. `good` is the byte up to which chain records vouch for everything."""
 
-    def __init__(self, data: memoryview, mapped: mmap.mmap, *, expected_heads: frozenset[str], public_key: str) -> None:
+    def __init__(
+        self,
+        data: memoryview,
+        mapped: mmap.mmap,
+        *,
+        expected_heads: frozenset[str],
+        public_key: str,
+        sought: frozenset[str],
+    ) -> None:
         self._data, self._mapped = data, mapped
         self._expected_heads, self._public_key = set(expected_heads), public_key
+        self._sought, self._stamped = sought, dict[str, int]()
         self._origin: Origin | None = None
         self._contents = container.Contents()
         self._topics: dict[int, str] = {}
@@ -101,6 +110,7 @@ class Walk:
             tail_bytes=0 if whole else len(self._data) - self._good,
             first_bad=self._bad,
             expected_head_missing=self._bad is None and bool(self._expected_heads),
+            stamped=self._stamped,
             lost=self._lost,
             lost_why=self._lost_why,
         )
@@ -175,6 +185,8 @@ class Walk:
         self._messages, self._n, self._head, self._key_id = body.messages, self._n + 1, record.head, record.key_id
         self._span_start, self._closing = read.start, body.closed
         self._expected_heads.discard(record.head)
+        if self._sought and (imprint := time_stamp.imprint(record.head)) in self._sought:
+            self._stamped[imprint] = body.messages
         self._gaps(pending)
 
     def _gaps(self, pending: list[_Read]) -> None:
@@ -357,9 +369,16 @@ def _key_id(public_key: str) -> str:
 
 
 def verify(
-    path: Path, *, expected_head: str = "", public_key: str = "", anchored: frozenset[str] = frozenset()
+    path: Path,
+    *,
+    expected_head: str = "",
+    public_key: str = "",
+    anchored: frozenset[str] = frozenset(),
+    sought: frozenset[str] = frozenset(),
 ) -> Report:
     """Reads the whole file. `expected_head` and all of `anchored` must be among its heads; `public_key` (hex) must have signed.
+
+    Imprints that are `sought` and of one of its heads stand in `stamped`.
 
     Raises OSError where the file cannot be read.
     """
@@ -372,6 +391,6 @@ def verify(
         mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,
         memoryview(mapped) as data,
     ):
-        walk = Walk(data, mapped, expected_heads=expected, public_key=public_key)
+        walk = Walk(data, mapped, expected_heads=expected, public_key=public_key, sought=sought)
         walk.run()
         return walk.report(str(path))

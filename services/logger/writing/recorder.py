@@ -4,9 +4,9 @@ import sqlite3
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 import msgspec
 
@@ -18,13 +18,22 @@ from proto.health import ChainHead
 from proto.topics import Topic
 from services.logger.format.container import writable_ns
 from services.logger.memory import MemoryStore, TraceRow, trace_row
-from services.logger.writing.anchor import Anchor
 from services.logger.writing.log_file import Record
 from services.logger.writing.topic_formats import record
 
 Pictures = Literal["all", "events", "none"]
 MAX_WAITING = 256
 """Pictures held back at most, whatever the clock does."""
+
+
+class HeadKeeper(Protocol):
+    """Has heads kept where the drive's folder does not hold them."""
+
+    def sealed(self, head: ChainHead, n: int) -> None:
+        """A flush is in the file."""
+
+    def retired(self, file: str) -> None:
+        """Retention is about to delete a file."""
 
 
 class PictureGate:
@@ -66,9 +75,9 @@ class Recorder:
         pictures: PictureGate,
         show: Callable[[str, Record], None],
         warn: Callable[[str], None],
-        anchor: Anchor | None = None,
+        keepers: Sequence[HeadKeeper] = (),
     ) -> None:
-        self._anchor = anchor
+        self._keepers = keepers
         self._memory, self._pictures, self._show, self._warn = memory, pictures, show, warn
         self._lock = threading.Lock()
         self._rows: list[TraceRow] = []
@@ -125,8 +134,8 @@ class Recorder:
                 self._keep(self._memory, head, n, rows)
         finally:
             self.head = head
-        if self._anchor is not None:
-            self._anchor.sealed(head, n)
+        for keeper in self._keepers:
+            keeper.sealed(head, n)
 
     def _keep(self, memory: MemoryStore, head: ChainHead, n: int, rows: list[TraceRow]) -> None:
         try:
@@ -147,8 +156,8 @@ class Recorder:
     def retired(self, path: Path) -> None:
         """A log file is about to be deleted to keep the bounds."""
         self._warn(f"retired {path.name}: the bounds of retention are reached")
-        if self._anchor is not None:
-            self._anchor.retired(path.name)
+        for keeper in self._keepers:
+            keeper.retired(path.name)
         if self._memory is not None:
             try:
                 self._memory.forget_file(path.name)
