@@ -1,15 +1,22 @@
 """What a long file costs in memory, and that its index is the same however long it was kept."""
 
 import gc
+import sys
 import tracemalloc
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 from mcap.records import ChunkIndex
 
 from services.logger.format.container import TIME_MAX_NS, ChunkIndexes, encode
 from services.logger.format.signing import Signer
-from services.logger.writing.log_file import LogFile, Origin
+from services.logger.verification.verifier import verify
+from services.logger.writing.log_file import DiskFile, LogFile, Origin
 from tests.unit.services.logger.conftest import record
 
 
@@ -49,6 +56,38 @@ def test_the_index_is_the_same_as_if_each_entry_had_been_kept(found: list[ChunkI
         kept.append(each)
     assert kept.encoded() == kept.encoded() == b"".join(map(encode, found))
     assert kept.count == len(found)
+
+
+@contextmanager
+def calls() -> Iterator[Counter[str]]:
+    """Counts calls of functions, Python's and C's."""
+    counted: Counter[str] = Counter()
+    sys.setprofile(lambda frame, event, argument: counted.update((event,)))
+    try:
+        yield counted
+    finally:
+        sys.setprofile(None)
+
+
+def test_a_long_file_is_closed_with_no_more_calls_than_a_short_one(tmp_path: Path, signer: Signer) -> None:
+    took = []
+    for flushes in (50, 3000):
+        path = tmp_path / f"{flushes}.mcap"
+        file = LogFile(DiskFile(path), Origin(file=path.name, vehicle="ego", public_key=signer.public_hex), signer)
+        for n in range(flushes):
+            file.append([record(f"topic/{k}", n, n * 10 + k) for k in range(15)], now_ns=n * 10)
+        file.append([], now_ns=flushes * 10, closed=True)
+        with calls() as counted:
+            file.finish()
+        file.release()
+        took.append(counted["call"] + counted["c_call"])
+        report = verify(path)
+        assert (report.closed, report.messages, report.chained) == (True, 15 * flushes, flushes + 1)
+        with path.open("rb") as opened:
+            summary = make_reader(opened).get_summary()
+        assert summary is not None
+        assert len(summary.chunk_indexes) == 2 * flushes + 1
+    assert took[1] <= took[0] + 20, "written during the drive, not at its end"
 
 
 def test_an_hour_of_flushes_takes_less_than_five_megabytes(signer: Signer) -> None:
