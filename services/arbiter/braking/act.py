@@ -70,12 +70,17 @@ def needed_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     return closing * closing / (2.0 * room)
 
 
+def braking_on(numbers: Numbers, ego_mps: float, profile: Profile) -> tuple[float, float]:
+    """Speed of a lead, and the deceleration with which it is taken to brake on: 0 where it stands, whatever was measured."""
+    lead_mps, lead_mps2 = max(0.0, ego_mps - max(0.0, numbers.closing_mps)), max(0.0, -numbers.track.ax_mps2)
+    return lead_mps, lead_mps2 if lead_mps >= profile.stands_mps else 0.0
+
+
 def danger_mps2(numbers: Numbers, ego_mps: float, profile: Profile) -> float:
     """The deceleration that avoids the impact: `needed_mps2`, and more behind a lead that goes on braking as it does."""
-    room, lead_mps2 = max(0.5, numbers.gap_m - profile.d0_m), -numbers.track.ax_mps2
-    closing = min(max(0.0, numbers.closing_mps), max(0.0, ego_mps))
-    needed, lead_mps = needed_mps2(numbers, ego_mps, profile), max(0.0, ego_mps - closing)
-    if lead_mps2 <= 0.0 or lead_mps <= 0.0:
+    room, closing = max(0.5, numbers.gap_m - profile.d0_m), min(max(0.0, numbers.closing_mps), max(0.0, ego_mps))
+    needed, (lead_mps, lead_mps2) = needed_mps2(numbers, ego_mps, profile), braking_on(numbers, ego_mps, profile)
+    if lead_mps2 <= 0.0:
         return needed
     if closing > 0.0 and 2.0 * room / closing <= lead_mps / lead_mps2:  # the closing ends while the lead still moves
         return needed + lead_mps2

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from domain.rss import GRAVITY_MPS2
 from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, act_bounds
-from services.arbiter.braking.act import Permission
+from services.arbiter.braking.act import Permission, braking_on
 from services.arbiter.braking.guard import Case
 from services.arbiter.profiles.profile import Profile
 
@@ -62,9 +62,8 @@ def _meets(numbers: Numbers, ego_mps: float, can_mps2: float, profile: Profile) 
     closing = max(0.0, numbers.closing_mps)
     late_s = profile.emergency_delay_s + can_mps2 / (2.0 * profile.act_jerk_mps3)
     ways = [closing * late_s + closing * closing / (2.0 * can_mps2)]
-    lead_mps, lead_mps2 = max(0.0, ego_mps - closing), -numbers.track.ax_mps2
-    # what stands does not brake on, whatever its measured deceleration
-    if lead_mps2 > 0.0 and lead_mps >= profile.stands_mps:
+    lead_mps, lead_mps2 = braking_on(numbers, ego_mps, profile)
+    if lead_mps2 > 0.0:
         ways.append(ego_mps * late_s + ego_mps * ego_mps / (2.0 * can_mps2) - lead_mps * lead_mps / (2.0 * lead_mps2))
     return max(ways) + profile.emergency_spare_m >= numbers.gap_m
 

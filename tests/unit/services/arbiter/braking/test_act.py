@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from hypothesis import given
 from hypothesis import strategies as st
 
+from services.arbiter.assessment.assess import Numbers, View, act_bounds, measure
 from services.arbiter.assessment.reading import Pedals
-from services.arbiter.braking.act import Need, Permission, brake, overridden, stop
+from services.arbiter.braking.act import Need, Permission, brake, danger_mps2, needed_mps2, overridden, stop
 from services.arbiter.braking.budget import LONGEST_STEP_NS, advanced
 from services.arbiter.state import Intervention
 from tests.unit.services.arbiter.closed_loop import EMERGENCY
-from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, PAPER, SECOND
+from tests.unit.services.arbiter.support import CALIBRATED, GRANTED, HANDS_OFF, PAPER, SECOND, track
 
 TICK = SECOND // 10
 needs = st.builds(
@@ -51,6 +52,28 @@ def test_soft_braking_ends_with_its_budget_and_the_window_brings_it_back() -> No
     assert ends[20] == "the longest braking allowed is over"
     assert set(ends[21:70]) == {"resting after an intervention"}
     assert values[70] > 0.0
+
+
+def _behind(gap_m: float, ego_mps: float, lead_mps: float, ax_mps2: float) -> Numbers:
+    lead, view = track(gap_m=gap_m, closing_mps=ego_mps - lead_mps, ax_mps2=ax_mps2), View(mu_low=0.7, mu_high=0.9)
+    return measure(lead, view, act_bounds(view, CALIBRATED), CALIBRATED)
+
+
+@given(st.floats(1.0, 80.0), st.floats(3.0, 40.0), st.floats(0.0, 1.0, exclude_max=True), st.floats(-9.0, 3.0))
+def test_what_stands_is_braked_for_as_if_no_deceleration_of_it_were_measured(
+    gap_m: float, ego_mps: float, share: float, ax_mps2: float
+) -> None:
+    seems = _behind(gap_m, ego_mps, share * CALIBRATED.stands_mps * 0.5, ax_mps2)
+    assert danger_mps2(seems, ego_mps, CALIBRATED) == needed_mps2(seems, ego_mps, CALIBRATED)
+
+
+@given(st.floats(1.0, 80.0), st.floats(6.0, 40.0), st.floats(0.5, 1.0), st.floats(0.0, 9.0), st.floats(0.0, 3.0))
+def test_a_lead_that_brakes_is_braked_for_no_less_than_one_that_brakes_less(
+    gap_m: float, ego_mps: float, share: float, mps2: float, more_mps2: float
+) -> None:
+    less, more = (_behind(gap_m, ego_mps, share * ego_mps, -each) for each in (mps2, mps2 + more_mps2))
+    assert danger_mps2(more, ego_mps, CALIBRATED) >= danger_mps2(less, ego_mps, CALIBRATED) - 1e-9
+    assert danger_mps2(less, ego_mps, CALIBRATED) >= needed_mps2(less, ego_mps, CALIBRATED)
 
 
 def test_an_emergency_brakes_harder_where_the_grip_is_sure_and_no_softer_where_it_is_not() -> None:
