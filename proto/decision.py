@@ -10,8 +10,10 @@ from proto.perception import Track
 from proto.rules import Citation, LegalLimit
 from proto.scene import Unit
 from proto.speech import Memory, Message
+from proto.speed_assistance import Picture
 from proto.tools import Outcome
 
+Language = Literal["en", "de", "fr"]
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
 Envelope = Literal["soft", "emergency"]
 """How hard and how long the car may be braked: bounded and short, or to standstill where nothing else avoids an impact."""
@@ -66,6 +68,8 @@ class Fused(msgspec.Struct, frozen=True, kw_only=True):
     """The legal limit in force, where the words tell it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
+    picture: Picture | None = None
+    """The sign that is shown with the message."""
 
 
 class SafetyMetrics(msgspec.Struct, frozen=True, kw_only=True):
@@ -171,6 +175,8 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True):
     """The legal limit in force, where the words tell it: all that a driver who hears them learns of it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
+    picture: Picture | None = None
+    """The sign that is shown with the message."""
 
 
 class BrakeCommand(msgspec.Struct, frozen=True, kw_only=True):
@@ -214,8 +220,14 @@ class Feedback(msgspec.Struct, frozen=True, kw_only=True):
 class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     """How the driver wants to be spoken to."""
 
-    language: Literal["en", "de"] = "en"
+    language: Language = "en"
     unit: Unit = "km/h"
+    converts: bool = False
+    """Limits are spoken in the driver's unit where the country's is another."""
+    tolerance_low: float = 0.0
+    """So much above a limit of up to 60 km/h no overspeed is sounded, in the driver's unit; at most 10."""
+    tolerance_high: float = 0.0
+    """The same above higher limits."""
     verbosity: Literal["short", "normal", "full"] = "normal"
     tone: Literal["neutral", "friendly"] = "neutral"
     muted: bool = False

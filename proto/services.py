@@ -79,7 +79,7 @@ SERVICES: tuple[ServiceRow, ...] = (
     ServiceRow(
         name="orchestrator",
         extra="orchestrator",
-        tools=("ask", "feedback", "set_preferences"),
+        tools=("ask", "feedback", "set_preferences", "acknowledge"),
         calls=("*",),
         step_order=60,
         start_order=2,
@@ -93,6 +93,7 @@ SERVICES: tuple[ServiceRow, ...] = (
         memory_mb=700,
     ),
     ServiceRow(name="gateway", extra="gateway", calls=("*",), step_order=80, start_order=2),
+    ServiceRow(name="cockpit", extra="cockpit", calls=("orchestrator",), step_order=90, start_order=2),
 )
 BY_NAME = {row.name: row for row in SERVICES}
 OWNERS: Mapping[str, str] = MappingProxyType({tool: row.name for row in SERVICES for tool in row.tools})

@@ -9,6 +9,7 @@ from proto.health import ChainHead, ServiceHealth, ServiceLog
 from proto.perception import Boxes, Lanes, Tracks
 from proto.scene import Facts, SceneGraph
 from proto.sensors import Calibration, CameraFrame, CanFrames, ClockTick, GnssFix, LidarSweep, MapView, WeatherSensing
+from proto.speed_assistance import SpeedAssistance
 from proto.tools import CallRecords
 from proto.truth import Corrupted, ScenarioState, Truth
 from proto.vehicle import Degradation, Ego
@@ -219,7 +220,16 @@ ADVISORY = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("orchestrator",),
-    readers=("simulator", "logger", "gateway", "evaluation"),
+    readers=("simulator", "logger", "gateway", "cockpit", "evaluation"),
+    encoding="json",
+)
+SPEED_ASSISTANCE = Topic(
+    name="speed_assistance",
+    message=SpeedAssistance,
+    rate_hz=10,
+    max_age_ms=500,
+    publishers=("orchestrator",),
+    readers=("logger", "gateway", "cockpit", "evaluation"),
     encoding="json",
 )
 TRACE = Topic(
@@ -256,7 +266,7 @@ HEALTH = Topic(
     rate_hz=1,
     max_age_ms=5000,
     publishers=_ALL,
-    readers=("logger", "gateway", "evaluation"),
+    readers=("logger", "gateway", "cockpit", "evaluation"),
     encoding="json",
     logged="always",
 )
