@@ -63,12 +63,11 @@ def presses(fused: Fused) -> bool:
 
 
 def being_heard(memory: Memory, fused: Fused, now_ns: int, gap_s: float) -> bool:
-    """Whether the driver still listens to the last message. A graver one cuts it short; an equally grave one does so if it presses
-    and the last one did not."""
+    """Whether the driver still listens to the last message. A warning or an alarm cuts a calmer one short; all else waits."""
     if memory.spoken_ns is None or (now_ns - memory.spoken_ns) / 1e9 >= gap_s:
         return False
     now, before = (GRAVITY.index(urgency) for urgency in (fused.urgency, memory.urgency))
-    return now < before or (now == before and (memory.pressed or not presses(fused)))
+    return fused.urgency not in WARNS or now <= before
 
 
 def is_fresh(memory: Memory, hazard: str, now_ns: int, repeat_s: float, *, alarm: bool) -> bool:

@@ -68,6 +68,8 @@ class Fused(msgspec.Struct, frozen=True, kw_only=True):
     """The legal limit in force, where the words tell it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
+    asked_mps: float | None = None
+    """The speed that the words ask for; None: they ask for none."""
     picture: Picture | None = None
     """The sign that is shown with the message."""
 
@@ -175,6 +177,8 @@ class Advisory(msgspec.Struct, frozen=True, kw_only=True):
     """The legal limit in force, where the words tell it: all that a driver who hears them learns of it."""
     target_why: str = ""
     """What bounds the target most: `law`, `lead`, `person`, `red_light` ..."""
+    asked_mps: float | None = None
+    """The speed that the words ask for; None: they ask for none. A target that is shown alone asks for nothing."""
     picture: Picture | None = None
     """The sign that is shown with the message."""
 

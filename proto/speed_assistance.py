@@ -40,7 +40,9 @@ class SpeedAssistance(msgspec.Struct, frozen=True, kw_only=True):
     country: str = ""
     plate: str = ""
     target_mps: float | None = None
-    """A recommended speed below the limit: a small number beside the sign, and a mark on the speed ring."""
+    """The target of this moment: a mark on the speed ring."""
+    advised_mps: float | None = None
+    """What road and weather ask for, where that is clearly less than the limit: a small number beside the sign."""
     warning: Warning = "none"
     excess_mps: float = 0.0
     """So much faster than the limit and the driver's tolerance; 0: not."""

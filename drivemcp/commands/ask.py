@@ -16,7 +16,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("question")
     parser.add_argument("--connect", metavar="ENDPOINT")
     parser.add_argument("--vehicle", metavar="NAME")
-    parser.add_argument("--language", choices=("en", "de"), help="of the answer (default: the driver's)")
+    parser.add_argument("--language", choices=("en", "de", "fr"), help="of the answer (default: the driver's)")
     parser.add_argument("--json", action="store_true", help="the whole answer as JSON")
     parser.set_defaults(run=command)
 

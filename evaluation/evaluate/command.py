@@ -8,9 +8,9 @@ from drivemcp.files.modes import others_denied
 from drivemcp.numbers import number, whole
 from evaluation.campaign.names import QUICK_S, TABLES
 
-GUARD, POPULATION = "guard", "population"
-ALONE = (GUARD, POPULATION)
-"""Tables of the guard alone, with modelled sensors as a rule."""
+GUARD, POPULATION, ISA = "guard", "population", "isa"
+ALONE = (GUARD, POPULATION, ISA)
+"""Tables of the field's yardsticks, with modelled sensors as a rule."""
 MOST = 100_000
 """Runs, or runs side by side: no campaign has more."""
 
@@ -30,7 +30,8 @@ def register(subparsers: Subparsers) -> None:
         metavar="TABLE",
         help=", ".join((*TABLES, "all"))
         + f"; or {GUARD}: what the guard avoids alone, in scenes of the kind of UN Regulation 152; "
-        f"or {POPULATION}: drivers of four kinds at hazards and on routes",
+        f"or {POPULATION}: drivers of four kinds at hazards and on routes; "
+        f"or {ISA}: what is shown and said of limits, by the rules of speed assistance",
     )
     parser.add_argument(
         "--seeds", type=whole(1, MOST), help="runs a cell of the table guard (20, rendered 3, with --quick 1)"
@@ -52,6 +53,13 @@ def register(subparsers: Subparsers) -> None:
         "--by",
         choices=("delta", "ablation"),
         help="of the table population each row of that table, with an absent driver, where the arbiter acts",
+    )
+    parser.add_argument(
+        "--from",
+        dest="first",
+        type=whole(0, MOST),
+        metavar="N",
+        help="of the table isa: the number of the first place of each family (0)",
     )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument(
@@ -81,7 +89,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("--jobs", type=whole(1, MOST), help="runs side by side (one a core)")
     parser.add_argument("--out", default="out/evaluate", metavar="DIR", help="where runs, tables and report go")
     parser.add_argument(
-        "--sensors", choices=("rendered", "model"), help="rendered; model for the tables guard and population"
+        "--sensors", choices=("rendered", "model"), help="rendered; model for the tables guard, population and isa"
     )
     parser.add_argument(
         "--latencies",
@@ -150,8 +158,12 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--beside: the table {flags.table} has no such columns; the table {GUARD} has")
     if flags.table != POPULATION and (flags.windows is not None or flags.population or flags.by):
         raise UserError(f"--windows, --population, --by: the table {flags.table} has none; the table {POPULATION} has")
+    if flags.table != ISA and flags.first is not None:
+        raise UserError(f"--from: the table {flags.table} begins at its first place; the table {ISA} takes a number")
     try:
-        if flags.table == GUARD:
+        if flags.table == ISA:
+            from evaluation.isa.isa import evaluate_isa as evaluate
+        elif flags.table == GUARD:
             from evaluation.guard.guard import evaluate_guard as evaluate
         elif flags.table == POPULATION:
             from evaluation.population.population import evaluate_population as evaluate

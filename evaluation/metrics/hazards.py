@@ -142,7 +142,8 @@ def _effective(record: Record, said: At[Advisory], episode: Episode) -> bool:
 
 
 def _asks_less(said: At[Advisory], truth: Truth) -> bool:
-    asked = [mps for mps in (said.message.target_mps, said.message.ahead_mps) if mps is not None]
+    told = said.message
+    asked = [mps for mps in (told.asked_mps, told.ahead_mps, told.told_limit_mps) if mps is not None]
     return min(asked, default=math.inf) < truth.speed_mps
 
 

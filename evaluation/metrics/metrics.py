@@ -95,6 +95,10 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
 
     messages: int = 0
     """Messages that the driver hears; advisories."""
+    listening_s: float | None = None
+    """Time in which the driver listens, s: by the words of the messages."""
+    cut_off: int | None = None
+    """Messages that the next one cut off before their last word."""
     nags: int = 0
     """Repeats without new information."""
     repeats_20s: int | None = None
@@ -167,6 +171,9 @@ RATES: Mapping[str, RateRow] = {
         ("near_collisions", "near_collisions", "distance_m", 1e4, "/10 km"),
         ("collisions", "collisions", "distance_m", 1e6, "/1,000 km"),
         ("messages", "messages", "distance_m", 1e4, "/10 km"),
+        ("messages_hour", "messages", "seconds", 3600.0, "/h"),
+        ("listening", "listening_s", "seconds", 3600.0, "s/h"),
+        ("cut_off", "cut_off", "distance_m", 1e4, "/10 km"),
         ("nags", "nags", "distance_m", 1e4, "/10 km"),
         ("repeats_20s", "repeats_20s", "distance_m", 1e4, "/10 km"),
         ("false_warnings", "false_warnings", "distance_m", 1e4, "/10 km"),
@@ -176,7 +183,10 @@ RATES: Mapping[str, RateRow] = {
         ("unknown_limit", "unknown_limit_s", "seconds", 3600.0, "s/h"),
     )
 }
-"""Rates made of the counts of one run or of many. The last two are times, not counts: no Poisson interval fits them."""
+"""Rates made of the counts of one run or of many.
+
+`listening`, `wrong_limit` and `unknown_limit` are times, not counts: no Poisson interval fits them.
+"""
 
 
 def measure(record: Record) -> Metrics:
@@ -195,6 +205,8 @@ def measure(record: Record) -> Metrics:
         sensor_latency_p99_s=speech.percentile(speech.sensor_latencies_s(record), 99),
         interventions=len(braked),
         messages=len(record.spoken),
+        listening_s=speech.listening_s(record),
+        cut_off=speech.cut_off(record),
         nags=speech.nags(record),
         repeats_20s=speech.repeats(record),
         target_mean_mps=speech.mean_target_mps(record),

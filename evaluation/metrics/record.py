@@ -139,6 +139,10 @@ class Recorder:
 
         return add
 
+    def start_ns(self) -> int:
+        """The stamp of the run's instant 0."""
+        return _start_ns(self._found)
+
     def record(self) -> Record:
         """The run so far."""
         return _record(self._found)

@@ -1,8 +1,9 @@
 """What the driver has to listen to: messages, nags, and slow-downs that nothing called for."""
 
 import math
+import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from statistics import quantiles
 
@@ -58,6 +59,35 @@ def nags(record: Record) -> int:
         count += _is_nag(record, before, each)
         before.append(each)
     return count
+
+
+def listening_s(record: Record) -> float:
+    """Time in which the driver listens: the words of each message, up to the next one."""
+    return sum(heard_s for heard_s, _ in _heard(record))
+
+
+def cut_off(record: Record) -> int:
+    """Messages that the next one cut off before their last word."""
+    return sum(cut for _, cut in _heard(record))
+
+
+def _heard(record: Record) -> Iterator[tuple[float, bool]]:
+    """How long each message was heard, and whether it was cut off."""
+    for now, later in pairwise((*record.spoken, None)):
+        if now is None:
+            continue
+        takes_s = words_s(now.message.directive)
+        left_s = later.time_s - now.time_s if later is not None else math.inf
+        yield min(takes_s, left_s), left_s < takes_s
+
+
+def words_s(text: str) -> float:
+    """How long a text takes to be spoken."""
+    return len(re.findall(r"[^\W_]+(?:['’-][^\W_]+)*", text)) / WORDS_PER_S
+
+
+WORDS_PER_S = 156.0 / 60.0
+"""Of warnings (NHTSA 1996, as quoted second-hand)."""
 
 
 def repeats(record: Record) -> int:

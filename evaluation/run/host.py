@@ -32,7 +32,7 @@ from services.simulator.scenario.plan import Scenario
 from services.simulator.service import find_scenario
 
 SOURCE = "simulator"
-NOT_NEEDED = ("gateway", "player")
+NOT_NEEDED = ("gateway", "player", "cockpit")
 STALL_S = 120.0
 """Wall time without a step after which a run counts as stuck."""
 _CAMERAS: Mapping[str, tuple[str, ...]] = {"rendered": ("front", "tele"), "model": ()}

@@ -14,7 +14,7 @@ from drivemcp.node import Node
 from drivemcp.runtime.codehash import code_hash
 from drivemcp.service import Service
 from proto import topics
-from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Preferences
+from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Language, Preferences
 from proto.perception import Tracks
 from proto.scene import Facts, Unit
 from proto.tools import Outcome
@@ -36,6 +36,7 @@ from services.orchestrator.observations.inputs import (
     experts,
     road_ahead,
 )
+from services.orchestrator.speed_assistance import MOST_TOLERANCE
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
 from services.orchestrator.tick import Ticked, tick, trace_of
@@ -49,6 +50,12 @@ MOST_FACTS = 200
 CODE = code_hash("proto", "services.arbiter", "services.orchestrator")
 
 Label = Literal["late_warning", "false_positive", "override", "helpful", "annoying"]
+Tolerance = Annotated[
+    float,
+    msgspec.Meta(
+        ge=0.0, le=MOST_TOLERANCE, description="above limits up to 60 km/h, or above higher ones; driver's unit"
+    ),
+]
 Question = Annotated[str, msgspec.Meta(max_length=400, description="the driver's question in plain words")]
 
 
@@ -131,6 +138,7 @@ class Orchestrator:
         self._feedback: list[Feedback] = []
         self._given = Given()
         self._query = ""
+        self._acknowledged = False
         self._preferences: Preferences | None = config.preferences
         self._method = Method(name=config.method, settings=config.method_settings)
         self._advisor = advisor_of(self._method)
@@ -174,6 +182,7 @@ class Orchestrator:
         self._ticked_ns = seen.now_ns
         advisory = self._timed(ticked, seen, ask)
         self._node.publish(topics.ADVISORY, advisory)
+        self._node.publish(topics.SPEED_ASSISTANCE, ticked.assistance)
         self._node.publish(topics.WORLD, ticked.world)
         number = ticked.state.tick
         logged = "logger" in self._node.alive_services()
@@ -210,6 +219,7 @@ class Orchestrator:
         with self._lock:
             feedback, self._feedback = tuple(self._feedback if self._config.learns else ()), []
             query, self._query = self._query, ""
+            acknowledged, self._acknowledged = self._acknowledged, False
             preferences, self._preferences = self._preferences, None
         facts, self._facts = tuple(self._facts), []
         gnss, road = node.latest(topics.GNSS), node.latest(topics.MAP)
@@ -234,6 +244,7 @@ class Orchestrator:
             preferences=preferences,
             feedback=feedback,
             experts=experts(node.catalogue()),
+            acknowledged=acknowledged,
             query=query,
             method=self._method,
             thresholds=self._config.thresholds,
@@ -271,6 +282,11 @@ class Orchestrator:
         with self._lock:
             self._query = plain(question)
         return self._advisor.answer(question, in_language(self.state, language), _AskedOutsideATick(self._node))
+
+    def acknowledge(self) -> None:
+        """End the sound of an overspeed from the next tick on; what is shown stays."""
+        with self._lock:
+            self._acknowledged = True
 
     def give_feedback(self, label: Label, number: int, note: str) -> int:
         """Queue a label for the next tick; raises ToolFailed when there were too many."""
@@ -332,7 +348,7 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
     @node.tool(deadline_ms=600, read_only=True)
     def ask(
         question: Question,
-        language: Annotated[str | None, msgspec.Meta(description="en or de; absent: the driver's")] = None,
+        language: Annotated[str | None, msgspec.Meta(description="en, de or fr; absent: the driver's")] = None,
     ) -> Answer:
         """Answer a driver's question from the running drive: signs, units and country, a changed limit, a warning lamp, the law."""
         return orchestrator.ask(question, language)
@@ -348,14 +364,34 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
 
     @node.tool(deadline_ms=200, read_only=False)
     def set_preferences(
-        language: Literal["en", "de"] | None = None,
+        language: Language | None = None,
         unit: Unit | None = None,
         verbosity: Literal["short", "normal", "full"] | None = None,
         tone: Literal["neutral", "friendly"] | None = None,
-        muted: Annotated[bool | None, msgspec.Meta(description="hazards and first notices are spoken anyway")] = None,
+        muted: Annotated[
+            bool | None, msgspec.Meta(description="for this drive; hazards and first notices are spoken anyway")
+        ] = None,
+        converts: Annotated[bool | None, msgspec.Meta(description="limits are spoken in the driver's unit")] = None,
+        tolerance_low: Tolerance | None = None,
+        tolerance_high: Tolerance | None = None,
     ) -> Preferences:
         """How the driver wants to be spoken to, from the next message on; absent fields stay as they are."""
-        return orchestrator.prefer(language=language, unit=unit, verbosity=verbosity, tone=tone, muted=muted)
+        return orchestrator.prefer(
+            language=language,
+            unit=unit,
+            verbosity=verbosity,
+            tone=tone,
+            muted=muted,
+            converts=converts,
+            tolerance_low=tolerance_low,
+            tolerance_high=tolerance_high,
+        )
+
+    @node.tool(deadline_ms=200, read_only=False)
+    def acknowledge() -> dict[str, bool]:
+        """End the sound of an overspeed: it comes again once the speed was at the limit, or the limit falls."""
+        orchestrator.acknowledge()
+        return {"acknowledged": True}
 
 
 SERVICE = Service("orchestrator", OrchestratorConfig, build)

@@ -11,7 +11,7 @@ from proto.decision import Preferences
 from proto.observed import value_of
 from proto.rules import PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
-from proto.speech import Memory
+from proto.speech import Memory, News
 from proto.tools import Effect
 from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
@@ -265,6 +265,21 @@ class GapSeen(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """Seen well enough to be spoken of (`actors.well_seen`)."""
 
 
+class Overspeed(msgspec.Struct, frozen=True, kw_only=True):
+    """What the speed assistance remembers of an overspeed (`speed_assistance.py`)."""
+
+    limit_mps: float | None = None
+    """The limit as it was last known."""
+    since_ns: int | None = None
+    """Since when the ego is faster; None: it is not, or that is unknown."""
+    above_ns: tuple[int | None, ...] = ()
+    """Since when it is above each row of the table."""
+    sounded_ns: int | None = None
+    """When it was sounded; None: it was not yet."""
+    ended: bool = False
+    """The sound is over: by its time, or since the driver answered it."""
+
+
 class State(msgspec.Struct, frozen=True, kw_only=True):
     """All that is remembered."""
 
@@ -294,6 +309,13 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """Since when the ego and all vehicles that go its way are fast (`road_kind.fast_since`)."""
     missing: tuple[Onset, ...] = ()
     """Topics and services that are missing."""
+    overspeed: Overspeed = Overspeed()
+    limit_mps: float | None = None
+    """The limit in force as it was last known well enough to be spoken."""
+    former_mps: float | None = None
+    """The one before it."""
+    announced: News | None = None
+    """The limit that was announced last, until another one is told."""
     preferences: Preferences = Preferences()
     effects: tuple[tuple[str, Effect], ...] = ()
     advisor: dict[str, Any] = {}

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from proto.decision import Advisory, ArbitrationRequest, Decision, Event, Fused, TraceRecord
+from proto.speed_assistance import Picture, SpeedAssistance
 from proto.tools import Outcome
 from proto.world import WorldState
 from services.orchestrator.advisor import Advised, advisor_of
@@ -20,7 +21,8 @@ from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.limits_ahead import past
 from services.orchestrator.speech.memory import remember
-from services.orchestrator.speech.wording import say, toned
+from services.orchestrator.speech.wording import face, say, toned
+from services.orchestrator.speed_assistance import assistance, stepped
 from services.orchestrator.state import State, digest
 from services.orchestrator.world.actors import people, vehicles
 from services.orchestrator.world.observe import observe
@@ -41,6 +43,7 @@ class Ticked(NamedTuple):
     request: ArbitrationRequest
     decision: Decision
     advisory: Advisory
+    assistance: SpeedAssistance
     latency_ms: float | None = None
     """What the advisor's answer took, where the tick's own time does not tell."""
 
@@ -49,6 +52,7 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
     """The next state and everything on the way to it."""
     before = on_this_clock(before, seen.now_ns)
     state = answers.take(observe(before, seen), seen.late)
+    state = stepped(state, seen.ego.message if seen.ego is not None else None, seen.acknowledged)
     events = detect_events(state, before, seen.query, seen.thresholds)
     advisor = advisor_of(seen.method)
     advised = advisor.advise(state, before, events, seen, ask)
@@ -68,6 +72,7 @@ def tick(before: State, seen: Observations, ask: Ask) -> Ticked:
         request,
         decision,
         advisory,
+        assistance(state, fused, advised.goal),
         advised.latency_ms,
     )
 
@@ -119,15 +124,23 @@ def advisory_of(
     """What the driver is told: the candidate's words; without one, those of a warning that the arbiter alone wants."""
     preferences = state.preferences
     directive, justification = fused.directive, fused.justification
-    urgency, hazard, topic = fused.urgency, fused.hazard, fused.topic
+    urgency, hazard, topic, asked_mps, picture = (
+        fused.urgency,
+        fused.hazard,
+        fused.topic,
+        fused.asked_mps,
+        fused.picture,
+    )
     if decision.kind != "SILENT" and chosen is None:
         hazard = decision.hazard or "caution"
         phrase = {"closing_lead": "lead", "pedestrian": "person"}.get(hazard, "caution")
         directive, urgency, topic = say(preferences, "directive", phrase), "warning", phrase
+        asked_mps, picture = fused.target_mps, Picture(face=face(phrase), country=state.signs.country or "")
     if decision.act_withheld:
         withheld = say(preferences, "justification", "withheld", why=decision.act_withheld)
         justification = f"{justification} {withheld}".strip()
         urgency = "alarm"
+        asked_mps = fused.target_mps if asked_mps is None else asked_mps
     return Advisory(
         tick=state.tick,
         snapshot_stamp_ns=state.world.stamp_ns,
@@ -149,6 +162,8 @@ def advisory_of(
         ahead_mps=fused.ahead_mps if topic == fused.topic else None,
         told_limit_mps=fused.told_limit_mps if topic == fused.topic else None,
         target_why=fused.target_why,
+        asked_mps=asked_mps,
+        picture=picture,
     )
 
 

@@ -122,7 +122,7 @@ class Session:
         self._mail.advice.append(
             Advice(
                 topic=advisory.topic,
-                target_mps=advisory.target_mps,
+                target_mps=advisory.asked_mps,
                 limit_mps=advisory.told_limit_mps,
                 warns=bool(advisory.hazard) or advisory.urgency in ("warning", "alarm"),
                 ahead_mps=advisory.ahead_mps,

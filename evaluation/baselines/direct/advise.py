@@ -295,4 +295,5 @@ def _fused(state: State, goal: Target, chosen: Candidate | None) -> Fused:
         muted=preferences.muted,
         ahead_mps=chosen.ahead_mps if chosen is not None else None,
         told_limit_mps=chosen.limit_mps if chosen is not None else None,
+        asked_mps=goal.mps if chosen is not None and recalled(state).limit is not None else None,
     )

@@ -15,6 +15,7 @@ from services.orchestrator.driver.question import Subject, sign_asked_about
 from services.orchestrator.experts.answers import degraded, failed, results
 from services.orchestrator.signs.limits import in_force
 from services.orchestrator.speech.wording import (
+    country_name,
     distance,
     drive,
     evidence_in_words,
@@ -220,13 +221,15 @@ def _units(asked: _Asked) -> Told:
         return Told((asked.say("units_unknown"), _limit_line(asked)), 0.3)
     named = [name for name, pattern in _ASKED_UNIT.items() if pattern.search(asked.question)]
     phrase = "units" if len(named) != 1 else "units_yes" if named[0] == unit else "units_no"
-    lines = [asked.say(phrase, country=here.value, unit=unit)]
+    lines = [asked.say(phrase, country=country_name(asked.state.preferences, here.value), unit=unit)]
     if here.assumed:
         lines.append(asked.say("assumed"))
     if signs.former_jurisdiction:
         told = evidence_in_words(asked.state.preferences, here.evidence)
         phrase = "switched_told" if told else "switched"
-        lines.append(asked.say(phrase, former=signs.former_jurisdiction, evidence=told))
+        lines.append(
+            asked.say(phrase, former=country_name(asked.state.preferences, signs.former_jurisdiction), evidence=told)
+        )
     sure = min(here.confidence, _confidence(answered, 0.4))
     return Told((*lines, _limit_line(asked)), sure, _cited(answered, asked.law))
 

@@ -12,6 +12,7 @@ from proto.decision import Preferences
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import sign_question
+from services.orchestrator.speech.wording import LANGUAGES
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.text import plain
 
@@ -82,6 +83,11 @@ LAW_QUERIES: dict[str, dict[str, str]] = {
         "change": "wechselnde Geschwindigkeitsbegrenzungen an Schilderbrücken, und Zeichen, die eine Begrenzung aufheben",
         "lamp": "Warnleuchte oder Mangel an der Bremse: muss angehalten werden, ist die Weiterfahrt erlaubt",
     },
+    "fr": {
+        "units": "unité des limites de vitesse, kilomètres ou miles à l'heure",
+        "change": "limites de vitesse variables sur les portiques, et panneaux de fin de limite",
+        "lamp": "voyant ou défaut des freins : faut-il s'arrêter, peut-on continuer",
+    },
 }
 """In the language in which the law is to be told: its text is searched by words too."""
 
@@ -106,7 +112,7 @@ def sign_asked_about(state: State) -> SignAhead | None:
 
 def in_language(state: State, language: str | None) -> State:
     """The state with another language for this one answer."""
-    if language not in ("en", "de"):
+    if language not in LANGUAGES:
         return state
     preferences: Preferences = msgspec.structs.replace(state.preferences, language=language)
     return msgspec.structs.replace(state, preferences=preferences)

@@ -17,11 +17,15 @@ def changed(before: Preferences, **fields: Any) -> Preferences:
 
 
 def remembered(result: dict[str, Any] | None) -> Preferences | None:
-    """The newest preferences in an answer of `recall`; None where there are none or they are damaged."""
+    """The newest preferences in an answer of `recall`; None where there are none or they are damaged.
+
+    Mute ends with its drive: switched off, a warning is on again at the next start.
+    """
     try:
-        return msgspec.convert((result or {})["entries"][0]["value"], Preferences)
+        kept = msgspec.convert((result or {})["entries"][0]["value"], Preferences)
     except (LookupError, TypeError, msgspec.ValidationError):
         return None
+    return msgspec.structs.replace(kept, muted=False)
 
 
 class Given(msgspec.Struct, frozen=True, kw_only=True):

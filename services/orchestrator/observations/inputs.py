@@ -77,6 +77,8 @@ class Observations(msgspec.Struct, frozen=True, kw_only=True):
     preferences: Preferences | None = None
     feedback: tuple[Feedback, ...] = ()
     experts: tuple[Expert, ...] = ()
+    acknowledged: bool = False
+    """The driver has ended a sound since the last tick."""
     query: str = ""
     method: Method = Method()
     thresholds: dict[str, float] = {}

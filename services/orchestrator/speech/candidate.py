@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind, KindRow
 from proto.rules import SignMeaning
+from proto.scene import Unit
 from proto.speech import Message, News
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
@@ -33,6 +34,12 @@ class Candidate(NamedTuple):
     """Another message that is told with this one: it is no news any more."""
     ahead_mps: float | None = None
     """The limit that it announces."""
+    asked_mps: float | None = None
+    """The speed that its words ask for."""
+    number: tuple[float, Unit] | None = None
+    """The number on the sign beside it."""
+    plate: str = ""
+    """The words below that sign."""
     limit_mps: float | None = None
     """The legal limit in force, where its words tell it."""
     names: tuple[str, ...] = ()

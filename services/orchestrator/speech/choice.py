@@ -2,7 +2,7 @@
 
 from domain.speech import is_told
 from proto.messages import Kind
-from proto.speech import Memory, News
+from proto.speech import Memory
 from services.orchestrator.speech.candidate import Candidate
 
 LEAST_PAUSE_S = 1.0
@@ -53,13 +53,6 @@ def owes_first_notice(candidate: Candidate, memory: Memory, now_ns: int) -> bool
     if told is None:
         return True
     if candidate.kind is Kind.OVERSPEED:
-        long_ago = now_ns - told.stamp_ns >= candidate.repeat_s * 1e9
-        another = told.stamp_ns < candidate.first_since_ns and (long_ago or not news.same_limit(told.news))
-        return another or _is_lower(news, told.news)
+        return told.stamp_ns < candidate.first_since_ns  # the table of times says when it is sounded again
     pause_s = LEAST_PAUSE_S if set(candidate.names) - set(memory.noticed) else EPISODE_PAUSE_S
     return told.news != news and now_ns - told.stamp_ns >= pause_s * 1e9
-
-
-def _is_lower(news: News, told: News) -> bool:
-    """Whether an overspeed is of a lower limit than the one told, or of one in other units: a border lies between them."""
-    return news.unit != told.unit or (news.value or 0.0) < (told.value or 0.0)

@@ -13,13 +13,14 @@ from domain.units import in_unit, limit_text
 from proto.decision import Event, Fused, Preferences, Reason
 from proto.messages import Kind
 from proto.rules import Citation, LegalLimit, SignMeaning
+from proto.speed_assistance import Picture
 from proto.weather import Conditions
 from services.orchestrator.experts.answers import degraded
 from services.orchestrator.experts.routing import right_of_way
 from services.orchestrator.speech.candidate import Candidate
 from services.orchestrator.speech.candidates.candidates import candidates
 from services.orchestrator.speech.choice import choose, is_new, owes_first_notice
-from services.orchestrator.speech.wording import drive, grip_word, say, toned, word
+from services.orchestrator.speech.wording import decimal, drive, face, grip_word, say, toned, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Law, Target, target
 from services.orchestrator.text import plain
@@ -83,7 +84,17 @@ def said_of(chosen: Candidate | None, state: State) -> dict[str, Any]:
         "first_notice": owes_first_notice(chosen, state.memory, state.now_ns),
         "ahead_mps": chosen.ahead_mps,
         "told_limit_mps": chosen.limit_mps,
+        "asked_mps": chosen.asked_mps,
+        "picture": picture_of(chosen, state),
     }
+
+
+def picture_of(chosen: Candidate, state: State) -> Picture:
+    """The sign that is shown with a message: the country's number and unit, whatever is spoken."""
+    value, unit = chosen.number or (None, None)
+    return Picture(
+        face=face(chosen.phrase), value=value, unit=unit, country=state.signs.country or "", plate=chosen.plate
+    )
 
 
 # -- reasons -----------------------------------------------------------------------------------------------------------
@@ -129,7 +140,9 @@ def _of_safety(state: State, goal: Target) -> Iterator[Reason]:
     """What recommends less than the law allows, and a wider distance."""
     yield from _safety_reason(state, goal)
     if goal.headway_factor >= WIDENED:
-        text = say(state.preferences, "justification", "distance", headway=f"{goal.headway_factor:.1f}")
+        text = say(
+            state.preferences, "justification", "distance", headway=decimal(state.preferences, goal.headway_factor)
+        )
         yield Reason(source="weather", text=text)
 
 

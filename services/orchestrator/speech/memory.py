@@ -4,10 +4,14 @@ import msgspec
 
 from domain.speech import adopted, said, without
 from proto.decision import ArbitrationRequest, Decision, Event
+from proto.messages import Kind
+from proto.speech import Memory, News
 from services.orchestrator.events import onsets
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target, last_seen
 
+OF_LIMITS = (Kind.AHEAD, Kind.APPROACH, Kind.LIMIT, Kind.OVERSPEED)
+ANNOUNCING = OF_LIMITS[:2]
 SPOKEN_KINDS = ("SPEAK", "ACT")
 
 
@@ -39,6 +43,16 @@ def remember(
         state,
         held=held,
         memory=memory,
+        announced=_announced(state, memory),
         unheard=decision.memory is None,
         onsets=onsets(before, events, state.now_ns),
     )
+
+
+def _announced(state: State, memory: Memory) -> News | None:
+    """The limit that the last word on limits announced, though what announced it is passed and forgotten."""
+    told = [each for each in memory.spoken if each.kind in OF_LIMITS]
+    last = max(told, key=lambda each: each.stamp_ns, default=None)
+    if last is None or last.stamp_ns < state.now_ns:
+        return state.announced
+    return last.news if last.kind in ANNOUNCING else None

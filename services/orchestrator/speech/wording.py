@@ -5,14 +5,17 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from domain.units import shown, told_distance, told_target
+from domain.units import convert, shown, told_distance, told_target
 from proto.decision import Preferences
+from proto.rules import LegalLimit
+from proto.scene import Unit
+from proto.speed_assistance import Face
 from proto.weather import Conditions
 from services.orchestrator.signs import border_evidence
 from services.orchestrator.text import plain
 
 FOLDER = Path(__file__).parent / "phrases"
-LANGUAGES = ("en", "de")
+LANGUAGES = ("en", "de", "fr")
 Table = dict[str, dict[str, str]]
 
 
@@ -48,6 +51,76 @@ def distance(preferences: Preferences, metres: float) -> str:
 def drive(preferences: Preferences, mps: float) -> str:
     """A target in the driver's unit, in steps that can be driven."""
     return f"{told_target(mps, preferences.unit)} {preferences.unit}"
+
+
+def decimal(preferences: Preferences, value: float) -> str:
+    """One decimal, as the driver's language writes it."""
+    text = f"{value:.1f}"
+    return text if preferences.language == "en" else text.replace(".", ",")
+
+
+def limit_number(preferences: Preferences, value: float, unit: Unit) -> str:
+    """A limit in speech: the number on its sign; in the driver's unit, which is named, where the driver asked for that."""
+    if not preferences.converts or preferences.unit == unit:
+        return f"{value:g}"
+    return f"{int(convert(value, unit, preferences.unit) + 1e-9)} {unit_name(preferences, preferences.unit)}"
+
+
+def advised_number(preferences: Preferences, mps: float, limit: LegalLimit | None) -> str:
+    """A recommended speed in speech: in the unit of the limit beside it, in steps that can be driven."""
+    unit = preferences.unit if preferences.converts or limit is None else limit.unit
+    return str(told_target(mps, unit))
+
+
+def unit_name(preferences: Preferences, unit: str) -> str:
+    """`miles an hour`."""
+    return phrases(preferences.language)["unit"].get(unit, unit)
+
+
+def units_name(preferences: Preferences, unit: str) -> str:
+    """`miles`."""
+    return phrases(preferences.language)["units"].get(unit, unit)
+
+
+def country_name(preferences: Preferences, code: str) -> str:
+    """The country by name; its code where the table has none."""
+    return phrases(preferences.language)["country"].get(code, code)
+
+
+def plate_words(preferences: Preferences, plates: tuple[str, ...]) -> str:
+    """What the first plate that has words says, in the driver's language; empty: none has."""
+    heads = (plate.split(":")[1] for plate in plates if plate.count(":"))
+    table = phrases(preferences.language)["plate"]
+    return next((table[head] for head in heads if head in table), "")
+
+
+def few(text: str) -> str:
+    """No more words than are heard while driving."""
+    return " ".join(text.split()[:MOST_WORDS]).rstrip(".,;:")
+
+
+MOST_WORDS = 5
+"""Beside a word that introduces them."""
+FACES: dict[str, Face] = {
+    "person": "person", "lead": "vehicle", "crossing": "vehicle", "slow_traffic": "vehicle",
+    "red_light": "red_light", "light_lost": "red_light", "stop_sign": "stop", "stop_line": "stop",
+    "give_way": "give_way", "junction": "give_way", "go": "green_light",
+    "vehicle_stop_now": "car_fault", "vehicle_stop_soon": "car_fault", "vehicle_with_care": "car_fault",
+    "vehicle_leave": "car_fault", "vehicle_ok": "car_fault", "vehicle_trend": "car_fault", "vehicle_sensor": "car_fault",
+    "overspeed": "limit", "limit": "limit", "limit_plate": "limit", "limit_advisory": "limit_advisory",
+    "limit_ahead": "limit_ahead", "zone_ahead": "limit_ahead", "slow_ahead": "limit_ahead", "border": "border",
+    "foreign": "sign", "deep_water": "deep_water", "ice": "ice", "water": "slippery", "slippery": "slippery",
+    "doubt": "unclear_sign", "degraded": "service_fault", "old_rules": "service_fault",
+}  # fmt: skip
+"""The sign beside a message, by its phrase; of others `caution`."""
+
+
+def face(phrase: str) -> Face:
+    """The sign beside a message of this phrase, however firmly it is said."""
+    plain_phrase = phrase
+    for ending in ("_alarm", "_firm", "_open"):
+        plain_phrase = plain_phrase.removesuffix(ending)
+    return FACES.get(plain_phrase, "caution")
 
 
 LITTLE, FULL = 0.35, 0.7

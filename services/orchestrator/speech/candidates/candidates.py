@@ -2,21 +2,35 @@
 
 from collections.abc import Iterator
 
-import msgspec
-
 from domain.units import legal_limit, limit_text
 from proto.decision import Event
 from proto.messages import ROWS, WEIGHT, Kind
 from proto.rules import LegalLimit
 from proto.speech import News
 from proto.vehicle import Degradation, VehicleHealth
+from proto.weather import Conditions
 from services.orchestrator.events import foreign_plate
-from services.orchestrator.law.limits_ahead import binding_ahead, limits_ahead
+from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
+from services.orchestrator.signs.limits import in_force
 from services.orchestrator.speech.candidate import Candidate, Maker, told_within
-from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, lowest
+from services.orchestrator.speech.candidates.limits_ahead import FAR_BELOW, ahead, approach, lowest
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
-from services.orchestrator.speech.wording import drive, evidence_in_words, say, speed, word
-from services.orchestrator.state import Believed, Limiter, State
+from services.orchestrator.speech.wording import (
+    advised_number,
+    country_name,
+    drive,
+    evidence_in_words,
+    few,
+    limit_number,
+    plate_words,
+    say,
+    speed,
+    unit_name,
+    units_name,
+    word,
+)
+from services.orchestrator.speed_assistance import FELL_MPS, allowed_mps, plate_of, warning_of
+from services.orchestrator.state import Believed, Limiter, SignAhead, State
 from services.orchestrator.target.target import KMH, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.world.car_faults import covered, said_of
@@ -51,6 +65,7 @@ def _vehicle(state: State, target: Target, events: dict[str, Event]) -> Iterator
         again_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else None,
         confidence=health.confidence if health is not None else 0.7,
         names=tuple(event.detail.split()),
+        asked_mps=target.mps,
     )
 
 
@@ -102,35 +117,31 @@ def _ahead_of_the_lamp(car: Degradation | None) -> str:
 
 
 def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    event, limit, ego = events.get("overspeed"), target.law.limit, state.world.ego.speed_mps
-    if event is None or limit is None or ego is None or not target.law.told or _starting(state):
-        return  # where the limit is a guess the target is low, and no driver is told to break a law
-    if ego.value <= limit.mps:
-        return  # another limit than the one that the event was about
-    far = ego.value > 1.2 * limit.mps
+    """The sound of an overspeed, while the speed assistance gives it."""
+    limit, ego, sounded_ns = target.law.limit, state.world.ego.speed_mps, state.overspeed.sounded_ns
+    if limit is None or ego is None or sounded_ns is None or warning_of(state.overspeed, state.now_ns) != "sounded":
+        return
     yield Candidate(
         kind=Kind.OVERSPEED,
-        news=_overspeed_news(state, limit, far=far),
-        phrase="overspeed_safe" if _safe_below(target, limit) else "overspeed",
-        urgency="warning" if far else "advice",
+        news=News(value=limit.value, unit=limit.unit, grave=ego.value > FAR_OVER * limit.mps),
+        phrase="overspeed",
+        urgency="warning" if ego.value > FAR_OVER * limit.mps else "advice",
         values={
-            "limit": limit_text(limit, state.preferences.unit),
+            "limit": limit_number(state.preferences, limit.value, limit.unit),
+            "posted": limit_text(limit, state.preferences.unit),
             "speed": speed(state.preferences, ego.value),
-            "target": drive(state.preferences, _road_mps(target)),
         },
         why=("overspeed",),
-        first_since_ns=event.since_ns,
+        first_since_ns=sounded_ns,
         confidence=target.law.confidence,
         tells=(Kind.LIMIT, _limit_news(limit)),
-        limit_mps=_binding_mps(limit),
+        limit_mps=limit.mps,
+        asked_mps=limit.mps,
+        number=(limit.value, limit.unit),
     )
 
 
-def _overspeed_news(state: State, limit: LegalLimit, *, far: bool) -> News:
-    """A driver who was told of an overspeed by far hears no calmer word on it."""
-    grave = News(value=limit.value, unit=limit.unit, grave=True)
-    told = any(each.kind is Kind.OVERSPEED and each.news == grave for each in state.memory.spoken)
-    return msgspec.structs.replace(grave, grave=far or told)
+FAR_OVER = 1.2
 
 
 def _limit_news(limit: LegalLimit) -> News:
@@ -141,20 +152,9 @@ def _binding_mps(limit: LegalLimit | None) -> float | None:
     return limit.mps if limit is not None and not limit.advisory else None
 
 
-def _safe_below(target: Target, limit: LegalLimit) -> bool:
-    """Whether road, weather or car ask for less than the law does, and are to be told with the limit."""
-    return _road_mps(target) < 0.9 * limit.mps
-
-
 def _road_mps(target: Target) -> float:
     """What road, weather and car ask for; a lead or a stop that asks for less is soon passed."""
     return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
-
-
-def _starting(state: State) -> bool:
-    """The first moments of a drive, while nobody has said yet what the weather is; later, its silence is a reason for care."""
-    conditions = state.held.conditions
-    return state.tick < STARTING_TICKS and (conditions is None or conditions.confidence <= 0.0)
 
 
 def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -162,41 +162,65 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
     here = state.signs.jurisdiction
     if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
         return
-    limit, told = target.law.limit, evidence_in_words(state.preferences, here.evidence)
+    preferences, limit = state.preferences, target.law.limit
     lower = lowest(limits_ahead(state), limit)  # the words allow no more than a sign in sight does
-    ahead_here = legal_limit(lower.value, lower.unit) if lower is not None else None
+    shown = legal_limit(lower.value, lower.unit) if lower is not None else limit if target.law.told else None
+    rules, told = _border_rules(state, shown), evidence_in_words(preferences, here.evidence)
+    side = state.signs.traffic_side
+    keeps = word(preferences, side.value) if side is not None and side.value in ("left", "right") else ""
     yield Candidate(
         kind=Kind.BORDER,
         news=News(what=here.value),
-        phrase="border_ahead" if ahead_here else "border",
+        phrase="border" if rules else "border_open",
         urgency="advice",
-        values={"country": here.value, "evidence": told, **_border_words(state, limit, ahead_here or limit)},
+        values={
+            "country": country_name(preferences, here.value),
+            "rules": rules,
+            "evidence": told,
+            "unit": _unit_here(state) or "?",
+            "side": say(preferences, "justification", "border_side", side=keeps) if keeps else "",
+        },
         why=("border_told" if told else "border",),
         confidence=here.confidence,
-        tells=_told_limit(target),
-        ahead_mps=ahead_here.mps if ahead_here else None,
-        limit_mps=None if ahead_here or not target.law.told else _binding_mps(limit),
+        tells=_told_at_border(lower, shown),
+        ahead_mps=lower.mps if lower is not None else None,
+        limit_mps=_binding_mps(shown) if lower is None else None,
+        number=(shown.value, shown.unit) if shown is not None else None,
     )
 
 
-def _told_limit(target: Target) -> tuple[Kind, News] | None:
-    """That the limit is told with the border, where it is known, and no safe speed below it."""
-    limit = target.law.limit
-    known = limit is not None and target.law.told and not _safe_below(target, limit)
-    return (Kind.LIMIT, _limit_news(limit)) if known and limit is not None else None
+def _told_at_border(lower: LimitAhead | None, shown: LegalLimit | None) -> tuple[Kind, News] | None:
+    """The limit that is told with the border."""
+    if lower is not None:
+        return Kind.AHEAD, News(value=lower.value, unit=lower.unit)
+    return (Kind.LIMIT, _limit_news(shown)) if shown is not None else None
 
 
-def _border_words(state: State, limit: LegalLimit | None, shown: LegalLimit | None) -> dict[str, str]:
-    """Limit, unit and side of traffic, as far as they are known."""
+def _border_rules(state: State, shown: LegalLimit | None) -> str:
+    """What is otherwise than before, and the limit: `keep left, 20 miles an hour`."""
     preferences, side = state.preferences, state.signs.traffic_side
-    believed = state.signs.units
-    unit = believed.value if believed is not None else limit.unit if limit is not None else "?"
-    keeps = word(preferences, side.value) if side is not None and side.value in ("left", "right") else ""
-    return {
-        "limit": limit_text(shown, preferences.unit) if shown is not None and not shown.assumed else "?",
-        "unit": unit,
-        "side": say(preferences, "justification", "border_side", side=keeps) if keeps else "",
-    }
+    unit = shown.unit if shown is not None else _unit_here(state)
+    before = LEFT_AND_MILES.get(state.signs.former_jurisdiction, ("right", "km/h"))
+    parts = []
+    if side is not None and side.value != before[0]:
+        parts.append(say(preferences, "word", "keeps", side=word(preferences, side.value)))
+    other = unit if unit and unit != before[1] else ""
+    if shown is not None and not shown.advisory:
+        number = limit_number(preferences, shown.value, shown.unit)
+        named = other and number == f"{shown.value:g}"
+        parts.append(f"{number} {unit_name(preferences, other)}" if named else number)
+    elif other:
+        parts.append(units_name(preferences, other))
+    return ", ".join(parts)
+
+
+LEFT_AND_MILES = {"GBR": ("left", "mph"), "IRL": ("left", "km/h"), "USA": ("right", "mph")}
+"""Country -> side of traffic and unit, where either is not as in all others."""
+
+
+def _unit_here(state: State) -> str:
+    believed, posted = state.signs.units, [each.posted.unit for each in in_force(state.signs)]
+    return believed.value if believed is not None else next(iter(posted), "")
 
 
 BORDER_NEWS_S = 20.0
@@ -210,32 +234,47 @@ def _border_untold(state: State, here: Believed) -> bool:
 
 
 def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The limit in force, once for each that is in force; as a gantry's where a gantry changed it.
+    """A limit that is lower than the one before it, once: a higher one is shown, and so is the first of a drive.
 
-    Not while a sign ahead shows less: nobody is to speed up for the last metres before it.
+    Not while a sign ahead shows less; not while the ego is far below it; and not where it was announced before its sign.
     """
-    limit = target.law.limit
-    if limit is None or not target.law.told or _starting(state):
+    limit, ego = target.law.limit, state.world.ego.speed_mps
+    if (
+        limit is None
+        or not target.law.told
+        or not _fell(state, limit)
+        or lowest(binding_ahead(state), limit) is not None
+    ):
         return
-    if lowest(binding_ahead(state), limit) is not None:
+    if (ego is not None and ego.value < FAR_BELOW * limit.mps) or _was_announced(state, limit):
         return
-    safe = _safe_below(target, limit)
-    gantry = "gantry" if "dynamic_limit_update" in events else "limit"
-    gantry = "limit_advisory" if limit.advisory else gantry
+    plate = plate_of(state, limit)
     ended = bool(state.signs.ended) and "speed_limit_change" in events
+    gantry = "dynamic_limit_update" in events
     yield Candidate(
         kind=Kind.LIMIT,
         news=_limit_news(limit),
-        phrase=f"{gantry}_safe" if safe else gantry,
-        urgency="advice" if gantry == "gantry" else "info",
-        values={
-            "limit": limit_text(limit, state.preferences.unit),
-            "target": drive(state.preferences, _road_mps(target)),
-        },
-        why=("gantry",) if gantry == "gantry" else ("ended",) if ended else (),
+        phrase="limit_advisory" if limit.advisory else "limit_plate" if plate else "limit",
+        urgency="advice" if gantry and not limit.advisory else "info",
+        values={"limit": limit_number(state.preferences, limit.value, limit.unit), "plate": plate},
+        why=("gantry",) if gantry else ("ended",) if ended else (),
         confidence=target.law.confidence,
         limit_mps=_binding_mps(limit),
+        number=(limit.value, limit.unit),
+        plate=plate,
     )
+
+
+def _fell(state: State, limit: LegalLimit) -> bool:
+    """Whether it is lower than the one before, which an answer of this very tick may have ended."""
+    mps = allowed_mps(limit)
+    same = state.limit_mps is not None and abs(state.limit_mps - mps) < FELL_MPS
+    before = state.former_mps if same else state.limit_mps
+    return before is not None and mps < before
+
+
+def _was_announced(state: State, limit: LegalLimit) -> bool:
+    return state.announced is not None and state.announced.same_limit(_limit_news(limit))
 
 
 def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -245,15 +284,25 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
     if sign is None or meaning.reading != sign.reading:
         return
+    ahead_here = next((each for each in limits_ahead(state) if each.sign.track_id == sign.track_id), None)
     yield Candidate(
         kind=Kind.FOREIGN,
         news=News(what=sign.reading, detail=" ".join(sign.plates)),
-        phrase="foreign",
+        phrase="limit_plate" if sign.value is not None and plate_words(state.preferences, sign.plates) else "foreign",
         urgency="advice",
-        values={"meaning": meaning.meaning, "reading": sign.reading},
+        values={"meaning": few(meaning.meaning), "reading": sign.reading, **_number_and_plate(state, sign)},
         why=("foreign",),
         confidence=min(meaning.confidence, sign.confidence),
+        tells=(Kind.AHEAD, News(value=ahead_here.value, unit=ahead_here.unit)) if ahead_here is not None else None,
+        ahead_mps=ahead_here.mps if ahead_here is not None else None,
+        number=(sign.value, sign.unit or "km/h") if sign.value is not None else None,
+        plate=plate_words(state.preferences, sign.plates),
     )
+
+
+def _number_and_plate(state: State, sign: SignAhead) -> dict[str, str]:
+    number = limit_number(state.preferences, sign.value, sign.unit or "km/h") if sign.value is not None else ""
+    return {"limit": number, "plate": plate_words(state.preferences, sign.plates)}
 
 
 def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -267,9 +316,10 @@ def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
     yield Candidate(
         kind=Kind.DOUBT,
         news=News(track_id=sign.track_id),
-        phrase="doubt" if target.told_mps is not None else "doubt_open",
+        phrase="doubt",
         urgency="advice",
-        values={"target": drive(state.preferences, target.told_mps or 0.0), "candidates": names or sign.reading},
+        values={"candidates": names or sign.reading},
+        asked_mps=target.told_mps,
         why=("doubt",),
         confidence=1.0 - sign.confidence,
     )
@@ -279,26 +329,47 @@ def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
 
 
 def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    event = events.get("low_friction")
-    if event is None:
+    """Water, ice, a slippery road: what to do on it, or a speed, to a driver who is faster."""
+    event, conditions, ego = events.get("low_friction"), state.held.conditions, state.world.ego.speed_mps
+    if event is None or conditions is None:
         return
-    if event.detail != "severe" and told_within(state, Kind.LIMIT, FRICTION_TOLD_S):
-        return  # the limit was told with the safe target and its reason
     if event.detail not in GRAVE and target.bounds[0].why in PASSED_SOON:
         return  # till then whoever keeps to the target is slower than the road asks for
     # What a lead or a stop asks for now is not what the road does.
     told = OF_THE_ROAD[1:] if target.law.assumed else OF_THE_ROAD
     road_mps = min((bound.mps for bound in target.bounds if bound.why in told), default=None)
+    slow = ego is not None and (ego.value < LEAST_MPS or (road_mps is not None and ego.value <= NEAR * road_mps))
+    if slow and event.detail != "severe":
+        return
+    number = advised_number(state.preferences, road_mps, target.law.limit) if road_mps is not None else ""
     yield Candidate(
         kind=Kind.FRICTION,
         news=News(what=_gravest(state, event.detail)),
-        phrase="friction" if road_mps is not None else "friction_open",
+        phrase=_of_the_surface(conditions, told=road_mps is not None and _worth_saying(target, road_mps)),
         urgency="warning" if event.detail == "severe" else "advice",
-        values={"target": drive(state.preferences, road_mps or 0.0)},
+        values={"target": number},
         confidence=event.confidence,
+        asked_mps=road_mps,
     )
 
 
+def _of_the_surface(conditions: Conditions, *, told: bool) -> str:
+    """Deep water and ice by what to do; else by a speed, where one is told."""
+    if conditions.mu_low < DEEP_MU and conditions.mu_high < SURELY_LITTLE_MU:
+        return "deep_water" if conditions.wet and conditions.precipitation != "snow" else "ice"
+    surface = "water" if conditions.wet and conditions.precipitation != "snow" else "slippery"
+    return surface if told else f"{surface}_open"
+
+
+def _worth_saying(target: Target, road_mps: float) -> bool:
+    """Whether the speed is one that a driver would take for advice: not less than half of the limit."""
+    return road_mps >= LEAST_SHARE * target.law.allowed_mps
+
+
+DEEP_MU, SURELY_LITTLE_MU = 0.25, 0.5
+LEAST_SHARE, LEAST_MPS = 0.5, 40 * KMH
+NEAR = 1.1
+"""A speed that the ego is so near to is not worth a word."""
 OF_THE_ROAD = ("law", "sight")
 PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
 GRAVE = ("high", "severe")
@@ -322,9 +393,14 @@ def _expert(state: State, target: Target, events: dict[str, Event]) -> Iterator[
             news=News(what=tool),
             phrase="expert" if target.told_mps is not None else "expert_open",
             urgency="advice",
-            values={"target": drive(state.preferences, target.told_mps or 0.0), "tool": tool, "text": limiter.text},
+            values={
+                "target": advised_number(state.preferences, target.told_mps or 0.0, target.law.limit),
+                "tool": tool,
+                "text": limiter.text,
+            },
             why=("expert",) if limiter.text else (),
             confidence=limiter.confidence,
+            asked_mps=target.told_mps,
         )
 
 
@@ -371,12 +447,10 @@ def _old_rules(state: State, target: Target, events: dict[str, Event]) -> Iterat
 
 STALE = "stale_rulepack"
 """What the Rules call an answer from a pack that is older than the configuration expects, or not in force."""
-STARTING_TICKS = 20
 SETTLED_TICKS = 50
 """While a drive begins, services are still coming up."""
 MISSING_NS = 2_000_000_000
 """A gap shorter than this is not worth a word."""
-FRICTION_TOLD_S = 45.0
 QUIET = frozenset({"logger", "gateway", "sensor", "snapshot"})
 """Their absence costs the driver nothing."""
 MAKERS: tuple[Maker, ...] = (

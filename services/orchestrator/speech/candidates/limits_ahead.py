@@ -1,6 +1,5 @@
 """Lower limits ahead: announced while there is time, and told to slow down for while they can still be kept."""
 
-import math
 from collections.abc import Iterable, Iterator
 
 import msgspec
@@ -11,23 +10,28 @@ from proto.messages import Kind
 from proto.rules import LegalLimit
 from proto.speech import News
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
+from services.orchestrator.signs.limits import in_force
 from services.orchestrator.speech.candidate import Candidate, told_within
-from services.orchestrator.speech.wording import distance
+from services.orchestrator.speech.wording import distance, limit_number
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
 
 OVER_MPS = 0.5
 """So much above a limit ahead the speed has to fall."""
-SPEEDS_UP_MPS2 = 0.3
-"""More than a foot held still gives on a slope or by noise of the speed's signal."""
-SPARE_S = 1.0
-"""With less time to lose nobody is first told calmly."""
+FAR_BELOW = 0.6
+"""A limit is shown, and of no use to be heard, while the ego drives less than this share of it."""
+LIFTED_MPS2 = 0.9
+"""How fast a car slows down once the foot is lifted."""
+HEEDS_S = 3.0
+"""From a word to slow down until one sees whether the driver heeds it."""
 EXPLAINED_S = 5.0
 """For so long after a foreign sign was explained its limit is not announced as well."""
 FIRM_MPS2, FAR_OVER = 3.0, 1.05
 """Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is so far above it that
 it would be an overspeed at its sign."""
+CALMER = (Kind.AHEAD, Kind.FOREIGN, Kind.BORDER)
+ANNOUNCES = (Kind.AHEAD, Kind.APPROACH)
 FLICKERS_S = 5.0
 """A gantry or a sign that was announced may be read otherwise for so long without being another one."""
 
@@ -38,20 +42,35 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
     lower = lowest(binding_ahead(state), target.law.limit, ego.value if ego is not None else None)
     if lower is None or ego is None:
         return
-    if told_within(state, Kind.AHEAD, REACTION_S) or told_within(state, Kind.FOREIGN, REACTION_S):
-        return  # let him act on what he was told
-    if change is not None and -change.value * 2.0 * _room_m(lower) >= ego.value**2 - lower.mps**2:
-        return  # he does already
+    if told_within(state, Kind.APPROACH, HEEDS_S) or any(told_within(state, kind, REACTION_S) for kind in CALMER):
+        return  # the driver acts on it
+    if change is not None and _heeds(ego.value, -change.value, lower):
+        return
     announced = _announced(state, lower)
-    told = state.memory.last(Kind.AHEAD)
-    known = told is not None and told.news == announced.news and told_within(state, Kind.AHEAD, announced.repeat_s)
+    if _told(state, announced) and ego.value <= NEARLY * lower.mps:
+        return
     slow = announced._replace(
         phrase="slow_ahead", urgency="advice", kind=Kind.APPROACH, tells=(Kind.AHEAD, announced.news)
     )
     if _told_in_vain(state, slow, lower, ego.value):
         yield slow._replace(news=_firm(slow.news), urgency="warning")
-    elif _spare_s(lower, ego.value) <= (0.0 if known else SPARE_S):
+    elif _spare_s(lower, ego.value) <= 0.0:
         yield slow
+
+
+def _told(state: State, announced: Candidate) -> bool:
+    told = state.memory.last(Kind.AHEAD)
+    return told is not None and told.news == announced.news and told_within(state, Kind.AHEAD, announced.repeat_s)
+
+
+def _heeds(speed_mps: float, slowing_mps2: float, lower: LimitAhead) -> bool:
+    """Whether the ego slows down enough: to the limit, or as with the foot lifted and to nearly the limit."""
+    left_mps2 = speed_mps**2 - 2.0 * slowing_mps2 * _room_m(lower)
+    return left_mps2 <= ((NEARLY if slowing_mps2 >= LIFTED_MPS2 else 1.0) * lower.mps) ** 2
+
+
+NEARLY = 1.15
+"""A driver who was told of a limit and is so near to it is told no more before its sign."""
 
 
 def _told_in_vain(state: State, slow: Candidate, lower: LimitAhead, speed_mps: float) -> bool:
@@ -68,32 +87,32 @@ def _firm(news: News) -> News:
 
 
 def past(state: State) -> tuple[Kind, ...]:
-    """Announcements, in memory, of limits that no sign ahead shows any more: the sign was passed, or a gantry shows something else.
+    """Kinds, in memory, whose last word is over: the same again is news.
 
-    The same limit later on is news; one that flickers is not announced anew each time.
+    Announcements of limits that no sign shows any more, ahead or passed (a gantry shows something else, or it ended); one that
+    flickers is not announced anew each time. And the word on a limit, once a higher one holds.
     """
     shown = {(each.value, each.unit) for each in limits_ahead(state)}
-    told = (state.memory.last(kind) for kind in (Kind.AHEAD, Kind.APPROACH))
-    return tuple(
+    shown |= {(each.posted.value, each.posted.unit) for each in in_force(state.signs)}
+    told = (state.memory.last(kind) for kind in ANNOUNCES)
+    over = tuple(
         each.kind
         for each in told
         if each is not None
         and (each.news.value, each.news.unit) not in shown
         and state.now_ns - each.stamp_ns >= FLICKERS_S * 1e9
     )
+    rose = state.limit_mps is not None and state.former_mps is not None and state.limit_mps > state.former_mps
+    return (*over, Kind.LIMIT) if rose and state.memory.last(Kind.LIMIT) is not None else over
 
 
 def ahead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """The lowest limit ahead that the ego drives faster than, or will before a word at its sign is acted on."""
-    ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
-    gain_mps2 = change.value if change is not None and change.value >= SPEEDS_UP_MPS2 else 0.0
-    faster = (
-        each
-        for each in limits_ahead(state)
-        if ego is None or _reached_mps(each, ego.value, gain_mps2) > each.mps + OVER_MPS
-    )
-    lower = lowest(faster, target.law.limit)
-    if lower is not None and not told_within(state, Kind.FOREIGN, EXPLAINED_S):
+    """The lowest limit ahead that the ego drives faster than, when it is time to lift the foot."""
+    ego = state.world.ego.speed_mps
+    lower = lowest(limits_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    if lower is None or told_within(state, Kind.FOREIGN, EXPLAINED_S):
+        return
+    if ego is None or _spare_s(lower, ego.value, LIFTED_MPS2) <= 0.0:
         yield _announced(state, lower)
 
 
@@ -114,15 +133,17 @@ def _announced(state: State, lower: LimitAhead) -> Candidate:
     return Candidate(
         kind=Kind.AHEAD,
         news=News(value=lower.value, unit=lower.unit),
-        phrase="limit_ahead",
+        phrase="zone_ahead" if lower.sign.scope == "zone" else "limit_ahead",
         urgency="info",
         values={
-            "limit": posted_text(lower.value, lower.unit, state.preferences.unit),
+            "limit": limit_number(state.preferences, lower.value, lower.unit),
+            "posted": posted_text(lower.value, lower.unit, state.preferences.unit),
             "gap": distance(state.preferences, _room_m(lower)),
         },
         why=("ahead",) if lower.law is None else ("place_ahead",),
         confidence=lower.confidence,
         ahead_mps=lower.mps,
+        number=(lower.value, lower.unit),
         law=lower.law,
     )
 
@@ -130,11 +151,6 @@ def _announced(state: State, lower: LimitAhead) -> Candidate:
 def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:
     """Until one who has still to react must be told, to come down to the limit at its sign."""
     return (_room_m(lower) - to_be_told_m(speed_mps, lower.mps, slowing_mps2)) / max(speed_mps, 1.0)
-
-
-def _reached_mps(lower: LimitAhead, speed_mps: float, change_mps2: float) -> float:
-    """How fast one is who goes on speeding up until he acts on a word that he hears at the sign."""
-    return math.sqrt(speed_mps**2 + 2.0 * change_mps2 * _room_m(lower)) + change_mps2 * REACTION_S
 
 
 def _room_m(lower: LimitAhead) -> float:

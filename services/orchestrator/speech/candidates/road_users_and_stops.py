@@ -6,7 +6,7 @@ from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind
 from proto.speech import News
 from services.orchestrator.speech.candidate import Candidate, told_within
-from services.orchestrator.speech.wording import distance, drive, speed, word
+from services.orchestrator.speech.wording import decimal, distance, speed, word
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.actors import (
@@ -21,7 +21,7 @@ from services.orchestrator.world.actors import (
     surely_nears,
 )
 from services.orchestrator.world.giving_way import READY_MPS
-from services.orchestrator.world.stops import Stop, needed_mps2, stops
+from services.orchestrator.world.stops import REACTION_S, Stop, needed_mps2, stops
 
 HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
@@ -31,7 +31,9 @@ FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 RED_S = 120.0
 """No red light lasts much longer."""
-QUEUE_TTC_S, QUEUE_CLOSING_MPS = 7.0, 6.0
+QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
+"""The end of a queue is told early on fast roads."""
+LEAST_TTC_S, LOSES_MPS2 = 3.0, 4.0
 
 
 def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -45,12 +47,13 @@ def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
     yield Candidate(
         kind=Kind.PERSON,
         news=News(track_id=way.track.track_id, what=urgency),
-        phrase="person",
+        phrase="person_alarm" if urgency == "alarm" else "person",
         urgency=urgency,
         values={"gap": distance(state.preferences, max(0.0, way.gap_m))},
         why=("person",),
         hazard="pedestrian" if urgency != "advice" else "",
         confidence=way.track.confidence,
+        asked_mps=target.mps,
     )
 
 
@@ -92,40 +95,49 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     """The vehicle that is met soonest, if soon: one that drives before us, or across our way."""
     if stands(state.world):
         return
-    way = next((way for way in met(state.world) if _soon_met(way) and clear(state.gaps, way)), None)
+    way = next((way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way)), None)
     if way is None or way.ttc_s is None:
         return
-    close, side = way.ttc_s < HAZARD_TTC_S, comes_from(way)
+    close, side, alarm = way.ttc_s < _hazard_ttc_s(way), comes_from(way), way.ttc_s < ALARM_TTC_S
     known_as = "lead" if close else "slow_traffic"
     phrase = known_as if side is None else "crossing"
     yield Candidate(
         kind=Kind.LEAD,
         news=News(track_id=way.track.track_id, what=known_as),
-        phrase=phrase,
-        urgency="alarm" if way.ttc_s < ALARM_TTC_S else "warning",
+        phrase=f"{phrase}_alarm" if alarm else phrase,
+        urgency="alarm" if alarm else "warning",
         values={
             "gap": distance(state.preferences, max(0.0, way.gap_m)),
             "closing": speed(state.preferences, way.closing_mps),
-            "ttc": f"{way.ttc_s:.1f}",
+            "ttc": decimal(state.preferences, way.ttc_s),
             **({"side": word(state.preferences, side)} if side is not None else {}),
         },
         why=(phrase,),
         hazard="closing_lead" if close else "slow_traffic",
         confidence=way.track.confidence,
+        asked_mps=target.mps,
     )
 
 
-def _soon_met(way: Way) -> bool:
+def _soon_met(state: State, way: Way) -> bool:
     if way.ttc_s is None or not surely_nears(way):
         return False
-    return way.ttc_s < HAZARD_TTC_S or (way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
+    fast = state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
+    return way.ttc_s < _hazard_ttc_s(way) or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
+
+
+def _hazard_ttc_s(way: Way) -> float:
+    """By the closing speed: time to react, and to lose it by firm braking. Drivers find a word 4 s ahead of a slow approach too early."""
+    if comes_from(way) is not None:
+        return HAZARD_TTC_S
+    return min(HAZARD_TTC_S, max(LEAST_TTC_S, REACTION_S + way.closing_mps / (2.0 * LOSES_MPS2)))
 
 
 def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The nearest red light or stop sign; and who drives off below a light that he alone can see shall look at it."""
     due = [stop for stop in stops(state) if stop.why != "person"] if "stop_required" in events else []
-    if due:
-        yield _stop_candidate(state, due[0])
+    if due and (found := _stop_candidate(state, due[0])) is not None:
+        yield found
     elif state.light is not None and state.light.lost_at_line and not stands(state.world):
         values = {"state": _lamp(state, state.light.state)}
         yield Candidate(
@@ -134,16 +146,19 @@ def stop(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
         )  # fmt: skip
 
 
-def _stop_candidate(state: State, stop: Stop) -> Candidate:
+def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
+    """The stop, for a driver who would not stop there by comfortable braking; or without a speed, calmly."""
     ego = state.world.ego.speed_mps
     need = needed_mps2(stop, ego.value) if ego is not None else 0.0
     told = _told_firmly(state, stop)
     firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _brakes(state, need))
+    if ego is not None and not firm and not told:
+        return None
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
     return Candidate(
         kind=Kind.STOP,
         news=News(what=_hazard(stop), grave=firm or told),
-        phrase=stop.why,
+        phrase=f"{stop.why}_firm" if firm else stop.why,
         urgency="warning" if firm else "advice",
         values={
             "gap": distance(state.preferences, max(0.0, stop.room_m)),
@@ -152,6 +167,7 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate:
         why=(stop.why,),
         hazard=_hazard(stop) if firm else "",
         confidence=stop.confidence,
+        asked_mps=max(0.0, stop.approach_mps()),
     )
 
 
@@ -202,24 +218,28 @@ def go(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candi
 
 def give_way(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A place to give way at, for who comes too fast to let others go first and does not slow down yet."""
-    here, ego = target.place, state.world.ego.speed_mps
+    here, ego, side = target.place, state.world.ego.speed_mps, state.signs.traffic_side
     if here is None:
         return
     if ego is not None:
         slow_enough = ego.value < READY_MPS + OVER_MPS or here.room_m > here.begins_m(ego.value)
         if slow_enough or _brakes(state, _to_be_ready_mps2(ego.value, here.room_m)):
             return
+    from_right = (
+        side is not None and side.value == "right"
+    )  # who comes from there goes first where nothing says otherwise
     yield Candidate(
         kind=Kind.GIVE_WAY,
         news=News(what=here.why),
-        phrase=here.why,
+        phrase="junction_open" if here.why == "junction" and not from_right else here.why,
         urgency="advice",
         values={
-            "target": drive(state.preferences, READY_MPS),
             "gap": distance(state.preferences, max(0.0, here.room_m)),
+            **({"side": word(state.preferences, "right")} if from_right else {}),
         },
         why=(here.why,),
         confidence=here.confidence,
+        asked_mps=READY_MPS,
     )
 
 

@@ -174,18 +174,18 @@ def schooled(distance_m: float, **what: Any) -> Record:
 
 
 def test_two_hazards_at_once_are_two() -> None:
-    record = schooled(60.0, topic="ahead", target_mps=8.3)
+    record = schooled(60.0, topic="ahead", asked_mps=8.3)
     assert [each.kind for each in hazards.episodes(record)] == ["lead_brakes", "school_zone"]
     assert (measure(record).hazards, measure(record).hazards_answered) == (2, 1)
     assert measure(record).hazard_response_s == pytest.approx((0.5,))
 
 
 def test_a_school_is_named_by_its_own_limit_and_by_one_that_asks_for_less_speed() -> None:
-    assert measure(schooled(60.0, topic="ahead", target_mps=14.5)).hazards_answered == 0
-    assert measure(schooled(60.0, topic="ahead", target_mps=14.5, ahead_mps=8.3)).hazards_answered == 1
-    assert measure(schooled(60.0, topic="ahead", target_mps=14.5, ahead_mps=15.0)).hazards_answered == 0
-    assert measure(schooled(60.0, topic="limit", target_mps=8.3)).hazards_answered == 0
-    assert measure(schooled(-5.0, topic="limit", target_mps=8.3)).hazards_answered == 1
+    assert measure(schooled(60.0, topic="ahead", asked_mps=14.5)).hazards_answered == 0
+    assert measure(schooled(60.0, topic="ahead", asked_mps=14.5, ahead_mps=8.3)).hazards_answered == 1
+    assert measure(schooled(60.0, topic="ahead", asked_mps=14.5, ahead_mps=15.0)).hazards_answered == 0
+    assert measure(schooled(60.0, topic="limit", asked_mps=8.3)).hazards_answered == 0
+    assert measure(schooled(-5.0, topic="limit", asked_mps=8.3)).hazards_answered == 1
 
 
 def test_hazards_and_their_answers_are_told_kind_by_kind() -> None:
@@ -256,10 +256,10 @@ def test_deep_water_is_answered_by_a_word_that_asks_for_less_speed_than_is_drive
             Record(truths=wet, advisories=(said(at_s, topic="caution", hazard="deep_water", **what),))
         ).hazard_response_s
 
-    assert told(1.75, target_mps=9.7) == pytest.approx((0.75,))
-    assert told(0.75, target_mps=9.7) == (0.0,), "before its onset, and still kept to"
-    assert told(1.75, target_mps=14.5) == (), "faster than is driven"
-    assert told(1.75, target_mps=None) == ()
+    assert told(1.75, asked_mps=9.7) == pytest.approx((0.75,))
+    assert told(0.75, asked_mps=9.7) == (0.0,), "before its onset, and still kept to"
+    assert told(1.75, asked_mps=14.5) == (), "faster than is driven"
+    assert told(1.75, asked_mps=None) == ()
 
 
 def test_a_truth_that_tells_only_the_oldest_hazard_is_understood() -> None:

@@ -37,7 +37,7 @@ def changed(text: str = TOLD, **fields: object) -> tuple[Drive, Ticked]:
 
 def test_the_advice_at_a_border_says_what_told_of_it() -> None:
     _, ticked = changed()
-    assert ticked.advisory.directive.startswith("Now GBR")
+    assert ticked.advisory.directive.startswith("Great Britain")
     told = "Told by kind of signs (3.0), side of traffic (6.5), language of a plate (2.0)."
     assert told in ticked.advisory.justification
 
@@ -47,7 +47,7 @@ def test_where_a_sign_ahead_shows_less_the_border_tells_that_and_not_the_country
     ahead = limit_sign("limit:20", unit="mph", passed=False, distance_m=25.0)
     drive.ticks(25)
     ticked = drive.tick(fact("jurisdiction", "GBR", text=TOLD), fact("units", "mph"), ahead)
-    assert ticked.advisory.directive == "Now GBR: 20 mph (32 km/h) ahead"
+    assert ticked.advisory.directive == "Great Britain: 20 miles an hour"
     assert ticked.advisory.ahead_mps == pytest.approx(20 * 0.44704)
 
 
@@ -79,7 +79,7 @@ def test_a_border_into_the_country_that_we_were_taken_to_be_in_ends_the_limits_b
     assert drive.target_mps == pytest.approx((30 if known else 100) * KMH)
     borders = [t.advisory.directive for _, _, t in drive.history if t.advisory.topic == "border"]
     assert ("jurisdiction_change" in {event.kind for event in ticked.events}) is (not known)
-    assert any(each.startswith("Now DEU") for each in borders) is (not known)
+    assert any(each.startswith("Germany") for each in borders) is (not known)
 
 
 @pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"believed": False}])
@@ -103,7 +103,7 @@ def test_behind_a_border_sign_nothing_is_told_in_the_units_of_the_country_left()
     drive = out_of_britain()
     drive.tick(limit_sign("limit:30", unit="mph", passed=False, distance_m=40.0))
     advisory = drive.tick(end_sign("border:NLD")).advisory
-    assert advisory.directive == "Now NLD: 30 km/h ahead"
+    assert advisory.directive == "Netherlands: 30 kilometres an hour"
     assert advisory.ahead_mps == pytest.approx(30 * KMH)
     assert "mph" not in advisory.justification
     assert "keeps" not in advisory.justification, "no sign has told the side yet"
@@ -119,14 +119,14 @@ def test_a_border_is_told_once_as_soon_as_the_budget_allows_it(silent: int) -> N
     drive.ticks(silent + 30)
     borders = [t for _, _, t in drive.history if t.advisory.kind != "SILENT" and t.advisory.topic == "border"]
     assert len(borders) == 1
-    assert borders[0].advisory.directive.startswith("Now NLD")
+    assert borders[0].advisory.directive.startswith("Netherlands")
 
 
 def test_a_border_long_crossed_is_no_news() -> None:
     drive = Drive(Played(arbiter=quiet_for(250)), road="rural")
     drive.tick(end_sign("border:NLD"))
     drive.ticks(300)
-    assert not any(said.startswith("Now NLD") for said in drive.spoken())
+    assert not any(said.startswith("Netherlands") for said in drive.spoken())
 
 
 def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
@@ -145,7 +145,7 @@ def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
 def test_who_is_told_the_units_behind_a_border_is_told_the_side_too() -> None:
     drive = out_of_britain()
     seen = fact("jurisdiction", "NLD"), fact("units", "km/h"), fact("traffic_side", "right")
-    assert "Signs of NLD: speeds in km/h, traffic keeps right." in drive.tick(*seen).advisory.justification
+    assert "Signs of Netherlands: speeds in km/h, traffic keeps right." in drive.tick(*seen).advisory.justification
 
 
 @FEW
@@ -195,7 +195,7 @@ def test_the_trace_holds_the_evidence() -> None:
 
 def test_without_stated_evidence_the_change_is_told_as_it_was() -> None:
     _, ticked = changed("")
-    assert "Signs of GBR: speeds in mph, traffic keeps left." in ticked.advisory.justification
+    assert "Signs of Great Britain: speeds in mph, traffic keeps left." in ticked.advisory.justification
     assert "Told by" not in ticked.advisory.justification
 
 

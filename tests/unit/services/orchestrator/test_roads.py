@@ -55,8 +55,10 @@ def test_snow_is_unknown_where_nobody_knows_what_falls(fallen: str, snow: bool |
 def test_whose_law_it_is_is_told_where_the_rules_do_not_know_the_place(degraded: tuple[str, ...]) -> None:
     note = "It is lower in Wales: 20 mph."
     answer = limit_answer(30, "mph", degraded=degraded, note=note)
-    drive = Drive(Played({**EXPERTS, "applicable_limit": lambda a: answer}), preferences=preferences(unit="mph"))
-    drive.ticks(60)
-    told = [t.advisory.justification for _, _, t in drive.history if t.advisory.directive.startswith("Limit 30")]
+    drive = Drive(
+        Played({**EXPERTS, "applicable_limit": lambda a: answer}), speed_mps=16.0, preferences=preferences(unit="mph")
+    )
+    drive.ticks(80)
+    told = [t.advisory.justification for _, _, t in drive.history if t.advisory.directive.startswith("Slow down: 30")]
     assert told
     assert all((note in justification) is bool(degraded) for justification in told)

@@ -121,7 +121,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Road]:
         road = Road(b)
         start_weather(b, road)
         here = (fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("road_type", "urban"))
-        road.until(*here, want="Limit 50 km/h")
+        road.until(*here, want="Water on the road")
         yield road
 
 
@@ -178,7 +178,7 @@ def test_a_hazard_is_decided_by_the_arbiter_and_its_act_withheld(drive: Road) ->
     ("question", "expected"),
     [
         ("What does this sign mean?", "This sign means"),
-        ("Are we in mph now?", "No: we are in DEU, limits are in km/h."),
+        ("Are we in mph now?", "No: we are in Germany, limits are in km/h."),
         ("Why did the limit drop?", "The limit is"),
         ("A warning light came on; is it safe?", "Lit: anti-lock brakes."),
     ],

@@ -103,10 +103,8 @@ def test_damaged_memories_are_none(result: dict[str, object] | None) -> None:
     assert remembered(result) is None
 
 
-def test_kept_preferences_come_back() -> None:
-    assert remembered({"entries": [{"value": {"language": "de", "muted": True}}]}) == Preferences(
-        language="de", muted=True
-    )
+def test_kept_preferences_come_back_and_mute_does_not() -> None:
+    assert remembered({"entries": [{"value": {"language": "de", "muted": True}}]}) == Preferences(language="de")
 
 
 def test_feedback_counts_now_and_then_only() -> None:

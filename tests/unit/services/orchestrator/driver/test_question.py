@@ -152,9 +152,11 @@ def test_are_we_in_mph_now() -> None:
     drive = Drive()
     drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"))
     told = asked(drive, "Are we in mph now?", applicable_limit=limit_answer(30, "mph"))
-    assert told.text.startswith("Yes: we are in GBR, limits are in mph. We came from DEU. The limit is 30 mph")
+    assert told.text.startswith(
+        "Yes: we are in Great Britain, limits are in mph. We came from Germany. The limit is 30 mph"
+    )
     assert "48 km/h" in told.text
-    assert asked(drive, "Are we in km/h?").text.startswith("No: we are in GBR")
+    assert asked(drive, "Are we in km/h?").text.startswith("No: we are in Great Britain")
 
 
 def test_why_did_the_limit_drop() -> None:

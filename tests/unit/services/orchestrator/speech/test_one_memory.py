@@ -27,10 +27,11 @@ def failing(answered: list[bool]) -> Played:
 @FEW
 @given(answers)
 def test_a_limit_is_told_once_however_often_the_arbiter_is_away(answered: list[bool]) -> None:
-    drive = Drive(failing(answered), speed_mps=12.0)
-    drive.tick(limit_sign("limit:50"))
+    drive = Drive(failing(answered), speed_mps=8.0)
+    drive.ticks(3)
+    drive.tick(limit_sign("limit:30"))
     drive.ticks(80)
-    assert sum("50 km/h" in said for said in drive.spoken()) == 1
+    assert drive.spoken().count("Limit 30") == 1
 
 
 @FEW
@@ -63,7 +64,7 @@ def test_a_memory_stamped_in_the_future_silences_no_hazard(away: bool) -> None:
     drive.state = replace(drive.state, unheard=True, memory=drive.state.memory if away else absurd)
     drive.tracks = (actor(8.0, closing_mps=8.0),)
     drive.ticks(10)
-    assert "Brake: vehicle close ahead" in drive.spoken()
+    assert "Brake! Vehicle" in drive.spoken()
 
 
 def test_a_memory_of_another_form_is_no_decision() -> None:

@@ -11,7 +11,6 @@ from proto.tools import Outcome
 from proto.weather import Conditions
 from services.orchestrator.law import rules_question
 from services.orchestrator.observations.inputs import Stamped
-from services.orchestrator.speech.candidates.candidates import FRICTION_TOLD_S
 from services.orchestrator.world.conditions import WEATHER_SURE
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, SECOND, Drive, Played, conditions, fact, law_of
 
@@ -136,8 +135,8 @@ def test_nobody_drives_faster_than_one_can_stop_within_sight() -> None:
 @FEW
 @given(st.lists(st.sampled_from(["moderate", "high", "severe"]), min_size=6, max_size=10))
 def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str]) -> None:
-    drive = Drive(Played({"applicable_limit": law_of}))
-    drive.ticks(round(FRICTION_TOLD_S * 10) + 20)
+    drive = Drive(Played({"applicable_limit": law_of}), speed_mps=13.0)
+    drive.ticks(20)
     for level in levels:
         drive.weather = conditions(mu=0.4, factor=0.8, risk_level=level)
         drive.ticks(25)
@@ -147,9 +146,9 @@ def test_where_grip_wavers_between_two_levels_each_is_news_once(levels: list[str
 
 @pytest.mark.parametrize(("level", "waits"), [("moderate", True), ("high", False), ("severe", False)])
 def test_a_word_on_grip_that_is_not_grave_waits_until_a_junction_is_passed(level: str, waits: bool) -> None:
-    drive = Drive(Played({"applicable_limit": law_of}), speed_mps=11.0)
-    drive.junction_m = 60.0
-    drive.ticks(round(FRICTION_TOLD_S * 10) + 20)
+    drive = Drive(Played({"applicable_limit": law_of}), speed_mps=12.5)
+    drive.junction_m = 70.0
+    drive.ticks(20)
     drive.weather = conditions(mu=0.4, factor=0.8, risk_level=level)
     drive.ticks(25)
     assert any(words.startswith("Slippery") for words in drive.spoken()) is not waits

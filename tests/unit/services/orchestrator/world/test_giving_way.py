@@ -53,8 +53,8 @@ def test_who_comes_fast_is_told_in_time_and_once() -> None:
     drive = coming(line_m=100.0)
     approach(drive, line=True)
     words = told(drive)
-    assert [word.directive for word in words] == ["Give way: drive 25 km/h"]
-    assert words[0].target_mps == pytest.approx(READY_MPS)
+    assert [word.directive for word in words] == ["Give way"]
+    assert words[0].asked_mps == pytest.approx(READY_MPS)
     assert words[0].target_why == "give_way"
     assert words[0].urgency == "advice"
     # 1.9 s to react, then down at 2 m/s^2, to the line
@@ -65,7 +65,7 @@ def test_who_comes_fast_is_told_in_time_and_once() -> None:
 def test_a_junction_of_the_map_that_nothing_rules_is_told_as_one() -> None:
     drive = coming(junction_m=111.0)
     approach(drive, line=False)
-    assert [word.directive for word in told(drive)] == ["Junction: drive 25 km/h"]
+    assert [word.directive for word in told(drive)] == ["Junction: slow down"]
 
 
 def test_who_is_slow_enough_hears_nothing() -> None:

@@ -198,7 +198,7 @@ def test_who_drives_off_below_a_light_out_of_view_is_told_to_look_and_not_to_sto
     drive.ticks(10)
     drive.comes_to(1.2)
     ticked = drive.ticks(3)
-    assert ticked.fused.directive == "Make sure the light is green"
+    assert ticked.fused.directive == "Check the light"
     assert not ticked.fused.hazard
     assert 0.0 < drive.target_mps <= 20 / 3.6
     assert not any(event.kind == "stop_required" for event in ticked.events)

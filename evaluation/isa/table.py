@@ -1,0 +1,119 @@
+"""The table: accuracy by distance and by event, delays, warning tests, and what the driver listens to."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from statistics import median
+
+import msgspec
+
+from evaluation.campaign.pages import csv_text
+from evaluation.isa.accuracy import Accuracy
+from evaluation.isa.warnings import Warned, verdict
+from evaluation.metrics.metrics import Metrics
+from evaluation.metrics.record import Record
+
+
+class Outcome(msgspec.Struct, frozen=True, kw_only=True):
+    """What came of a run."""
+
+    accuracy: Accuracy
+    metrics: Metrics
+    topics: dict[str, int]
+    """Messages by topic."""
+    warned: Warned
+
+
+Routes = Mapping[str, Outcome]
+Tests = Mapping[int, Outcome]
+"""By the constant speed, km/h."""
+Row = tuple[str, str, str]
+"""What, the value, the goal or the rule."""
+
+
+def by_topic(record: Record) -> dict[str, int]:
+    """How many messages of each topic the driver heard."""
+    return dict(Counter(each.message.topic for each in record.spoken))
+
+
+def parts(found: Mapping[str, Outcome]) -> tuple[Routes, Tests]:
+    """Routes, and warning tests by their speed."""
+    tests = {int(name.rpartition("/")[2]): each for name, each in found.items() if name.startswith("isa/")}
+    return {name: each for name, each in found.items() if not name.startswith("isa/")}, tests
+
+
+def rows(routes: Routes, tests: Tests) -> list[Row]:
+    """All rows; a value without anything to measure is a dash."""
+    found = list(routes.values())
+    return [*_accuracy(found), *_warnings(tests), *_load(found)] if found or tests else []
+
+
+def _accuracy(found: list[Outcome]) -> Iterator[Row]:
+    names = dict.fromkeys(name for each in found for name in each.accuracy.metres)
+    for name in names:
+        metres = sum(each.accuracy.metres.get(name, 0.0) for each in found)
+        right = sum(each.accuracy.right_m.get(name, 0.0) for each in found)
+        rule = "99 (rule: 90)" if name == "all" else "rule: 80" if "km/h" in name else ""
+        yield f"right limit shown, by distance, {name}, {metres / 1000.0:.1f} km", _percent(right, metres), rule
+    changes, right = (sum(getattr(each.accuracy, name) for each in found) for name in ("changes", "changes_right"))
+    yield f"right limit 2 s after a change, of {changes}", _percent(right, changes), "98"
+    delays = [delay for each in found for delay in each.accuracy.delays_s]
+    yield "delay after a change, median, s", f"{median(delays):.1f}" if delays else "-", "2.0"
+
+
+def _warnings(tests: Tests) -> Iterator[Row]:
+    passed = sum(verdict(speed, each.warned) == "passed" for speed, each in tests.items())
+    yield "warning tests passed, at constant speed", f"{passed} of {len(tests)}", "all"
+    yield "warning tests in acceleration", "-", "not offered"
+
+
+def _load(found: list[Outcome]) -> Iterator[Row]:
+    hours = sum(each.metrics.seconds for each in found) / 3600.0
+    messages = sum(each.metrics.messages for each in found)
+    listening_s = sum(each.metrics.listening_s or 0.0 for each in found)
+    cut = sum(each.metrics.cut_off or 0 for each in found)
+    km = sum(each.metrics.distance_m or 0.0 for each in found) / 1000.0
+    false = sum(each.metrics.false_warnings or 0 for each in found)
+    hazards, answered = (sum(getattr(each.metrics, name) or 0 for each in found) for name in HAZARDS)
+    yield "messages an hour", f"{messages / hours:.0f}" if hours else "-", "at most 120"
+    yield "time in which the driver listens", _percent(listening_s, hours * 3600.0), "at most 6"
+    yield "messages that the next one cuts off", _percent(cut, messages), "at most 2"
+    yield "false warnings per 10 km", f"{false / km * 10.0:.2f}" if km else "-", "at most 0.5"
+    yield f"hazards answered, of {hazards}", _percent(answered, hazards), "98"
+    topics = Counter[str]()
+    for each in found:
+        topics.update(each.topics)
+    yield "messages by topic", ", ".join(f"{topic} {count}" for topic, count in topics.most_common()) or "-", ""
+
+
+HAZARDS = ("hazards", "hazards_answered")
+
+
+def _percent(part: float, whole: float) -> str:
+    return f"{100.0 * part / whole:.1f} %" if whole > 0.0 else "-"
+
+
+def test_rows(tests: Tests) -> list[tuple[str, ...]]:
+    """Speed, when it was shown and sounded, for how long, and the verdict."""
+    return [
+        (f"{speed}", _s(each.warned.shown_s), _s(each.warned.sounded_s), _s(each.warned.sound_s or None),
+         verdict(speed, each.warned))
+        for speed, each in sorted(tests.items())
+    ]  # fmt: skip
+
+
+def _s(value: float | None) -> str:
+    return "-" if value is None or math.isnan(value) else f"{value:.1f}"
+
+
+def told(found: Mapping[str, Outcome]) -> str:
+    """One line: accuracy by distance and event, warning tests, messages an hour."""
+    routes, tests = parts(found)
+    lines = {name: value for name, value, _ in rows(routes, tests)}
+    wanted = ("right limit shown, by distance, all", "right limit 2 s", "warning tests passed", "messages an hour")
+    return "; ".join(f"{name}: {value}" for name, value in lines.items() if name.startswith(wanted))
+
+
+def as_csv(routes: Routes, tests: Tests) -> str:
+    """The rows."""
+    return csv_text({"what": what, "value": value, "goal": goal} for what, value, goal in rows(routes, tests))
