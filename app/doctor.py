@@ -18,7 +18,7 @@ from drivemcp.paths import data, has_data
 _MODULES = {
     "zenoh": "", "msgspec": "", "can": "can", "cantools": "can", "numpy": "perception", "cv2": "perception",
     "onnxruntime": "perception", "rank_bm25": "retrieval", "cryptography": "arbiter", "mcap": "logger", "rerun": "logger",
-    "mcp": "gateway", "highway_env": "simulator", "moderngl": "simulator",
+    "mcp": "gateway", "starlette": "cockpit", "highway_env": "simulator", "moderngl": "simulator",
 }  # fmt: skip
 _DATA = (
     "models/detector.onnx",
@@ -124,6 +124,8 @@ def _loopback() -> Iterator[Finding]:
 
 def _extras() -> Iterator[Finding]:
     yield Finding("docker", shutil.which("docker") is not None, "only for `docker compose up`", needed=False)
+    espeak = shutil.which("espeak-ng") is not None
+    yield Finding("espeak-ng (speech of this machine)", espeak, "apt-get install -y espeak-ng", needed=False)
     yield Finding(
         "rapidocr (town names)",
         importlib.util.find_spec("rapidocr") is not None,

@@ -75,6 +75,13 @@ def check_port(port: int) -> None:
             raise UserError(f"port {port}: {error.strerror}; leave --port out for a free one") from None
 
 
+def check_voice(cockpit: Mapping[str, Any]) -> None:
+    """A command that speaks is there."""
+    from services.cockpit.speech.commands import speech_command
+
+    speech_command(str(cockpit.get("speech_command", "")), recorded=bool(cockpit.get("wav")))
+
+
 def vehicle_of(flags: argparse.Namespace) -> str:
     """The vehicle's name: the one asked for, else the grant's; empty: one is made up. A grant must count for it."""
     keys, keys_file = trusted(flags.trust)

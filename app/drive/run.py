@@ -14,7 +14,7 @@ import msgspec
 
 from app.drive.log_state import state_of
 from app.drive.options import options
-from app.drive.precheck import check_port, trusted, vehicle_of
+from app.drive.precheck import check_port, check_voice, trusted, vehicle_of
 from app.drive.screen import Screen
 from app.drive.stack import Stack, StackPlan, folder_for
 from app.drive.summary import Summary, Tally
@@ -33,6 +33,9 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 def add_common(parser: argparse.ArgumentParser) -> None:
     """Flags of every drive."""
     parser.add_argument("--headless", action="store_true", help="no web viewer; a recording beside the log instead")
+    parser.add_argument(
+        "--speak", action="store_true", help="speak aloud on this machine (espeak-ng, or cockpit.speech_command)"
+    )
     parser.add_argument("--keep", action="store_true", help="leave the stack up at the end, until Ctrl-C")
     parser.add_argument("--vehicle", default="", metavar="NAME", help="name on the bus; one of its own by default")
     parser.add_argument("--json", action="store_true", help="the summary as JSON, as the last line")
@@ -90,6 +93,9 @@ def _drive(
     asked = [(option, hosts) for option in options() if (hosts := option.hosts(flags))]
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
+    if flags.speak:
+        settings["cockpit"] = {"speak": True, **settings.get("cockpit", {})}
+        check_voice(settings["cockpit"])
     if flags.grant:
         settings["arbiter"] = {
             "grant_file": str(Path(flags.grant).resolve()), "grant_memory": str(own_state("ended-grants.json")),
@@ -143,16 +149,12 @@ def follow(node: Node, tally: Tally) -> None:
 
 def _watch(stack: Stack, tally: Tally, screen: Screen, stop: threading.Event, *, keep: bool) -> None:
     stack.wait_for_source()
-    viewer, gateway = "", ""
+    faces = {("logger", "viewer"): "live view", ("cockpit", "page"): "cockpit", ("gateway", "mcp"): "MCP gateway"}
     ended_s: float | None = None
     told = 0
     while not stop.wait(LIVE_PERIOD_S):
-        if not viewer and tally.detail("logger", "viewer") not in ("unknown", ""):
-            viewer = tally.detail("logger", "viewer")
-            screen.say(f"live view: {viewer}")
-        if not gateway and tally.detail("gateway", "mcp") not in ("unknown", ""):
-            gateway = tally.detail("gateway", "mcp")
-            screen.say(f"MCP gateway: {gateway}")
+        for face in [face for face in faces if tally.detail(*face) not in ("unknown", "")]:
+            screen.say(f"{faces.pop(face)}: {tally.detail(*face)}")
         for said in tally.spoken[told:]:
             screen.say(spoken_line(*said))
             told += 1

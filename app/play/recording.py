@@ -17,7 +17,7 @@ from services.player.position_track import read_track, track_beside
 from services.player.recording import Options, Recording
 from services.player.source import open_recording
 
-DECIDING = ("orchestrator", "arbiter", "rules", "retrieval", "weather", "gateway")
+DECIDING = ("orchestrator", "arbiter", "rules", "retrieval", "weather", "gateway", "cockpit")
 """What `--record-only` does not start: player, CAN, perception, front end and logger remain."""
 
 

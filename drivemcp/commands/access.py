@@ -27,7 +27,9 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("folder", help="where to write router/access.json, router/users.txt and <service>/password")
     parser.add_argument("--vehicle", default="*", help="name of the vehicle; any by default")
     parser.add_argument("--evaluation", action="store_true", help="a user that may read the simulator's truth, too")
-    parser.add_argument("--token", action="store_true", help="a token for the gateway, too: gateway/token")
+    parser.add_argument(
+        "--token", action="store_true", help="tokens for gateway and cockpit, too: gateway/token, cockpit/token"
+    )
     parser.add_argument(
         "--tls", action="append", default=[], metavar="NAME",
         help="certificates, too (<service>/tls.pem, ca.pem); NAME: host name or address at which the router is reached. "
@@ -50,8 +52,9 @@ def command(flags: argparse.Namespace) -> int:
     try:
         made = _certificates(flags, folder)
         write_access(folder, flags.vehicle, evaluation=flags.evaluation, certificates=bool(made))
-        if flags.token and not (folder / "gateway" / "token").exists():
-            write_private(folder / "gateway" / "token", secrets.token_urlsafe(24) + "\n")
+        for token in (folder / service / "token" for service in ("gateway", "cockpit") if flags.token):
+            if not token.exists():
+                write_private(token, secrets.token_urlsafe(24) + "\n")
     except OSError as error:
         raise UserError(f"cannot write {folder}: {error.strerror}") from None
     sys.stdout.write(f"access control for {len(rows)} services in {folder}\n")

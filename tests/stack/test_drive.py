@@ -185,7 +185,7 @@ def kill(stack: Stack, name: str) -> float:
     return time.monotonic()
 
 
-KILLABLE = ("perception", "drivelm", "can", "weather", "rules", "retrieval", "arbiter", "logger", "gateway")
+KILLABLE = ("perception", "drivelm", "can", "weather", "rules", "retrieval", "arbiter", "logger", "gateway", "cockpit")
 
 
 @pytest.mark.parametrize("name", KILLABLE)

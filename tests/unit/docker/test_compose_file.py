@@ -121,7 +121,7 @@ def test_set_up_writes_every_volume_of_credentials_and_reaches_no_network() -> N
 def test_ports_are_published_on_loopback_only(name: str) -> None:
     ports = CONTAINERS[name].get("ports", [])
     assert all(str(port).startswith("127.0.0.1:") for port in ports)
-    assert bool(ports) == (name in ("logger", "gateway"))
+    assert bool(ports) == (name in ("logger", "gateway", "cockpit"))
     assert bool(ports) == ("face" in CONTAINERS[name].get("networks", []))
 
 
@@ -133,7 +133,7 @@ def test_the_bus_leads_nowhere_else_and_its_router_asks_who_is_there() -> None:
 
 
 def test_the_simulator_waits_for_all_that_sense_and_decide() -> None:
-    assert set(CONTAINERS["simulator"]["depends_on"]) == {*LIVING} - {"simulator", "gateway"}
+    assert set(CONTAINERS["simulator"]["depends_on"]) == {*LIVING} - {"simulator", "gateway", "cockpit"}
 
 
 @pytest.mark.parametrize("name", [row.name for row in SERVICES])

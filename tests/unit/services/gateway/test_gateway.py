@@ -16,10 +16,10 @@ from mcp.shared.exceptions import MCPError
 from drivemcp.bus.session import wait_settled
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
+from drivemcp.http.limits import FREE_TRIES, LONGEST_WAIT_S, MOST_ADDRESSES, BackOff
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
-from services.gateway.limits import FREE_TRIES, LONGEST_WAIT_S, MOST_ADDRESSES, BackOff
 from services.gateway.service import SERVICE, GatewayConfig
 
 

@@ -1,0 +1,1 @@
+"""The machine's voice: tones, words, and what may cut them off."""
