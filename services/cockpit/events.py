@@ -64,7 +64,8 @@ class Stream:
             yield b"retry: 500\n\n"
             while not closed:
                 try:
-                    event = await asyncio.wait_for(page.waiting.get(), SILENCE_S)
+                    async with asyncio.timeout(SILENCE_S):
+                        event = await page.waiting.get()
                 except TimeoutError:
                     event = b": still here\n\n"
                 if event is None:

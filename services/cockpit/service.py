@@ -1,5 +1,7 @@
 """Binds the page and the voice to the bus: advisory, speed assistance and health in, the driver's touches out."""
 
+import math
+import time
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ from services.cockpit.speech.voice import Mouth, Utterance, Voice, cleaned
 
 GRACE_MS = 1500.0
 """Added to a tool's own deadline: a driver who touches waits for an answer, and no tick does."""
+SOUND_PERIOD_S = 1.0
+"""From pulses to pulses while an overspeed sounds."""
 NEEDED = ("orchestrator",)
 """Services whose absence is a fault though they were never there."""
 
@@ -48,7 +52,7 @@ class Cockpit:
         self._node = node
         self._voice = voice
         self._seen: set[str] = set(NEEDED)
-        self._sounded = False
+        self._sounded_s = -math.inf
         self.stream = Stream()
 
     def on_advisory(self, advisory: Advisory, info: Received[Advisory]) -> None:
@@ -68,12 +72,14 @@ class Cockpit:
             self._voice.say(Utterance.of(advisory))
 
     def on_assistance(self, assistance: SpeedAssistance, info: Received[SpeedAssistance]) -> None:
-        """Show it, and let an overspeed that begins to sound be heard."""
+        """Show it, and let an overspeed be heard as long as it sounds."""
         self.stream.put("speed", {**msgspec.to_builtins(assistance), "known": assistance.known})
-        sounded = assistance.warning == "sounded"
-        if sounded and not self._sounded and not assistance.muted and self._voice is not None:
-            self._voice.say(Utterance(text="", urgency="warning", tick=assistance.tick))
-        self._sounded = sounded
+        now_s = time.monotonic()
+        if assistance.warning != "sounded" or assistance.muted or self._voice is None:
+            self._sounded_s = -math.inf
+        elif now_s - self._sounded_s >= SOUND_PERIOD_S:
+            self._sounded_s = now_s
+            self._voice.say(Utterance(text="", urgency="warning", tick=assistance.tick, stale_s=SOUND_PERIOD_S / 2))
 
     def on_second(self) -> None:
         """Tell which services are missing that were there."""

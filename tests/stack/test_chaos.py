@@ -22,7 +22,7 @@ from tests.stack.chaos.surroundings import Clock, few_files, network, small_disk
 
 pytestmark = [pytest.mark.stack, pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")]
 PROCESSES = (
-    "perception", "drivelm", "can", "weather", "rules", "retrieval", "arbiter", "orchestrator", "logger", "gateway",
+    "perception", "drivelm", "can", "weather", "rules", "retrieval", "arbiter", "orchestrator", "logger", "gateway", "cockpit",
     "router", "simulator",
 )  # fmt: skip
 SETTLES_S = 8.0

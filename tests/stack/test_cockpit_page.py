@@ -299,6 +299,31 @@ def test_language_unit_and_tolerance_are_set_on_the_page(
     until(page, f"document.querySelector('#why').textContent === '{why}'")
 
 
+def test_the_page_speaks_what_was_decided_once_a_touch_has_switched_it_on(
+    browser: Any, drive: tuple[Orchestrator, str]
+) -> None:
+    page = browser.new_page(locale="en-GB")
+    page.add_init_script(
+        """window.heard = [];
+        speechSynthesis.speak = (said) => window.heard.push(`${said.lang} ${said.text} ${said.rate}`);
+        speechSynthesis.cancel = () => window.heard.push('cut');"""
+    )
+    page.goto(drive[1])
+    expect(page, "#cockpit[data-state=live]")
+    drive[0].say(told("Not heard"))
+    until(page, "document.querySelector('#words').textContent === 'Not heard'")
+    assert page.evaluate("window.heard") == []
+    page.click("#settings")
+    page.check("#voice")
+    page.click("#settings-sheet .close")
+    drive[0].say(told("70 when wet"))
+    until(page, "window.heard.length === 1")
+    drive[0].say(told("Brake!", "alarm"))
+    until(page, "window.heard.length === 3")
+    assert page.evaluate("window.heard") == ["en 70 when wet 1", "cut", "en Brake! 1.149999976158142"]
+    page.close()
+
+
 def test_the_table_of_words_is_whole(open_page: Callable[..., Any]) -> None:
     page = open_page()
     words = page.evaluate("import('/page/words.js').then((words) => words.WORDS)")

@@ -5,11 +5,11 @@ import { ICONS, LAMPS, crossedOut, face, limitSign, urgencyShape } from "./signs
 import { speak, tone } from "./speech.js";
 import { inUse, say, setLanguage } from "./words.js";
 
-const STALE_MS = 900, LOOK_MS = 100;
+const STALE_MS = 900, LOOK_MS = 100, SOUND_PERIOD_MS = 1000;
 const SHOWN_MS = { info: 8000, advice: 8000, warning: 8000, alarm: 6000 };
 const URGENCY = { info: "informs", advice: "advises", warning: "warns", alarm: "alarms" };
 const find = (id) => document.getElementById(id);
-const state = { speed: null, told: null, toldAt: -Infinity, missing: [], unit: "km/h", chosen: "", cameAt: -Infinity, stale: true };
+const state = { speed: null, told: null, toldAt: -Infinity, missing: [], unit: "km/h", chosen: "", cameAt: -Infinity, soundedAt: -Infinity, stale: true };
 const drawn = new Map();
 
 // Draws a part only when what it shows has changed.
@@ -106,11 +106,16 @@ const show = () => {
 const relabel = () => { label(); show(); };
 
 const onSpeed = (speed) => {
-  const began = speed.warning === "sounded" && state.speed?.warning !== "sounded" && !speed.muted;
+  const now = performance.now();
+  const sounds = speed.warning === "sounded" && !speed.muted;
   state.speed = speed;
-  state.cameAt = performance.now();
+  state.cameAt = now;
   show();
-  if (began) tone("warning");
+  if (!sounds) state.soundedAt = -Infinity;
+  else if (now - state.soundedAt >= SOUND_PERIOD_MS) {
+    state.soundedAt = now;
+    tone("warning");
+  }
 };
 const onAdvisory = (advisory) => {
   state.cameAt = performance.now();

@@ -1,6 +1,6 @@
 // What one touch opens: why, ask, feedback, settings. Each answer is told in words, and a failure too.
 import { ICONS } from "./signs.js";
-import { available, isOn, switchOn } from "./speech.js";
+import { available, isOn, speak, switchOn } from "./speech.js";
 import { inUse, say, setLanguage } from "./words.js";
 
 const find = (id) => document.getElementById(id);
@@ -23,12 +23,15 @@ const list = (place, citations) => place.replaceChildren(...(citations ?? []).ma
   return item;
 }));
 
-const showWhy = (told) => {
-  find("why-words").textContent = told ? `${told.directive}. ${told.justification}`.replace(/([.!?])\./, "$1") : say("whyNot");
+const showWhy = ({ told, speed, missing }) => {
+  const fault = [...missing, ...(speed?.fault ? [speed.fault] : [])].join(", ");
+  const words = told ? `${told.directive}. ${told.justification}`.replace(/([.!?])\./, "$1") : say("whyNot");
+  find("why-words").textContent = [words, fault && say("fault", { what: fault })].filter(Boolean).join(" ");
   list(find("why-citations"), told?.citations);
   find("why-sheet").showModal();
 };
 
+let spoken = false;
 const ask = async (event) => {
   event.preventDefault();
   find("answer").textContent = say("thinking");
@@ -36,6 +39,8 @@ const ask = async (event) => {
   const answer = await callTool("ask", { question: find("question").value, language: inUse() });
   find("answer").textContent = answer.ok ? answer.result.text : failed(answer);
   list(find("answer-citations"), answer.ok ? answer.result.citations : []);
+  if (answer.ok && spoken) speak({ directive: answer.result.text, urgency: "info", language: answer.result.language ?? inUse() });
+  spoken = false;
 };
 
 const listening = () => {
@@ -47,6 +52,7 @@ const listening = () => {
     ear.lang = inUse();
     find("answer").textContent = say("listening");
     ear.onresult = (event) => {
+      spoken = true;
       find("question").value = event.results[0][0].transcript;
       find("ask-form").requestSubmit();
     };
@@ -112,7 +118,7 @@ export const bind = (state, changed) => {
   find("voice").checked = isOn();
   find("voice").disabled = !available();
   find("voice").onchange = () => switchOn(find("voice").checked);
-  find("why").onclick = () => showWhy(state.told);
+  find("why").onclick = () => showWhy(state);
   find("ask").onclick = () => { find("answer").textContent = ""; list(find("answer-citations"), []); find("ask-sheet").showModal(); };
   find("ask-form").onsubmit = ask;
   find("label").onclick = () => { find("label-answer").textContent = ""; find("label-sheet").showModal(); };

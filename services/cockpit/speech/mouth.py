@@ -6,6 +6,7 @@ import threading
 import time
 import wave
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,16 +46,19 @@ class Device:
         self._speech, self._player = speech, player
 
     def say(self, utterance: Utterance, cut: threading.Event) -> None:
-        """The tone, then the words."""
+        """The tone, while the words are made; then the words."""
+        written = any("{wav}" in word for word in self._speech)
         with tempfile.TemporaryDirectory(prefix="drivemcp-voice-") as folder:
-            file = Path(folder) / "said.wav"
-            if self._player and (tone := samples(utterance.urgency)):
-                write_wav(file, tone)
-                run(filled(self._player, wav=file), cut)
+            tone, words = Path(folder) / "tone.wav", Path(folder) / "words.wav"
+            making = begin(speech_of(self._speech, utterance, words)) if utterance.text and written else None
+            if self._player and (sound := samples(utterance.urgency)):
+                write_wav(tone, sound)
+                finish(begin(filled(self._player, wav=tone)), cut)
+            if making is not None:
+                finish(making, cut)
             if utterance.text and not cut.is_set():
-                run(speech_of(self._speech, utterance, file), cut)
-                if any("{wav}" in word for word in self._speech) and not cut.is_set():
-                    run(filled(self._player, wav=file), cut)
+                command = filled(self._player, wav=words) if written else speech_of(self._speech, utterance, words)
+                finish(begin(command), cut)
 
     def close(self) -> None:
         """Nothing is held."""
@@ -88,30 +92,37 @@ class Recorder:
         self._lines = (folder / "spoken.jsonl").open("wb")
 
     def say(self, utterance: Utterance, cut: threading.Event) -> None:
-        """The tone and the words, at their place in time."""
-        sound = samples(utterance.urgency)
-        if utterance.text:
-            with tempfile.TemporaryDirectory(prefix="drivemcp-voice-") as folder:
-                file = Path(folder) / "said.wav"
-                run(speech_of(self._speech, utterance, file), cut)
-                sound += read_wav(file) if file.exists() and not cut.is_set() else b""
-        if cut.is_set():
+        """The tone, while the words are made, then the words, at their place in time."""
+        with tempfile.TemporaryDirectory(prefix="drivemcp-voice-") as folder:
+            file = Path(folder) / "words.wav"
+            making = begin(speech_of(self._speech, utterance, file)) if utterance.text else None
+            begins = self._record(samples(utterance.urgency), cut)
+            if making is not None:
+                finish(making, cut)
+                words = self._record(read_wav(file) if not cut.is_set() else b"", cut)
+                begins = words if begins is None else begins
+        if begins is None:
             return
-        now_s = time.monotonic()
-        begins = max(self._written, int((now_s - self._began_s) * RATE_HZ))
-        self._wav.writeframesraw(bytes(2 * (begins - self._written)))
-        cut_off = cut.wait(len(sound) / 2 / RATE_HZ)
-        if cut_off:
-            sound = sound[: 2 * int((time.monotonic() - now_s) * RATE_HZ)]
-        self._wav.writeframesraw(sound)
-        self._written = begins + len(sound) // 2
         said = Said(
             tick=utterance.tick, text=utterance.text, urgency=utterance.urgency, language=utterance.language,
-            after_s=round(now_s - utterance.asked_s, 4), begins_s=round(begins / RATE_HZ, 4),
-            length_s=round(len(sound) / 2 / RATE_HZ, 4), cut=cut_off,
+            after_s=round(self._began_s + begins / RATE_HZ - utterance.asked_s, 4), begins_s=round(begins / RATE_HZ, 4),
+            length_s=round((self._written - begins) / RATE_HZ, 4), cut=cut.is_set(),
         )  # fmt: skip
         self._lines.write(msgspec.json.encode(said) + b"\n")
         self._lines.flush()
+
+    def _record(self, sound: bytes, cut: threading.Event) -> int | None:
+        """Take the time of the sound, or less where it is cut. Returns its first sample's place; None without a sound."""
+        if not sound or cut.is_set():
+            return None
+        now_s = time.monotonic()
+        begins = max(self._written, int((now_s - self._began_s) * RATE_HZ))
+        self._wav.writeframesraw(bytes(2 * (begins - self._written)))
+        if cut.wait(len(sound) / 2 / RATE_HZ):
+            sound = sound[: 2 * int((time.monotonic() - now_s) * RATE_HZ)]
+        self._wav.writeframesraw(sound)
+        self._written = begins + len(sound) // 2
+        return begins
 
     def close(self) -> None:
         """Complete the file."""
@@ -128,21 +139,20 @@ def speech_of(command: Sequence[str], utterance: Utterance, file: Path) -> list[
     )  # fmt: skip
 
 
-def run(command: list[str], cut: threading.Event) -> None:
-    """Run a command to its end, or end it: when it is cut, or when it takes too long. Raises OSError."""
+def begin(command: list[str]) -> "subprocess.Popen[bytes]":
+    """Start a command. Raises OSError."""
     quiet = subprocess.DEVNULL
-    process = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
+
+
+def finish(process: "subprocess.Popen[bytes]", cut: threading.Event) -> None:
+    """Wait for its end, or end it: when it is cut, or when it takes too long."""
     ends_s = time.monotonic() + LONGEST_S
-    try:
-        while process.poll() is None and time.monotonic() < ends_s:
-            try:
-                process.wait(LOOK_S)
-            except subprocess.TimeoutExpired:
-                if cut.is_set():
-                    break
-    finally:
-        if process.poll() is None:
-            process.kill()
+    while process.poll() is None and time.monotonic() < ends_s and not cut.is_set():
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(LOOK_S)
+    if process.poll() is None:
+        process.kill()
         process.wait()
 
 
@@ -160,5 +170,5 @@ def read_wav(file: Path) -> bytes:
             if (wav.getnchannels(), wav.getsampwidth(), wav.getframerate()) != (1, 2, RATE_HZ):
                 raise OSError(f"a recording takes mono samples of 16 bits at {RATE_HZ} Hz")
             return wav.readframes(wav.getnframes())
-    except (wave.Error, EOFError) as error:
+    except (wave.Error, EOFError, FileNotFoundError) as error:
         raise OSError(f"the speech command wrote no WAV file: {error}") from None

@@ -24,6 +24,7 @@ class Utterance(msgspec.Struct, frozen=True, kw_only=True):
     language: str = "en"
     tick: int = 0
     asked_s: float = msgspec.field(default_factory=time.monotonic)
+    stale_s: float = STALE_S
 
     @classmethod
     def of(cls, advisory: Advisory) -> Self:
@@ -87,7 +88,7 @@ class Voice:
             while not self._ends:
                 while self._waiting:
                     utterance = self._waiting.popleft()
-                    if time.monotonic() - utterance.asked_s <= STALE_S:
+                    if time.monotonic() - utterance.asked_s <= utterance.stale_s:
                         self._cut.clear()
                         return utterance
                 self._changed.wait()

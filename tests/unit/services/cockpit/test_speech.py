@@ -196,7 +196,7 @@ def test_the_words_in_the_recording_are_those_decided_and_an_alarm_ends_what_is_
 
 
 @SPOKEN
-def test_an_overspeed_that_begins_to_sound_is_heard_once_and_not_when_muted(tmp_path: Path) -> None:
+def test_an_overspeed_is_heard_when_it_begins_to_sound_and_not_when_muted(tmp_path: Path) -> None:
     with bus() as b:
         node = b.start(SERVICE, CockpitConfig(wav=str(tmp_path)))
         for warning, muted in (
