@@ -24,6 +24,7 @@ from drivemcp.files.modes import others_denied
 from drivemcp.node import Node
 from drivemcp.numbers import port
 from drivemcp.paths import own_state
+from drivemcp.runtime.supervisor import free_port
 from proto import topics
 
 LIVE_PERIOD_S = 0.25
@@ -93,8 +94,9 @@ def _drive(
     asked = [(option, hosts) for option in options() if (hosts := option.hosts(flags))]
     settings[source] = {**source_settings, **settings.get(source, {})}
     settings["logger"] = {"view": {"mode": "file" if flags.headless else "web"}, **settings.get("logger", {})}
-    if flags.speak:
-        settings["cockpit"] = {"speak": True, **settings.get("cockpit", {})}
+    # a port that stays, so that a page finds a cockpit that was started again
+    settings["cockpit"] = {"port": free_port(), "speak": flags.speak, **settings.get("cockpit", {})}
+    if settings["cockpit"]["speak"]:
         check_voice(settings["cockpit"])
     if flags.grant:
         settings["arbiter"] = {

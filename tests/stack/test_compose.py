@@ -25,7 +25,7 @@ from proto.services import RESERVED, SERVICES
 pytestmark = pytest.mark.stack
 ROOT = Path(__file__).parents[2]
 PROJECT = "drivemcp-stacktest"
-GATEWAY, VIEWER = "http://127.0.0.1:8970/mcp", "http://127.0.0.1:9090/"
+GATEWAY, COCKPIT, VIEWER = "http://127.0.0.1:8970/mcp", "http://127.0.0.1:8980/", "http://127.0.0.1:9090/"
 RUNNING = sorted({row.name for row in SERVICES} - {"player"} | {"router"})
 DRIVE_S = 25.0
 HEALTHY_S = 240
@@ -151,6 +151,13 @@ def test_the_gateway_asks_for_its_token_and_lists_every_servers_tools(stack: Non
     assert not set(RESERVED) & tools_at_the_gateway()
 
 
+def test_the_cockpit_lets_in_its_own_token_alone(stack: None) -> None:
+    token = inside("cockpit", "cat", "/secrets/cockpit/token").strip()
+    for given, status in (("a-token-of-another-service", 401), (token, 200)):
+        answer = httpx.get(COCKPIT, headers={"Authorization": f"Bearer {given}"}, timeout=10)
+        assert answer.status_code == status
+
+
 def test_the_viewer_answers_on_loopback(stack: None) -> None:
     with urllib.request.urlopen(VIEWER, timeout=10) as page:
         assert page.status == 200
@@ -184,6 +191,7 @@ HOLDS = {
     "can": {"can", "cryptography"},
     "retrieval": {"numpy"},
     "gateway": {"mcp", "cryptography"},
+    "cockpit": set(),
     "logger": {"numpy", "mcap", "rerun", "cryptography"},
     "perception": {"numpy", "cv2", "onnxruntime"},
     "drivelm": {"numpy", "cv2", "onnxruntime"},

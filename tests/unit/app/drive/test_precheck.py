@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from app.drive.precheck import check_port, check_services, check_settings, profile_of, vehicle_of
+from app.drive.precheck import check_port, check_services, check_settings, check_voice, profile_of, vehicle_of
 from drivemcp.cli import main
 from drivemcp.errors import UserError
 from drivemcp.runtime.grants import KeyPair, make_key, sign_grant
@@ -70,6 +70,12 @@ def test_names_and_ports_are_checked() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(UserError, match="port"):
         check_port(taken.getsockname()[1])
     check_port(0)
+
+
+def test_a_voice_that_is_not_on_this_machine_is_named_with_what_to_type() -> None:
+    with pytest.raises(UserError, match="no-such-voice.* is not on the path; apt-get install espeak-ng"):
+        check_voice({"speech_command": "no-such-voice {text}"})
+    check_voice({"speech_command": "sh -c {text}"})
 
 
 def test_settings_are_those_that_the_service_would_take() -> None:
