@@ -163,15 +163,17 @@ def test_a_limit_that_changes_is_a_sign_that_changes(
 ) -> None:
     page = open_page()
     expect(page, "#sign[data-value='50'][data-known=known]")
-    drive[0].speed = assistance(70, plate="when wet", target_mps=60 / 3.6)
+    drive[0].speed = assistance(70, plate="when wet", target_mps=62 / 3.6)
     expect(page, "#sign[data-value='70']")
     assert page.text_content("#plate") == "when wet"
+    assert page.text_content("#sign-unit") == ""
     assert page.text_content("#advised") == "60"
     assert page.get_attribute("#sign", "aria-label") == "Limit 70 km/h, when wet"
     assert page.query_selector("#speed .target") is not None
     drive[0].speed = assistance(30, "mph", assumed=True, country="GBR")
     expect(page, "#sign[data-value='30'][data-known=assumed]")
     assert "?" in page.text_content("#sign")
+    assert page.text_content("#sign-unit") == "mph", "the driver's unit is another"
     drive[0].speed = assistance(None)
     expect(page, "#sign[data-known=unknown] .crossed")
     drive[0].speed = assistance(65, "mph", country="USA")
@@ -360,13 +362,13 @@ def test_nothing_is_cut_off_touch_targets_are_wide_and_axe_finds_nothing(
         page = open_page(size, color_scheme=scheme)
         until(page, f"document.documentElement.lang === '{language}'")
         for urgency in ("info", "advice", "warning", "alarm"):
-            drive[0].speed = assistance(70, plate="when wet", target_mps=60 / 3.6, warning="sounded")
+            drive[0].speed = assistance(70, "mph", plate="when wet", target_mps=60 / 3.6, warning="sounded")
             drive[0].say(told("Hold the distance", urgency, picture=Picture(face="vehicle", country="DEU")))
             expect(page, f"#advice[data-urgency={urgency}]")
             found = axe.Axe().run(page)
             assert found.violations_count == 0, found.generate_report()
             cut = page.evaluate(
-                """[['#limit', '#plate'], ['#advice', '#words'], ['#touch', '#why'], ['body', '#touch'], ['#lamps', '#fault']]
+                """[['#limit', '#plate'], ['#limit', '#sign-unit'], ['#advice', '#words'], ['#touch', '#why'], ['body', '#touch'], ['#lamps', '#fault']]
                 .filter(([around, inside]) => {
                   const [a, b] = [around, inside].map((each) => document.querySelector(each).getBoundingClientRect());
                   const wide = document.querySelector(inside);

@@ -20,10 +20,13 @@ const once = (part, of, make) => {
   make();
 };
 
+// A recommended speed in steps that can be driven: of 5, rounded down; below 20 as it is.
+const inSteps = (value) => { const whole = Math.floor(value + 1e-6); return whole < 20 ? whole : whole - (whole % 5); };
+
 const sign = () => {
   const speed = state.speed;
   const known = speed?.known ?? "unknown", limit = speed?.limit ?? null, country = speed?.country ?? "";
-  once("sign", [known, limit, country, speed?.plate, state.stale], () => {
+  once("sign", [known, limit, country, speed?.plate, state.stale, state.unit], () => {
     const made = limitSign(limit, country, known);
     find("sign").replaceChildren(state.stale && known !== "unknown" ? crossedOut(made) : made);
     const words = limit && known !== "unknown" ? say("limitIs", { value: Math.round(limit.value), unit: limit.unit }) : say("unknown");
@@ -32,10 +35,11 @@ const sign = () => {
     find("sign").dataset.known = known;
     find("sign").dataset.value = limit ? String(limit.value) : "";
     find("plate").textContent = speed?.plate ?? "";
+    find("sign-unit").textContent = limit && known !== "unknown" && limit.unit !== state.unit ? limit.unit : "";
   });
   const target = speed?.target_mps ?? null;
   const below = target !== null && (limit === null || target < limit.mps - 0.5);
-  const advised = below ? Math.round(inUnit(target, limit?.unit ?? state.unit)) : "";
+  const advised = below ? inSteps(inUnit(target, limit?.unit ?? state.unit)) : "";
   once("advised", [advised, state.stale], () => {
     find("advised").textContent = String(advised);
     find("advised").setAttribute("aria-label", advised === "" ? "" : say("advised", { value: advised, unit: limit?.unit ?? state.unit }));

@@ -21,11 +21,11 @@ export const speedRing = ({ speed, limit, target, unit, warning }) => {
   const made = picture(line(arc(1, RADIUS), "var(--track)", 7));
   if (shown !== null && shown > 0) made.append(line(arc(Math.min(1, share(speed)), RADIUS), "var(--arc)", 7, { class: "arc" }));
   if (limit !== null) made.append(mark(share(limit), line("M50 1V12", "var(--limit)", 3.5, { class: "limit" })));
-  if (target !== null) made.append(mark(share(target), path("M50 13 45 24H55Z", "var(--target)", { class: "target" })));
-  if (warning !== "none") made.append(draw("rect", { x: 22, y: 31, width: 56, height: 36, rx: 6, fill: "var(--over)", class: "over" }));
+  if (target !== null) made.append(mark(share(target), path("M50 12 45.500 22H54.500Z", "var(--target)", { class: "target" })));
+  if (warning !== "none") made.append(draw("rect", { x: 22, y: 27, width: 56, height: 38, rx: 6, fill: "var(--over)", class: "over" }));
   made.append(
-    letters(shown === null ? "–" : String(shown), 50, 49, 25, 50, warning !== "none" ? "var(--on-over)" : "var(--ink)", { id: "speed-number" }),
-    letters(unit, 50, 78, 8.5, 34, "var(--ink)"),
+    letters(shown === null ? "–" : String(shown), 50, 46, 27, 50, warning !== "none" ? "var(--on-over)" : "var(--ink)", { id: "speed-number" }),
+    letters(unit, 50, 80, 13.5, 44, "var(--ink)"),
   );
   return { made, shown };
 };
