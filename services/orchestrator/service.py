@@ -302,7 +302,10 @@ class Orchestrator:
     def prefer(self, **fields: Any) -> Preferences:
         """Change preferences from the next tick on, and have them remembered."""
         with self._lock:
-            after = changed(self._preferences or self.state.preferences, **fields)
+            before = self._preferences or self.state.preferences
+            after = changed(before, **fields)
+            if after == before:  # a page that asks must not be remembered before what was kept is recalled
+                return before
             self._preferences = after
         self._remember("preferences", "driver", msgspec.to_builtins(after))
         return after

@@ -368,7 +368,8 @@ def test_nothing_is_cut_off_touch_targets_are_wide_and_axe_finds_nothing(
             found = axe.Axe().run(page)
             assert found.violations_count == 0, found.generate_report()
             cut = page.evaluate(
-                """[['#limit', '#plate'], ['#limit', '#sign-unit'], ['#advice', '#words'], ['#touch', '#why'], ['body', '#touch'], ['#lamps', '#fault']]
+                """[['#limit', '#plate'], ['#limit', '#sign-unit'],
+                 ['#advice', '#words'], ['#touch', '#why'], ['body', '#touch'], ['#lamps', '#fault']]
                 .filter(([around, inside]) => {
                   const [a, b] = [around, inside].map((each) => document.querySelector(each).getBoundingClientRect());
                   const wide = document.querySelector(inside);

@@ -73,7 +73,7 @@ def test_names_and_ports_are_checked() -> None:
 
 
 def test_a_voice_that_is_not_on_this_machine_is_named_with_what_to_type() -> None:
-    with pytest.raises(UserError, match="no-such-voice.* is not on the path; apt-get install espeak-ng"):
+    with pytest.raises(UserError, match=r"no-such-voice.* is not on the path; apt-get install espeak-ng"):
         check_voice({"speech_command": "no-such-voice {text}"})
     check_voice({"speech_command": "sh -c {text}"})
 

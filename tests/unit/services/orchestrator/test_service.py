@@ -1,15 +1,20 @@
 """The orchestrator on a real in-process bus, with the real arbiter, rules and weather beside it."""
 
+import itertools
 import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
 
 from drivemcp import node as node_module
+from drivemcp.bus.session import wait_settled
+from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
+from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
 from proto import topics
 from proto.decision import Advisory, TraceRecord
@@ -203,6 +208,27 @@ def test_preferences_change_while_driving(drive: Road) -> None:
     drive.b.call("set_preferences", {"language": "en", "unit": "km/h"})
     assert drive.step().language == "en"
     assert drive.b.call("set_preferences", {"language": "xx"}).status == "tool_error"
+
+
+def test_who_asks_for_the_preferences_changes_and_keeps_nothing() -> None:
+    kept: list[Any] = []
+
+    def build(config: ServiceConfig, node: Node) -> None:
+        @node.tool(deadline_ms=1000, read_only=False)
+        def remember(kind: str, key: str, value: dict[str, Any]) -> dict[str, bool]:
+            """Keep it."""
+            kept.append(value)
+            return {}
+
+    with bus() as b:
+        b.start(SERVICE, CONFIG)
+        b.start(Service("logger", ServiceConfig, build))
+        units = itertools.cycle(["mph", "km/h"])
+        assert wait_settled(lambda: b.call("set_preferences", {"unit": next(units)}).ok and bool(kept), 10.0)
+        told = kept[-1]
+        assert b.call("set_preferences").result == told
+        assert b.call("set_preferences", {"unit": told["unit"]}).result == told
+        assert kept[-1] is told
 
 
 def test_feedback_reaches_the_arbiter_once_and_is_traced(drive: Road, monkeypatch: pytest.MonkeyPatch) -> None:
