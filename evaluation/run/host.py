@@ -32,11 +32,7 @@ from services.simulator.scenario.plan import Scenario
 from services.simulator.service import find_scenario
 
 SOURCE = "simulator"
-<<<<<<< HEAD
 NOT_NEEDED = ("gateway", "player", "cockpit")
-=======
-NOT_NEEDED = ("gateway", "player")
->>>>>>> 75830c91 (Change and keep no preferences where they are only asked for; show the cockpit in a real drive)
 STALL_S = 120.0
 """Wall time without a step after which a run counts as stuck."""
 _CAMERAS: Mapping[str, tuple[str, ...]] = {"rendered": ("front", "tele"), "model": ()}
