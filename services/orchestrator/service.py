@@ -36,6 +36,7 @@ from services.orchestrator.observations.inputs import (
     experts,
     road_ahead,
 )
+from services.orchestrator.speech.wording import say
 from services.orchestrator.speed_assistance import MOST_TOLERANCE
 from services.orchestrator.state import State
 from services.orchestrator.text import plain
@@ -76,6 +77,15 @@ class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
     """Whether labels (`feedback`) move the arbiter; they are kept all the same."""
     thresholds: dict[str, float] = msgspec.field(default_factory=dict)
     """Event -> threshold, where it is to be another than the table's; bounded by `events.MOVED`."""
+
+
+class Labelled(msgspec.Struct, frozen=True, kw_only=True):
+    """What the tool `feedback` answers."""
+
+    tick: int
+    """The tick that the label is about."""
+    changes: str
+    """What it changes, in the driver's language."""
 
 
 class LiveAsk:
@@ -288,8 +298,8 @@ class Orchestrator:
         with self._lock:
             self._acknowledged = True
 
-    def give_feedback(self, label: Label, number: int, note: str) -> int:
-        """Queue a label for the next tick; raises ToolFailed when there were too many."""
+    def give_feedback(self, label: Label, number: int, note: str) -> tuple[int, str]:
+        """Queue a label for the next tick; its tick, and what it changes. Raises ToolFailed when there were too many."""
         given = Feedback(label=label, tick=number or self.state.tick, note=plain(note))
         with self._lock:
             self._given, refused = admit(self._given, self._node.clock.now_ns())
@@ -297,7 +307,7 @@ class Orchestrator:
                 raise ToolFailed(f"{refused}; try again later")
             self._feedback.append(given)
         self._remember("feedback", label, {"tick": given.tick, "note": given.note})
-        return given.tick
+        return given.tick, say(self.state.preferences, "feedback", label if self._config.learns else "kept")
 
     def prefer(self, **fields: Any) -> Preferences:
         """Change preferences from the next tick on, and have them remembered."""
@@ -361,9 +371,10 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
         label: Label,
         tick: Annotated[int, msgspec.Meta(description="the tick meant; 0: the last one")] = 0,
         note: Annotated[str, msgspec.Meta(max_length=200)] = "",
-    ) -> dict[str, int]:
+    ) -> Labelled:
         """A label on a warning: it moves, within bounds, how soon the car acts. Rate-limited and traced."""
-        return {"tick": orchestrator.give_feedback(label, tick, note)}
+        number, changes = orchestrator.give_feedback(label, tick, note)
+        return Labelled(tick=number, changes=changes)
 
     @node.tool(deadline_ms=200, read_only=False)
     def set_preferences(

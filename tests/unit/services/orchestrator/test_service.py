@@ -233,7 +233,9 @@ def test_who_asks_for_the_preferences_changes_and_keeps_nothing() -> None:
 
 def test_feedback_reaches_the_arbiter_once_and_is_traced(drive: Road, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(service, "LEAST_MS", 4000.0)  # an arbiter that misses the tick never hears of the label
-    assert drive.b.call("feedback", {"label": "late_warning"}).ok
+    answer = drive.b.call("feedback", {"label": "late_warning"})
+    assert answer.result is not None
+    assert "steps in a little sooner" in answer.result["changes"]
     assert "one label every" in drive.b.call("feedback", {"label": "late_warning"}).error
     drive.step()
     trace = drive.traces.wait_count(len(drive.advisories.messages))[-1]

@@ -34,7 +34,7 @@ def test_the_law_bounds_the_target_and_is_shown_and_a_lower_one_is_said_once() -
     assert drive.spoken() == ["Limit 30"]
 
 
-def test_rain_recommends_less_than_the_law_allows_and_both_are_said() -> None:
+def test_rain_recommends_less_than_the_law_allows_and_both_are_among_the_reasons() -> None:
     drive = Drive()
     drive.weather = conditions(mu=0.35, factor=0.7, wet=True, risk_level="high")
     drive.ask.table = {**drive.ask.table, "assess_weather": lambda a: drive.weather}
