@@ -19,7 +19,7 @@ from studies.latencies import __main__ as latencies
 from studies.latencies.__main__ import main
 from studies.latencies.measure import STAGES, measure
 
-SPEC = RunSpec(scenario="dynamic-vsl/calibration/0", seed=1, seconds=1.5, sensors="model")
+SPEC = RunSpec(scenario="urb-rain/development/11", seed=1, seconds=1.5, sensors="model")
 
 
 def table(**tools: Took) -> Latencies:
@@ -144,7 +144,9 @@ def test_calls_pictures_and_ticks_of_real_runs_are_measured() -> None:
 
 def test_a_run_takes_the_table_and_its_key_says_so(tmp_path: Path) -> None:
     first = []
-    for number, modelled_ms in enumerate(({}, dict.fromkeys(("applicable_limit", "assess_weather"), 17.5))):
+    for number, modelled_ms in enumerate(
+        ({}, dict.fromkeys(("applicable_limit", "assess_weather", "interpret_sign"), 17.5))
+    ):
         spec, seen = msgspec.structs.replace(SPEC, modelled_ms=modelled_ms), list[Advisory]()
         drive(spec, tmp_path / str(number), lambda node, seen=seen: hears(node, seen))  # type: ignore[misc]
         first.append(next(each.event_to_advice_ms for each in seen if each.event_to_advice_ms))
