@@ -131,7 +131,7 @@ def test_evaluate_refuses_a_table_that_is_not_there_before_it_drives(
 
 def test_calls_pictures_and_ticks_of_real_runs_are_measured() -> None:
     *told, found = measure(SPEC.seconds, (("DriveMCP", "model", SPEC),))
-    assert told == ["DriveMCP, dynamic-vsl/calibration/0, seed 1, 1.5 s, model sensors"]
+    assert told == ["DriveMCP, urb-rain/development/11, seed 1, 1.5 s, model sensors"]
     assert isinstance(found, Latencies)
     ticks = found.stages[STAGES["orchestrator"].name]
     arbitrate = found.tools["arbitrate"]
