@@ -134,7 +134,6 @@ def said(
         hazards=(*warned, *last) if hazard else memory.hazards,
         spoken_ns=now_ns,
         urgency=urgency,
-        pressed=bool(hazard) or presses(request.fused),
         noticed=tuple(dict.fromkeys((*memory.noticed, *names)))[-KEPT_NAMES:],
     )
 

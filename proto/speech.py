@@ -71,8 +71,6 @@ class Memory(msgspec.Struct, frozen=True, kw_only=True):
     """When anything was said last."""
     urgency: Urgency = "info"
     """How grave that was."""
-    pressed: bool = False
-    """Whether that could not wait."""
     noticed: tuple[str, ...] = ()
     """The faults of the car that were told in this drive."""
 

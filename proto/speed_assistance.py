@@ -45,7 +45,7 @@ class SpeedAssistance(msgspec.Struct, frozen=True, kw_only=True):
     """What road and weather ask for, where that is clearly less than the limit: a small number beside the sign."""
     warning: Warning = "none"
     excess_mps: float = 0.0
-    """So much faster than the limit and the driver's tolerance; 0: not."""
+    """So much faster than the limit while an overspeed is shown; the driver's tolerance delays the sound alone."""
     muted: bool = False
     """The driver has switched sounds off for this drive."""
     fault: str = ""

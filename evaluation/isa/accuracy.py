@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import msgspec
 
-from evaluation.metrics.law import SAME_LIMIT_MPS, inferred_mps
+from evaluation.metrics.law import inferred_mps, same_limit
 from evaluation.metrics.record import Record
 from proto.truth import Truth
 
@@ -38,7 +38,7 @@ def accuracy(record: Record) -> Accuracy:
         way_m = max(0.0, now.distance_m - before.distance_m)
         for group in groups(now):
             metres[group] = metres.get(group, 0.0) + way_m
-            right_m[group] = right_m.get(group, 0.0) + way_m * same(held, now.law_limit_mps)
+            right_m[group] = right_m.get(group, 0.0) + way_m * same_limit(held, now.law_limit_mps)
     delays = [_delay_s(shown, at, until) for at, until in _changes(shown)]
     return Accuracy(
         metres=metres,
@@ -58,13 +58,6 @@ def groups(truth: Truth) -> Iterator[str]:
     yield "rain" if (truth.rain_mm_h or 0.0) > WET_MM_H else "no rain"
 
 
-def same(shown_mps: float | None, true_mps: float | None) -> bool:
-    """Whether the limit shown is the true one, or neither is there."""
-    if shown_mps is None or true_mps is None:
-        return shown_mps is true_mps
-    return abs(shown_mps - true_mps) <= SAME_LIMIT_MPS
-
-
 def _shown(record: Record) -> Iterator[tuple[Truth, float | None]]:
     """Each truth with the limit that is shown then."""
     advisories = iter(record.advisories)
@@ -77,7 +70,11 @@ def _shown(record: Record) -> Iterator[tuple[Truth, float | None]]:
 
 def _changes(shown: list[tuple[Truth, float | None]]) -> Iterator[tuple[float, float]]:
     """When the true limit changed, and when it changed next; those that lasted for 2 s."""
-    at = [now.time_s for (before, _), (now, _) in pairwise(shown) if not same(before.law_limit_mps, now.law_limit_mps)]
+    at = [
+        now.time_s
+        for (before, _), (now, _) in pairwise(shown)
+        if not same_limit(before.law_limit_mps, now.law_limit_mps)
+    ]
     end_s = shown[-1][0].time_s if shown else 0.0
     for this, following in pairwise((*at, end_s)):
         if following - this >= SHOWN_WITHIN_S:
@@ -87,4 +84,4 @@ def _changes(shown: list[tuple[Truth, float | None]]) -> Iterator[tuple[float, f
 def _delay_s(shown: list[tuple[Truth, float | None]], at_s: float, until_s: float) -> float | None:
     """From a change to the first instant with its limit; None: there was none before the next change."""
     within = (each for each in shown if at_s <= each[0].time_s < until_s)
-    return next((truth.time_s - at_s for truth, held in within if same(held, truth.law_limit_mps)), None)
+    return next((truth.time_s - at_s for truth, held in within if same_limit(held, truth.law_limit_mps)), None)

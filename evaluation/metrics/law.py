@@ -70,7 +70,7 @@ def inferred_mps(advisory: Advisory) -> float | None:
 
 def wrong_limit_s(record: Record) -> float:
     """Seconds in which the system held another limit than the true one, or one where there is none."""
-    return _held(record, lambda held, true: held is not None and not _same(held, true))
+    return _held(record, lambda held, true: held is not None and not same_limit(held, true))
 
 
 def unknown_limit_s(record: Record) -> float:
@@ -91,8 +91,11 @@ def _held(record: Record, counts: Callable[[float | None, float | None], bool]) 
     )
 
 
-def _same(held: float, true: float | None) -> bool:
-    return true is not None and abs(held - true) <= SAME_LIMIT_MPS
+def same_limit(held_mps: float | None, true_mps: float | None) -> bool:
+    """Whether two limits are one, or neither is there."""
+    if held_mps is None or true_mps is None:
+        return held_mps is true_mps
+    return abs(held_mps - true_mps) <= SAME_LIMIT_MPS
 
 
 def _ticks(record: Record) -> Iterator[tuple[Advisory, Truth]]:

@@ -68,8 +68,7 @@ def allowed_mps(limit: LegalLimit) -> float:
 def assistance(state: State, fused: Fused, goal: Target) -> SpeedAssistance:
     """What is shown after a tick."""
     limit, speed_mps, shown = fused.legal_limit, state.speed_mps, warning_of(state.overspeed, state.now_ns)
-    road_mps = min((bound.mps for bound in goal.bounds if bound.why in ("law", "sight")), default=None)
-    advised = limit is not None and not limit.assumed and road_mps is not None and road_mps < ADVISED_SHARE * limit.mps
+    advised = limit is not None and not limit.assumed and goal.road_mps < ADVISED_SHARE * limit.mps
     over = speed_mps is not None and limit is not None and shown != "none"
     return SpeedAssistance(
         tick=state.tick,
@@ -79,7 +78,7 @@ def assistance(state: State, fused: Fused, goal: Target) -> SpeedAssistance:
         country=state.signs.country or "",
         plate=plate_of(state, limit) if limit is not None else "",
         target_mps=fused.target_mps,
-        advised_mps=road_mps if advised else None,
+        advised_mps=goal.road_mps if advised else None,
         warning=shown,
         excess_mps=max(0.0, speed_mps - limit.mps) if over and speed_mps is not None and limit is not None else 0.0,
         muted=state.preferences.muted,

@@ -82,7 +82,7 @@ def refusal(answer: bytes, head: str, nonce: int) -> str:
 
 
 def imprint_of(token: bytes) -> str:
-    """What a token stamps, as hex; empty where it is none."""
+    """What a token stamps, as hex; empty for bytes that are no token."""
     from rfc3161_client import decode_timestamp_response
 
     try:
@@ -92,7 +92,7 @@ def imprint_of(token: bytes) -> str:
 
 
 def checked_roots(pem: bytes) -> bytes:
-    """Root certificates as they are. Raises ValueError where there is none."""
+    """Root certificates, unchanged. Raises ValueError for bytes without a certificate."""
     from cryptography import x509
 
     x509.load_pem_x509_certificates(pem)

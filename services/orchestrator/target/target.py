@@ -64,6 +64,10 @@ UNANSWERED = 0.6
 """Factor on the confidence of a limit that rests on an older answer, or on the sign alone."""
 
 
+OF_THE_ROAD = ("law", "sight")
+"""Why a bound of the road itself bounds."""
+
+
 class Bound(NamedTuple):
     """One upper bound of the target."""
 
@@ -119,6 +123,11 @@ class Target(NamedTuple):
     """The place to give way at that is among them."""
     lost: tuple[Lost, ...] = ()
     """How each actor of this tick and of the last moments bounds the target."""
+
+    @property
+    def road_mps(self) -> float:
+        """What road, weather and car ask for; a lead or a stop that asks for less is soon passed. Infinite where nothing is asked."""
+        return min((bound.mps for bound in self.bounds if bound.why in OF_THE_ROAD), default=math.inf)
 
     @property
     def told_mps(self) -> float | None:

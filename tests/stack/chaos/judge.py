@@ -1,4 +1,4 @@
-"""Judgement of a disturbed drive: how long advice was silent, and whether advice was ever less careful than before."""
+"""Judges a disturbed drive: the longest silence of its advice, and each rise of its target that nothing seen explains."""
 
 from collections.abc import Sequence
 from itertools import pairwise

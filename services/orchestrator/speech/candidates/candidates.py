@@ -31,7 +31,7 @@ from services.orchestrator.speech.wording import (
 )
 from services.orchestrator.speed_assistance import FELL_MPS, allowed_mps, plate_of, warning_of
 from services.orchestrator.state import Believed, Limiter, SignAhead, State
-from services.orchestrator.target.target import KMH, Target, factors
+from services.orchestrator.target.target import KMH, OF_THE_ROAD, Target, factors
 from services.orchestrator.text import sentences
 from services.orchestrator.world.car_faults import covered, said_of
 
@@ -103,7 +103,7 @@ def _slow_for_a_motorway(state: State, target: Target) -> bool:
     lately = told_within(state, Kind.VEHICLE, ROWS[Kind.VEHICLE].repeat_s)
     if told is not None and told.news.what == "vehicle_leave" and lately:
         return True
-    return _road_mps(target) < MOTORWAY_LEAST_MPS
+    return target.road_mps < MOTORWAY_LEAST_MPS
 
 
 def _ahead_of_the_lamp(car: Degradation | None) -> str:
@@ -150,11 +150,6 @@ def _limit_news(limit: LegalLimit) -> News:
 
 def _binding_mps(limit: LegalLimit | None) -> float | None:
     return limit.mps if limit is not None and not limit.advisory else None
-
-
-def _road_mps(target: Target) -> float:
-    """What road, weather and car ask for; a lead or a stop that asks for less is soon passed."""
-    return min(bound.mps for bound in target.bounds if bound.why in OF_THE_ROAD)
 
 
 def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -370,7 +365,6 @@ DEEP_MU, SURELY_LITTLE_MU = 0.25, 0.5
 LEAST_SHARE, LEAST_MPS = 0.5, 40 * KMH
 NEAR = 1.1
 """A speed that the ego is so near to is not worth a word."""
-OF_THE_ROAD = ("law", "sight")
 PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
 GRAVE = ("high", "severe")
 SLIPPERY = ("low", "moderate", *GRAVE)

@@ -53,7 +53,7 @@ def test_a_limit_below_the_speed_is_told_once_and_the_next_one_again() -> None:
     drive.comes_to(65 * KMH)
     assert after_a_sign("limit:60", drive, 90) == ["Limit 60", "Slow down: 60"]
     drive.comes_to(45 * KMH)
-    assert after_a_sign("limit:50", drive) == ["Limit 50"], "a restriction that nobody breaks is news all the same"
+    assert after_a_sign("limit:50", drive) == ["Limit 50"], "a lower limit is news to a driver below it, too"
 
 
 def test_a_limit_that_was_told_with_its_border_is_not_told_again() -> None:
