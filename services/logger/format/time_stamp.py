@@ -109,14 +109,15 @@ def judge(file: str, token: bytes, heads: Mapping[str, int], roots: bytes) -> St
 
     try:
         response = decode_timestamp_response(token)
+        if response.status != 0:
+            raise ValueError("refused")
         said, signers = response.tst_info, response.signed_data.signer_infos
         stamped, time = said.message_imprint.message, said.gen_time.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         certificates = [x509.load_der_x509_certificate(one) for one in response.signed_data.certificates]
-    except ValueError:
+        serials = {signer.serial_number for signer in signers}
+        by = next((_name(one) for one in certificates if one.serial_number in serials), "")
+    except (ValueError, x509.InvalidVersion):  # also by a field that is read only where it is asked for
         return Stamp(file=file, problem="this is no time stamp")
-    by = next(
-        (_name(one) for one in certificates for signer in signers if one.serial_number == signer.serial_number), ""
-    )
     known = Stamp(file=file, time=time, by=by or "an unknown authority", messages=heads.get(stamped.hex(), 0))
     if not roots:
         return msgspec.structs.replace(known, problem="not verified without a root certificate (--tsa-root)")

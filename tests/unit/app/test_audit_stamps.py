@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.cli import make_parser, run
@@ -114,19 +114,19 @@ def test_roots_that_are_none_are_told(
     assert run(["audit", "verify", "--tsa-root", str(tmp_path / "absent"), str(stamped)]) == 2
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-@given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
-def test_a_token_with_a_changed_bit_never_tells_another_time_or_authority(
-    stamped: Path, authorities: tuple[Authority, Authority], place: float, bit: int
+@pytest.mark.filterwarnings("ignore:Parsed a serial number")
+def test_a_token_with_any_bit_changed_never_tells_another_time_or_authority(
+    stamped: Path, authorities: tuple[Authority, Authority]
 ) -> None:
     (path,) = time_stamp.beside(stamped)
     token, root = path.read_bytes(), authorities[0].root.read_bytes()
     heads = {time_stamp.imprint_of(token): 12}
     whole = time_stamp.judge("t", token, heads, root)
-    changed = bytearray(token)
-    changed[int(place * len(token))] ^= 1 << bit
-    judged = time_stamp.judge("t", bytes(changed), heads, root)
-    assert judged.problem or judged == whole
+    for place in range(len(token) * 8):
+        changed = bytearray(token)
+        changed[place // 8] ^= 1 << place % 8
+        judged = time_stamp.judge("t", bytes(changed), heads, root)
+        assert judged.problem or judged == whole, place
 
 
 @given(token=st.binary(max_size=300))
