@@ -8,7 +8,7 @@ import pytest
 from tests.replay.compare import decided, names, of_drive, of_log, outcomes
 from tests.replay.files import DRIVES, Lock, read_lines, read_lock
 from tests.replay.recordings import RECORDINGS
-from tests.replay.rendered import RENDERED, published
+from tests.replay.rendered import RENDERED, processor, published
 
 
 @pytest.mark.parametrize("name", sorted({*names(), *RECORDINGS}))
@@ -34,7 +34,8 @@ def test_a_log_that_is_shorter_than_locked_is_told() -> None:
 
 
 def test_another_processor_is_held_to_what_does_not_hang_on_pixels_and_to_what_was_seen_at_all() -> None:
-    lock, name = read_lock(), next(iter(RENDERED))
+    name, kept = next(iter(RENDERED)), read_lock()
+    lock: Lock = msgspec.structs.replace(kept, processor=processor())
     elsewhere: Lock = msgspec.structs.replace(lock, processor="another")
     messages = read_lines(DRIVES / f"{name}.jsonl.gz", dict[str, Any])[0]["messages"]
     blurred = [
