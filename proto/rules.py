@@ -97,12 +97,23 @@ class SignMeaning(msgspec.Struct, frozen=True, kw_only=True):
     note: str = ""
 
 
+Circumstance = Literal[
+    "turning", "turning_left", "turning_cyclists", "entering", "entered_first", "motorway_entry", "lane_change",
+    "pulling_out", "obstacle", "single_track", "tram", "school_bus:red", "junction_pedestrians",
+]  # fmt: skip
+"""What the ego does, or meets, that a law may demand something by; entering: from a property or a road that is no road of its own."""
+
+
 class RightOfWayQuestion(msgspec.Struct, frozen=True, kw_only=True):
-    """A junction as seen: signs and light that face the ego, and whether there are other road users."""
+    """A junction as seen: signs and light that face the ego, what the ego does there, and whether there are other road users."""
 
     jurisdiction: str | None = None
     signs: tuple[str, ...] = ()
-    light: Literal["red", "red_amber", "amber", "green", "off"] | None = None
+    light: (
+        Literal["red", "red_amber", "amber", "green", "off", "amber_flashing", "flashing_red", "green_arrow"] | None
+    ) = None
+    """`green_arrow`: one that points the ego's way."""
+    circumstances: tuple[Circumstance, ...] = ()
     pedestrians_on_crossing: bool | None = None
     traffic_from_priority_side: bool | None = None
     language: str = "en"

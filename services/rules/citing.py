@@ -27,6 +27,21 @@ def cite_ids(pack: Pack, ids: Iterable[str], language: str) -> tuple[Citation, .
     return tuple(cite(pack, pack.provisions[i], language) for i in dict.fromkeys(ids) if i in pack.provisions)
 
 
+def cite_any(pack: Pack, names: Iterable[str], language: str) -> tuple[Citation, ...]:
+    """Provisions by id and signs as `sign:CODE`, each once, those the pack has."""
+    found = dict.fromkeys(name for name in names if name in pack.provisions or _sign_code(name) in pack.signs)
+    return tuple(
+        cite(pack, pack.provisions[name], language)
+        if name in pack.provisions
+        else cite_sign(pack, pack.signs[_sign_code(name)], language)
+        for name in found
+    )
+
+
+def _sign_code(name: str) -> str:
+    return name.removeprefix("sign:") if name.startswith("sign:") else ""
+
+
 def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tuple[Citation, ...]:
     """Where nobody knows whose law it is: the answer's own citations, then the fallback's, then the other packs'."""
     ordered = sorted(answers, key=lambda answer: not is_fallback(answer[0]))

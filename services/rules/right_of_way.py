@@ -1,14 +1,17 @@
-"""Stop, give way or proceed: light before sign before the general rule; who is unknown is taken to be there."""
+"""Stop, give way or proceed: light before sign before the general rule; who is unknown is taken to be there.
+
+A sign demands what the pack states by a trigger for it (`sign:stop`), else what its own entry in the sign table says.
+"""
 
 import msgspec
 
 from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
-from services.rules.citing import cite_ids, cited_in_doubt, without_packs
+from services.rules.citing import cite_any, cited_in_doubt, without_packs
 from services.rules.packs.format import RightOfWay
 from services.rules.packs.loading import Pack
-from services.rules.signs.meaning import careful_rank
-from services.rules.signs.sign_codes import parse_reading
+from services.rules.signs.meaning import careful_rank, find_sign
+from services.rules.signs.sign_codes import Reading, parse_reading
 from services.rules.words import country, named_packs, say
 
 PRESUMED = 0.8
@@ -17,14 +20,31 @@ CONFLICT = 0.7
 """Factor where one sign gives priority and another takes it."""
 GUIDANCE = 0.85
 """Confidence of an answer that rests on guidance alone."""
+NO_LIGHT = ("off", "amber_flashing")
+"""Lights that leave signs and rules in force; what they demand themselves is added."""
+UNKNOWN_LIGHT = {"red_amber": "red", "flashing_red": "red", "amber_flashing": "off", "green_arrow": "green"}
+"""What a light is taken for by a law that does not name it."""
+CROSSINGS = frozenset({"crossing", "marking:zebra", "yield_to_pedestrians"})
+"""Signs that demand something only where somebody crosses."""
+REPLACED_BY_LIGHTS = CROSSINGS | {
+    "stop", "all_way_stop", "yield", "priority_road", "priority_here", "priority_here_left", "priority_here_right",
+    "right_before_left", "roundabout", "mini_roundabout", "oncoming_priority", "priority_over_oncoming",
+    "marking:give_way", "marking:stop_line", "marking:shark_teeth", "marking:waiting_line", "marking:cycle_box",
+    "green_arrow", "no_turn_on_red", "wait_here_on_red",
+}  # fmt: skip
+"""Signs that say who goes first, or what a red light demands: a light that governs takes their place. All others hold beside it."""
+DEMANDING: frozenset[LegalAction] = frozenset({"stop", "no_entry", "yield"})
+"""Actions by which a sign's own entry governs; any other is an answer only where nothing governs."""
 
 
 class Found(msgspec.Struct, frozen=True, kw_only=True):
-    """What one trigger demands in one pack."""
+    """What one trigger or sign demands in one pack."""
 
     trigger: str
     action: LegalAction
     provision: str
+    code: str = ""
+    """Of the sign, where it is one."""
 
 
 def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
@@ -60,11 +80,17 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
 def demands(pack: Pack, question: RightOfWayQuestion) -> tuple[Found, ...]:
     """Everything that holds at this junction, the governing demand first."""
     table = _table(pack)
-    governing = _first(table, _lights(question)) or _signed(table, question) or _first(table, _unsigned(question))
-    if question.light == "off":  # adds its demand to what governs without a light, and takes nothing away
-        governing = tuple(sorted(governing + _first(table, ("light:off",)), key=lambda f: careful_rank(f.action)))
+    signs = [_by_sign(pack, table, parse_reading(text)) for text in question.signs]
+    lasting = tuple(each for each in signs if each is not None and each.code not in CROSSINGS)
+    signed = tuple(each for each in lasting if each.action in DEMANDING or each.trigger in table)
+    light = _first(table, _lights(question))
+    if light and question.light not in NO_LIGHT:
+        governing = light + tuple(each for each in signed if each.code not in REPLACED_BY_LIGHTS)
+    else:
+        governing = signed or _first(table, _unsigned(question)) or lasting
+        governing = tuple(sorted(governing + light, key=lambda found: careful_rank(found.action)))
     crossing = _first(table, ("crossing",)) if _someone_crosses(question) else ()
-    return governing + crossing
+    return governing + crossing + tuple(table[name] for name in question.circumstances if name in table)
 
 
 def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAnswer:
@@ -75,7 +101,7 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAn
     action = min(actions, key=careful_rank)
     # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
     cited = found or _first(_table(pack), ("unsigned",))
-    citations = cite_ids(pack, (f.provision for f in cited), question.language)
+    citations = cite_any(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (
         question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
     )
@@ -96,8 +122,8 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAn
 
 
 def _contradict(found: tuple[Found, ...]) -> bool:
-    """Whether a sign that gives priority stands beside one that demands to stop or yield: one is misread, or not for us."""
-    signed = {f.action for f in found if f.trigger.startswith("sign:")}
+    """Whether a sign that gives priority stands beside one that takes it: one is misread, or not for us."""
+    signed = {f.action for f in found if f.code in REPLACED_BY_LIGHTS}
     return bool(signed & {"stop", "yield"}) and bool(signed & {"proceed", "proceed_with_care"})
 
 
@@ -126,13 +152,20 @@ def _first(table: dict[str, Found], triggers: tuple[str, ...]) -> tuple[Found, .
 
 
 def _lights(question: RightOfWayQuestion) -> tuple[str, ...]:
-    return () if question.light in (None, "off") else (f"light:{question.light}",)
+    if question.light is None:
+        return ()
+    return f"light:{question.light}", f"light:{UNKNOWN_LIGHT.get(question.light, question.light)}"
 
 
-def _signed(table: dict[str, Found], question: RightOfWayQuestion) -> tuple[Found, ...]:
-    codes = (parse_reading(text).code for text in question.signs)
-    found = tuple(table[f"sign:{code}"] for code in codes if f"sign:{code}" in table)
-    return tuple(sorted(found, key=lambda f: careful_rank(f.action)))
+def _by_sign(pack: Pack, table: dict[str, Found], reading: Reading) -> Found | None:
+    for name in reading.names:
+        for trigger in (f"sign:{name}", name):
+            if trigger in table:
+                return msgspec.structs.replace(table[trigger], code=name)
+    sign = find_sign(pack, reading)
+    if sign is None or careful_rank(sign.action) > careful_rank("proceed_with_care"):
+        return None
+    return Found(trigger="", code=sign.code, action=sign.action, provision=f"sign:{sign.code}")
 
 
 def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:
@@ -140,5 +173,5 @@ def _unsigned(question: RightOfWayQuestion) -> tuple[str, ...]:
 
 
 def _someone_crosses(question: RightOfWayQuestion) -> bool:
-    at_crossing = any(parse_reading(text).code == "crossing" for text in question.signs)
+    at_crossing = any(CROSSINGS.intersection(parse_reading(text).names) for text in question.signs)
     return bool(question.pedestrians_on_crossing) or (at_crossing and question.pedestrians_on_crossing is None)
