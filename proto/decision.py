@@ -7,7 +7,7 @@ import msgspec
 from proto.messages import Kind
 from proto.messages import Urgency as Urgency
 from proto.perception import Track
-from proto.rules import Citation, LegalLimit
+from proto.rules import Citation, LegalLimit, VehicleFacts
 from proto.scene import Unit
 from proto.speech import Memory, Message
 from proto.speed_assistance import Picture
@@ -235,6 +235,8 @@ class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     verbosity: Literal["short", "normal", "full"] = "normal"
     tone: Literal["neutral", "friendly"] = "neutral"
     muted: bool = False
+    vehicle: VehicleFacts = VehicleFacts()
+    """Of car, trailer and driver, what limits hang on."""
 
 
 class TraceRecord(msgspec.Struct, frozen=True, kw_only=True):

@@ -12,6 +12,19 @@ LegalAction = Literal[
 ]  # fmt: skip
 
 
+VehicleClass = Literal[
+    "car", "motorcycle", "van", "car_trailer", "van_trailer", "lorry_light", "lorry", "lorry_trailer", "bus", "coach",
+    "car_snow_chains",
+]  # fmt: skip
+"""Van: goods vehicle up to 3.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; lorry: above 7.5 t.
+
+`car_snow_chains` is a car of which `snow_chains` holds.
+"""
+MonthDay = Annotated[
+    str, msgspec.Meta(pattern=r"^(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$", description="for example 11-15")
+]
+
+
 class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
     """A limit as a sign shows it, and how it was seen."""
 
@@ -29,18 +42,49 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
 
     jurisdiction: Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3 code, for example DEU")] = None
     road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"] | None = None
-    vehicle_class: str = "car"
+    vehicle_class: VehicleClass | None = "car"
     posted: tuple[PostedLimit, ...] = ()
     ended: tuple[str, ...] = ()
     wet: bool | None = None
     visibility_m: float | None = None
     snow: bool | None = None
     time_of_day_h: float | None = None
+    day: MonthDay | None = None
     zone: float | None = None
+    road_name: str | None = None
+    """As signs number it, for example `A 10`."""
+    lit: bool | None = None
+    """Street lamps stand along the road."""
+    divided: bool | None = None
+    """Something built separates the two directions."""
+    snow_chains: bool | None = False
+    novice: bool | None = None
+    """The driver's licence is probationary, or the driver is a learner."""
+    electric: bool | None = None
+    """Driven by electricity or a fuel cell alone, and marked so as the country asks."""
+    plate_100: bool | None = None
+    """The vehicle or its trailer is approved for 100 km/h and bears the plate."""
+    mass_t: float | None = None
+    """Permissible mass in tonnes; so are the next two."""
+    trailer_t: float | None = None
+    combination_t: float | None = None
     segment_id: str = ""
     candidates: tuple[Candidate, ...] = ()
     language: str = "en"
     home_unit: Unit = "km/h"
+
+
+class VehicleFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """What stays as it is over a drive and limits hang on: the car, its trailer, its driver. The fields are those of `Situation`."""
+
+    vehicle_class: VehicleClass = "car"
+    snow_chains: bool = False
+    novice: bool = False
+    electric: bool = False
+    plate_100: bool = False
+    mass_t: float | None = None
+    trailer_t: float | None = None
+    combination_t: float | None = None
 
 
 class Citation(msgspec.Struct, frozen=True, kw_only=True):

@@ -16,6 +16,7 @@ from drivemcp.service import Service
 from proto import topics
 from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Language, Preferences
 from proto.perception import Tracks
+from proto.rules import VehicleFacts
 from proto.scene import Facts, Unit
 from proto.tools import Outcome
 from proto.topics import Topic
@@ -388,8 +389,12 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
         converts: Annotated[bool | None, msgspec.Meta(description="limits are spoken in the driver's unit")] = None,
         tolerance_low: Tolerance | None = None,
         tolerance_high: Tolerance | None = None,
+        vehicle: Annotated[
+            VehicleFacts | None,
+            msgspec.Meta(description="class, trailer, masses, probationary licence: all of them anew"),
+        ] = None,
     ) -> Preferences:
-        """How the driver wants to be spoken to, from the next message on; absent fields stay as they are."""
+        """How the driver wants to be spoken to, and what limits hang on, from the next message on; absent fields stay as they are."""
         return orchestrator.prefer(
             language=language,
             unit=unit,
@@ -399,6 +404,7 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
             converts=converts,
             tolerance_low=tolerance_low,
             tolerance_high=tolerance_high,
+            vehicle=vehicle,
         )
 
     @node.tool(deadline_ms=200, read_only=False)

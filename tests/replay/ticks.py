@@ -13,7 +13,6 @@ from services.arbiter.decide import Inputs, decide
 from services.arbiter.profiles.profile import load
 from services.arbiter.state import ArbiterState, fresh
 from services.orchestrator.experts.routing import Call
-from services.orchestrator.law import rules_question
 from services.orchestrator.observations.inputs import Observations
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, tick
@@ -47,15 +46,17 @@ class FromLog:
 
     def __init__(self, entry: LoggedTick, state: ArbiterState | None) -> None:
         self._entry, self.state = entry, state
-        self._outcomes = {(each.tool, rules_question.key(each.arguments)): each for each in entry.calls}
+        self._outcomes = entry.calls
 
     def experts(self, calls: tuple[Call, ...]) -> tuple[Outcome, ...]:
-        """A question that the log does not hold is answered `unavailable`."""
-        return tuple(
-            self._outcomes.get((call.tool, rules_question.key(call.arguments)))
-            or Outcome(tool=call.tool, status="unavailable", error="not in the log", arguments=call.arguments)
-            for call in calls
-        )
+        """A question that the log does not hold is answered `unavailable`; one that names more facts today is the same."""
+        return tuple(self._answer(call) for call in calls)
+
+    def _answer(self, call: Call) -> Outcome:
+        asked = msgspec.json.decode(msgspec.json.encode(call.arguments))
+        found = (each for each in self._outcomes if each.tool == call.tool and _within(each.arguments, asked))
+        outcome = next(found, Outcome(tool=call.tool, status="unavailable", error="not in the log"))
+        return msgspec.structs.replace(outcome, arguments=call.arguments)
 
     def arbiter(self, request: ArbitrationRequest) -> Decision | None:
         """The decision on the log's reading, from the state that today's code has come to."""
@@ -69,6 +70,13 @@ class FromLog:
         verdict = decide(request, inputs, profile)
         self.state = verdict.state
         return verdict.decision
+
+
+def _within(logged: Any, today: Any) -> bool:
+    """Whether everything that the log's question says stands in today's too."""
+    if isinstance(logged, dict) and isinstance(today, dict):
+        return all(name in today and _within(value, today[name]) for name, value in logged.items())
+    return bool(logged == today)
 
 
 def decided_again(entries: Iterable[LoggedTick]) -> Iterator[Parts]:

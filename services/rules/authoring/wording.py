@@ -33,9 +33,17 @@ VEHICLES = {
     "lorry": "lorries above 7.5 t",
     "lorry_trailer": "lorries with a trailer",
     "bus": "buses",
-    "car_snow_chains": "cars on snow chains",
+    "coach": "coaches",
 }
 
+FLAGS = {
+    "lit": ("with street lamps", "without street lamps"),
+    "divided": ("with divided carriageways", "without divided carriageways"),
+    "snow_chains": ("on snow chains", "without snow chains"),
+    "novice": ("on a probationary licence", "on a full licence"),
+    "electric": ("for electric vehicles", "for vehicles that are not electric"),
+    "plate_100": ("with approval for 100 km/h", "without approval for 100 km/h"),
+}
 LANES = {"left": "left", "middle": "middle", "right": "right", "bus": "bus", "hard_shoulder": "hard shoulder"}
 
 
@@ -81,6 +89,14 @@ def conditions(when: When) -> str:
         {True: "in snow", False: "without snow", None: ""}[when.snow],
         f"with less than {when.visibility_below_m:g} m of sight" if when.visibility_below_m else "",
         hours,
+        f"from {when.period[0]} to {when.period[1]}" if when.period else "",
+        f"on {', '.join(when.roads)}" if when.roads else "",
+        *(FLAGS[name][not getattr(when, name)] for name in FLAGS if getattr(when, name) is not None),
+        *(
+            f"with a {name} above {above_t:g} t"
+            for name in ("mass", "trailer", "combination")
+            if (above_t := getattr(when, f"{name}_above_t")) is not None
+        ),
         f"in the {_listed(when.lanes, LANES)} lane" if when.lanes else "",
         f"where a sign shows less than {when.posted_below:g}" if when.posted_below else "",
         {True: "within a speed zone", False: "outside speed zones", None: ""}[when.zone],

@@ -1,51 +1,66 @@
 """Whether a condition of the law holds here: yes, no, or it may (a fact is unknown). What may hold is applied."""
 
 import math
-from typing import Literal, get_args
+from collections.abc import Iterator
+from typing import Literal
 
 from proto.rules import Situation
-from services.rules.packs.format import Plate, VehicleClass, When
-from services.rules.signs.sign_codes import hours_of, within_hours
+from services.rules.packs.format import Plate, When
+from services.rules.signs.sign_codes import hours_of, parse_reading, within_hours
 
 Holds = Literal["yes", "maybe", "no"]
-VEHICLE_CLASSES: frozenset[str] = frozenset(get_args(VehicleClass))
 HOURS_OF_DAY = 24.0
+
+
+FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100")
+"""Facts that are so or not, under one name in a condition and in a situation."""
+MASSES = ("mass", "trailer", "combination")
 
 
 def holds(when: When, situation: Situation) -> Holds:
     """Judge every condition; one that fails decides, one that is unknown leaves `maybe`."""
-    found = (
-        _road(when, situation),
-        _member(when.vehicle_classes, known_class(situation)),
-        _flag(when.wet, situation.wet),
-        _flag(when.snow, situation.snow),
-        _visibility(when.visibility_below_m, situation.visibility_m),
-        _within(when.hours, situation.time_of_day_h),
-        "maybe" if when.lanes else "yes",
-        _zone(when.zone, situation.zone),
-        _part(when.subdivision, situation.jurisdiction),
-    )
+    found = {held for _, held in _judged(when, situation)}
     return "no" if "no" in found else "maybe" if "maybe" in found else "yes"
 
 
 def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
     """Names (of `words`) of the facts that are unknown and on which the condition depends."""
-    asked = (
-        ("road", when.road_types and situation.road_type is None),
-        ("vehicle", when.vehicle_classes and known_class(situation) is None),
-        ("wetness", when.wet is not None and situation.wet is None),
-        ("snow", when.snow is not None and situation.snow is None),
-        ("time", when.hours is not None and known_hour(situation.time_of_day_h) is None),
-        ("lane", when.lanes),
-        ("zone_here", when.zone is not None and situation.zone is None),
-        ("visibility", when.visibility_below_m is not None and usable(situation.visibility_m) is None),
-    )
-    return tuple(name for name, missing in asked if missing)
+    return tuple(name for name, held in _judged(when, situation) if held == "maybe")
 
 
-def known_class(situation: Situation) -> str | None:
-    """The vehicle's class where it is one of ours."""
-    return situation.vehicle_class if situation.vehicle_class in VEHICLE_CLASSES else None
+def _judged(when: When, situation: Situation) -> Iterator[tuple[str, Holds]]:
+    yield "road", _road(when, situation)
+    yield "road_name", _member(tuple(_plain(road) for road in when.roads), _plain(situation.road_name) or None)
+    yield "vehicle", _class(when.vehicle_classes, situation)
+    for name in FLAGS:
+        yield name, _flag(getattr(when, name), _fact(situation, name))
+    for name in MASSES:
+        yield name, _above(getattr(when, f"{name}_above_t"), getattr(situation, f"{name}_t"))
+    yield "visibility", _visibility(when.visibility_below_m, situation.visibility_m)
+    yield "time", _within(when.hours, situation.time_of_day_h)
+    yield "day", _in_period(when.period, situation.day)
+    yield "lane", "maybe" if when.lanes else "yes"
+    yield "zone_here", _zone(when.zone, situation.zone)
+    yield "part", _part(when.subdivision, situation.jurisdiction)
+
+
+def _fact(situation: Situation, name: str) -> bool | None:
+    if name == "snow_chains" and situation.vehicle_class == "car_snow_chains":
+        return True
+    if name == "lit" and any(parse_reading(text).code == "national" for text in situation.ended):
+        return False  # the sign says that the lamps mean nothing here
+    found: bool | None = getattr(situation, name)
+    return found
+
+
+def _class(allowed: tuple[str, ...], situation: Situation) -> Holds:
+    """A car on chains is a car."""
+    known = "car" if situation.vehicle_class == "car_snow_chains" else situation.vehicle_class
+    return _member(allowed, known)
+
+
+def _plain(road: str | None) -> str:
+    return "".join((road or "").split()).upper()
 
 
 def usable(number: float | None) -> float | None:
@@ -66,9 +81,11 @@ def plate_holds(plate: Plate | None, text: str, situation: Situation) -> Holds:
     if plate.type == "wet":
         return _flag(True, situation.wet)
     if plate.type == "vehicle" and plate.classes:
-        return _member(plate.classes, known_class(situation))
+        return _class(plate.classes, situation)
     if plate.type == "hours":
         return _time(text, situation.time_of_day_h)
+    if plate.electric_exempt and situation.electric:
+        return "no"
     return "maybe" if plate.type in ("ahead", "vehicle") else "yes"
 
 
@@ -92,6 +109,25 @@ def _flag(needed: bool | None, value: bool | None) -> Holds:
     if value is None:
         return "maybe"
     return "yes" if value == needed else "no"
+
+
+def _above(limit_t: float | None, mass_t: float | None) -> Holds:
+    if limit_t is None:
+        return "yes"
+    known_t = usable(mass_t)
+    if known_t is None:
+        return "maybe"
+    return "yes" if known_t > limit_t else "no"
+
+
+def _in_period(period: tuple[str, str] | None, day: str | None) -> Holds:
+    if period is None:
+        return "yes"
+    if day is None:
+        return "maybe"
+    first, last = period
+    inside = first <= day <= last if first <= last else day >= first or day <= last
+    return "yes" if inside else "no"
 
 
 def _visibility(below_m: float | None, visibility_m: float | None) -> Holds:

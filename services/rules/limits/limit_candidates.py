@@ -180,8 +180,12 @@ def _why(when: When) -> str:
         ("why_snow", when.snow is not None),
         ("why_wet", when.wet is not None),
         ("why_posted", when.posted_below is not None),
-        ("why_time", when.hours is not None),
+        ("why_novice", when.novice is not None),
+        ("why_chains", when.snow_chains is not None),
+        ("why_lit", when.lit is not None),
+        ("why_time", when.hours is not None or when.period is not None),
         ("why_vehicle", bool(when.vehicle_classes)),
+        ("why_everywhere", not when.road_types),
     )
     return next((name for name, holds_so in reasons if holds_so), "why_road")
 
@@ -251,7 +255,7 @@ def _plates(pack: Pack, situation: Situation, limit: PostedLimit) -> tuple[Holds
             return "yes", (), _confidence(limit.confidence) >= TRUST
         held.append(plate_holds(plate, text, situation))
         if held[-1] == "maybe" and plate is not None and plate.type in ("wet", "vehicle", "hours"):
-            presumed.append({"wet": "wetness", "vehicle": "vehicle", "hours": "time"}[plate.type])
+            presumed.append({"wet": "wet", "vehicle": "vehicle", "hours": "time"}[plate.type])
     return ("no" if "no" in held else "maybe" if "maybe" in held else "yes"), tuple(presumed), False
 
 

@@ -5,16 +5,11 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from proto.rules import LegalAction
+from proto.rules import LegalAction, MonthDay, VehicleClass
 from proto.scene import Unit
 
 Kind = Literal["statute", "sign_table", "guidance"]
 RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
-VehicleClass = Literal[
-    "car", "motorcycle", "van", "car_trailer", "van_trailer", "lorry_light", "lorry", "lorry_trailer", "bus",
-    "car_snow_chains",
-]  # fmt: skip
-"""Lorry: above 7.5 t permissible mass; lorry_light: above 3.5 t up to 7.5 t; van: goods vehicle up to 3.5 t."""
 Lane = Literal["left", "middle", "right", "bus", "hard_shoulder"]
 Texts = dict[str, str]
 """One text by language code."""
@@ -33,6 +28,7 @@ Code = Annotated[
 Speed = Annotated[float, Meta(gt=0, le=300)]
 Offset = Annotated[int, Meta(ge=0, description="characters from the beginning of the document")]
 Hour = Annotated[float, Meta(ge=0, le=24)]
+Mass = Annotated[float, Meta(gt=0, le=100)]
 
 
 class Extends(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -72,6 +68,20 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     visibility_below_m: Annotated[float, Meta(gt=0)] | None = None
     hours: tuple[Hour, Hour] | None = None
     """Local time of day in hours, from and to; past midnight where the second is smaller."""
+    period: tuple[MonthDay, MonthDay] | None = None
+    """Days of the year, first and last; over the turn of the year where the second is earlier."""
+    roads: tuple[Annotated[str, Meta(max_length=16)], ...] = ()
+    """Roads by number, as signs write it: `A 10`."""
+    lit: bool | None = None
+    divided: bool | None = None
+    snow_chains: bool | None = None
+    novice: bool | None = None
+    electric: bool | None = None
+    plate_100: bool | None = None
+    mass_above_t: Mass | None = None
+    """Permissible mass of the vehicle, of its trailer, of both together, in tonnes."""
+    trailer_above_t: Mass | None = None
+    combination_above_t: Mass | None = None
     lanes: tuple[Lane, ...] = ()
     """No situation says the lane: a limit for one is taken to hold."""
     posted_below: Speed | None = None
@@ -172,6 +182,8 @@ class Plate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     type: Literal["wet", "hours", "vehicle", "ahead", "length", "end", "reason", "exempt"]
     classes: tuple[VehicleClass, ...] = ()
+    electric_exempt: bool = False
+    """The sign above does not bind an electric vehicle."""
 
 
 class Sign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -114,7 +114,7 @@ def test_limits_overlap_and_end_one_by_one(posted: tuple[PostedLimit, ...], end:
 def test_a_plate_that_only_warns_of_rain_makes_no_limit_conditional() -> None:
     plate = shows(40, unit="mph", plates=("plate:when_wet:en",))
     for sign in (plate, shows(40, "when_wet", "mph")):
-        answer = ask(sign, jurisdiction="GBR", road_type="dual_carriageway", home_unit="mph")
+        answer = ask(sign, jurisdiction="GBR", road_type="dual_carriageway", home_unit="mph", lit=False)
         assert value(answer) == 40
         assert answer.basis == "posted"
         assert answer.note == "Posted limit 40 mph."
@@ -132,7 +132,7 @@ def test_a_plate_that_only_warns_of_rain_makes_no_limit_conditional() -> None:
 def test_where_a_part_of_britain_has_less_the_driver_is_told_and_both_are_cited(
     language: str, vehicle: str, road: Any, said: str
 ) -> None:
-    facts = {"road_type": road, "vehicle_class": vehicle, "language": language}
+    facts = {"road_type": road, "vehicle_class": vehicle, "language": language, "lit": False}
     unknown, england = ask(jurisdiction="GBR", **facts), ask(jurisdiction="GBR-ENG", **facts)
     assert unknown.limit == england.limit
     assert said in unknown.note

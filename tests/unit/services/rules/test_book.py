@@ -89,7 +89,7 @@ def test_malformed_expectations_are_refused(settings: dict[str, object]) -> None
 
 
 def test_an_unknown_country_gets_the_lowest_limit_of_all_packs_and_both_laws_cited(book: RuleBook) -> None:
-    answer = applicable_limit(book, Situation(road_type="rural", visibility_m=200.0, wet=False))
+    answer = applicable_limit(book, Situation(road_type="rural", visibility_m=200.0, wet=False, lit=False))
     assert answer.limit is not None
     assert (answer.limit.value, answer.limit.unit) == (60, "mph")  # 96.6 km/h, below Germany's 100
     assert {citation.document.split("/")[0] for citation in answer.citations} == {"DEU-v1", "GBR-v1"}
