@@ -127,6 +127,11 @@ _SAID: dict[str, tuple[str, str, str]] = {
     "why_lit": ("road with street lamps", "Straße mit Laternen", "route éclairée"),
     "why_everywhere": ("on any road", "auf allen Straßen", "sur toute route"),
     "why_road": ("kind of street", "Art der Straße", "type de rue"),
+    "limit_depends": (
+        "The limit depends on: {facts}.",
+        "Das Limit hängt ab von: {facts}.",
+        "La limite dépend de : {facts}.",
+    ),
     "nothing_found": (
         "Nothing in the rulepacks answers this.",
         "Die Regelwerke geben darauf keine Antwort.",

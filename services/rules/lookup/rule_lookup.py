@@ -7,11 +7,11 @@ from typing import Literal
 
 import msgspec
 
-from domain.units import legal_limit
-from proto.rules import Citation, LegalAction, LegalLimit, Passage, RulesAnswer
+from proto.rules import Citation, LegalAction, Passage, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite, cite_sign
-from services.rules.packs.format import Advisory, Duty, Effect, Limit, Prohibition, RightOfWay
+from services.rules.lookup.told_limit import told_limit
+from services.rules.packs.format import Duty, Effect, Limit, Prohibition, RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.signs.meaning import careful_rank
 from services.rules.words import say
@@ -68,18 +68,19 @@ def lookup_rule(
         return _nothing(packs, language, degraded)
     near = [hit for hit in hits if hit.score >= NEAR * hits[0].score]
     stale = any(book.weaknesses(hit.pack) for hit in near)
-    action, speed = _demand(near)
+    action = _demand(near)
+    speed, depends = told_limit(hits[0].pack, hits[0].effects, query, here, language)
     sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
     confidence = sure * _place_known(book, here) * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
-    notes = [shown[0].excerpt] + ([say("no_retrieval", language)] if passages is None else [])
+    notes = [shown[0].excerpt, depends, say("no_retrieval", language) if passages is None else ""]
     return RulesAnswer(
         legal_action=action,
         limit=speed,
         citations=shown,
         confidence=confidence,
         rulepack_version=hits[0].pack.version,
-        note=" ".join(notes),
+        note=" ".join(note for note in notes if note),
         basis="lookup",
         degraded=degraded + (("stale_rulepack",) if stale else ()),
     )
@@ -122,15 +123,13 @@ def _nothing(packs: tuple[Pack, ...], language: str, degraded: tuple[str, ...]) 
     )
 
 
-def _demand(near: list[Hit]) -> tuple[LegalAction, LegalLimit | None]:
+def _demand(near: list[Hit]) -> LegalAction:
     """Of the nearest texts those of the highest kind that demand anything; among them the most careful."""
     for kind in near[0].pack.manifest.precedence:
-        demanding = [hit for hit in near if hit.citation.kind == kind and _actions(hit)]
+        demanding = [action for hit in near if hit.citation.kind == kind for action in _actions(hit)]
         if demanding:
-            action = min((a for hit in demanding for a in _actions(hit)), key=careful_rank)
-            speeds = [speed for hit in demanding for speed in _speeds(hit)]
-            return action, min(speeds, key=lambda s: s.mps) if speeds else None
-    return "none", None
+            return min(demanding, key=careful_rank)
+    return "none"
 
 
 def _actions(hit: Hit) -> tuple[LegalAction, ...]:
@@ -143,15 +142,6 @@ def _actions(hit: Hit) -> tuple[LegalAction, ...]:
         elif isinstance(effect, Prohibition):
             found.append(_PROHIBITED.get(effect.what, "proceed_with_care"))
     return tuple(found)
-
-
-def _speeds(hit: Hit) -> list[LegalLimit]:
-    return [
-        legal_limit(effect.value, effect.unit, advisory=isinstance(effect, Advisory))
-        for effect in hit.effects
-        if isinstance(effect, Limit | Advisory)
-        and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
-    ]
 
 
 def _from_passages(packs: tuple[Pack, ...], passages: tuple[Passage, ...], language: str) -> list[Hit]:

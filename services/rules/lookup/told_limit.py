@@ -1,0 +1,72 @@
+"""The one limit that a provision answers a question with; none where it hangs on what the question does not say."""
+
+from typing import Any
+
+import msgspec
+
+from domain.units import legal_limit
+from proto.rules import LegalLimit, Situation
+from services.rules.limits.conditions import unknown_facts
+from services.rules.limits.precedence import decide
+from services.rules.lookup.asked_facts import asked_facts
+from services.rules.packs.format import Advisory, Effect, Limit, When
+from services.rules.packs.loading import Pack
+from services.rules.words import say
+
+CLEAR_M = 1000.0
+_USUAL: dict[str, Any] = {"wet": False, "snow": False, "visibility_m": CLEAR_M, "novice": False, "lit": False}
+"""Of weather, driver and lamps what a question means that does not speak of them."""
+_FACT_OF = {"chains": "snow_chains", "posted": "sign_here", "everywhere": "road", "": "road"}
+_NOT_SAID = Situation(vehicle_class=None, snow_chains=None)
+
+
+def told_limit(
+    pack: Pack, effects: tuple[Effect, ...], query: str, jurisdiction: str | None, language: str
+) -> tuple[LegalLimit | None, str]:
+    """The limit, and on what it hangs in words. Never one above what the law sets for the case that the question states."""
+    limits = [effect for effect in effects if isinstance(effect, Limit | Advisory)]
+    if not limits:
+        return None, ""
+    asked = asked_facts(query)
+    here = jurisdiction if jurisdiction and jurisdiction.startswith(pack.manifest.jurisdiction) else None
+    situation = Situation(jurisdiction=here or pack.manifest.jurisdiction, **{**_USUAL, **asked})
+    fitting = [each for each in limits if _speaks_of(each.when, situation)]
+    if "vehicle_class" not in asked and not fitting:  # a provision about one class of vehicle answers for that class
+        fitting = [
+            each for each in limits if _speaks_of(msgspec.structs.replace(each.when, vehicle_classes=()), situation)
+        ]
+    facts = {name for each in limits for name in unknown_facts(each.when, _NOT_SAID)}
+    values = {(each.value, each.unit, isinstance(each, Advisory)) for each in fitting}
+    words = (
+        say("limit_depends", language, facts=", ".join(say(name, language) for name in sorted(facts))) if facts else ""
+    )
+    if len(values) != 1:
+        return None, words
+    ((value, unit, advisory),) = values
+    told = legal_limit(value, unit, advisory=advisory)
+    above = [_lower(pack, told, each.when, situation) for each in fitting]
+    if any(above):
+        return None, say(
+            "limit_depends", language, facts=", ".join(say(name, language) for name in sorted({*above} - {""}))
+        )
+    return told, words if any(each.when.vehicle_classes for each in fitting) else ""
+
+
+def _speaks_of(when: When, situation: Situation) -> bool:
+    """Whether nothing but the kind of road is a condition of it, or the vehicle's class, and that is the asked one."""
+    plain = When(road_types=when.road_types, vehicle_classes=when.vehicle_classes, announced=when.announced)
+    klass = situation.vehicle_class
+    return when == plain and (not when.vehicle_classes or klass in when.vehicle_classes)
+
+
+def _lower(pack: Pack, told: LegalLimit, when: When, situation: Situation) -> str:
+    """The name of a fact by which the law may set less than was found; empty: it sets no less."""
+    classes = when.vehicle_classes or (situation.vehicle_class,)
+    for road in when.road_types or (None,):
+        for klass in classes if situation.vehicle_class not in classes else (situation.vehicle_class,):
+            case = msgspec.structs.replace(situation, road_type=road, vehicle_class=klass)
+            found = decide(pack, case).candidate
+            if road is not None and found is not None and found.mps < told.mps - 0.01:
+                why = found.why.removeprefix("why_")
+                return found.presumed[0] if found.presumed else _FACT_OF.get(why, why)
+    return ""
