@@ -69,6 +69,8 @@ class SignAhead(msgspec.Struct, frozen=True, kw_only=True):
     """Its distance when it was last seen."""
     candidates: tuple[Candidate, ...] = ()
     plates: tuple[str, ...] = ()
+    missed_ns: int = 0
+    """For how long pictures of the road were read without it since."""
     shared: bool = False
     """Its plates and its scope are those of another track of the same sign."""
     text: str = ""
@@ -152,6 +154,8 @@ class Light(msgspec.Struct, frozen=True, kw_only=True):
     track_id: int
     arrow: str = ""
     """Where the lamp's arrow points (`left`, `straight`, `right`); empty: a round lamp, for every way."""
+    missed_ns: int = 0
+    """For how long pictures of the road were read without it since."""
     lost_at_line: bool = False
     """The ego stood at the line with the lamp above the cameras' view: its state is unknown."""
 
@@ -228,11 +232,17 @@ class Held(msgspec.Struct, frozen=True, kw_only=True):
     lost: tuple[Lost, ...] = ()
     """The same of each actor of the last moments; an actor that vanished, faded or leapt still counts."""
     doubted_mps: float | None = None
-    doubted_until_ns: int = 0
+    """The lowest limit that a sign in doubt may show, by the Rules."""
+    doubted_for_ns: int = 0
+    """How long pictures of the road have to be read until that doubt ends."""
+    road: str = ""
+    """The type of road as it was last known."""
     speed_mps: float | None = None
     """The ego's speed as it was last believed."""
     speed_ns: int = 0
     """When the car told it."""
+    place_m: float | None = None
+    """The room to the place to give way at that bounded the target last; None: none did."""
     target_mps: float | None = None
     target_ns: int | None = None
 
@@ -285,6 +295,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
 
     tick: int = 0
     now_ns: int = 0
+    looked_ns: int = 0
+    """How much of the time since the last tick pictures tell of (`validity.looked_ns`)."""
     world: WorldState = WorldState(stamp_ns=0, tick=0)
     signs: Signs = Signs()
     light: Light | None = None

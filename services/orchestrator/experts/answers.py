@@ -23,7 +23,7 @@ S = TypeVar("S")
 KEPT = 24
 LATE_SERVES_MS = 2000.0
 DOUBTED_NS = 10_000_000_000
-"""For how long a doubted sign's lowest reading lowers the target."""
+"""For how long pictures are read until a doubted sign's lowest reading lowers the target no more."""
 
 
 def take(state: State, outcomes: tuple[Outcome, ...]) -> State:
@@ -109,7 +109,7 @@ def _meaning(held: Held, state: State, outcome: Outcome, meaning: SignMeaning) -
     held, limit = msgspec.structs.replace(held, meaning=meaning), meaning.limit
     if limit is None or not 1.0 <= limit.mps < math.inf or not outcome.arguments.get("candidates"):
         return held
-    return msgspec.structs.replace(held, doubted_mps=limit.mps, doubted_until_ns=state.now_ns + DOUBTED_NS)
+    return msgspec.structs.replace(held, doubted_mps=limit.mps, doubted_for_ns=DOUBTED_NS)
 
 
 def _right_of_way(held: Held, state: State, outcome: Outcome, answer: RulesAnswer) -> Held:

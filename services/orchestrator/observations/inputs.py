@@ -36,6 +36,8 @@ class RoadAhead(msgspec.Struct, frozen=True, kw_only=True):
     junction_m: float | None = None
     road_class: str = "unknown"
     carriageways_separated: bool | None = None
+    nearest_only: bool = False
+    """No line behind the nearest is told."""
 
 
 class Expert(msgspec.Struct, frozen=True, kw_only=True):
@@ -101,7 +103,11 @@ def along_lane(lanes: Lanes) -> RoadAhead:
     at_m, kind = lanes.stop_line_distance_m, lanes.stop_line_kind
     lines = () if at_m is None else (StopLine(distance_m=at_m, kind=kind),)  # type: ignore[arg-type]
     return RoadAhead(
-        segment_id=lanes.segment_id, stop_lines=lines, junction_m=lanes.junction_distance_m, road_class=lanes.road_class
+        segment_id=lanes.segment_id,
+        stop_lines=lines,
+        junction_m=lanes.junction_distance_m,
+        road_class=lanes.road_class,
+        nearest_only=True,
     )
 
 

@@ -23,6 +23,9 @@ MOST_SKEW_NS = VALID_NS["speed"]
 MOST_PLAUSIBLE = 1000.0
 """Metres, m/s, seconds: nothing that a car's sensors see exceeds it."""
 MAX_STEP_S = 1.0
+LONGEST_LOOK_NS = SECOND
+"""A look counts for no longer: what lies between two pictures that are further apart was not seen."""
+FRONT_END = "drivelm"
 STANDING_MPS = 0.5
 """A slower ego stands."""
 
@@ -90,6 +93,8 @@ class Motion(NamedTuple):
     junction_m: float | None = None
     lane_id: str = ""
     speed_mps: float | None = None
+    read_ns: int = 0
+    """For how much of that time the front end read pictures of the road."""
 
     @property
     def known(self) -> bool:
@@ -100,6 +105,12 @@ class Motion(NamedTuple):
     def stands(self) -> bool:
         """Whether the ego is known to stand, or to move backwards."""
         return self.speed_mps is not None and self.speed_mps < STANDING_MPS
+
+
+def looked_ns(state: State, seen: Observations) -> int:
+    """How much of the time since the last tick pictures tell of. A picture that is missing, or was seen already, is no look."""
+    before, now = state.world.actors, fresh(seen.tracks, VALID_NS["tracks"], seen.now_ns)
+    return 0 if before is None or now is None else min(LONGEST_LOOK_NS, max(0, now.stamp_ns - before.stamp_ns))
 
 
 def motion_of(state: State, seen: Observations) -> Motion:
@@ -116,4 +127,5 @@ def motion_of(state: State, seen: Observations) -> Motion:
         junction_m=next((road.junction_m for road in roads(seen) if road.junction_m is not None), None),
         lane_id=lanes.message.ego_lane_id if lanes is not None else "",
         speed_mps=speed,
+        read_ns=0 if FRONT_END in seen.absent else looked_ns(state, seen),
     )

@@ -35,7 +35,7 @@ from services.orchestrator.state import Believed, SignAhead, Signs
 DOUBTED = 0.5
 """What is left of the confidence in a reading once its track is read otherwise: less than `SURE`."""
 LOST_S = 6.0
-"""A sign not seen for so long, whose distance was never known, counts as passed where that is careful."""
+"""A sign not seen for so long, while pictures were read, whose distance was never known, counts as passed where that is careful."""
 FORGOTTEN_S = 30.0
 MOST_AHEAD = 12
 HEADS = frozenset(
@@ -176,7 +176,7 @@ def _doubted(known: SignAhead, sign: SignAhead) -> SignAhead:
     """What was believed and is in doubt: no longer sure, so that it lowers and ends or raises nothing."""
     near = min((each for each in (known.distance_m, sign.distance_m) if each is not None), default=None)
     confidence = min(known.confidence, DOUBTED)
-    return msgspec.structs.replace(known, confidence=confidence, distance_m=near, seen_ns=sign.seen_ns)
+    return msgspec.structs.replace(known, confidence=confidence, distance_m=near, seen_ns=sign.seen_ns, missed_ns=0)
 
 
 def _shown(sign: SignAhead) -> tuple[object, ...]:
@@ -232,11 +232,12 @@ _STATED: dict[str, Callable[[Signs, Fact, int], Signs]] = {
 
 
 def _move(signs: Signs, motion: Motion) -> Signs:
-    return msgspec.structs.replace(signs, ahead=tuple(_nearer(each, motion.travelled_m) for each in signs.ahead))
+    return msgspec.structs.replace(signs, ahead=tuple(_moved(each, motion) for each in signs.ahead))
 
 
-def _nearer(sign: SignAhead, by_m: float) -> SignAhead:
-    return sign if sign.distance_m is None else msgspec.structs.replace(sign, distance_m=sign.distance_m - by_m)
+def _moved(sign: SignAhead, motion: Motion) -> SignAhead:
+    at_m = None if sign.distance_m is None else sign.distance_m - motion.travelled_m
+    return msgspec.structs.replace(sign, distance_m=at_m, missed_ns=sign.missed_ns + motion.read_ns)
 
 
 def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
@@ -244,7 +245,7 @@ def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
         # A range is a few metres off: what lowers counts at the post, what raises well behind it.
         careful = lowers(signs, sign)
         reached = sign.distance_m is not None and sign.distance_m <= (0.0 if careful else -3.0)
-        if not reached and not _is_lost(signs, sign, now_ns):
+        if not reached and not _is_lost(signs, sign):
             continue
         left = without_earlier_tracks(sign, tuple(each for each in signs.ahead if each is not sign))
         signs = msgspec.structs.replace(signs, ahead=left)
@@ -254,9 +255,9 @@ def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
     return signs
 
 
-def _is_lost(signs: Signs, sign: SignAhead, now_ns: int) -> bool:
-    """Whether a sign out of sight is given up: sooner at an unknown distance, later where a limit may still lower."""
-    unseen_s = (now_ns - sign.seen_ns) / 1e9
+def _is_lost(signs: Signs, sign: SignAhead) -> bool:
+    """Whether a sign that is not in the pictures is given up: sooner at an unknown distance, later where a limit may still lower."""
+    unseen_s = sign.missed_ns / 1e9
     # A believed limit may lower what no sign set; till its post it only bounds.
     undecided = sign.believed and shows_limit(sign) and not in_force(signs) and not lowers(signs, sign)
     if sign.distance_m is None:

@@ -31,6 +31,7 @@ def remember(
         target_ns=state.now_ns,
         lead_mps=lead_mps,
         person_mps=person_mps,
+        place_m=goal.place.room_m if goal.place is not None else None,
         lost=goal.lost,
     )
     memory = adopted(decision.memory, state.now_ns) if decision.memory is not None else None

@@ -19,8 +19,6 @@ SURELY_NS = 500_000_000
 RISES_MPS2 = 3.0
 """A bound rises by no more until then: no lead speeds up faster for long."""
 MOST_LOST = 24
-LONGEST_LOOK_NS = 1_000_000_000
-"""A look counts for no longer: what lies between two that are further apart was not seen."""
 
 
 class Asks(NamedTuple):
@@ -48,11 +46,14 @@ def settled(
     return tuple(sorted(found, key=lambda each: (each.mps, each.track_id))[:MOST_LOST])
 
 
-def unseen(lost: tuple[Lost, ...], before_ns: int | None, now_ns: int, seeing: bool) -> tuple[Lost, ...]:
-    """The same actors, where the time since the last tick counts only as far as the road was seen: blindness is no evidence."""
-    passed_ns = 0 if before_ns is None else max(0, now_ns - before_ns)
-    blind_ns = passed_ns - (min(passed_ns, LONGEST_LOOK_NS) if seeing else 0)
-    return tuple(replace(each, stamp_ns=each.stamp_ns + blind_ns) for each in lost) if blind_ns else lost
+def unseen(lost: tuple[Lost, ...], blind_ns: int) -> tuple[Lost, ...]:
+    """The same actors, where time that no picture tells of does not count: blindness is no evidence."""
+    return tuple(_later(each, blind_ns) for each in lost) if blind_ns else lost
+
+
+def _later(lost: Lost, by_ns: int) -> Lost:
+    higher_ns = None if lost.higher_ns is None else lost.higher_ns + by_ns
+    return replace(lost, stamp_ns=lost.stamp_ns + by_ns, higher_ns=higher_ns)
 
 
 def holds_back(lost: Lost, asked: dict[int, Asks]) -> bool:

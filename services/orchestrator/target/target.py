@@ -54,6 +54,8 @@ LEAST_BRAKES, MOST_HEADWAY = 0.1, 3.0
 LOST_LIGHT_MPS = 20 * KMH
 """Over a junction whose light is not in view."""
 LEAST_FACTOR = 0.2
+SAME_PLACE_M = 5.0
+"""By so much a place may seem farther than in the last tick."""
 HEADWAY_S = 1.2
 GAP_TIME_S = 4.0
 """In which a gap that is too small is to be opened again, and one that is wider may be closed."""
@@ -143,8 +145,7 @@ def target(state: State) -> Target:
     actors = (*(_stop(each) for each in people_ahead(state)), *_following(state, headway))
     asked = _asked(actors)
     seen = _seen(state)
-    missed = unseen(state.held.lost, state.held.target_ns, state.now_ns, seen is not None)
-    lost = settled(missed, asked, seen, state.now_ns)
+    lost = settled(unseen(state.held.lost, _blind_ns(state)), asked, seen, state.now_ns)
     found = (
         Bound(law.allowed_mps * factor, "law", law.basis, law.confidence, factor),
         *_ahead(state, factor),
@@ -246,12 +247,18 @@ def _room_m(state: State, sign: SignAhead) -> float:
 
 def _doubted_mps(state: State) -> float | None:
     """The lowest limit that a doubted sign may show, if it is plausible for this road."""
-    low, high = PLAUSIBLE_KMH.get(state.road, PLAUSIBLE_UNKNOWN_KMH)
+    low, high = _plausible_kmh(state)
     doubted = (sign for sign in state.signs.ahead if sign.doubted_limit and sign.scope != "end")
     values = [to_mps(sign.value, sign.unit or "km/h") for sign in doubted if sign.value is not None]
-    if state.held.doubted_mps is not None and state.now_ns < state.held.doubted_until_ns:
+    if state.held.doubted_mps is not None and state.held.doubted_for_ns > 0:
         values.append(state.held.doubted_mps)
     return min((mps for mps in values if low * KMH - 0.1 <= mps <= high * KMH + 0.1), default=None)
+
+
+def _plausible_kmh(state: State) -> tuple[float, float]:
+    """The limits that a road of this type can have; of one whose type is known no more, also those that it could have before."""
+    ranges = [PLAUSIBLE_KMH.get(road, PLAUSIBLE_UNKNOWN_KMH) for road in (state.road, state.road or state.held.road)]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 
 def _doubts(state: State, law: Law, factor: float) -> Iterator[Bound]:
@@ -326,9 +333,15 @@ def _lost_light(state: State) -> Iterator[Bound]:
 
 
 def _near_place(state: State, law: Law) -> Place | None:
-    """Where to be slow enough to let others go first, from where a driver at the allowed speed has to begin."""
-    here = place(state)
-    return here if here is not None and here.room_m <= here.begins_m(law.allowed_mps) else None
+    """Where to be slow enough to let others go first, from where a driver at the allowed speed has to begin.
+
+    A law that is known no more, and lower for that, frees no target that a place bounds already.
+    """
+    here, held_m = place(state), state.held.place_m
+    if here is None:
+        return None
+    begun = held_m is not None and here.room_m <= held_m + SAME_PLACE_M
+    return here if begun or here.room_m <= here.begins_m(law.allowed_mps) else None
 
 
 def _blind(state: State) -> Iterator[Bound]:
@@ -363,6 +376,12 @@ def _seen(state: State) -> dict[int, bool] | None:
         for track in tracks(state.world)
         if measured or track.kind == "pedestrian"
     }
+
+
+def _blind_ns(state: State) -> int:
+    """How much of the time since the last tick no picture tells of; negative where pictures come late."""
+    before_ns = state.held.target_ns
+    return 0 if before_ns is None else max(0, state.now_ns - before_ns) - state.looked_ns
 
 
 def last_seen(goal: Target) -> tuple[float | None, float | None]:

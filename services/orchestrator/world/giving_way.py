@@ -52,6 +52,8 @@ def by_map(before: GiveWay, mapped: RoadAhead | None, motion: Motion) -> GiveWay
     if mapped is None:
         return GiveWay(line_m=reckoned(before.line_m, motion), junction_m=junction_m, ruled=before.ruled)
     line_m = next((line.distance_m for line in mapped.stop_lines if line.kind == "yield_line"), None)
+    if line_m is None and mapped.nearest_only:
+        line_m = reckoned(before.line_m, motion)
     at_m = mapped.junction_m
     if at_m is None:
         return GiveWay(line_m=line_m)

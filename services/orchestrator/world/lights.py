@@ -50,16 +50,17 @@ def _colour_and_arrow(fact: Fact) -> tuple[str, str]:
 
 def _still_ahead(light: Light, motion: Motion, now_ns: int) -> Light | None:
     """The light, nearer by the way travelled; None once it is passed, or a permission is worn off."""
-    age_ns = now_ns - light.seen_ns
-    if light.permits and age_ns > GREEN_LASTS_NS:
+    if light.permits and now_ns - light.seen_ns > GREEN_LASTS_NS:
         return None
+    missed_ns = light.missed_ns + motion.read_ns
+    light = msgspec.structs.replace(light, missed_ns=missed_ns)
     if light.distance_m is None:  # nothing tells when it is passed; while the ego stands it is not
         moves = motion.known and not motion.stands
-        return None if moves and age_ns > RED_LASTS_NS else light
+        return None if moves and missed_ns > RED_LASTS_NS else light
     moved = light.distance_m - motion.travelled_m
     if moved < LIGHT_PASSED_M:
         return None
-    out_of_view = motion.stands and age_ns > LOST_NS and moved <= AT_LINE_M and not light.permits
+    out_of_view = motion.stands and missed_ns > LOST_NS and moved <= AT_LINE_M and not light.permits
     return msgspec.structs.replace(light, distance_m=moved, lost_at_line=light.lost_at_line or out_of_view)
 
 

@@ -20,6 +20,7 @@ from services.orchestrator.observations.validity import (
     confidence_at,
     fresh,
     is_fresh,
+    looked_ns,
     motion_of,
     newer,
     number,
@@ -58,7 +59,8 @@ def observe(state: State, seen: Observations) -> State:
         give_way=by_map(state.give_way, mapped, motion),
         halted_ns=halted(state, signs, line, motion, now_ns),
         line_halted_ns=halted_at_line(state, line, motion, now_ns),
-        held=_held(state.held, seen),
+        looked_ns=looked_ns(state, seen),
+        held=_held(state, seen, motion),
         preferences=seen.preferences or state.preferences,
         missing=_missing(state, _degraded(seen), now_ns),
         effects=tuple((expert.tool, expert.effect) for expert in seen.experts),
@@ -93,7 +95,10 @@ def _missing(state: State, names: tuple[str, ...], now_ns: int) -> tuple[Onset, 
     return tuple(Onset(kind=name, since_ns=since.get(name, now_ns), last_ns=now_ns) for name in names)
 
 
-def _held(held: Held, seen: Observations) -> Held:
+def _held(state: State, seen: Observations, motion: Motion) -> Held:
+    held = state.held
+    left_ns = max(0, held.doubted_for_ns - motion.read_ns)
+    held = msgspec.structs.replace(held, doubted_for_ns=left_ns, road=state.road or held.road)
     conditions, car = seen.conditions, seen.degradation
     if conditions is not None and newer(conditions.stamp_ns, held.conditions_ns, seen.now_ns):
         settled = settle(held.conditions, conditions.message)

@@ -34,7 +34,8 @@ def on_map(seen: Observations) -> RoadAhead | None:
 
 def _ahead(road: RoadAhead) -> RoadAhead:
     lines = (line for line in road.stop_lines if line.distance_m > LINE_PASSED_M and line.kind in KINDS)
-    return RoadAhead(stop_lines=tuple(sorted(lines, key=lambda line: line.distance_m)), junction_m=road.junction_m)
+    nearest_first = tuple(sorted(lines, key=lambda line: line.distance_m))
+    return RoadAhead(stop_lines=nearest_first, junction_m=road.junction_m, nearest_only=road.nearest_only)
 
 
 def reckoned(at_m: float | None, motion: Motion) -> float | None:
