@@ -1,4 +1,4 @@
-"""Judges a disturbed drive: the longest silence of its advice, and each rise of its target that nothing seen explains."""
+"""Judges a disturbed drive: the longest silence of its advice, and each rise of its target that the truth does not allow."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -23,6 +23,10 @@ TELLS_NOTHING = frozenset({"arbiter", "cockpit", "gateway", "logger", "retrieval
 """Services from which no target comes: without them it may rise as it would have."""
 
 
+TRUE_OR_NOT = frozenset({"law", "lead", "person", "red_light", "stop_sign"})
+"""Why a target was low, where the truth tells whether that still is. What was doubted or unknown it does not tell: that frees nothing."""
+
+
 class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     """What one disturbance came to."""
 
@@ -33,12 +37,14 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True):
     back_s: float | None
     """From its beginning until advice lacks no more than it did before; None: not within the time that was watched."""
     rise_mps: float
-    """By how much the target was above all targets before, while information was missing."""
+    """By how much the target was above all targets before and above what the truth allows, while information was missing."""
+    why: str = ""
+    """What bounded before and at that rise."""
 
     def line(self) -> str:
         """As a person reads it."""
         back = f"{self.back_s:5.1f}" if self.back_s is not None else "    -"
-        silent, rise = f"silent {self.silent_s:5.2f} s", f"target +{self.rise_mps:.2f} m/s"
+        silent, rise = f"silent {self.silent_s:5.2f} s", f"target +{self.rise_mps:.2f} m/s {self.why}"
         return f"{self.what:24} {self.lasted_s:5.1f} s  {silent}  whole after {back} s  {rise}"
 
 
@@ -51,10 +57,11 @@ def judge(what: str, seen: Sequence[Seen], from_s: float, to_s: float, until_s: 
     whole = next((each for each in after if each.at_s >= to_s and set(each.degraded) <= usual), None)
     missing = [each for each in after if whole is None or each.at_s < whole.at_s]
     lacking = [each for each in missing if any(_comes_from(process, name) for name in set(each.degraded) - usual)]
+    rise_mps, at = max(((_rise(each, before), each) for each in lacking), key=lambda one: one[0], default=(0.0, None))
     return Verdict(
         what=what, lasted_s=to_s - from_s, silent_s=max(b - a for a, b in pairwise(instants)),
         back_s=whole.at_s - from_s if whole is not None else None,
-        rise_mps=max((_rise(each, before) for each in lacking), default=0.0),
+        rise_mps=rise_mps, why=f"{before[-1].why} to {at.why}" if at is not None and rise_mps > 0.0 else "",
     )  # fmt: skip
 
 
@@ -69,12 +76,12 @@ def _comes_from(process: str, name: str) -> bool:
 
 
 def _rise(seen: Seen, before: Sequence[Seen]) -> float:
-    """Above what was advised before; no target is no rise, and neither is a law that is learnt and true."""
+    """Above what was advised before; no target is no rise, and neither is one that the truth allows by now."""
     most = max((each.target_mps for each in before if each.target_mps is not None), default=None)
     if most is None or seen.target_mps is None:
         return 0.0
-    if seen.why == before[-1].why == "law" and seen.law_mps is not None:
-        most = max(most, seen.law_mps)
+    if seen.allowed_mps is not None and all(each.why in TRUE_OR_NOT for each in before):
+        most = max(most, seen.allowed_mps)
     return max(0.0, seen.target_mps - most)
 
 

@@ -15,6 +15,7 @@ from drivemcp.client import join
 from proto import topics
 from proto.decision import Advisory
 from proto.truth import Truth
+from tests.stack.chaos.allowed import allowed_mps
 
 
 class Seen(msgspec.Struct, frozen=True, kw_only=True):
@@ -30,6 +31,8 @@ class Seen(msgspec.Struct, frozen=True, kw_only=True):
     drive_s: float | None = None
     law_mps: float | None = None
     gap_m: float | None = None
+    allowed_mps: float | None = None
+    """What the truth allows (`allowed.py`)."""
 
 
 def main(file: Path) -> None:
@@ -47,6 +50,7 @@ def main(file: Path) -> None:
                 why=advisory.target_why, degraded=advisory.degraded,
                 drive_s=now.time_s if now is not None else None,
                 law_mps=now.law_limit_mps if now is not None else None, gap_m=now.gap_m if now is not None else None,
+                allowed_mps=allowed_mps(now) if now is not None else None,
             )  # fmt: skip
             out.write(encoder.encode(seen) + b"\n")
 
