@@ -253,7 +253,8 @@ def _keepers(config: LoggerConfig, node: Node, signer: signing.Signer, log_dir: 
     def failed(detail: str) -> Callable[[str], None]:
         def tell(problem: str) -> None:
             node.detail[detail] = problem
-            node.log.warning(problem)
+            if problem:
+                node.log.warning(problem)
 
         return tell
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from app.drive.log_state import state_of
 from drivemcp.errors import UserError
@@ -110,6 +111,86 @@ def test_an_authority_that_is_away_is_told_and_a_later_stamp_ends_the_complaint(
     with serving(authority.stamp) as url:
         path, said = _stamped(tmp_path, signer, url)
     assert (said, state_of([path], {}).unstamped) == ([], "")
+
+
+class Failing:
+    """An authority that fails so many times, and then stamps."""
+
+    def __init__(self, authority: Authority, times: int) -> None:
+        self._authority, self.left, self.asked = authority, times, 0
+
+    def __call__(self, query: bytes) -> bytes | None:
+        self.asked, self.left = self.asked + 1, self.left - 1
+        return None if self.left >= 0 else self._authority.stamp(query)
+
+
+def test_a_closing_head_whose_stamp_failed_is_asked_for_once_more_at_the_end(
+    tmp_path: Path, signer: signing.Signer, authority: Authority
+) -> None:
+    failing = Failing(authority, 1)
+    with serving(failing) as url:
+        path, said = _stamped(tmp_path, signer, url)
+    assert failing.asked == 2
+    assert "500" in said[0]
+    assert said[1:] == [""], "the trouble is over"
+    assert [token.name for token in time_stamp.beside(path)] == ["t.mcap.00000003.tsr"]
+    assert state_of([path], {}).unstamped == ""
+
+
+def test_a_stamp_that_failed_is_asked_for_again_of_the_newest_head_while_the_log_is_open(
+    tmp_path: Path, signer: signing.Signer, authority: Authority
+) -> None:
+    failing, came = Failing(authority, 2), threading.Event()
+    problems: list[str] = []
+
+    def told(problem: str) -> None:
+        problems.append(problem)
+        came.set()
+
+    with serving(failing) as url:
+        stamps = TimeStamps(url, tmp_path, every_s=3600.0, failed=told, again_s=0.0)
+        last = replace(write(tmp_path / "old.mcap", signer).head, file="old.mcap")
+        stamps.sealed(last, 9)
+        for n in range(3):
+            assert came.wait(30.0)
+            came.clear()
+            if n < 2:
+                stamps.sealed(write(tmp_path / f"t{n}.mcap", signer, close=False).head, n)
+        stamps.close(30.0)
+    assert ["500" in each for each in problems] == [True, True, False]
+    assert failing.asked == 3, "what has its stamp is not asked for again"
+    assert [token.name for token in time_stamp.beside(tmp_path / "old.mcap")] == ["old.mcap.00000009.tsr"]
+    assert not time_stamp.refused(tmp_path / "old.mcap")
+
+
+def test_the_newest_open_head_stands_for_an_earlier_one_that_failed(
+    tmp_path: Path, signer: signing.Signer, authority: Authority
+) -> None:
+    failing, failed = Failing(authority, 1), threading.Event()
+    with serving(failing) as url:
+        stamps = TimeStamps(url, tmp_path, every_s=1e-9, failed=lambda _: failed.set(), again_s=0.0)
+        head = write(tmp_path / "t.mcap", signer, close=False).head
+        stamps.sealed(head, 2)
+        assert failed.wait(30.0)
+        stamps.sealed(head, 5)
+        stamps.close(30.0)
+    assert [token.name for token in time_stamp.beside(tmp_path / "t.mcap")] == ["t.mcap.00000005.tsr"]
+    assert failing.asked == 2
+
+
+def test_an_authority_that_stays_away_is_asked_ever_more_seldom(
+    tmp_path: Path, signer: signing.Signer, authority: Authority
+) -> None:
+    failing, failed = Failing(authority, 100), threading.Event()
+    with serving(failing) as url:
+        stamps = TimeStamps(url, tmp_path, every_s=1e6, failed=lambda _: failed.set(), again_s=60.0)
+        stamps.sealed(write(tmp_path / "old.mcap", signer).head, 1)
+        assert failed.wait(30.0)
+        head = write(tmp_path / "t.mcap", signer, close=False).head
+        for n in range(20):
+            stamps.sealed(head, n)
+        stamps.close(30.0)
+    assert failing.asked == 2, "once, and once more at the end"
 
 
 def test_an_authority_that_does_not_answer_holds_up_neither_the_log_nor_the_end(
