@@ -57,7 +57,7 @@ class Intervention(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Sighting(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """Where the arbiter itself saw an actor in the path."""
+    """Where the arbiter itself saw an actor in the path, or a person that comes to it."""
 
     track_id: int
     gap_m: float

@@ -12,6 +12,8 @@ from proto.weather import Conditions
 from services.arbiter.assessment.assess import View
 
 M = TypeVar("M", bound=msgspec.Struct)
+WALKS_MPS = 1.0
+"""Slower sideways a person may not walk at all: the speed of one who stands is measured with 0.1 to 0.3 m/s."""
 SKEW_NS = 1_000_000_000
 """Clocks of two hosts may differ by so much."""
 
@@ -30,6 +32,8 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True):
     view: View = View()
     neighbours: tuple[Track, ...] = ()
     lateral_neighbours_known: bool = False
+    coming: tuple[Track, ...] = ()
+    """People ahead beside the path that walk towards it: watched before they are in it, and nothing else."""
     pedals: Pedals = Pedals()
     tracks_age_s: float | None = None
     ego_age_s: float | None = None
@@ -77,6 +81,7 @@ def read(latest: Latest, now_ns: int, max_age_s: float) -> Reading:
         view=view,
         neighbours=tuple(track for track in tracks.tracks if abs(track.x_m) < 15.0) if tracks is not None else (),
         lateral_neighbours_known=tracks is not None,
+        coming=_coming(tracks),
         pedals=_pedals(ego),
         tracks_age_s=tracks_age,
         ego_age_s=ego_age,
@@ -96,6 +101,11 @@ def in_path(tracks: Tracks | None) -> tuple[Track, ...]:
     if tracks is None:
         return ()
     return tuple(t for t in tracks.tracks if t.x_m > 0.0 and (t.in_ego_path or t.track_id == tracks.lead_track_id))
+
+
+def _coming(tracks: Tracks | None) -> tuple[Track, ...]:
+    beside = (t for t in tracks.tracks if t.x_m > 0.0 and not t.in_ego_path) if tracks is not None else ()
+    return tuple(t for t in beside if t.kind == "pedestrian" and t.vy_mps * t.y_m < 0.0 and abs(t.vy_mps) >= WALKS_MPS)
 
 
 def _fresh(pair: tuple[M, int] | None, now_ns: int, max_age_s: float) -> tuple[M | None, float | None]:

@@ -110,3 +110,23 @@ def test_the_lead_that_perception_names_is_in_the_way_wherever_its_lane_is() -> 
     assert in_path(seen(named)) == ()
     assert in_path(seen(replace(named, x_m=0.0), lead_track_id=9)) == ()
     assert in_path(None) == ()
+
+
+def test_people_beside_the_path_that_walk_towards_it_are_read_apart_from_those_in_it() -> None:
+    def beside(number: int, y_m: float, vy_mps: float, **fields: object) -> Track:
+        given = {"kind": "pedestrian", "x_m": 20.0, "vx_mps": -10.0, **fields}
+        return Track(track_id=number, y_m=y_m, vy_mps=vy_mps, **given)  # type: ignore[arg-type]
+
+    people = (
+        beside(1, 4.0, -1.4),
+        beside(2, -4.0, 1.4),
+        beside(3, 4.0, 1.4),
+        beside(4, 4.0, -0.6),
+        beside(5, 4.0, -1.4, in_ego_path=True),
+        beside(6, 4.0, -1.4, kind="vehicle"),
+        beside(7, 4.0, -1.4, x_m=-20.0),
+    )
+    now = read(Latest(tracks=(seen(*people), SECOND)), SECOND, AGE_S)
+    assert [track.track_id for track in now.coming] == [1, 2]
+    assert [track.track_id for track in now.view.actors] == [5]
+    assert read(Latest(tracks=(seen(*people), SECOND)), 2 * SECOND, AGE_S).coming == ()

@@ -11,9 +11,11 @@ from msgspec.structs import replace
 from proto.decision import Urgency
 from proto.perception import Track
 from services.arbiter.assessment.assess import View, measure, speak_bounds
+from services.arbiter.assessment.reading import Reading
 from services.arbiter.braking.act import Permission
+from services.arbiter.braking.watching import shrinks, watch
 from services.arbiter.decide import decide
-from services.arbiter.state import fresh
+from services.arbiter.state import Sighting, fresh
 from tests.unit.services.arbiter.support import (
     CALIBRATED,
     FEW,
@@ -182,3 +184,19 @@ def test_no_hazard_of_the_request_silences_one_of_another_kind_that_the_arbiter_
     assert told[0] == fused_hazard
     assert "pedestrian" in told[appears : appears + 2]
     assert told.count(fused_hazard) == 1 + (appears + 2) // 40
+
+
+@pytest.mark.parametrize(
+    ("fields", "watched"), [({}, True), ({"confidence": 0.6}, False), ({"age_s": 0.8}, False), ({"gap_m": 40.0}, False)]
+)
+def test_a_person_that_surely_comes_is_watched_before_the_path_is_reached(
+    fields: dict[str, Any], watched: bool
+) -> None:
+    """Only that the gap shrinks is seen before: nothing is warned of and braked for beside the path."""
+    sightings: tuple[Sighting, ...] = ()
+    for picture in range(4):
+        gap_m = fields.get("gap_m", 40.0 - picture)
+        person = track(**{**fields, "gap_m": gap_m, "closing_mps": 10.0, "kind": "pedestrian", "in_ego_path": False})
+        reading = Reading(coming=(person,), tracks_age_s=0.0)
+        sightings = watch(sightings, reading, SECOND + picture * SECOND // 10, CALIBRATED)
+    assert shrinks(sightings, person.track_id, 10.0, CALIBRATED) is watched
