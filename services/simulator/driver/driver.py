@@ -1,11 +1,22 @@
 """The driver: follows by the intelligent driver model, reads signs imperfectly, obeys advice after his reaction time.
 
+A lead is followed as it was a reaction time ago, taken to have driven on at that speed since; the own speed is the present
+one (Treiber, Kesting and Helbing 2006, Physica A 360: reaction time and temporal anticipation).
+
+An overlooked limit is noticed later: it is met again 500 m behind its sign, then every 900 m, and each time it is seen with
+the probability of any sign. Distances are those of repeater signs in AS 1742.4 (2020), 3.1.6: at most 500 m behind a change,
+then 0.8 to 1.0 km where the road suggests another speed. In a simulator 20 % of speed limit signs were not perceived, however
+far apart (Inman et al. 2008, TRB 87th Annual Meeting). A limit whose sign the driver cannot read is learnt from the other cars
+at the same places, which is ours.
+
 Without advice he does what he noticed and understood himself; that is what the assistant is for. Pure: the view of the
 road and the time come in, a wish for acceleration goes out. SI units, seconds since the start.
 """
 
 import zlib
+from collections import deque
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from domain.kinematics import GRAVITY_MPS2
 from services.simulator.car.kinematics import FREE, following_mps2, free_road_mps2, stopping_mps2
@@ -16,13 +27,17 @@ GENTLE_MPS2 = -2.5
 """What he does without being startled; more takes his reaction time first."""
 ADVICE_HOLDS_S, WARNING_HOLDS_S = 25.0, 4.0
 """How long he keeps to what was said when it is not said again; a hazard he can see pass himself, and who drives before him."""
-WARNED_FACTOR = 0.6
-"""A warned driver reacts in this share of his reaction time."""
+WARNED_FACTOR, WARNED_FOR_S = 0.6, 3.0
+"""A warned driver reacts in this share of his reaction time, for so long after the warning."""
 ACCELERATION_MPS2, BRAKING_MPS2 = 1.7, 2.2
 JERK_UP_MPS3, JERK_DOWN_MPS3, JERK_EMERGENCY_MPS3 = 3.0, 8.0, 30.0
 SLOWEST_ADVICE_MPS = 2.0
 SAME_LIMIT_MPS = 0.3
 STAND_M = 2.5
+REPEATED_AFTER_M, REPEATED_EVERY_M = 500.0, 900.0
+"""Where an overlooked limit is met again."""
+LOOKS_AWAY_FACTOR = 0.3
+"""Ours: a driver who looks elsewhere notices a sign with this share of the probability."""
 ENGINE_DRAG_MPS2 = 0.5
 
 
@@ -94,6 +109,26 @@ class _Standing:
     warns: bool = False
 
 
+class _Lead(NamedTuple):
+    """A lead as it was seen."""
+
+    time_s: float
+    gap_m: float
+    lead_mps: float
+    way_m: float
+    """The own way until then."""
+
+
+@dataclass(slots=True)
+class _Overlooked:
+    """A limit whose sign was passed unseen, and where it is met again."""
+
+    number: int
+    limit_mps: float | None
+    again_m: float
+    times: int = 0
+
+
 @dataclass(slots=True)
 class Driver:
     """The driver's mind; `hear` and `drive` are all that is done to it."""
@@ -106,6 +141,9 @@ class Driver:
     _noticed_s: dict[str, float] = field(default_factory=dict)
     _warned_s: float = -1e9
     _acceleration: float = 0.0
+    _way_m: float = 0.0
+    _leads: deque[_Lead] = field(default_factory=deque)
+    _overlooked: _Overlooked | None = None
     _attention: Attention = field(init=False)
     _dice: Dice = field(init=False)
 
@@ -131,6 +169,7 @@ class Driver:
 
     def drive(self, view: DriverView, dt: float) -> Wish:
         """His next wish."""
+        self._way_m += view.speed_mps * dt
         self._read_signs(view)
         self._take_over_beliefs(view.time_s)
         wanted = self._bounded(self._demand(view), view)
@@ -161,22 +200,42 @@ class Driver:
         demands = [free, self._for_stop(view), self._for_person(view)]
         if view.gap_m is not None:
             demands.append(max(free, 0.0) + self._for_lead(view, view.gap_m))
+        else:
+            self._leads.clear()
         return min(demands)
 
     def _for_lead(self, view: DriverView, gap_m: float) -> float:
-        demand = following_mps2(
-            view.speed_mps,
-            view.lead_mps,
+        self._leads.append(_Lead(view.time_s, gap_m, view.lead_mps, self._way_m))
+        demand = self._follows(view.speed_mps, view.lead_mps, gap_m)
+        if demand > GENTLE_MPS2:
+            self._forget("lead", demand > -1.5)
+        elif self._reacts("lead", view.time_s):
+            return demand
+        else:
+            return max(self._follows_late(view), self.profile.unready_mps2)
+        return self._follows_late(view)
+
+    def _follows_late(self, view: DriverView) -> float:
+        """By the lead as it was a reaction time ago."""
+        while len(self._leads) > 1 and self._leads[1].time_s <= view.time_s - self.profile.reaction_s:
+            self._leads.popleft()
+        by_s = view.time_s - self._reaction_s(view.time_s)
+        seen = next((each for each in reversed(self._leads) if each.time_s <= by_s), None)
+        if seen is None:
+            return 0.0
+        gap_m = seen.gap_m + seen.lead_mps * (view.time_s - seen.time_s) - (self._way_m - seen.way_m)
+        return self._follows(view.speed_mps, seen.lead_mps, gap_m)
+
+    def _follows(self, speed_mps: float, lead_mps: float, gap_m: float) -> float:
+        return following_mps2(
+            speed_mps,
+            lead_mps,
             gap_m,
             headway_s=self.profile.headway_s,
             stand_m=STAND_M,
             a_mps2=ACCELERATION_MPS2,
             b_mps2=BRAKING_MPS2,
         )
-        if demand > GENTLE_MPS2:
-            self._forget("lead", demand > -1.5)
-            return demand
-        return demand if self._reacts("lead", view.time_s) else self.profile.unready_mps2
 
     def _for_stop(self, view: DriverView) -> float:
         if view.stop is None:
@@ -205,10 +264,16 @@ class Driver:
     def _reacts(self, what: str, time_s: float) -> bool:
         """Whether he has noticed something and his reaction time is over; the first question starts it."""
         if what not in self._noticed_s:
-            warned = self._warned_s > time_s - 3.0
+            warned = self._warned(time_s)
             starts = time_s if warned else self._attention.back_on_the_road_s(time_s) + self.profile.glance_s
-            self._noticed_s[what] = starts + self.profile.reaction_s * (WARNED_FACTOR if warned else 1.0)
+            self._noticed_s[what] = starts + self._reaction_s(time_s)
         return time_s >= self._noticed_s[what]
+
+    def _warned(self, time_s: float) -> bool:
+        return self._warned_s > time_s - WARNED_FOR_S
+
+    def _reaction_s(self, time_s: float) -> float:
+        return self.profile.reaction_s * (WARNED_FACTOR if self._warned(time_s) else 1.0)
 
     def _forget(self, what: str, over: bool) -> None:
         if over:
@@ -220,15 +285,25 @@ class Driver:
 
     def _read_signs(self, view: DriverView) -> None:
         for number, limit_mps, understood in view.passed:
-            chance = self.profile.notices * (0.3 if self.distracted(view.time_s) else 1.0)
             looked_for = any(_same(each.announces_mps, limit_mps) for each in self._heard_by(view.time_s))
-            if looked_for or (understood and self._dice.says(chance, 2, number)):
+            if looked_for or (understood and self._notices(view.time_s, number)):
                 self._read(limit_mps)
+            else:
+                self._overlooked = _Overlooked(number, limit_mps, self._way_m + REPEATED_AFTER_M)
+        missed = self._overlooked
+        if missed is not None and self._way_m >= missed.again_m:
+            missed.times, missed.again_m = missed.times + 1, self._way_m + REPEATED_EVERY_M
+            if self._notices(view.time_s, missed.number, missed.times):
+                self._read(missed.limit_mps)
+
+    def _notices(self, time_s: float, *sign: int) -> bool:
+        chance = self.profile.notices * (LOOKS_AWAY_FACTOR if self.distracted(time_s) else 1.0)
+        return self._dice.says(chance, 2, *sign)
 
     def _read(self, limit_mps: float | None) -> None:
         """A sign's limit holds for him from now on: what he was told of the road before it is over, a warning is not, nor
         what was announced of a sign that he has yet to pass; to what he was told of this one he keeps."""
-        self.believed_mps = limit_mps
+        self.believed_mps, self._overlooked = limit_mps, None
         self._beliefs.clear()
         self._standing = [each for each in self._standing if each.warns or each.announces_mps is not None]
         for each in self._standing:

@@ -2,9 +2,10 @@
 
 What is drawn, and from where (a, b of a beta; mean, spread of a normal):
 
-- Reaction to a message or to something unexpected: log-normal, median 1.25 s (Green 2000, Transp. Hum. Factors 2(3):
-  unexpected but common signals), spread 0.26, which is what parts Lerner's mean of 1.5 s from his 85th percentile of
-  1.9 s (1993, Proc. Hum. Factors Ergon. Soc. 37(2)). Cut to 0.7 to 2.5 s, the latter the US design value.
+- Reaction to a message, to a lead or to something unexpected: log-normal, median 1.25 s (Green 2000, Transp. Hum. Factors
+  2(3): unexpected but common signals, such as a lead's brake lights), spread 0.26, which is what parts Lerner's mean of
+  1.5 s from his 85th percentile of 1.9 s (1993, Proc. Hum. Factors Ergon. Soc. 37(2)). Cut to 0.7 to 2.5 s, the latter the
+  US design value.
 - Habitual speed in ratio to the believed limit: normal, 1.0 and 0.11. Of cars on British motorways in 2022 45 % were
   above the limit and 8 % by 10 mph or more, on 30 mph roads 50 % and 5 % (Department for Transport, Vehicle speed
   compliance statistics): that is a mean of 0.99 with a spread of 0.11, and 1.0 with 0.20; of the two the smaller.

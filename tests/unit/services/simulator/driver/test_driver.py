@@ -304,3 +304,78 @@ def test_until_he_acts_on_a_new_word_he_keeps_to_the_former(
     assert driver.wanted_mps(replace(ROAD, time_s=acts_s - 0.01)) == pytest.approx(first_mps, abs=0.31)
     after = second_mps if topics[0] == topics[1] else min(first_mps, second_mps)
     assert driver.wanted_mps(replace(ROAD, time_s=acts_s + 0.01)) == pytest.approx(after, abs=0.31)
+
+
+def behind(
+    driver: Driver, brakes_s: float, brakes_mps2: float, until_s: float = 30.0
+) -> tuple[list[float], list[float]]:
+    """Wishes and gaps behind a lead at the same speed that brakes from an instant on, until it stands."""
+    speed, lead, gap = 20.0, 20.0, 40.0
+    wishes, gaps = list[float](), list[float]()
+    while len(wishes) * DT < until_s:
+        now = len(wishes) * DT
+        view = replace(ROAD, time_s=now, speed_mps=speed, gap_m=gap, lead_mps=lead)
+        wishes.append(driver.drive(view, DT).acceleration_mps2)
+        speed = max(0.0, speed + wishes[-1] * DT)
+        lead = max(0.0, lead - brakes_mps2 * DT) if now >= brakes_s else lead
+        gap += (lead - speed) * DT
+        gaps.append(gap)
+    return wishes, gaps
+
+
+@given(reaction_s=st.floats(0.7, 2.5), brakes_mps2=st.floats(0.5, 2.0))
+def test_a_lead_that_brakes_gently_is_answered_after_the_reaction_time_and_not_before(
+    reaction_s: float, brakes_mps2: float
+) -> None:
+    profile = replace(CALM, reaction_s=reaction_s)
+    braked, _ = behind(Driver(profile, 25.0), 10.0, brakes_mps2)
+    steady, _ = behind(Driver(profile, 25.0), 1e9, 0.0)
+    differs_s = next(
+        at * DT for at, pair in enumerate(zip(braked, steady, strict=True)) if abs(pair[0] - pair[1]) > 1e-3
+    )
+    assert 10.0 + reaction_s - DT <= differs_s <= 10.0 + reaction_s + 0.3
+
+
+@pytest.mark.parametrize("reaction_s", [0.7, 1.25, 2.5])
+def test_a_late_follower_neither_sways_behind_a_steady_lead_nor_meets_one_that_brakes(reaction_s: float) -> None:
+    profile = replace(CALM, reaction_s=reaction_s)
+    wishes, _ = behind(Driver(profile, 25.0), 1e9, 0.0, 60.0)
+    assert max(map(abs, wishes[-200:])) < 0.05
+    _, gaps = behind(Driver(profile, 25.0), 20.0, 2.0, 60.0)
+    assert min(gaps) > 0.5
+
+
+def noticed_m(driver: Driver, sign: tuple[int, float, bool], until_m: float) -> float | None:
+    """How far behind a sign the driver believes in its limit; None: not by then."""
+    driver.drive(replace(ROAD, passed=(sign,)), DT)
+    for step in range(1, int(until_m / (ROAD.speed_mps * DT))):
+        if driver.believed_mps == sign[1]:
+            return step * ROAD.speed_mps * DT
+        driver.drive(replace(ROAD, time_s=step * DT), DT)
+    return None
+
+
+@pytest.mark.parametrize("understood", [True, False])
+def test_an_overlooked_limit_is_noticed_later_and_by_each_seed_at_one_place(understood: bool) -> None:
+    def places() -> list[float | None]:
+        drivers = [Driver(replace(CALM, notices=0.6, seed=seed), 25.0) for seed in range(30)]
+        return [noticed_m(each, (4, 13.9, understood), 8000.0) for each in drivers]
+
+    found = places()
+    assert None not in found
+    later = [each for each in found if each is not None and each > 10.0]
+    assert later
+    assert all((each - 500.0) % 900.0 == pytest.approx(0.0, abs=5.0) for each in later)
+    assert len({round(each, -2) for each in later}) >= 2
+    assert found == places()
+
+
+def test_the_next_sign_replaces_an_overlooked_one() -> None:
+    driver = Driver(replace(CALM, notices=0.0), 25.0)
+    driver.drive(replace(ROAD, passed=((4, 13.9, True),)), DT)
+    driver.hear(replace(ANNOUNCED, ahead_mps=19.4), 0.0)
+    driver.drive(replace(ROAD, time_s=5.0, passed=((5, 19.4, True),)), DT)
+    driver.profile = replace(CALM, notices=1.0)
+    for step in range(2000):
+        driver.drive(replace(ROAD, time_s=5.0 + step * DT), DT)
+    assert driver.believed_mps == 19.4

@@ -56,7 +56,9 @@ def test_surprised_drivers_do_nothing_about_a_lead_before_they_have_reacted(kind
         begins = first_braking_s(new_driver(kind, seed, limit_mps), STANDS_NEAR, BRAKES)
         reacts = profile.glance_s + profile.reaction_s
         assert reacts - DT <= begins <= reacts + 0.5
-        assert first_braking_s(new_driver("attentive", seed, limit_mps), STANDS_NEAR, BRAKES) < 0.5
+        attentive_s = first_braking_s(new_driver("attentive", seed, limit_mps), STANDS_NEAR, BRAKES)
+        reacts_s = profile_of("attentive", seed).reaction_s
+        assert reacts_s - DT <= attentive_s <= reacts_s + 0.5
 
 
 def test_their_reactions_and_braking_are_as_published() -> None:
