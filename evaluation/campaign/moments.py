@@ -89,7 +89,7 @@ def _line_run(record: Record) -> Moment | None:
 
 def _unanswered_hazard(record: Record) -> Moment | None:
     """The one that began at the highest speed, then."""
-    missed = [each.episode for each in answers(record) if each.response_s is None]
+    missed = [each.episode for each in answers(record) if each.at_s is None]
     begun = [(truth, each) for each in missed if (truth := record.truth_at(each.onset_s)) is not None]
     truth, episode = max(begun, key=lambda pair: pair[0].speed_mps, default=(None, None))
     if truth is None or episode is None:

@@ -42,10 +42,20 @@ class Answer(NamedTuple):
     """What was said about a hazard. None: nothing was, or too late, or nobody closed in."""
 
     episode: Episode
-    response_s: float | None
-    """Onset to the first effective warning or intervention."""
+    at_s: float | None
+    """The first effective warning or intervention; before the onset, where that word still held then."""
     ttc_s: float | None
     """At the first escalation."""
+
+    @property
+    def before(self) -> bool:
+        """Whether the hazard was answered before its onset."""
+        return self.at_s is not None and self.at_s < self.episode.onset_s
+
+    @property
+    def response_s(self) -> float | None:
+        """Onset to the answer; None: there was none, or it came before the onset."""
+        return None if self.at_s is None or self.before else self.at_s - self.episode.onset_s
 
 
 def episodes(record: Record) -> tuple[Episode, ...]:
@@ -89,7 +99,7 @@ def _answer(record: Record, episode: Episode) -> Answer:
     first = next(effective, None)
     return Answer(
         episode,
-        max(0.0, first.time_s - episode.onset_s) if first is not None else None,
+        first.time_s if first is not None else None,
         next(_escalation_ttcs(record, about, episode), None),
     )
 

@@ -36,7 +36,7 @@ def _labels_of(record: Record) -> Iterator[Label]:
         if is_false(record, braked):
             yield Label(braked.to_s, "false_positive")
     for told in answers(record):
-        if told.response_s is None or told.response_s > LATE_S:
+        if told.at_s is None or told.at_s > told.episode.onset_s + LATE_S:
             yield Label(told.episode.over_s, "late_warning")
     for _ in range(min(1, nags(record))):  # one word on it a drive
         yield Label(record.truths[-1].time_s, "annoying")

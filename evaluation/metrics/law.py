@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from evaluation.metrics.record import Record
 from proto.decision import Advisory
 from proto.truth import Truth
-from services.simulator.truth.ledger import SPEEDING_AFTER_S, TOLERANCE_MPS
 
 TYPES: Mapping[str, str] = {
     "red_light": "failure_to_stop",
@@ -15,6 +14,8 @@ TYPES: Mapping[str, str] = {
     "illegal_turn": "illegal_turn",
 }
 """What the truth calls an infraction of lines and priority, and the paper's type of it."""
+TOLERANCE_MPS, SPEEDING_AFTER_S = 3 / 3.6, 1.0
+"""Ours: more than this above the limit, for at least this long, is a speeding."""
 KINDS = ("speeding", "failure_to_stop", "wrong_yielding", "illegal_turn")
 SAME_LIMIT_MPS = 0.3
 """Limits that differ by less are one: a conversion from mph is rounded by up to 0.2 m/s."""

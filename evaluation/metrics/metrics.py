@@ -39,7 +39,9 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     hazards_answered: int | None = None
     """Of them, those with an effective warning or intervention; truth, advisories."""
     hazard_response_s: tuple[float, ...] = ()
-    """Onset to the first effective warning or intervention of each that had one, s; 0 where it was warned of before."""
+    """Onset to the first effective warning or intervention, s, of each that had none before its onset."""
+    hazards_answered_before: int | None = None
+    """Of those answered, those with an effective word before the onset: they have no response."""
     hazards_by_kind: dict[str, int] = {}
     """The hazards by kind."""
     hazards_answered_by_kind: dict[str, int] = {}
@@ -131,7 +133,7 @@ def _known(values: Iterable[float | None]) -> tuple[float, ...]:
 
 
 def _answered(answers: Iterable[hazards.Answer]) -> int:
-    return sum(each.response_s is not None for each in answers)
+    return sum(each.at_s is not None for each in answers)
 
 
 def _total(scores: Mapping[str, Scores]) -> Scores:
@@ -227,6 +229,7 @@ def measure(record: Record) -> Metrics:
         overspeed_true_pct=law.overspeed_true_pct(record),
         hazards=len(answers),
         hazards_answered=_answered(answers),
+        hazards_answered_before=sum(each.before for each in answers),
         hazard_response_s=_known(each.response_s for each in answers),
         hazards_by_kind={kind: len(each) for kind, each in by_kind.items()},
         hazards_answered_by_kind={kind: _answered(each) for kind, each in by_kind.items()},

@@ -1,5 +1,7 @@
 """Which events of the orchestrator's table should be on, and when: from the simulator's truth, in the table's own units.
 
+Thresholds and tools are written down here, as the table first shipped them: no setting of a service moves what it is judged by.
+
 A measured value wavers about a threshold, so each is two: from 3/4 of it an event may be detected, from 5/4 of it it must
 be. A change is an instant, with a time before and after it in which it may be told. Not scored, for truth has no say in
 them: `uncertain_sign` and `place_ahead` (matters of the reading), `stale_fact` (of the system's own memory),
@@ -9,6 +11,7 @@ them: `uncertain_sign` and `place_ahead` (matters of the reading), `stale_fact` 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
+from types import MappingProxyType
 from typing import NamedTuple
 
 from evaluation.metrics.conflicts import EGO_LENGTH_M, gap_m, person_ahead, ttc_s
@@ -16,8 +19,31 @@ from evaluation.metrics.hazards import on_now
 from evaluation.metrics.record import Record
 from evaluation.metrics.spans import Span, spans
 from proto.truth import Truth
-from services.orchestrator.events import DRY_MU, ETA, TOOLS
 
+ETA: Mapping[str, float] = MappingProxyType(
+    {"closing_lead": 0.25, "low_friction": 0.3, "overspeed": 0.05, "stop_required": 0.4}
+)
+"""1 / time to collision (1/s); 1 - mu / dry mu; share above the limit; deceleration needed (m/s^2)."""
+DRY_MU = 0.8
+TOOLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "foreign_sign": ("interpret_sign",),
+        "jurisdiction_change": ("applicable_limit", "lookup_rule"),
+        "dynamic_limit_update": ("applicable_limit", "assess_weather"),
+        "speed_limit_change": ("applicable_limit",),
+        "uncertain_sign": ("interpret_sign",),
+        "place_ahead": ("interpret_sign",),
+        "stop_required": ("right_of_way",),
+        "low_friction": ("assess_weather",),
+        "vehicle_fault": ("vehicle_health", "read_dtcs"),
+        "closing_lead": (),
+        "vulnerable_road_user": ("right_of_way",),
+        "overspeed": ("applicable_limit",),
+        "stale_fact": ("applicable_limit", "assess_weather", "vehicle_health"),
+        "driver_query": (),
+    }
+)
+"""What each event calls for."""
 MAY, MUST = 0.75, 1.25
 """Shares of a threshold: from the one an event may be on, from the other it must be."""
 LASTS_S = 0.3

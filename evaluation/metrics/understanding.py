@@ -7,9 +7,8 @@ import msgspec
 from evaluation.metrics import truth_events
 from evaluation.metrics.record import At, Record, Tick
 from evaluation.metrics.spans import Span, spans
-from evaluation.metrics.truth_events import TOLERANCES, Expected, Tolerance
+from evaluation.metrics.truth_events import TOLERANCES, TOOLS, Expected, Tolerance
 from proto.truth import Truth
-from services.orchestrator.events import TOOLS
 from services.orchestrator.experts.routing import TOOL_TABLE
 
 GRACE_S = 1.0

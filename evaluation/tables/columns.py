@@ -84,6 +84,13 @@ LATENCY_P50 = Column(title="advisory latency p50", unit="s", field="advisory_lat
 OURS: tuple[Column, ...] = (
     Column(title="overspeed, true limit", unit="%", field="overspeed_true_pct"),
     Column(title="hazards answered", unit="%", better="more", share=("hazards_answered", "hazards"), places=0),
+    Column(
+        title="hazards answered before the onset",
+        unit="%",
+        better="",
+        share=("hazards_answered_before", "hazards"),
+        places=0,
+    ),
     LATENCY_P50,
     # In lockstep a picture is understood in the step in which it is taken: what is left is from the snapshot on.
     Column(title="snapshot to advice p50", unit="s", field="sensor_latency_p50_s", places=3),

@@ -82,8 +82,8 @@ def counts(record: Record) -> Counts:
     return Counts(
         km=record.truths[-1].distance_m / 1e3,
         hazards=len(told),
-        missed=sum(each.response_s is None for each in told),
-        response_s=math.fsum(LATEST_S if each.response_s is None else min(LATEST_S, each.response_s) for each in told),
+        missed=sum(each.at_s is None for each in told),
+        response_s=math.fsum(LATEST_S if each.at_s is None else min(LATEST_S, each.response_s or 0.0) for each in told),
         interventions=len(braked),
         false_interventions=sum(is_false(record, each) for each in braked),
         unbraked=_unbraked(record),

@@ -60,7 +60,8 @@ def test_any_run_is_measured_and_parts_never_exceed_wholes(
     assert sum(found.hazards_answered_by_kind.values()) == found.hazards_answered
     assert sorted(sum(found.hazard_response_by_kind_s.values(), ())) == sorted(found.hazard_response_s)
     assert found.event_f1_without_law is None or 0.0 <= found.event_f1_without_law <= 1.0
-    assert (found.hazards_answered or 0) == len(found.hazard_response_s) <= (found.hazards or 0)
+    answered = len(found.hazard_response_s) + (found.hazards_answered_before or 0)
+    assert found.hazards_answered == answered <= (found.hazards or 0)
     assert (found.near_collisions_pet or 0) <= (found.near_collisions or 0)
     assert found.collisions in (0, 1)
     assert all(value >= 0.0 for value in (*found.hazard_response_s, *found.ttc_escalation_s, *found.ttc_intervention_s))

@@ -7,12 +7,21 @@ from msgspec import structs
 
 from evaluation.metrics import At, Record, hazards, measure
 from evaluation.metrics.conflicts import EGO_LENGTH_M
+from evaluation.metrics.metrics import Metrics
 from proto.decision import Advisory
 from proto.truth import TrueHazard, Truth
 from services.simulator.driver.profile import MEDIAN_REACTION_S
 from tests.unit.evaluation.metrics.logs import hazard, person, said, truths
 
 LEAD = {"topic": "lead", "hazard": "closing_lead", "urgency": "warning"}
+
+
+BEFORE = -1.0
+
+
+def answered_s(found: Metrics) -> tuple[float, ...]:
+    """The responses, and `BEFORE` for each hazard that was answered before its onset."""
+    return (BEFORE,) * (found.hazards_answered_before or 0) + found.hazard_response_s
 
 
 def braking_lead(onset_s: float = 2.0, over_s: float = 8.0) -> tuple[Truth, ...]:
@@ -66,11 +75,12 @@ def test_an_intervention_counts_however_late() -> None:
     assert found.hazard_response_s == pytest.approx((7.95,))
 
 
-def test_a_warning_that_still_stands_at_the_onset_is_a_response_in_no_time() -> None:
+def test_a_warning_that_still_stands_at_the_onset_is_an_answer_before_it_and_no_response() -> None:
     found = measure(Record(truths=braking_lead(onset_s=5.0), advisories=(said(3.0, **LEAD),)))
-    assert found.hazard_response_s == (0.0,)
+    assert found.hazard_response_s == ()
+    assert (found.hazards_answered, found.hazards_answered_before) == (1, 1)
     long_ago = Record(truths=braking_lead(onset_s=9.0, over_s=9.5), advisories=(said(3.0, **LEAD),))
-    assert measure(long_ago).hazard_response_s == ()
+    assert measure(long_ago).hazards_answered == 0
 
 
 def beside(spoken_s: float, lead_m: float, cutter_m: float, told_m: float | None = None) -> Record:
@@ -100,8 +110,8 @@ def test_who_cuts_in_is_measured_by_his_own_gap_and_not_by_the_leads(told_m: flo
     assert measure(beside(1.9, 130.0, 24.0, told_m)).ttc_escalation_s == pytest.approx((3.1,))
     assert measure(beside(2.5, 130.0, 24.0, told_m)).ttc_escalation_s == pytest.approx((2.5,))
     # the median driver needs 8 * 1.25 + 64 / (2 * 7.85) = 14.1 m: 14.4 m are enough, 13.8 m are too few
-    assert measure(beside(1.9, 130.0, 13.6, told_m)).hazard_response_s == (0.0,)
-    assert measure(beside(1.9, 130.0, 13.0, told_m)).hazard_response_s == ()
+    assert measure(beside(1.9, 130.0, 13.6, told_m)).hazards_answered_before == 1
+    assert measure(beside(1.9, 130.0, 13.0, told_m)).hazards_answered == 0
 
 
 def test_a_word_before_the_onset_has_to_leave_room_to_stop_as_well() -> None:
@@ -113,7 +123,7 @@ def test_a_word_before_the_onset_has_to_leave_room_to_stop_as_well() -> None:
 
     what = {"topic": "lead", "hazard": "give_way", "urgency": "warning"}
     early, late = (measure(Record(truths=truths(3.0, at), advisories=(said(t, **what),))) for t in (1.8, 1.9))
-    assert (early.hazard_response_s, late.hazard_response_s) == ((0.0,), ())
+    assert (early.hazards_answered_before, late.hazards_answered_before) == (1, 0)
     assert (late.hazards, late.hazards_answered) == (1, 0)
     # (27.4 + 0.2 * 13.9) / 13.9, and with 0.1 s
     assert early.ttc_escalation_s == pytest.approx((2.171,), abs=1e-3)
@@ -139,8 +149,8 @@ def test_advice_stands_longer_than_a_warning_as_it_does_with_the_driver() -> Non
         Record(truths=truths(15.0, line), advisories=(said(4.0, **each),))
         for each in (ahead, {**ahead, "urgency": "warning", "hazard": "stop_sign"})
     )
-    assert measure(early).hazard_response_s == (0.0,)
-    assert measure(firm).hazard_response_s == ()
+    assert measure(early).hazards_answered_before == 1
+    assert measure(firm).hazards_answered == 0
 
 
 def test_limit_advice_and_mere_advice_escalate_nothing() -> None:
@@ -199,9 +209,8 @@ def test_hazards_and_their_answers_are_told_kind_by_kind() -> None:
     found = measure(Record(truths=truths(10.0, at), advisories=spoken))
     assert found.hazards_by_kind == {"lead_brakes": 2, "pedestrian": 1}
     assert found.hazards_answered_by_kind == {"lead_brakes": 2, "pedestrian": 0}
-    assert found.hazard_response_by_kind_s["lead_brakes"] == pytest.approx((0.5, 0.0)), (
-        "the word at 2.5 s stands to 6.5"
-    )
+    assert found.hazard_response_by_kind_s["lead_brakes"] == pytest.approx((0.5,))
+    assert found.hazards_answered_before == 1, "the word at 2.5 s stands to 6.5"
     assert found.hazard_response_by_kind_s["pedestrian"] == ()
     assert measure(Record()).hazards_by_kind == {}
 
@@ -219,7 +228,7 @@ def to_line(stop_kind: str, *spoken: At[Advisory], nearer_m: float | None = None
         other = {"stop_kind": "red_light", "stop_distance_m": room - nearer_m} if nearer_m is not None else {}
         return {"speed_mps": 10.0, **other}
 
-    return measure(Record(truths=truths(10.0, at), advisories=spoken)).hazard_response_s
+    return answered_s(measure(Record(truths=truths(10.0, at), advisories=spoken)))
 
 
 @pytest.mark.parametrize(
@@ -243,21 +252,21 @@ def test_a_word_on_a_light_is_no_answer_to_a_stop_sign(stop_kind: str, named: st
 )
 def test_a_word_while_a_nearer_line_has_one_stop_is_on_that_one(nearer_m: float | None, answered: bool) -> None:
     advice = {"topic": "stop", "urgency": "advice"}
-    assert to_line("red_light", said(2.0, **advice), nearer_m=nearer_m) == ((0.0,) if answered else ())
+    assert to_line("red_light", said(2.0, **advice), nearer_m=nearer_m) == ((BEFORE,) if answered else ())
     # said again at the line itself
     late = to_line("red_light", said(2.0, **advice), said(6.0, **advice), nearer_m=nearer_m)
-    assert late == pytest.approx((0.0,) if answered else (1.0,))
+    assert late == pytest.approx((BEFORE,) if answered else (1.0,))
 
 
 def test_deep_water_is_answered_by_a_word_that_asks_for_less_speed_than_is_driven() -> None:
     def told(at_s: float, **what: Any) -> tuple[float, ...]:
         wet = truths(3.0, lambda t: {"speed_mps": 14.0, "hazards": (hazard("deep_water", 1.0, 60.0),)})
-        return measure(
-            Record(truths=wet, advisories=(said(at_s, topic="caution", hazard="deep_water", **what),))
-        ).hazard_response_s
+        return answered_s(
+            measure(Record(truths=wet, advisories=(said(at_s, topic="caution", hazard="deep_water", **what),)))
+        )
 
     assert told(1.75, asked_mps=9.7) == pytest.approx((0.75,))
-    assert told(0.75, asked_mps=9.7) == (0.0,), "before its onset, and still kept to"
+    assert told(0.75, asked_mps=9.7) == (BEFORE,), "before its onset, and still kept to"
     assert told(1.75, asked_mps=14.5) == (), "faster than is driven"
     assert told(1.75, asked_mps=None) == ()
 

@@ -3,7 +3,7 @@
 import pytest
 
 from evaluation.metrics import Record, measure
-from services.simulator.truth.ledger import TOLERANCE_MPS
+from evaluation.metrics.law import TOLERANCE_MPS
 from tests.unit.evaluation.metrics.logs import limit, said, steady, truths
 
 
