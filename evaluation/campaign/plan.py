@@ -12,7 +12,7 @@ from drivemcp.config import settings_of
 from evaluation.campaign.names import TableName
 from evaluation.corruption.spec import CLEAN, PAPER
 from evaluation.run.latencies import Latencies, read
-from evaluation.run.methods import ABLATIONS, METHODS, applied
+from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT, applied
 from evaluation.run.spec import RunSpec, Sensors
 from evaluation.scenarios import Family, generate
 
@@ -89,7 +89,8 @@ def rows_of(table: TableName, sensors: Sensors) -> tuple[Row, ...]:
 
 def _results(base: RunSpec) -> Iterable[Row]:
     for family, name in FAMILIES.items():
-        for key, method in METHODS.items():
+        for method in (*METHODS.values(), OBEDIENT):
+            key = method.label
             yield Row(
                 table="results", key=f"{family}/{key}", label=method.label, family=family, group=name,
                 spec=applied(method, base), paper=f"{name}/{key}", note=method.note,

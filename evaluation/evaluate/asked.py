@@ -16,7 +16,7 @@ from evaluation.campaign.plan import FIXED, Amount, Row, as_asked, latencies_of,
 from evaluation.campaign.published import Line
 from evaluation.report.plots import figure_of
 from evaluation.run.host import NOT_NEEDED
-from evaluation.run.methods import ABLATIONS, METHODS
+from evaluation.run.methods import ABLATIONS, METHODS, OBEDIENT
 from proto.services import SERVICES
 
 
@@ -27,7 +27,7 @@ def tables_of(name: str) -> tuple[TableName, ...]:
 
 def rows(name: TableName, flags: argparse.Namespace) -> Iterator[Row]:
     """The table's rows, with the settings and latencies that are the user's. Raises UserError for an unknown method."""
-    _known("--method", flags.method, {*METHODS, *ABLATIONS})
+    _known("--method", flags.method, {*METHODS, OBEDIENT.label, *ABLATIONS})
     latencies = latencies_of(flags.latencies)
     for row in rows_of(name, flags.sensors):
         if not flags.method or row.spec.method in flags.method:
@@ -99,7 +99,7 @@ def amount(flags: argparse.Namespace) -> Amount:
     """How much of each row. Raises UserError for an unknown method."""
     if flags.quick:
         return Amount(runs=flags.runs or 1, seconds=QUICK_S)
-    _known("--km-of", [method for method, _ in flags.km_of], set(METHODS))
+    _known("--km-of", [method for method, _ in flags.km_of], {*METHODS, OBEDIENT.label})
     return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 
 import msgspec
 
-from evaluation.metrics import comfort, conflicts, hazards, law, speech, understanding
+from evaluation.metrics import comfort, conflicts, hazards, law, speech, told, understanding
 from evaluation.metrics.record import Record
 from evaluation.metrics.understanding import Scores
 from proto.truth import Corrupted
@@ -29,6 +29,10 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
     """Count by type: `speeding`, `failure_to_stop`, `wrong_yielding`, `illegal_turn`; truth and the law in force."""
     infractions_total: int | None = None
     """Their sum."""
+    infractions_by_cause: dict[str, int] = {}
+    """Of them, but for illegal turns: `told in time`, `told late`, `told wrongly`, `not told`; truth, advisories."""
+    infractions_untold: int | None = None
+    """Those that the system told late, wrongly or not at all."""
     overspeed_inferred_pct: float | None = None
     """Mean share above the inferred limit, %; truth's speed, the advisory's limit. The paper's overspeed."""
     overspeed_true_pct: float | None = None
@@ -166,6 +170,7 @@ RATES: Mapping[str, RateRow] = {
     name: RateRow(count=count, exposure=exposure, per=per, unit=unit)
     for name, count, exposure, per, unit in (
         ("infractions", "infractions_total", "distance_m", 1e4, "/10 km"),
+        ("infractions_untold", "infractions_untold", "distance_m", 1e4, "/10 km"),
         ("interventions", "interventions", "distance_m", 1e4, "/10 km"),
         ("false_interventions", "false_interventions", "distance_m", 1e6, "/1,000 km"),
         ("rss_violations", "rss_violations", "distance_m", 1e4, "/10 km"),
@@ -216,6 +221,7 @@ def measure(record: Record) -> Metrics:
     if not record.truths:
         return without_truth
     kinds = law.infractions(record)
+    causes = told.causes(record)
     answers = hazards.answers(record)
     by_kind = hazards.by_kind(answers)
     false = [each for each in braked if conflicts.is_false(record, each)]
@@ -225,6 +231,8 @@ def measure(record: Record) -> Metrics:
         distance_m=record.truths[-1].distance_m,
         infractions=kinds,
         infractions_total=sum(kinds.values()),
+        infractions_by_cause=dict(causes),
+        infractions_untold=sum(causes.values()) - causes["told in time"],
         overspeed_inferred_pct=law.overspeed_inferred_pct(record),
         overspeed_true_pct=law.overspeed_true_pct(record),
         hazards=len(answers),

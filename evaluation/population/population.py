@@ -26,7 +26,7 @@ from evaluation.run.spec import RunSpec, Sensors, run_key
 from evaluation.scenarios import FAMILIES, generate
 from services.simulator.driver.kinds import DriverKind
 
-POPULATIONS: tuple[DriverKind, ...] = tuple(each for each in get_args(DriverKind) if each != "drawn")
+POPULATIONS: tuple[DriverKind, ...] = tuple(each for each in get_args(DriverKind) if each not in ("drawn", "obedient"))
 WINDOWS = 16
 Runs = Mapping[str, RunSpec]
 

@@ -90,6 +90,13 @@ METHODS = _by_label(
 )
 """The paper's four between floor and ceiling."""
 
+OBEDIENT = Method(
+    label="Obedient driver",
+    settings={"simulator": {"driver": "obedient"}},
+    note="Ours: the full system with a driver who follows every word, drives no faster than the limit believed in and never looks away: "
+    "what infractions are left and were not told in time are the system's.",
+)
+
 ABLATIONS = _by_label(
     FULL,
     Method(

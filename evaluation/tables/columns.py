@@ -81,7 +81,9 @@ COLUMNS: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
 NAGS = Column(title="nags", unit="/10 km", rate="nags")
 COLLISIONS = Column(title="collisions", unit="/1,000 km", rate="collisions")
 LATENCY_P50 = Column(title="advisory latency p50", unit="s", field="advisory_latency_s", of="median", places=3)
+UNTOLD = Column(title="infractions told late, wrongly or not at all", unit="/10 km", rate="infractions_untold")
 OURS: tuple[Column, ...] = (
+    UNTOLD,
     Column(title="overspeed, true limit", unit="%", field="overspeed_true_pct"),
     Column(title="hazards answered", unit="%", better="more", share=("hazards_answered", "hazards"), places=0),
     Column(

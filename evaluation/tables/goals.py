@@ -9,6 +9,7 @@ import msgspec
 from evaluation.campaign.names import TableName
 from evaluation.campaign.plan import FAMILIES, OURS
 from evaluation.metrics import RATES
+from evaluation.run.methods import OBEDIENT
 from evaluation.statistics import poisson_ci
 from evaluation.tables.assumed import assumed
 from evaluation.tables.columns import (
@@ -22,6 +23,7 @@ from evaluation.tables.columns import (
     RESPONSE,
     TOOLS,
     TTC,
+    UNTOLD,
     Column,
 )
 from evaluation.tables.compare import difference
@@ -72,6 +74,7 @@ def _goals() -> Iterator[Goal]:
         yield Goal(table="results", row=row, column=TOOLS, bound=97.0)
         yield Goal(table="results", row=row, column=NAGS, bound=1.0, strict=True)
         yield Goal(table="results", row=row, column=FALSE, bound=2.0)
+        yield Goal(table="results", row=f"{family}/{OBEDIENT.label}", column=UNTOLD, bound=0.2)
     for row, least in (("clean", 97.0), ("sign_miss_30", 85.0)):
         yield Goal(table="corruption", row=row, column=F1, bound=least)
         yield Goal(table="corruption", row=row, column=TOOLS, bound=least)
@@ -96,8 +99,10 @@ def _judge(goal: Goal, table: Table) -> Judged:
     if column is RESPONSE:
         verdict, found = _of_those_answered(verdict, row), f"{found}{_answered(row)}"
     sign = ">=" if column.better == "more" else "<" if goal.strict else "<="
+    named = row.row.group if table.name == "results" else row.row.label
+    named += f", {row.row.label}" if row.row.label == OBEDIENT.label else ""
     return Judged(
-        what=f"{row.row.group + ', ' if table.name == 'results' else row.row.label + ', '}{column.title}",
+        what=f"{named}, {column.title}",
         bound=f"{sign} {goal.bound:g} {column.unit}", found=found, verdict=verdict,
         distance=_distance(goal, row) if column.rate else "",
     )  # fmt: skip

@@ -3,6 +3,8 @@
 All but the absent one are the driver of the seed, changed in this:
 
 - `attentive`: never looks away.
+- `obedient`: attentive, follows every word, and drives no faster than the limit believed in. Signs and lines are missed as by the driver
+  of the seed: what is missed has to be told.
 - `startled`: does nothing before having reacted, to something unexpected in 1.5 s in the median (Green 2000, Transp. Hum. Factors 2(3):
   surprise), and brakes too weakly. Deceleration before an unexpected object: most drivers above 4.5 m/s2, 90 % above 3.4 m/s2 (Fambro,
   Fitzpatrick and Koppa 1997, NCHRP report 400); taken for a normal with that median and that tenth percentile, cut to 2.5 to 8 m/s2.
@@ -19,7 +21,7 @@ import numpy as np
 from services.simulator.driver.driver import Advice, Driver, DriverView, Wish, pedals
 from services.simulator.driver.profile import REACTION_SPREAD, DriverProfile, draw_driver
 
-DriverKind = Literal["drawn", "absent", "attentive", "startled", "slow"]
+DriverKind = Literal["drawn", "absent", "attentive", "obedient", "startled", "slow"]
 """`drawn`: the driver of the seed, from the population; `absent`: a driver that keeps the pedals as they are; others as above."""
 SURPRISED_S = 1.5
 BRAKES_MPS2, BRAKES_SPREAD_MPS2 = 4.5, (4.5 - 3.4) / 1.2816
@@ -56,6 +58,8 @@ def profile_of(kind: DriverKind, seed: int) -> DriverProfile:
     attentive = replace(drawn, distracted_every_s=math.inf)
     if kind == "attentive":
         return attentive
+    if kind == "obedient":
+        return replace(attentive, compliance=1.0, speed_bias=min(1.0, drawn.speed_bias))
     chance = np.random.default_rng([seed, 24])
     reaction_s = float(np.clip(np.exp(chance.normal(np.log(SURPRISED_S), REACTION_SPREAD)), 0.9, 3.0))
     brakes_mps2 = float(np.clip(chance.normal(BRAKES_MPS2, BRAKES_SPREAD_MPS2), 2.5, 8.0))

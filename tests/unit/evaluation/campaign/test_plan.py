@@ -4,8 +4,9 @@ import msgspec
 import pytest
 
 from evaluation.campaign.names import TABLES, TableName
-from evaluation.campaign.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of
+from evaluation.campaign.plan import FAMILIES, Amount, placed, route_m, rows_of, runs_of, with_settings
 from evaluation.corruption.spec import CLEAN, read_spec
+from evaluation.run.methods import OBEDIENT
 from evaluation.run.spec import run_key
 from evaluation.tables.paper import paper, paper_rows
 
@@ -38,6 +39,16 @@ def test_what_is_corrupted_is_drawn_anew_in_each_place_and_alike_for_all_rates()
         drawn = [read_spec(spec.corruption) for spec in specs]
         assert [each.seed for each in drawn] == [1, 2, 3, 4]
         assert {msgspec.structs.replace(each, seed=asked.seed) for each in drawn} == {asked}
+
+
+def test_obedient_drivers_are_a_row_of_the_results_alone_and_else_the_full_system() -> None:
+    for table in TABLES:
+        rows = {row.key: row for row in rows_of(table, "model") if row.label == OBEDIENT.label}
+        assert len(rows) == (3 if table == "results" else 0)
+        for row in rows.values():
+            (ours,) = [each for each in rows_of("results", "model") if each.key == f"{row.family}/DriveMCP"]
+            assert row.spec.settings == with_settings(ours.spec, "simulator", {"driver": "obedient"}).settings
+            assert row.paper not in paper_rows("results")
 
 
 def test_the_faulty_and_the_sound_car_differ_in_the_faults_alone() -> None:

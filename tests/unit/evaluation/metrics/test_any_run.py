@@ -55,6 +55,8 @@ def test_any_run_is_measured_and_parts_never_exceed_wholes(
         assert found.infractions is None
         return
     assert (found.false_while_hazard or 0) <= (found.false_interventions or 0) <= found.interventions
+    untold, illegal = found.infractions_untold or 0, (found.infractions or {})["illegal_turn"]
+    assert untold + found.infractions_by_cause["told in time"] + illegal == found.infractions_total
     assert (found.rss_unanswered or 0) <= (found.rss_violations or 0)
     assert sum(found.hazards_by_kind.values()) == found.hazards
     assert sum(found.hazards_answered_by_kind.values()) == found.hazards_answered

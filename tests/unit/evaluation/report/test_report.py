@@ -89,7 +89,7 @@ def test_the_page_has_the_tables_beside_the_papers_numbers() -> None:
     assert "| CROSS-BORDER: DriveMCP | 2, 4.00 | 5.00 ± 0.00 [0.61, 18.06] / 0.2±0.1 | 0.50 ± 0.00 / 0.7 |" in text
     assert "drivemcp evaluate results --quick" in text
     assert "proves" not in text
-    assert all(line.count("|") in (5, 8, 6, 7) for line in text.splitlines() if line.startswith("|"))
+    assert all(line.count("|") in (5, 6, 7, 8, 9) for line in text.splitlines() if line.startswith("|"))
 
 
 def test_what_is_told_apart_is_bold() -> None:
@@ -114,10 +114,10 @@ def test_the_page_has_what_the_paper_does_not_measure_for_each_method() -> None:
     (head,) = [line for line in text.splitlines() if line.startswith("| CROSS-BORDER | ")]
     assert (
         head
-        == "| CROSS-BORDER | No-assistant | VLM-Direct | VLM-Direct+RAG | VLM-Tools-NoArbiter | DriveMCP | Oracle |"
+        == "| CROSS-BORDER | No-assistant | VLM-Direct | VLM-Direct+RAG | VLM-Tools-NoArbiter | DriveMCP | Oracle | Obedient driver |"
     )
     for number in ("nags, /10 km", "collisions, /1,000 km", "wrong limit, s/h", "false interventions, /1,000 km"):
-        assert len(re.findall(rf"^\| {re.escape(number)} \| (?:[^|]+ \| ){{5}}[^|]+ \|$", text, re.MULTILINE)) == 3
+        assert len(re.findall(rf"^\| {re.escape(number)} \| (?:[^|]+ \| ){{6}}[^|]+ \|$", text, re.MULTILINE)) == 3
 
 
 def test_page_and_report_say_why_latencies_are_in_no_order() -> None:

@@ -48,6 +48,14 @@ def test_the_attentive_driver_never_looks_away_and_brakes_as_hard_as_the_road_al
     assert hardest_mps2(driver, near) > BRAKES_MPS2 + 1.0
 
 
+def test_the_obedient_driver_follows_every_word_and_drives_no_faster_than_allowed() -> None:
+    for seed in SEEDS:
+        profile = profile_of("obedient", seed)
+        assert profile.compliance == 1.0
+        assert profile.speed_bias <= 1.0
+        assert profile.notices == draw_driver(seed).notices, "what is overlooked has to be told"
+
+
 @pytest.mark.parametrize("kind", ["startled", "slow"])
 def test_surprised_drivers_do_nothing_about_a_lead_before_they_have_reacted(kind: DriverKind) -> None:
     for seed in range(1, 10):
