@@ -77,6 +77,8 @@ class Amount(msgspec.Struct, frozen=True, kw_only=True):
     """More kilometres for single methods of the results table."""
     seconds: float = 0.0
     """Of each run; 0: to the end of its route."""
+    first: int = 0
+    """The number of the first place of each family."""
 
 
 DEFAULT_RUNS = 4
@@ -207,7 +209,7 @@ def runs_of(rows: Iterable[Row], amount: Amount) -> tuple[Run, ...]:
     runs = [
         Run(row=row, number=number, spec=placed(row, number, amount.seconds))
         for row in rows
-        for number in range(_needed(row, amount))
+        for number in range(amount.first, amount.first + _needed(row, amount))
     ]
     return tuple(sorted(runs, key=lambda run: run.number))
 
@@ -227,22 +229,22 @@ def _needed(row: Row, amount: Amount) -> int:
     return max(
         _all_need(row.family, amount),
         amount.runs_of.get(row.table, 0),
-        _for_km(row.family, more_km) if more_km is not None else 0,
+        _for_km(row.family, more_km, amount.first) if more_km is not None else 0,
     )
 
 
 def _all_need(family: Family, amount: Amount) -> int:
     if amount.km is None:
         return amount.runs or DEFAULT_RUNS
-    return max(amount.runs or 1, _for_km(family, amount.km))
+    return max(amount.runs or 1, _for_km(family, amount.km, amount.first))
 
 
-def _for_km(family: Family, km: float) -> int:
+def _for_km(family: Family, km: float, first: int) -> int:
     driven_m = 0.0
     for number in count():
         if driven_m >= km * 1000:
             return number
-        driven_m += route_m(family, number)
+        driven_m += route_m(family, first + number)
     raise AssertionError
 
 

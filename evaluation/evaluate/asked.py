@@ -97,10 +97,11 @@ def check_again(flags: argparse.Namespace, lines: Mapping[str, Line], wanted: Co
 
 def amount(flags: argparse.Namespace) -> Amount:
     """How much of each row. Raises UserError for an unknown method."""
+    first = flags.first or 0
     if flags.quick:
-        return Amount(runs=flags.runs or 1, seconds=QUICK_S)
+        return Amount(runs=flags.runs or 1, seconds=QUICK_S, first=first)
     _known("--km-of", [method for method, _ in flags.km_of], {*METHODS, OBEDIENT.label})
-    return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of))
+    return Amount(runs=flags.runs, km=flags.km, runs_of=dict(flags.runs_of), km_of=dict(flags.km_of), first=first)
 
 
 def _known(flag: str, methods: Sequence[str], known: Set[str]) -> None:
@@ -112,6 +113,7 @@ def _known(flag: str, methods: Sequence[str], known: Set[str]) -> None:
 def command_line(flags: argparse.Namespace) -> str:
     """The command, for report and page; without where it writes."""
     words = ["drivemcp", "evaluate", flags.table]
+    words += ["--from", str(flags.first)] if flags.first else []
     for name in ("runs", "km"):
         words += [f"--{name}", f"{getattr(flags, name):.12g}"] if getattr(flags, name) is not None else []
     words += [word for table, runs in flags.runs_of for word in ("--runs-of", f"{table}={runs}")]

@@ -59,7 +59,7 @@ def register(subparsers: Subparsers) -> None:
         dest="first",
         type=whole(0, MOST),
         metavar="N",
-        help="of the table isa: the number of the first place of each family (0)",
+        help="the number of the first place of each family (0)",
     )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument(
@@ -158,8 +158,8 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--beside: the table {flags.table} has no such columns; the table {GUARD} has")
     if flags.table != POPULATION and (flags.windows is not None or flags.population or flags.by):
         raise UserError(f"--windows, --population, --by: the table {flags.table} has none; the table {POPULATION} has")
-    if flags.table != ISA and flags.first is not None:
-        raise UserError(f"--from: the table {flags.table} begins at its first place; the table {ISA} takes a number")
+    if flags.table == GUARD and flags.first is not None:
+        raise UserError(f"--from: the table {GUARD} has scenes of its own, and no places")
     try:
         if flags.table == ISA:
             from evaluation.isa.isa import evaluate_isa as evaluate

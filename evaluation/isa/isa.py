@@ -89,7 +89,6 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
     found = Outcome(
         accuracy=accuracy(record),
         metrics=measure(record),
-        topics=table.by_topic(record),
         warned=warnings.warned(record.truths, [((stamp_ns - start_ns) / 1e9, each) for stamp_ns, each in told]),
     )
     write_whole(Path(folder) / f"{key}.json", msgspec.json.encode(found))

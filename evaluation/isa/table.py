@@ -11,7 +11,6 @@ from evaluation.campaign.pages import csv_text
 from evaluation.isa.accuracy import Accuracy
 from evaluation.isa.warnings import Warned, verdict
 from evaluation.metrics.metrics import Metrics
-from evaluation.metrics.record import Record
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True):
@@ -19,8 +18,6 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
 
     accuracy: Accuracy
     metrics: Metrics
-    topics: dict[str, int]
-    """Messages by topic."""
     warned: Warned
 
 
@@ -29,11 +26,6 @@ Tests = Mapping[int, Outcome]
 """By the constant speed, km/h."""
 Row = tuple[str, str, str]
 """What, the value, the goal or the rule."""
-
-
-def by_topic(record: Record) -> dict[str, int]:
-    """How many messages of each topic the driver heard."""
-    return dict(Counter(each.message.topic for each in record.spoken))
 
 
 def parts(found: Mapping[str, Outcome]) -> tuple[Routes, Tests]:
@@ -80,10 +72,29 @@ def _load(found: list[Outcome]) -> Iterator[Row]:
     yield "messages that the next one cuts off", _percent(cut, messages), "at most 2"
     yield "false warnings per 10 km", f"{false / km * 10.0:.2f}" if km else "-", "at most 0.5"
     yield f"hazards answered, of {hazards}", _percent(answered, hazards), "98"
-    topics = Counter[str]()
+    yield from _precision(found)
+
+
+def _precision(found: list[Outcome]) -> Iterator[Row]:
+    """Of each topic, the most frequent first."""
+    said, judged, true, needed = (_summed(found, name) for name in BY_TOPIC)
+    for topic, count in said.most_common():
+        part = (_percent(each[topic], judged[topic]) for each in (true, needed))
+        yield f"messages on {topic}, {count}: true, needed", ", ".join(part) if judged[topic] else "not judged", PRECISE
+    if not said:
+        yield "messages: true, needed", "-", PRECISE
+
+
+def _summed(found: list[Outcome], name: str) -> Counter[str]:
+    total = Counter[str]()
     for each in found:
-        topics.update(each.topics)
-    yield "messages by topic", ", ".join(f"{topic} {count}" for topic, count in topics.most_common()) or "-", ""
+        total.update(getattr(each.metrics, name))
+    return total
+
+
+BY_TOPIC = ("messages_by_topic", "messages_judged_by_topic", "messages_true_by_topic", "messages_needed_by_topic")
+PRECISE = "at least 70 true"
+"""Below it drivers stop using a warning (FHWA-HRT-15-007, as quoted second-hand)."""
 
 
 HAZARDS = ("hazards", "hazards_answered")

@@ -1,10 +1,11 @@
 """All metrics of one run. Counts come with what they are counted over, so that runs can be pooled; see `evaluation.statistics`."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 
 import msgspec
 
-from evaluation.metrics import comfort, conflicts, hazards, law, speech, told, understanding
+from evaluation.metrics import comfort, conflicts, hazards, law, precision, speech, told, understanding
 from evaluation.metrics.record import Record
 from evaluation.metrics.understanding import Scores
 from proto.truth import Corrupted
@@ -101,6 +102,14 @@ class Metrics(msgspec.Struct, frozen=True, kw_only=True):
 
     messages: int = 0
     """Messages that the driver hears; advisories."""
+    messages_by_topic: dict[str, int] = {}
+    """The same by topic."""
+    messages_judged_by_topic: dict[str, int] = {}
+    """Those of which truth can tell; truth."""
+    messages_true_by_topic: dict[str, int] = {}
+    """Of them, those that were true."""
+    messages_needed_by_topic: dict[str, int] = {}
+    """Of the true ones, those on which something hung."""
     listening_s: float | None = None
     """Time in which the driver listens, s: by the words of the messages."""
     cut_off: int | None = None
@@ -212,6 +221,7 @@ def measure(record: Record) -> Metrics:
         sensor_latency_p99_s=speech.percentile(speech.sensor_latencies_s(record), 99),
         interventions=len(braked),
         messages=len(record.spoken),
+        messages_by_topic=dict(Counter(each.message.topic for each in record.spoken)),
         listening_s=speech.listening_s(record),
         cut_off=speech.cut_off(record),
         nags=speech.nags(record),
@@ -225,6 +235,7 @@ def measure(record: Record) -> Metrics:
     answers = hazards.answers(record)
     by_kind = hazards.by_kind(answers)
     false = [each for each in braked if conflicts.is_false(record, each)]
+    judged_by = precision.precision(record)
     by_ttc, by_pet = conflicts.near_collisions(record)
     return msgspec.structs.replace(
         without_truth,
@@ -261,6 +272,9 @@ def measure(record: Record) -> Metrics:
         near_collisions=by_ttc + by_pet,
         near_collisions_pet=by_pet,
         collisions=conflicts.collisions(record),
+        messages_judged_by_topic={topic: each.judged for topic, each in judged_by.items()},
+        messages_true_by_topic={topic: each.right for topic, each in judged_by.items()},
+        messages_needed_by_topic={topic: each.needed for topic, each in judged_by.items()},
         false_warnings=speech.false_warnings(record),
         wrong_limit_s=law.wrong_limit_s(record),
         unknown_limit_s=law.unknown_limit_s(record),

@@ -187,14 +187,15 @@ def false_warnings(record: Record) -> int:
     warned = [each for each in record.spoken if each.message.hazard in OF_ROAD_USERS]
     return sum(
         not any(
-            _founded(truth, each.message)
+            founded(truth, each.message)
             for truth in record.truths_between(each.time_s - FOUNDED_S, each.time_s + FOUNDED_S)
         )
         for each in warned
     )
 
 
-def _founded(truth: Truth, warning: Advisory) -> bool:
+def founded(truth: Truth, warning: Advisory) -> bool:
+    """Whether truth knows the road user or the hazard that a warning names."""
     lead_alone = msgspec.structs.replace(truth, actors=())
     return _really_on(truth, warning) or (names(warning, "lead_brakes") and violates_rss(lead_alone))
 

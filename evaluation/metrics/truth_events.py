@@ -96,14 +96,14 @@ def expected(record: Record) -> dict[str, tuple[Expected, ...]]:
     """What should be detected in a run, by kind; a kind that truth does not tell is left out."""
     found = {kind: _held(record, level) for kind, level in _LEVELS.items()}
     found["foreign_sign"] = _foreign(record)
-    changes = {
-        "jurisdiction_change": _changes([(t.time_s, t.jurisdiction) for t in record.truths]),
-        "speed_limit_change": _changes([(t.time_s, t.law_limit_mps) for t in record.truths]),
+    at = {
+        "jurisdiction_change": changes([(t.time_s, t.jurisdiction) for t in record.truths]),
+        "speed_limit_change": changes([(t.time_s, t.law_limit_mps) for t in record.truths]),
         "dynamic_limit_update": _gantries(record),
     }
     passed = tuple(Expected(Span(each.time_s, each.time_s)) for each in _passed(record))
     start = (Expected(Span(0.0, 0.0)),)  # then all is new
-    for kind, instants in changes.items():
+    for kind, instants in at.items():
         found[kind] = (*(Expected(Span(at_s, at_s), Span(at_s, at_s)) for at_s in instants), *passed, *start)
     return {kind: rows for kind in KINDS if (rows := found[kind]) is not None}
 
@@ -206,7 +206,8 @@ def _due(span: Span, must: Sequence[Span]) -> Span | None:
 # -- signs and changes ---------------------------------------------------------------------------------------------------
 
 
-def _changes(samples: Sequence[tuple[float, object]]) -> tuple[float, ...]:
+def changes(samples: Sequence[tuple[float, object]]) -> tuple[float, ...]:
+    """Instants at which the value became another."""
     return tuple(time_s for (_, old), (time_s, new) in pairwise(samples) if old != new)
 
 
@@ -241,8 +242,8 @@ def _gantries(record: Record) -> tuple[float, ...]:
                 gantries.append([])
             gantries[-1].append(each)
     ours = [min(panels, key=lambda each: each.aside_m).code for panels in gantries]
-    changes = zip(gantries, ours, ["", *ours], strict=False)
-    return tuple(panels[0].time_s for panels, code, before in changes if code != before)
+    news = zip(gantries, ours, ["", *ours], strict=False)
+    return tuple(panels[0].time_s for panels, code, before in news if code != before)
 
 
 def _foreign(record: Record) -> tuple[Expected, ...]:
@@ -251,6 +252,11 @@ def _foreign(record: Record) -> tuple[Expected, ...]:
     may = spans(((time_s, distance < math.inf) for time_s, distance in nearest), PAUSE_S)
     must = spans(((time_s, distance < PLATE_READ_M) for time_s, distance in nearest), PAUSE_S)
     return tuple(Expected(span, _due(span, must)) for span in may)
+
+
+def foreign_ahead(record: Record, truth: Truth) -> bool:
+    """Whether a plate that the driver does not read is ahead."""
+    return _nearest_foreign_m(truth, _language(record)) < math.inf
 
 
 def _language(record: Record) -> str:

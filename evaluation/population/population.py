@@ -55,7 +55,7 @@ def specs_of(flags: argparse.Namespace, folder: Path, screen: Screen) -> list[Ru
     populations = tuple(flags.population) or (("absent",) if flags.by else POPULATIONS)
     at = _windows(1 if flags.quick else flags.windows or WINDOWS, folder, screen)
     places = [_at_window(*each, flags.sensors) for each in at]
-    places += _routes(flags.km, flags.sensors) if flags.km else []
+    places += _routes(flags.km, flags.sensors, flags.first or 0) if flags.km else []
     return [
         _driven_by(population, spec)
         for place in places
@@ -97,8 +97,8 @@ def _at_window(name: str, end_s: float, sensors: Sensors) -> RunSpec:
     return RunSpec(scenario=name, seed=seed_of(window.place), seconds=end_s, sensors=sensors)
 
 
-def _routes(km: float, sensors: Sensors) -> Iterator[RunSpec]:
-    driven_km, number = 0.0, 0
+def _routes(km: float, sensors: Sensors, first: int) -> Iterator[RunSpec]:
+    driven_km, number = 0.0, first * len(FAMILIES)
     while driven_km < km:
         family = FAMILIES[number % len(FAMILIES)]
         place = number // len(FAMILIES)
@@ -170,6 +170,7 @@ def command_line(flags: argparse.Namespace) -> str:
     words = ["drivemcp", "evaluate", "population", "--sensors", flags.sensors]
     words += ["--quick"] if flags.quick else ["--windows", str(flags.windows or WINDOWS)]
     words += ["--km", f"{flags.km:g}"] if flags.km else []
+    words += ["--from", str(flags.first)] if flags.first else []
     words += ["--by", flags.by] if flags.by else []
     return shlex.join(words + [word for each in flags.population for word in ("--population", each)])
 

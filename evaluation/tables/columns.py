@@ -8,6 +8,7 @@ from typing import Literal
 import msgspec
 
 from evaluation.campaign.names import TableName
+from evaluation.metrics.precision import TOPICS
 from services.simulator.truth.hazard_words import WORDS
 
 
@@ -143,9 +144,33 @@ def _of_hazards(kind: str) -> tuple[Column, Column]:
     )
 
 
+def _of_messages(topic: str) -> tuple[Column, Column]:
+    """Of one topic: how many messages were true, and how many needed."""
+    judged, name = f"messages_judged_by_topic.{topic}", topic.replace("_", " ")
+    return (
+        Column(
+            title=f"messages true, {name}",
+            unit="%",
+            better="more",
+            share=(f"messages_true_by_topic.{topic}", judged),
+            places=0,
+        ),
+        Column(
+            title=f"messages needed, {name}",
+            unit="%",
+            better="more",
+            share=(f"messages_needed_by_topic.{topic}", judged),
+            places=0,
+        ),
+    )
+
+
 OURS_OF: Mapping[TableName, tuple[Column, ...]] = MappingProxyType(
     {
-        "results": tuple(column for kind in WORDS for column in _of_hazards(kind)),
+        "results": (
+            *(column for kind in WORDS for column in _of_hazards(kind)),
+            *(column for topic in TOPICS for column in _of_messages(topic)),
+        ),
         "corruption": (Column(title="signs corrupted", unit="%", better="", share=("signs_corrupted", "signs_drawn"), places=0),),
     }
 )  # fmt: skip

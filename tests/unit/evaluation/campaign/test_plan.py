@@ -79,6 +79,18 @@ def test_kilometres_are_reached_by_the_length_of_the_routes() -> None:
     assert sum(lengths) >= 5000 > sum(lengths[:-1])
 
 
+@pytest.mark.parametrize("amount", [Amount(runs=2, first=20), Amount(km=2.0, first=20)])
+def test_places_may_begin_anywhere(amount: Amount) -> None:
+    runs = runs_of(rows_of("results", "model"), amount)
+    numbers = sorted({run.number for run in runs})
+    assert numbers == list(range(20, 20 + len(numbers)))
+    assert all(run.spec.scenario == f"{run.row.family}/test/{run.number}" for run in runs)
+    if amount.km is not None:
+        for family in FAMILIES:
+            lengths = [route_m(family, run.number) for run in runs if run.row.key == f"{family}/DriveMCP"]
+            assert sum(lengths) >= 2000.0 > sum(lengths[:-1])
+
+
 def test_one_method_may_drive_farther_than_the_others_of_the_results_alone() -> None:
     rows = [*rows_of("results", "model"), *rows_of("ablation", "model")]
     runs = runs_of(rows, Amount(runs=1, km_of={"DriveMCP": 6.0}))

@@ -88,7 +88,7 @@ def test_a_constant_overspeed_is_sounded_in_time_through_the_whole_stack(tmp_pat
 
 
 def test_the_table_has_a_row_for_everything_and_a_dash_for_what_is_not_measured() -> None:
-    nothing = Outcome(accuracy=Accuracy(), metrics=Metrics(), topics={}, warned=Warned())
+    nothing = Outcome(accuracy=Accuracy(), metrics=Metrics(), warned=Warned())
     for found in ({}, {"urb-rain/test/0": nothing}, {f"isa/warning/{warnings.SPEEDS_KMH[0]}": nothing}):
         table = {what: value for what, value, _ in rows(*parts(found))}
         assert all(table.values())
@@ -96,7 +96,7 @@ def test_the_table_has_a_row_for_everything_and_a_dash_for_what_is_not_measured(
     assert table["messages an hour"] == "-"
 
 
-def test_a_first_place_is_for_this_table_alone(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_guard_has_no_first_place(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["evaluate", "guard", "--from", "3"])
     assert "--from" in capsys.readouterr().err

@@ -132,7 +132,7 @@ def test_on_routes_what_was_not_needed_is_told_by_distance() -> None:
 
 
 def test_rows_of_a_table_are_driven_with_an_absent_driver_where_the_arbiter_acts(tmp_path: Path) -> None:
-    flags = Namespace(population=[], by="delta", windows=1, quick=False, km=None, sensors="model")
+    flags = Namespace(population=[], by="delta", windows=1, quick=False, km=None, first=None, sensors="model")
     specs = population.specs_of(flags, tmp_path, Screen())
     assert {spec.settings["simulator"]["driver"] for spec in specs} == {"absent"}
     assert [spec.settings["arbiter"]["delta"] for spec in specs] == list(DELTAS)
