@@ -61,6 +61,13 @@ def register(subparsers: Subparsers) -> None:
         metavar="N",
         help="the number of the first place of each family (0)",
     )
+    parser.add_argument(
+        "--log",
+        action="append",
+        default=[],
+        metavar="FILE.mcap",
+        help="of the table isa: what this log tells, in place of driving; its truth counts where it lies beside it; more than once",
+    )
     parser.add_argument("--runs", type=whole(1, MOST), help="runs a row (4, or as many as --km takes)")
     parser.add_argument(
         "--km",
@@ -160,6 +167,10 @@ def command(flags: argparse.Namespace) -> int:
         raise UserError(f"--windows, --population, --by: the table {flags.table} has none; the table {POPULATION} has")
     if flags.table == GUARD and flags.first is not None:
         raise UserError(f"--from: the table {GUARD} has scenes of its own, and no places")
+    if flags.table != ISA and flags.log:
+        raise UserError(f"--log: the table {flags.table} is driven; the table {ISA} reads logs")
+    if flags.log and (flags.quick or flags.runs or flags.first):
+        raise UserError("--log: a log was driven before; --quick, --runs and --from have no place beside it")
     try:
         if flags.table == ISA:
             from evaluation.isa.isa import evaluate_isa as evaluate

@@ -18,7 +18,9 @@ from evaluation.campaign.plan import TEST_SEED
 from evaluation.campaign.replacing import write_whole
 from evaluation.isa import table, warnings
 from evaluation.isa.accuracy import accuracy
+from evaluation.isa.logs import UNTOLD, told_by
 from evaluation.isa.table import Outcome
+from evaluation.isa.warnings import WarningTest, of_truth, test_of
 from evaluation.metrics.metrics import measure
 from evaluation.metrics.record import Recorder
 from evaluation.run.host import drive
@@ -33,7 +35,9 @@ WARNS = "isa/warning/"
 
 
 def evaluate_isa(flags: argparse.Namespace) -> int:
-    """Drive, write; the exit status: 0 all runs are there, 1 some are missing."""
+    """Drive or read logs, write; the exit status: 0 all runs are there, 1 some are missing."""
+    if flags.log:
+        return _of_logs(flags)
     screen, folder = Screen(), Path(flags.out) / "isa"
     runs = folder / "runs"
     runs.mkdir(parents=True, exist_ok=True)
@@ -50,6 +54,21 @@ def evaluate_isa(flags: argparse.Namespace) -> int:
     return int(bool(missing))
 
 
+def _of_logs(flags: argparse.Namespace) -> int:
+    """The table of logs. Raises UserError naming a log that cannot be used."""
+    folder = Path(flags.out) / "isa-logs"
+    logs = {log: told_by(Path(log)) for log in flags.log}
+    folder.mkdir(parents=True, exist_ok=True)
+    found = table.log_rows(list(logs.values()))
+    write_pages(
+        folder, "logs", command_line(flags), flags, {"logs": logs}, table.rows_as_csv(found), templates=Path(__file__).parent,
+        rows=found, overs=table.over_rows(logs), untold=[log for log, each in logs.items() if each.accuracy is None], without=UNTOLD,
+    )  # fmt: skip
+    Screen().say("; ".join(f"{what}: {value}" for what, value, _ in found))
+    sys.stdout.write(f"{folder / 'logs.html'}\n")
+    return 0
+
+
 def specs_of(flags: argparse.Namespace) -> list[RunSpec]:
     """Routes of each family from `--from` on, then the warning tests."""
     first, routes = flags.first or 0, 1 if flags.quick else flags.runs or ROUTES
@@ -59,13 +78,13 @@ def specs_of(flags: argparse.Namespace) -> list[RunSpec]:
         for number in range(first, first + routes)
         for family in FAMILIES
     ]
-    speeds = warnings.SPEEDS_KMH[-1:] if flags.quick else warnings.SPEEDS_KMH
-    return driven + [_warning(speed, flags.sensors) for speed in speeds]
+    tests = warnings.TESTS[-1:] if flags.quick else warnings.TESTS
+    return driven + [_warning(test, flags.sensors) for test in tests]
 
 
-def _warning(speed_kmh: int, sensors: Sensors) -> RunSpec:
+def _warning(test: WarningTest, sensors: Sensors) -> RunSpec:
     settings = {"simulator": {"driver": "absent"}}
-    return RunSpec(scenario=f"{WARNS}{speed_kmh}", seconds=warnings.SECONDS, sensors=sensors, settings=settings)
+    return RunSpec(scenario=f"{WARNS}{test.name}", seconds=warnings.SECONDS, sensors=sensors, settings=settings)
 
 
 def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
@@ -79,7 +98,7 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
     with tempfile.TemporaryDirectory() as name:
         part = Path(name)
         if spec.scenario.startswith(WARNS):
-            plan = warnings.scenario(int(spec.scenario.removeprefix(WARNS)))
+            plan = warnings.scenario(test_of(spec.scenario.removeprefix(WARNS)))
             (file := part / f"{plan.name}.json").write_bytes(msgspec.json.encode(plan))
             drive(msgspec.structs.replace(spec, scenario=str(file)), part, observe)
         else:
@@ -89,7 +108,9 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
     found = Outcome(
         accuracy=accuracy(record),
         metrics=measure(record),
-        warned=warnings.warned(record.truths, [((stamp_ns - start_ns) / 1e9, each) for stamp_ns, each in told]),
+        warned=warnings.warned(
+            of_truth(record.truths), [((stamp_ns - start_ns) / 1e9, each) for stamp_ns, each in told]
+        ),
     )
     write_whole(Path(folder) / f"{key}.json", msgspec.json.encode(found))
     return found
@@ -97,6 +118,8 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
 
 def command_line(flags: argparse.Namespace) -> str:
     """The command, without where it writes."""
+    if flags.log:
+        return shlex.join(["drivemcp", "evaluate", "isa", *(word for log in flags.log for word in ("--log", log))])
     words = ["drivemcp", "evaluate", "isa", "--sensors", flags.sensors]
     words += ["--from", str(flags.first)] if flags.first else []
     words += ["--runs", str(flags.runs)] if flags.runs else []

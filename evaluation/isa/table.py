@@ -2,14 +2,16 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from statistics import median
 
 import msgspec
 
 from evaluation.campaign.pages import csv_text
+from evaluation.isa import logs as logged
 from evaluation.isa.accuracy import Accuracy
-from evaluation.isa.warnings import Warned, verdict
+from evaluation.isa.logs import Told
+from evaluation.isa.warnings import Warned, WarningTest, test_of, verdict
 from evaluation.metrics.metrics import Metrics
 
 
@@ -22,15 +24,14 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
 
 
 Routes = Mapping[str, Outcome]
-Tests = Mapping[int, Outcome]
-"""By the constant speed, km/h."""
+Tests = Mapping[WarningTest, Outcome]
 Row = tuple[str, str, str]
 """What, the value, the goal or the rule."""
 
 
 def parts(found: Mapping[str, Outcome]) -> tuple[Routes, Tests]:
-    """Routes, and warning tests by their speed."""
-    tests = {int(name.rpartition("/")[2]): each for name, each in found.items() if name.startswith("isa/")}
+    """Routes, and warning tests."""
+    tests = {test_of(name.rpartition("/")[2]): each for name, each in found.items() if name.startswith("isa/")}
     return {name: each for name, each in found.items() if not name.startswith("isa/")}, tests
 
 
@@ -54,9 +55,16 @@ def _accuracy(found: list[Outcome]) -> Iterator[Row]:
 
 
 def _warnings(tests: Tests) -> Iterator[Row]:
-    passed = sum(verdict(speed, each.warned) == "passed" for speed, each in tests.items())
-    yield "warning tests passed, at constant speed", f"{passed} of {len(tests)}", "all"
-    yield "warning tests in acceleration", "-", "not offered"
+    for where, accelerates in (("at constant speed", False), ("in acceleration", True)):
+        passed = [
+            verdict(*pair) == "passed" for pair in _warned(tests) if bool(pair[0].accelerates_mps2) == accelerates
+        ]
+        yield f"warning tests passed, {where}", f"{sum(passed)} of {len(passed)}", "all"
+
+
+def _warned(tests: Tests) -> Iterator[tuple[WarningTest, Warned]]:
+    for test, each in sorted(tests.items()):
+        yield test, each.warned
 
 
 def _load(found: list[Outcome]) -> Iterator[Row]:
@@ -105,12 +113,16 @@ def _percent(part: float, whole: float) -> str:
 
 
 def test_rows(tests: Tests) -> list[tuple[str, ...]]:
-    """Speed, when it was shown and sounded, for how long, and the verdict."""
+    """Speed and acceleration, when it was shown, due and sounded, for how long, and the verdict."""
     return [
-        (f"{speed}", _s(each.warned.shown_s), _s(each.warned.sounded_s), _s(each.warned.sound_s or None),
-         verdict(speed, each.warned))
-        for speed, each in sorted(tests.items())
-    ]  # fmt: skip
+        (f"{test.speed_kmh:g}", f"{test.accelerates_mps2:g}", *warned_cells(each), verdict(test, each))
+        for test, each in sorted(_warned(tests), key=lambda pair: (pair[0].accelerates_mps2, pair[0].speed_kmh))
+    ]
+
+
+def warned_cells(each: Warned) -> tuple[str, ...]:
+    """When it was shown, due and sounded, and for how long."""
+    return _s(each.shown_s), _s(each.due_s), _s(each.sounded_s), _s(each.sound_s or None)
 
 
 def _s(value: float | None) -> str:
@@ -125,6 +137,51 @@ def told(found: Mapping[str, Outcome]) -> str:
     return "; ".join(f"{name}: {value}" for name, value in lines.items() if name.startswith(wanted))
 
 
+def log_rows(logs: Sequence[Told]) -> list[Row]:
+    """Of logs: what all tell, and what those with truth beside them do."""
+    with_truth = [
+        Outcome(accuracy=each.accuracy, metrics=each.metrics, warned=Warned())
+        for each in logs
+        if each.accuracy is not None
+    ]
+    hours, messages, listening_s = (sum(float(getattr(each.metrics, name) or 0.0) for each in logs) for name in HEARD)
+    return [
+        *logged.rows(logs),
+        ("messages an hour", f"{messages / hours * 3600.0:.0f}" if hours else "-", "at most 120"),
+        ("time in which the driver listens", _percent(listening_s, hours), "at most 6"),
+        *(
+            row
+            for row in (*_accuracy(with_truth), *_load(with_truth))
+            if with_truth and not row[0].startswith(LOAD_OF_ALL)
+        ),
+    ]
+
+
+HEARD = ("seconds", "messages", "listening_s")
+LOAD_OF_ALL = ("messages an hour", "time in which")
+
+
+def over_rows(logs: Mapping[str, Told]) -> list[tuple[str, ...]]:
+    """Each overspeed: log, when, limit, the most, when it was shown, due and sounded, for how long, and the verdict."""
+    return [
+        (
+            name,
+            f"{over.at_s:.1f}",
+            f"{over.limit_kmh:.0f}",
+            f"{over.most_kmh:.0f}",
+            *warned_cells(over.warned),
+            over.verdict,
+        )
+        for name, each in logs.items()
+        for over in each.overs
+    ]
+
+
 def as_csv(routes: Routes, tests: Tests) -> str:
     """The rows."""
-    return csv_text({"what": what, "value": value, "goal": goal} for what, value, goal in rows(routes, tests))
+    return rows_as_csv(rows(routes, tests))
+
+
+def rows_as_csv(found: Sequence[Row]) -> str:
+    """These rows."""
+    return csv_text({"what": what, "value": value, "goal": goal} for what, value, goal in found)

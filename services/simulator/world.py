@@ -86,7 +86,7 @@ class World:
         self.houses = houses(self.static)
         self.gantries = {i: at_start(plan) for i, plan in enumerate(scenario.gantries)}
         self._passed_panels: dict[int, str] = {}
-        self.driver = new_driver(driver, seed, self._legal().limit_mps(False))
+        self.driver = new_driver(driver, seed, self._legal().limit_mps(False), scenario.ego.absent_mps2)
         self.brake, self._hazards, self._step = Brake(), HazardLog(), 0
         self._braked = Braked(0.0)
         self._wish, self._wheel_rad = pedals(0.0), 0.0

@@ -13,7 +13,7 @@ All but the absent one are the driver of the seed, changed in this:
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -29,25 +29,29 @@ BRAKES_MPS2, BRAKES_SPREAD_MPS2 = 4.5, (4.5 - 3.4) / 1.2816
 GLANCE_S = 2.0
 
 
+@dataclass(slots=True)
 class AbsentDriver(Driver):
-    """Keeps the pedals of a car at constant speed, hears nothing and looks at nothing."""
+    """Keeps the pedals of a car at constant speed, or at a constant acceleration, hears nothing and looks at nothing."""
+
+    asks_mps2: float = 0.0
 
     def hear(self, advice: Advice, time_s: float) -> None:
         """A message changes nothing."""
 
     def drive(self, view: DriverView, dt: float) -> Wish:
-        """The wish of every step: constant speed."""
-        return pedals(0.0)
+        """The wish of every step."""
+        return pedals(self.asks_mps2)
 
     def distracted(self, time_s: float) -> bool:
         """Always."""
         return True
 
 
-def new_driver(kind: DriverKind, seed: int, believed_mps: float | None) -> Driver:
-    """The driver of a kind and a seed, with the limit that he believes in at the start."""
-    make = AbsentDriver if kind == "absent" else Driver
-    return make(profile_of(kind, seed), believed_mps)
+def new_driver(kind: DriverKind, seed: int, believed_mps: float | None, absent_mps2: float = 0.0) -> Driver:
+    """The driver of a kind and a seed, with the limit believed in at the start; an absent one with a foot that asks for that."""
+    if kind == "absent":
+        return AbsentDriver(profile_of(kind, seed), believed_mps, asks_mps2=absent_mps2)
+    return Driver(profile_of(kind, seed), believed_mps)
 
 
 def profile_of(kind: DriverKind, seed: int) -> DriverProfile:

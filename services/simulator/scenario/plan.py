@@ -62,6 +62,8 @@ class EgoPlan(_Plan, frozen=True, kw_only=True):
     at_m: NonNegative
     lane: Annotated[int, msgspec.Meta(ge=0, le=2)] = 0
     speed_kmh: NonNegative
+    absent_mps2: Annotated[float, msgspec.Meta(ge=-5.0, le=3.0)] = 0.0
+    """What an absent driver's foot asks for, all the time."""
 
 
 class WeatherPlan(_Plan, frozen=True, kw_only=True):

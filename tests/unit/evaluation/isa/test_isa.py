@@ -1,6 +1,7 @@
 """The table of speed assistance: accuracy, delays, the warning tests and what the command refuses."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -14,14 +15,22 @@ from evaluation.isa import warnings
 from evaluation.isa.accuracy import Accuracy, accuracy
 from evaluation.isa.isa import _warning, run_one
 from evaluation.isa.table import Outcome, parts, rows
-from evaluation.isa.warnings import Warned, verdict
+from evaluation.isa.warnings import Moment, Warned, WarningTest, overspeeds, verdict, warned
 from evaluation.metrics.metrics import Metrics
 from evaluation.metrics.record import Record
 from evaluation.metrics.speech import words_s
+from proto.speed_assistance import SpeedAssistance
 from proto.truth import Truth
 from tests.unit.evaluation.metrics.logs import PLAIN, said
 
 KMH = 1 / 3.6
+
+
+def assisted(
+    warning: str = "none", limit_kmh: float | None = 50.0, speed_kmh: float = 60.0, **what: Any
+) -> SpeedAssistance:
+    limit = legal_limit(limit_kmh, "km/h") if limit_kmh is not None else None
+    return SpeedAssistance(tick=1, snapshot_stamp_ns=0, speed_mps=speed_kmh * KMH, limit=limit, warning=warning, **what)  # type: ignore[arg-type]
 
 
 def run(true_kmh: list[int], shown_kmh: Sequence[int | None]) -> Record:
@@ -69,27 +78,74 @@ def test_no_more_is_right_than_was_driven(seconds: list[tuple[int, int | None]])
     ("speed_kmh", "found", "says"),
     [
         (67, Warned(shown_s=1.1, sounded_s=3.1, sound_s=5.0), "passed"),
-        (67, Warned(shown_s=1.1, sounded_s=6.1, sound_s=5.0), "not sounded after 3 to 5 s"),
+        (67, Warned(shown_s=1.1, sounded_s=6.1, sound_s=5.0), "not sounded after 3.0 to 5.0 s"),
         (67, Warned(shown_s=4.0, sounded_s=4.1, sound_s=5.0), "shown too late"),
         (67, Warned(shown_s=1.1, sounded_s=3.1, sound_s=9.0), "sounded for too long"),
-        (54, Warned(shown_s=1.1, sounded_s=3.0, sound_s=5.0), "not sounded after 6 to 8 s"),
-        (51, Warned(shown_s=1.1, sounded_s=9.0), "sounded within the tolerance"),
+        (54, Warned(shown_s=1.1, sounded_s=3.0, sound_s=5.0), "not sounded after 6.0 to 8.0 s"),
+        (51, Warned(shown_s=1.1, sounded_s=9.0), "sounded, and no sound is due"),
         (51, Warned(), "passed"),
     ],
 )
 def test_the_verdict_on_a_warning_test(speed_kmh: int, found: Warned, says: str) -> None:
-    assert verdict(speed_kmh, found) == says
+    assert verdict(WarningTest(speed_kmh), found) == says
 
 
-def test_a_constant_overspeed_is_sounded_in_time_through_the_whole_stack(tmp_path: Any) -> None:
-    found = run_one(str(tmp_path), "k", _warning(67, "model"))
-    assert verdict(67, found.warned) == "passed"
+@pytest.mark.parametrize(
+    ("accelerates_mps2", "due_s"),
+    [
+        # 50 km/h is passed at 0 s. At 1 m/s²: 52.5 at 0.7 s + 6, 55 at 1.4 + 5, 60 at 2.8 + 4, 65 at 4.2 + 3
+        (1.0, 6.4),
+        # at 0.5: 1.4 + 6, 2.8 + 5, 5.6 + 4, 8.3 + 3
+        (0.5, 7.4),
+        # at 2: 0.35 + 6, 0.7 + 5, 1.4 + 4, 2.1 + 3
+        (2.0, 5.1),
+        (0.0, None),
+    ],
+)
+def test_in_acceleration_the_sound_is_due_by_the_band_whose_time_is_over_first(
+    accelerates_mps2: float, due_s: float | None
+) -> None:
+    course = [Moment(at / 100, 50 * KMH + 0.001 + accelerates_mps2 * at / 100, 50 * KMH) for at in range(1500)]
+    found = warned(course, [(2.0, assisted("shown")), (5.0, assisted("sounded"))])
+    assert found.due_s == pytest.approx(due_s, abs=0.05)
+    assert (found.shown_s, found.sounded_s) == (2.0, 5.0)
+    if due_s is not None:
+        on_time = Warned(shown_s=1.2, sounded_s=due_s, sound_s=5.0, due_s=due_s)
+        assert verdict(WarningTest(40, accelerates_mps2), on_time) == "passed"
+        early = msgspec.structs.replace(on_time, sounded_s=due_s - 0.5)
+        assert "not sounded" in verdict(WarningTest(40, accelerates_mps2), early)
+
+
+def test_an_overspeed_ends_where_the_limit_is_kept_or_another_begins() -> None:
+    speeds = [60] * 5 + [40] * 5 + [60] * 5
+    limits = [50] * 12 + [55] * 3
+    course = [Moment(float(at), v * KMH, limit * KMH) for at, (v, limit) in enumerate(zip(speeds, limits, strict=True))]
+    assert [(each[0].time_s, each[-1].time_s) for each in overspeeds(course)] == [
+        (0.0, 4.0),
+        (10.0, 11.0),
+        (12.0, 14.0),
+    ]
+
+
+@given(st.sampled_from(warnings.TESTS))
+def test_a_warning_test_is_known_by_its_name_and_passes_the_sign_at_its_speed(test: WarningTest) -> None:
+    assert warnings.test_of(test.name) == test
+    plan = warnings.scenario(test)
+    start, room_m = plan.ego.speed_kmh * KMH, warnings.SIGN_M - plan.ego.at_m
+    at_sign = (start**2 + 2 * plan.ego.absent_mps2 * room_m) ** 0.5
+    assert at_sign == pytest.approx(test.speed_kmh * KMH)
+
+
+@pytest.mark.parametrize("test", [WarningTest(67), WarningTest(warnings.AT_SIGN_KMH, 1.0)])
+def test_an_overspeed_is_sounded_in_time_through_the_whole_stack(tmp_path: Path, test: WarningTest) -> None:
+    found = run_one(str(tmp_path), "k", _warning(test, "model"))
+    assert verdict(test, found.warned) == "passed"
     assert msgspec.json.decode((tmp_path / "k.json").read_bytes(), type=Outcome) == found
 
 
 def test_the_table_has_a_row_for_everything_and_a_dash_for_what_is_not_measured() -> None:
     nothing = Outcome(accuracy=Accuracy(), metrics=Metrics(), warned=Warned())
-    for found in ({}, {"urb-rain/test/0": nothing}, {f"isa/warning/{warnings.SPEEDS_KMH[0]}": nothing}):
+    for found in ({}, {"urb-rain/test/0": nothing}, {f"isa/warning/{warnings.TESTS[0].name}": nothing}):
         table = {what: value for what, value, _ in rows(*parts(found))}
         assert all(table.values())
     assert table["warning tests passed, at constant speed"] == "1 of 1"

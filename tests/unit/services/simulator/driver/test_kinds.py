@@ -41,6 +41,13 @@ def test_the_absent_driver_does_nothing() -> None:
     assert first_braking_s(driver, STEPS_OUT) == float("inf")
 
 
+def test_an_absent_driver_may_have_a_foot_on_the_pedal() -> None:
+    driver = new_driver("absent", 1, 15.0, absent_mps2=1.5)
+    wish = driver.drive(STEPS_OUT, DT)
+    assert wish.acceleration_mps2 == 1.5
+    assert wish.accelerator > 0.0
+
+
 def test_the_attentive_driver_never_looks_away_and_brakes_as_hard_as_the_road_allows() -> None:
     driver = new_driver("attentive", 3, 15.0)
     assert not any(driver.distracted(each) for each in range(3600))
