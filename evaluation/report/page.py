@@ -1,10 +1,12 @@
 """A page of the docs, made from the tables: what was driven, the numbers beside the paper's, plots, what holds and what does not.
 
-What somebody has written about the numbers stands between two marks, and stays when the page is made anew.
+The page begins with the field's yardsticks, taken from the pages of the tables isa and guard that lie beside it. What somebody has
+written about the numbers stands between two marks, and stays when the page is made anew.
 """
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 from drivemcp.errors import UserError
@@ -20,6 +22,30 @@ from evaluation.tables.tables import Table
 BEGIN, END = "<!-- reading: from here ... -->", "<!-- ... to here stays when the page is made anew -->"
 
 
+YARDSTICKS = (("Speed assistance", "isa-measured.md"), ("The guard alone", "guard-measured.md"))
+"""Title, and the page beside this one: `drivemcp evaluate isa --docs` and `drivemcp evaluate guard --docs` make them."""
+
+
+def yardsticks(folder: Path) -> str:
+    """The first table of each such page that is there, with a link to it. Raises UserError where one cannot be read."""
+    return "\n\n".join(
+        f"## {title}\n\nWhat it is, on what it was driven, and the rest: [{name}]({name}).\n\n{table}"
+        for title, name in YARDSTICKS
+        if (table := _first_table(folder / name))
+    )
+
+
+def _first_table(file: Path) -> str:
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except FileNotFoundError:
+        return ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{file}: {error}") from None
+    from_table = dropwhile(lambda line: not line.startswith("|"), lines)
+    return "\n".join(takewhile(lambda line: line.startswith("|"), from_table))
+
+
 def write(file: Path, tables: Sequence[Table], about: About) -> None:
     """Write the page, and its plots into the folder beside it that has its name. Raises UserError as `reading_of` does, OSError."""
     reading = reading_of(file)
@@ -31,7 +57,7 @@ def write(file: Path, tables: Sequence[Table], about: About) -> None:
             picture = folder / f"{re.sub('[^a-z0-9]+', '-', title.lower()).strip('-')}.svg"
             write_whole(picture, svg.encode())
             pictures.setdefault(table.name, []).append((title, f"{folder.name}/{picture.name}"))
-    write_whole(file, page(tables, about, reading, pictures).encode())
+    write_whole(file, page(tables, about, reading, pictures, yardsticks(file.parent)).encode())
 
 
 def reading_of(file: Path) -> str:
@@ -57,10 +83,11 @@ def page(
     about: About,
     reading: str = "",
     pictures: Mapping[TableName, Sequence[tuple[str, str]]] = {},
+    yardsticks: str = "",
 ) -> str:
-    """The page as Markdown; `pictures` are (title, path) of each table's plots."""
+    """The page as Markdown; `pictures` are (title, path) of each table's plots, `yardsticks` what it begins with."""
     return TEMPLATES.get_template("page.md.jinja").render(
         tables=tables, about=about, reading=reading, pictures=pictures, begin=BEGIN, end=END, goals=judged(tables),
-        contradictions=contradictions(),
+        contradictions=contradictions(), yardsticks=yardsticks,
         about_latencies=about_latencies(tables, "*assumed*", " ([measured](evaluation.md#latencies))"),
     )  # fmt: skip

@@ -283,3 +283,21 @@ def test_a_run_of_this_folder_whose_log_is_gone_is_not_told_as_published(tmp_pat
     text = report.html(tables, told(tables), tmp_path, tmp_path)
     assert text.count(report.GONE) == 1 + text.count(f"{report.GONE}:")
     assert text.count("published, its log is not here") == len(tables[0].rows) - 1
+
+
+def test_the_page_begins_with_the_fields_yardsticks_that_lie_beside_it(tmp_path: Path) -> None:
+    tables, file = [table("delta", lambda row, number: kept())], tmp_path / "results.md"
+    write(file, tables, told(tables))
+    assert "yardsticks" not in file.read_text(encoding="utf-8")
+    (tmp_path / "guard-measured.md").write_text(
+        "# Guard\n\n| scene | hit |\n|---|---|\n| cut-in | 0 |\n\nMore.\n\n| no | more |\n"
+    )
+    (tmp_path / "isa-measured.md").write_text("# Isa\n\n| what | value |\n|---|---|\n| right | 99 % |\n")
+    write(file, tables, told(tables))
+    text = file.read_text(encoding="utf-8")
+    places = [
+        text.index(each)
+        for each in ("# Results", "| right | 99 % |", "| cut-in | 0 |", "## The paper's tables", "## delta")
+    ]
+    assert places == sorted(places)
+    assert "| no | more |" not in text
