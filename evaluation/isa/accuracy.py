@@ -33,13 +33,13 @@ def accuracy(record: Record) -> Accuracy:
     """Of one run."""
     metres: dict[str, float] = {}
     right_m: dict[str, float] = {}
-    shown = list(_shown(record))
-    for (before, _), (now, held) in pairwise(shown):
+    with_shown = list(shown(record))
+    for (before, _), (now, held) in pairwise(with_shown):
         way_m = max(0.0, now.distance_m - before.distance_m)
         for group in groups(now):
             metres[group] = metres.get(group, 0.0) + way_m
             right_m[group] = right_m.get(group, 0.0) + way_m * same_limit(held, now.law_limit_mps)
-    delays = [_delay_s(shown, at, until) for at, until in _changes(shown)]
+    delays = [_delay_s(with_shown, at, until) for at, until in _changes(with_shown)]
     return Accuracy(
         metres=metres,
         right_m=right_m,
@@ -58,7 +58,7 @@ def groups(truth: Truth) -> Iterator[str]:
     yield "rain" if (truth.rain_mm_h or 0.0) > WET_MM_H else "no rain"
 
 
-def _shown(record: Record) -> Iterator[tuple[Truth, float | None]]:
+def shown(record: Record) -> Iterator[tuple[Truth, float | None]]:
     """Each truth with the limit that is shown then."""
     advisories = iter(record.advisories)
     upcoming, held = next(advisories, None), None

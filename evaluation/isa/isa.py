@@ -16,10 +16,11 @@ from evaluation.campaign.names import QUICK_S
 from evaluation.campaign.pages import write_pages
 from evaluation.campaign.plan import TEST_SEED
 from evaluation.campaign.replacing import write_whole
-from evaluation.isa import table, warnings
+from evaluation.isa import capabilities, table, warnings
 from evaluation.isa.accuracy import accuracy
+from evaluation.isa.capabilities import DRIVES
 from evaluation.isa.logs import UNTOLD, told_by
-from evaluation.isa.table import Outcome
+from evaluation.isa.table import LIMITS, WARNS, Outcome
 from evaluation.isa.warnings import WarningTest, of_truth, test_of
 from evaluation.metrics.metrics import measure
 from evaluation.metrics.record import Recorder
@@ -28,10 +29,11 @@ from evaluation.run.spec import RunSpec, Sensors, run_key
 from evaluation.scenarios import FAMILIES
 from proto import topics
 from proto.speed_assistance import SpeedAssistance
+from services.simulator.scenario.plan import Scenario
 
+ABSENT = {"simulator": {"driver": "absent"}}
 ROUTES = 4
 """A family."""
-WARNS = "isa/warning/"
 
 
 def evaluate_isa(flags: argparse.Namespace) -> int:
@@ -61,7 +63,7 @@ def _of_logs(flags: argparse.Namespace) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     found = table.log_rows(list(logs.values()))
     write_pages(
-        folder, "logs", command_line(flags), flags, {"logs": logs}, table.rows_as_csv(found), templates=Path(__file__).parent,
+        folder, "logs", command_line(flags), flags, {"logs": logs}, table.as_csv(found), templates=Path(__file__).parent,
         rows=found, overs=table.over_rows(logs), untold=[log for log, each in logs.items() if each.accuracy is None], without=UNTOLD,
     )  # fmt: skip
     Screen().say("; ".join(f"{what}: {value}" for what, value, _ in found))
@@ -79,12 +81,20 @@ def specs_of(flags: argparse.Namespace) -> list[RunSpec]:
         for family in FAMILIES
     ]
     tests = warnings.TESTS[-1:] if flags.quick else warnings.TESTS
-    return driven + [_warning(test, flags.sensors) for test in tests]
+    limits = list(DRIVES)[:1] if flags.quick else DRIVES
+    return [
+        *driven,
+        *(_warning(test, flags.sensors) for test in tests),
+        *(_past(name, flags.sensors) for name in limits),
+    ]
+
+
+def _past(name: str, sensors: Sensors) -> RunSpec:
+    return RunSpec(scenario=f"{LIMITS}{name}", seconds=capabilities.SECONDS, sensors=sensors, settings=ABSENT)
 
 
 def _warning(test: WarningTest, sensors: Sensors) -> RunSpec:
-    settings = {"simulator": {"driver": "absent"}}
-    return RunSpec(scenario=f"{WARNS}{test.name}", seconds=warnings.SECONDS, sensors=sensors, settings=settings)
+    return RunSpec(scenario=f"{WARNS}{test.name}", seconds=warnings.SECONDS, sensors=sensors, settings=ABSENT)
 
 
 def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
@@ -97,8 +107,7 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
 
     with tempfile.TemporaryDirectory() as name:
         part = Path(name)
-        if spec.scenario.startswith(WARNS):
-            plan = warnings.scenario(test_of(spec.scenario.removeprefix(WARNS)))
+        if (plan := _plan(spec.scenario)) is not None:
             (file := part / f"{plan.name}.json").write_bytes(msgspec.json.encode(plan))
             drive(msgspec.structs.replace(spec, scenario=str(file)), part, observe)
         else:
@@ -108,12 +117,20 @@ def run_one(folder: str, key: str, spec: RunSpec) -> Outcome:
     found = Outcome(
         accuracy=accuracy(record),
         metrics=measure(record),
+        understood=spec.scenario.startswith(LIMITS) and capabilities.understood(record),
         warned=warnings.warned(
             of_truth(record.truths), [((stamp_ns - start_ns) / 1e9, each) for stamp_ns, each in told]
         ),
     )
     write_whole(Path(folder) / f"{key}.json", msgspec.json.encode(found))
     return found
+
+
+def _plan(name: str) -> Scenario | None:
+    """The scenario of a warning test or of a special limit; None: a route has its own."""
+    if name.startswith(WARNS):
+        return warnings.scenario(test_of(name.removeprefix(WARNS)))
+    return capabilities.scenario(name.removeprefix(LIMITS)) if name.startswith(LIMITS) else None
 
 
 def command_line(flags: argparse.Namespace) -> str:
@@ -127,8 +144,9 @@ def command_line(flags: argparse.Namespace) -> str:
 
 
 def _write(found: dict[str, Outcome], folder: Path, flags: argparse.Namespace) -> None:
-    routes, tests = table.parts(found)
+    routes, tests, limits = table.parts(found)
+    rows = table.rows(routes, tests, limits)
     write_pages(
-        folder, "isa", command_line(flags), flags, {"runs": found}, table.as_csv(routes, tests),
-        templates=Path(__file__).parent, rows=table.rows(routes, tests), tests=table.test_rows(tests),
+        folder, "isa", command_line(flags), flags, {"runs": found}, table.as_csv(rows),
+        templates=Path(__file__).parent, rows=rows, tests=table.test_rows(tests),
     )  # fmt: skip

@@ -9,7 +9,9 @@ import msgspec
 
 from evaluation.campaign.pages import csv_text
 from evaluation.isa import logs as logged
+from evaluation.isa import sheet
 from evaluation.isa.accuracy import Accuracy
+from evaluation.isa.capabilities import capabilities
 from evaluation.isa.logs import Told
 from evaluation.isa.warnings import Warned, WarningTest, test_of, verdict
 from evaluation.metrics.metrics import Metrics
@@ -21,24 +23,51 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     accuracy: Accuracy
     metrics: Metrics
     warned: Warned
+    understood: bool = False
+    """Of a drive past a special limit: whether the right one was shown behind it."""
 
 
 Routes = Mapping[str, Outcome]
 Tests = Mapping[WarningTest, Outcome]
+Limits = Mapping[str, Outcome]
+"""Drives past special limits, by their names."""
 Row = tuple[str, str, str]
 """What, the value, the goal or the rule."""
 
 
-def parts(found: Mapping[str, Outcome]) -> tuple[Routes, Tests]:
-    """Routes, and warning tests."""
-    tests = {test_of(name.rpartition("/")[2]): each for name, each in found.items() if name.startswith("isa/")}
-    return {name: each for name, each in found.items() if not name.startswith("isa/")}, tests
+WARNS, LIMITS = "isa/warning/", "isa/limit/"
+"""How the names of such runs begin."""
 
 
-def rows(routes: Routes, tests: Tests) -> list[Row]:
+def parts(found: Mapping[str, Outcome]) -> tuple[Routes, Tests, Limits]:
+    """Routes, warning tests, and drives past special limits."""
+    tests = {test_of(name.removeprefix(WARNS)): each for name, each in found.items() if name.startswith(WARNS)}
+    limits = {name.removeprefix(LIMITS): each for name, each in found.items() if name.startswith(LIMITS)}
+    return {name: each for name, each in found.items() if not name.startswith((WARNS, LIMITS))}, tests, limits
+
+
+def rows(routes: Routes, tests: Tests, limits: Limits) -> list[Row]:
     """All rows; a value without anything to measure is a dash."""
     found = list(routes.values())
-    return [*_accuracy(found), *_warnings(tests), *_load(found)] if found or tests else []
+    return (
+        [*_accuracy(found), *_warnings(tests), *_load(found), *_sheet(found, tests, limits)] if found or tests else []
+    )
+
+
+def _sheet(found: list[Outcome], tests: Tests, limits: Limits) -> Iterator[Row]:
+    understood = capabilities({name: each.understood for name, each in limits.items()})
+    for name, whether in understood.items():
+        yield f"understood: {name}", "yes" if whether else "no", "yes"
+    right, metres = (
+        sum(getattr(each.accuracy, name).get("all", 0.0) for each in found) for name in ("right_m", "metres")
+    )
+    changes, seen = (sum(getattr(each.accuracy, name) for each in found) for name in ("changes", "changes_right"))
+    passed = bool(tests) and all(verdict(*pair) == "passed" for pair in _warned(tests))
+    yield from sheet.rows(sheet.lines(_share(right, metres), _share(seen, changes), passed, understood))
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole else 0.0
 
 
 def _accuracy(found: list[Outcome]) -> Iterator[Row]:
@@ -131,9 +160,14 @@ def _s(value: float | None) -> str:
 
 def told(found: Mapping[str, Outcome]) -> str:
     """One line: accuracy by distance and event, warning tests, messages an hour."""
-    routes, tests = parts(found)
-    lines = {name: value for name, value, _ in rows(routes, tests)}
-    wanted = ("right limit shown, by distance, all", "right limit 2 s", "warning tests passed", "messages an hour")
+    lines = {name: value for name, value, _ in rows(*parts(found))}
+    wanted = (
+        "right limit shown, by distance, all",
+        "right limit 2 s",
+        "warning tests passed",
+        "messages an hour",
+        "Euro NCAP, speed",
+    )
     return "; ".join(f"{name}: {value}" for name, value in lines.items() if name.startswith(wanted))
 
 
@@ -177,11 +211,6 @@ def over_rows(logs: Mapping[str, Told]) -> list[tuple[str, ...]]:
     ]
 
 
-def as_csv(routes: Routes, tests: Tests) -> str:
-    """The rows."""
-    return rows_as_csv(rows(routes, tests))
-
-
-def rows_as_csv(found: Sequence[Row]) -> str:
+def as_csv(found: Sequence[Row]) -> str:
     """These rows."""
     return csv_text({"what": what, "value": value, "goal": goal} for what, value, goal in found)

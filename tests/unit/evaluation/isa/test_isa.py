@@ -13,7 +13,8 @@ from domain.units import legal_limit
 from drivemcp.cli import main
 from evaluation.isa import warnings
 from evaluation.isa.accuracy import Accuracy, accuracy
-from evaluation.isa.isa import _warning, run_one
+from evaluation.isa.capabilities import DRIVES, RAIN, capabilities, scenario, understood
+from evaluation.isa.isa import _past, _warning, run_one
 from evaluation.isa.table import Outcome, parts, rows
 from evaluation.isa.warnings import Moment, Warned, WarningTest, overspeeds, verdict, warned
 from evaluation.metrics.metrics import Metrics
@@ -21,6 +22,7 @@ from evaluation.metrics.record import Record
 from evaluation.metrics.speech import words_s
 from proto.speed_assistance import SpeedAssistance
 from proto.truth import Truth
+from services.simulator.scenario.law import build_law
 from tests.unit.evaluation.metrics.logs import PLAIN, said
 
 KMH = 1 / 3.6
@@ -150,6 +152,40 @@ def test_the_table_has_a_row_for_everything_and_a_dash_for_what_is_not_measured(
         assert all(table.values())
     assert table["warning tests passed, at constant speed"] == "1 of 1"
     assert table["messages an hour"] == "-"
+
+
+def test_special_limits_are_understood_where_all_their_drives_are() -> None:
+    every = dict.fromkeys(DRIVES, True)
+    assert all(capabilities(every).values())
+    without_dry = capabilities({**every, "dry": False})
+    assert [name for name, passed in without_dry.items() if not passed] == [RAIN]
+    assert not any(capabilities({}).values())
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_a_drive_past_a_special_limit_has_the_law_that_its_post_makes(name: str) -> None:
+    law = build_law(scenario(name))
+    wet = DRIVES[name].rain_mm_h > 0.0
+    panels = {0: DRIVES[name].led}
+    kmh = [limit and round(limit * 3.6) for limit in (law.at(at_m, panels).limit_mps(wet) for at_m in (130.0, 150.0))]
+    assert kmh == {
+        "wet": [100, 70], "dry": [100, 100], "arrow": [100, 100], "lorries": [100, 100], "town": [100, 50], "town-exit": [50, 100],
+        "motorway": [100, None], "zone": [50, 30], "gantry": [None, 80], "gantry-lanes": [None, 80],
+    }[name]  # fmt: skip
+
+
+def test_a_limit_is_understood_that_is_right_from_two_seconds_behind_its_post_on() -> None:
+    # the post is passed at 12.0 s
+    def shown(before: int, kept: int) -> Record:
+        return run([100] * 12 + [70] * 8, [100] * before + [70] * kept + [50] * (20 - before - kept))
+
+    right, late, lost = shown(14, 6), shown(15, 5), shown(13, 5)
+    assert (understood(right), understood(late), understood(lost)) == (True, False, False)
+    assert not understood(run([100] * 5, [100] * 5))
+
+
+def test_the_whole_stack_understands_a_plate_about_rain(tmp_path: Path) -> None:
+    assert run_one(str(tmp_path), "k", _past("wet", "model")).understood
 
 
 def test_the_guard_has_no_first_place(capsys: pytest.CaptureFixture[str]) -> None:
