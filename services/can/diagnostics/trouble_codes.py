@@ -51,6 +51,10 @@ class _Words(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     de: str
 
 
+class _Step(_Words, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    fr: str
+
+
 class _Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     system: str
     severity: Severity
@@ -72,7 +76,7 @@ class _Family(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    steps: dict[str, _Words]
+    steps: dict[str, _Step]
     faults: dict[str, _Words]
     families: dict[str, _Family]
     codes: dict[str, _Row]
@@ -124,7 +128,7 @@ class DtcBook:
     def step(self, key: str, language: str) -> str:
         """The text of a next step."""
         words = self._steps[key]
-        return words.de if language == "de" else words.en
+        return {"de": words.de, "fr": words.fr}.get(language, words.en)
 
     def explain(self, code: str, language: str = "en") -> DtcText:
         """A code in words. Raises ValueError where `code` is none."""

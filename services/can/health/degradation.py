@@ -196,19 +196,21 @@ def safe_to_drive(table: tuple[Psi, ...], degradation: Degradation, book: DtcBoo
     return max(words, key=_DRIVE.index, default="yes" if not degradation.unknown else "with_care")
 
 
-_FINE = {"en": "No fault is reported.", "de": "Kein Fehler gemeldet."}
+_FINE = {"en": "No fault is reported.", "de": "Kein Fehler gemeldet.", "fr": "Aucun défaut signalé."}
 _SENSORS = {
     "en": "Not believed, because other sensors contradict: {}. Have it checked.",
     "de": "Nicht vertrauenswürdig, weil andere Sensoren widersprechen: {}. Prüfen lassen.",
+    "fr": "Peu fiable, car d'autres capteurs disent le contraire : {}. À faire contrôler.",
 }
 _PARTLY = {
     "en": "Part of the vehicle's health cannot be read: {}.",
     "de": "Ein Teil des Fahrzeugzustands ist nicht lesbar: {}.",
+    "fr": "Une partie de l'état du véhicule n'est pas lisible : {}.",
 }
 
 
 def _advice(steps: list[str], from_codes: list[str], degradation: Degradation, book: DtcBook, language: str) -> str:
-    language = "de" if language == "de" else "en"
+    language = language if language in _FINE else "en"
     said = [book.step(step, language) for step in steps] + from_codes
     said += [in_words(trend, language) for trend in degradation.trends]
     texts = list(dict.fromkeys(said))

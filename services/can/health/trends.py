@@ -185,42 +185,47 @@ class Trends:
 
 
 _WHEELS = {
-    "fl": ("front left", "vorn links"), "fr": ("front right", "vorn rechts"),
-    "rl": ("rear left", "hinten links"), "rr": ("rear right", "hinten rechts"),
+    "fl": ("front left", "vorn links", "avant gauche"), "fr": ("front right", "vorn rechts", "avant droit"),
+    "rl": ("rear left", "hinten links", "arrière gauche"), "rr": ("rear right", "hinten rechts", "arrière droit"),
 }  # fmt: skip
-_TEXTS: Mapping[str, tuple[str, str]] = {
+_TEXTS: Mapping[str, tuple[str, str, str]] = {
     "slow_leak": (
         "The {wheel} tyre is losing air; its warning comes in about {minutes} min. Check it at the next stop.",
         "Der Reifen {wheel} verliert Luft; die Warnung kommt in etwa {minutes} min. Beim nächsten Halt prüfen.",
+        "Le pneu {wheel} perd de l'air ; son alerte viendra dans environ {minutes} min. À contrôler au prochain arrêt.",
     ),
     "leak_fast": (
         "The {wheel} tyre is losing air fast; its warning comes in about {minutes} min. Slow down and stop soon.",
         "Der Reifen {wheel} verliert schnell Luft; die Warnung kommt in etwa {minutes} min. Langsamer fahren, bald "
         "anhalten.",
+        "Le pneu {wheel} perd vite de l'air ; son alerte viendra dans environ {minutes} min. Ralentissez, arrêtez-vous bientôt.",
     ),
     "brakes_heating": (
         "The {wheel} brake is getting hot; it begins to fade in about {minutes} min. Use a lower gear and brake less.",
         "Die Bremse {wheel} wird heiß; in etwa {minutes} min lässt sie nach. Herunterschalten und weniger bremsen.",
+        "Le frein {wheel} chauffe ; il faiblira dans environ {minutes} min. Rétrogradez et freinez moins.",
     ),
     "battery_sinking": (
         "The battery is not being charged; it is low in about {minutes} min. Drive to a workshop, switch off what is "
         "not needed.",
         "Die Batterie wird nicht geladen; in etwa {minutes} min ist sie schwach. Zur Werkstatt fahren, Verbraucher "
         "ausschalten.",
+        "La batterie ne se charge pas ; elle sera faible dans environ {minutes} min. Allez au garage, coupez l'inutile.",
     ),
     "coolant_rising": (
         "The engine is getting too hot; its warning comes in about {minutes} min. Drive gently, heater on full.",
         "Der Motor wird zu heiß; die Warnung kommt in etwa {minutes} min. Sanft fahren, Heizung voll aufdrehen.",
+        "Le moteur chauffe trop ; son alerte viendra dans environ {minutes} min. Roulez doucement, chauffage à fond.",
     ),
 }
 
 
 def in_words(trend: Trend, language: str) -> str:
     """The trend as a driver is told it."""
-    german = language == "de"
+    column = {"de": 1, "fr": 2}.get(language, 0)
     kind, _, wheel = trend.name.rpartition("_")
     if kind == "slow_leak" and trend.minutes_left < FAST_MIN:
         kind = "leak_fast"
     text = _TEXTS.get(kind) or _TEXTS[trend.name]
-    place = _WHEELS.get(wheel, ("", ""))[german]
-    return text[german].format(wheel=place, minutes=max(1, math.ceil(trend.minutes_left)))
+    place = _WHEELS.get(wheel, ("", "", ""))[column]
+    return text[column].format(wheel=place, minutes=max(1, math.ceil(trend.minutes_left)))

@@ -11,13 +11,15 @@ from services.can.diagnostics.trouble_codes import SEVERITIES, DtcBook, code_of,
 from services.simulator.ecus.parameters import code_bytes
 
 
-def test_the_table_has_at_least_six_hundred_generic_codes_and_each_is_told_in_two_languages(book: DtcBook) -> None:
+def test_the_table_has_at_least_six_hundred_generic_codes_and_each_is_told_in_two_languages_and_what_to_do_in_three(
+    book: DtcBook,
+) -> None:
     assert len(book) >= 600
     for code in book.codes:
         english, german = book.explain(code), book.explain(code, "de")
         assert english.summary != german.summary
         assert english.next_step
-        assert german.next_step
+        assert len({english.next_step, german.next_step, book.explain(code, "fr").next_step}) == 3
         assert english.severity in SEVERITIES
 
 
