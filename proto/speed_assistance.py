@@ -10,8 +10,8 @@ from proto.scene import Unit
 Warning = Literal["none", "shown", "sounded"]
 """Of an overspeed: shown while it lasts, and sounded for some seconds of it."""
 Face = Literal[
-    "limit", "limit_advisory", "no_limit", "limit_ahead", "border", "stop", "give_way", "red_light", "green_light", "person",
-    "vehicle", "slippery", "deep_water", "ice", "wind", "fog", "car_fault", "unclear_sign", "sign", "service_fault", "caution",
+    "limit", "limit_advisory", "limit_ahead", "border", "stop", "give_way", "red_light", "green_light", "person",
+    "vehicle", "slippery", "deep_water", "ice", "car_fault", "unclear_sign", "sign", "service_fault", "caution",
 ]  # fmt: skip
 """What a page draws: a closed list, whatever the words say."""
 

@@ -68,10 +68,6 @@ const arrow = () => path("M50 6 66 26H56V40H44V26H34Z", WHITE, { stroke: INK, "s
 const FACES = {
   limit: ({ value, country }) => limitSign({ value }, country, "known"),
   limit_advisory: ({ value, country }) => limitSign({ value, advisory: true }, country, "known"),
-  no_limit: () => picture(
-    disc(50, 50, 47, WHITE, { stroke: GREY, "stroke-width": 3 }),
-    ...[-14, -7, 0, 7, 14].map((at) => line(`M${24 + at} ${76 + at} ${76 + at} ${24 + at}`, INK, 3)),
-  ),
   limit_ahead: ({ value, country }) => {
     const small = draw("g", { transform: "translate(14 30) scale(.7)" });
     small.append(...limitSign({ value }, country, "known").childNodes);
@@ -97,8 +93,6 @@ const FACES = {
   ice: ({ country }) => warning(
     country, ...[0, 60, 120].map((turn) => line("M50 26V86M42 32l8 8 8-8M42 80l8-8 8 8", INK, 5, { transform: `rotate(${turn} 50 56)` })),
   ),
-  wind: ({ country }) => warning(country, line("M30 84V28", INK, 6), path("M32 28 78 36V50L32 60Z", INK), path("M44 30 54 32V55L44 57Z", WHITE)),
-  fog: ({ country }) => warning(country, draw("g", { transform: "translate(15 -6) scale(.7)" }, car(INK)), line("M22 60H78M28 72H72M22 84H78", INK, 5)),
   car_fault: () => sheet("#7a4a00", car(WHITE), letters("!", 50, 25, 24, 30, YELLOW)),
   unclear_sign: () => picture(disc(50, 50, 47, GREY), disc(50, 50, 36, WHITE), letters("?", 50, 50, 40, 40)),
   sign: () => sheet(BLUE, disc(50, 26, 7, WHITE), board(44, 40, 12, 40, 3, WHITE)),
