@@ -141,8 +141,8 @@ def standing_water(draft: Draft) -> None:
 
 def lorries_only(draft: Draft) -> None:
     """What holds for lorries alone, and a gantry that holds for all."""
-    draft.sign(150.0, "no_overtaking", "plate:lorries")
-    draft.sign(350.0, "limit:80", "plate:lorries")
+    draft.sign(150.0, "no_overtaking", "plate:lorries", side="both")
+    draft.sign(350.0, "limit:80", "plate:lorries", side="both")
     _gantry(draft, 600.0, (0.0, 120), (_arrives_s(draft, 420.0), 100))
     _course(draft, 900.0)
 

@@ -19,7 +19,7 @@ from services.simulator.environment.scenery import build_parked, build_scenery
 from services.simulator.environment.weather import Weather, WeatherCourse, atmosphere
 from services.simulator.people.pedestrians import PERSON_IDS, Person, Surroundings, populate, step_person
 from services.simulator.road.furniture import build_gantries, build_lights, build_signs
-from services.simulator.road.gantries import LOOKS_AHEAD_M, at_start, decide
+from services.simulator.road.gantries import LOOKS_AHEAD_M, Comes, at_start, decide
 from services.simulator.road.highway_env_road import build_road, direction_of, lane_index, to_pose
 from services.simulator.road.layout import build_flat
 from services.simulator.road.route import Route
@@ -45,7 +45,7 @@ UNLIT_M, WIPERS_NEEDED_MM_H = 40.0, 0.2
 RECYCLE_EVERY, LAW_EVERY = 10, 5
 END_BEFORE_M = 60.0
 WRECKED_S = 5.0
-"""So long after a collision with a vehicle, in which the ego stands for good, the drive is over."""
+"""So long after a collision with a vehicle, also one out of a side road, the drive is over."""
 SENSE_MPS: dict[RoadClass, float] = {"urban": 62 / 3.6, "rural": 105 / 3.6, "motorway": 150 / 3.6}
 
 
@@ -133,7 +133,8 @@ class World:
         if self._step % LAW_EVERY == 0:
             for ordinal, plan in enumerate(self.scenario.gantries):
                 downstream = [car.speed for car in self._forward_cars() if 0.0 < car.s_m - plan.at_m < LOOKS_AHEAD_M]
-                self.gantries[ordinal] = decide(plan, self.gantries[ordinal], self.time_s, downstream)
+                ego = Comes(plan.at_m - self.road_ahead.front_m, float(self.ego.speed))
+                self.gantries[ordinal] = decide(plan, self.gantries[ordinal], self.time_s, downstream, ego)
 
     def _cars_have_red(self, s_m: float) -> bool:
         near = [line for line in self.lines if line.kind == "light" and abs(line.at_m - s_m) < 40.0]
@@ -259,10 +260,10 @@ class World:
             hazards=self._sight(scene, weather),
             stop=self._stop_due(),
             crossed=self._crossed(),
-            collision=bool(self.ego.crashed) or self._hits_somebody(motion),
+            collision=self._wrecked(motion) or self._hits_somebody(motion),
         )
         self._front_before = self.road_ahead.front_m
-        self._wrecked_s += STEP_S if self.ego.crashed else 0.0
+        self._wrecked_s += STEP_S if self._wrecked_s > 0.0 or self._wrecked(motion) else 0.0
         return Snapshot(
             step=self._step,
             time_s=self.time_s,
@@ -297,12 +298,17 @@ class World:
                 return Crossed(kind=line.kind, must_have_stopped=self.road_ahead.must_stop(line, 0.0))
         return None
 
+    def _wrecked(self, motion: EgoMotion) -> bool:
+        """Whether the ego touches a vehicle: one of the traffic, where it stands for good, or one out of a side road, where each would
+        wait for the other for good."""
+        return bool(self.ego.crashed) or any(self._hits(motion, car) for car in self.cross.on_the_road())
+
     def _hits_somebody(self, motion: EgoMotion) -> bool:
         for person in self.people:
             ahead, beside = person.s_m - motion.s_m, person.d_m - motion.d_m
             if abs(ahead) < motion.length_m / 2 + 0.2 and abs(beside) < motion.width_m / 2 + 0.2:
                 return True
-        return any(self._hits(motion, car) for car in self.cross.on_the_road())
+        return False
 
     def _hits(self, motion: EgoMotion, car: CrossCar) -> bool:
         along = abs(car.s_m - motion.s_m) < (motion.length_m + car.body.width_m) / 2

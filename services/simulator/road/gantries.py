@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from services.simulator.scenario.plan import GantryPlan, PanelStep
 
@@ -11,6 +12,8 @@ HOLDS_S = 4.0
 _BY_SPEED_KMH = ((25.0, 60), (55.0, 80), (85.0, 100))
 """Below this speed of the slowest car downstream, at most this limit."""
 CONGESTION_BELOW_KMH = 40.0
+LEGIBLE_S, LEGIBLE_M = 4.0, 60.0
+"""What a driver comes to within this time or way is not changed any more: it could not be read before it is passed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +42,23 @@ def at_start(plan: GantryPlan) -> Shown:
     return Shown(step.code, lanes=step.lanes)
 
 
-def decide(plan: GantryPlan, shown: Shown, time_s: float, downstream_mps: Sequence[float]) -> Shown:
-    """The display now, from the programme and the speeds of the cars up to ``LOOKS_AHEAD_M`` behind the gantry."""
+class Comes(NamedTuple):
+    """The ego, by its front: how far it is from a gantry (negative: past it), and how fast."""
+
+    room_m: float
+    speed_mps: float
+
+    @property
+    def could_not_read(self) -> bool:
+        """Whether a change now would come too late to be read."""
+        return 0.0 <= self.room_m <= max(LEGIBLE_M, LEGIBLE_S * self.speed_mps)
+
+
+def decide(plan: GantryPlan, shown: Shown, time_s: float, downstream_mps: Sequence[float], ego: Comes) -> Shown:
+    """The display now, from the programme and the speeds of the cars up to ``LOOKS_AHEAD_M`` behind the gantry; held while the ego
+    could not read another one."""
+    if ego.could_not_read:
+        return shown
     step = programme(plan, time_s)
     code, symbol = step.code, ""
     if plan.follow_traffic and downstream_mps:

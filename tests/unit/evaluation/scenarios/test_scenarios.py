@@ -45,6 +45,14 @@ def test_so_is_any_number(place: Place) -> None:
     assert read_place(str(place)) == place
 
 
+@given(st.sampled_from(SPLITS), st.integers(0, 10_000))
+@settings(max_examples=60, deadline=None)
+def test_a_sign_of_a_motorway_stands_on_both_sides_so_that_a_lorry_hides_no_more_than_one(
+    split: Split, number: int
+) -> None:
+    assert {sign.side for sign in generate("dynamic-vsl", number, split).signs} <= {"both"}
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_all_layouts_of_a_family_differ(family: Family) -> None:
     layouts = [lay(family, number) for number in range(12 * LAYOUTS)]

@@ -190,6 +190,17 @@ def test_a_drive_ends_soon_after_a_collision_with_a_vehicle() -> None:
     assert next(k for k, snapshot in enumerate(after) if snapshot.ended) == pytest.approx(WRECKED_S * 20, abs=2)
 
 
+def test_a_drive_ends_soon_after_the_ego_struck_a_car_out_of_a_side_road() -> None:
+    cars = "cars = [{ from_side = 'right', speed_kmh = 36, when_ego_within_m = 58 }]"
+    for seed in range(3):
+        world = World(scenario(rest=f"[[yields]]\nat_m = 120\n{cars}", speed=45, road_class="urban"), seed, "absent")
+        after = drive(world, 15.0)
+        struck = next(k for k, snapshot in enumerate(after) if snapshot.fact.collision)
+        assert next(k for k, snapshot in enumerate(after) if snapshot.ended) - struck == pytest.approx(
+            WRECKED_S * 20, abs=2
+        )
+
+
 def test_traffic_keeps_its_gaps_and_nobody_crashes() -> None:
     world = World(load_scenario(data("scenarios/dynamic-vsl.toml")), 3)
     drive(world, 12.0)

@@ -1,8 +1,10 @@
 """Traffic lights, gantries and stop lines."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from services.simulator.road.gantries import HOLDS_S, Shown, decide
+from services.simulator.road.gantries import HOLDS_S, LEGIBLE_M, LEGIBLE_S, Comes, Shown, decide
 from services.simulator.road.route import Route
 from services.simulator.road.stop_lines import Cycle, Stood, build_lines, must_stop
 from services.simulator.scenario.plan import GantryPlan, LightPlan, PanelStep
@@ -43,6 +45,7 @@ def test_a_stop_sign_is_served_by_standing_before_it() -> None:
     assert done
 
 
+FAR = Comes(400.0, 30.0)
 GANTRY = GantryPlan(at_m=500, steps=(PanelStep(at_s=0, code="led:120"), PanelStep(at_s=30, code="led:100")))
 
 
@@ -60,11 +63,23 @@ GANTRY = GantryPlan(at_m=500, steps=(PanelStep(at_s=0, code="led:120"), PanelSte
 def test_a_gantry_shows_its_programme_or_less_where_traffic_is_slow(
     time_s: float, speeds: tuple[float, ...], code: str, symbol: str
 ) -> None:
-    shown = decide(GANTRY, Shown("led:120"), time_s, speeds)
+    shown = decide(GANTRY, Shown("led:120"), time_s, speeds, FAR)
     assert (shown.code, shown.symbol) == (code, symbol)
 
 
 def test_a_gantry_does_not_flicker() -> None:
-    shown = decide(GANTRY, Shown("led:120"), 10.0, (2.0,))
-    assert decide(GANTRY, shown, 10.0 + HOLDS_S - 0.1, (33.0,)) is shown
-    assert decide(GANTRY, shown, 10.0 + HOLDS_S + 0.1, (33.0,)).code == "led:120"
+    shown = decide(GANTRY, Shown("led:120"), 10.0, (2.0,), FAR)
+    assert decide(GANTRY, shown, 10.0 + HOLDS_S - 0.1, (33.0,), FAR) is shown
+    assert decide(GANTRY, shown, 10.0 + HOLDS_S + 0.1, (33.0,), FAR).code == "led:120"
+
+
+@given(
+    st.floats(-100.0, 400.0), st.floats(0.0, 50.0), st.floats(0.0, 100.0), st.lists(st.floats(0.0, 40.0), max_size=3)
+)
+def test_a_gantry_changes_only_while_the_ego_can_still_read_it_or_has_passed(
+    room_m: float, speed_mps: float, time_s: float, downstream: list[float]
+) -> None:
+    before = Shown("led:120")
+    after = decide(GANTRY, before, time_s, downstream, Comes(room_m, speed_mps))
+    held = 0.0 <= room_m <= max(LEGIBLE_M, LEGIBLE_S * speed_mps)
+    assert after is before if held else after == decide(GANTRY, before, time_s, downstream, FAR)
