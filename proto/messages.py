@@ -41,6 +41,8 @@ class KindRow(NamedTuple):
     """What it is, for people."""
     repeat_s: float = 60.0
     """The same news is said again after this time; inf: once in a drive."""
+    repeats: str = ""
+    """When it is said again, where something else than a time decides."""
     first_notice: bool = False
     """The first notice of an episode is owed: neither mute nor budget holds it back."""
     presses: bool = False
@@ -69,12 +71,15 @@ KINDS: tuple[KindRow, ...] = (
     ),
     KindRow(Kind.GIVE_WAY, "a place to give way", 10.0, presses=True),
     KindRow(Kind.VEHICLE, "a fault of the car", 300.0, first_notice=True, hazards=("vehicle_fault",)),
-    KindRow(Kind.OVERSPEED, "the ego is faster than the limit", 60.0, first_notice=True, topic="limit", explained_by="place"),
+    KindRow(
+        Kind.OVERSPEED, "the ego is faster than the limit", math.inf, "once the limit was kept, or fell",
+        first_notice=True, topic="limit", explained_by="place",
+    ),
     KindRow(Kind.BORDER, "another country begins", 600.0, explained_by="place"),
     KindRow(Kind.LIMIT, "the limit in force", 3600.0, explained_by="place"),
     KindRow(Kind.GO, "the light is green", presses=True, topic="stop", remembered_as=Kind.STOP, explained_by="right_of_way"),
     KindRow(Kind.DOUBT, "a sign that cannot be read for sure", explained_by="meaning"),
-    KindRow(Kind.FRICTION, "the road is slippery", 180.0),
+    KindRow(Kind.FRICTION, "the road is slippery", 600.0),
     KindRow(Kind.FOREIGN, "a sign with a plate in another language", 120.0, explained_by="meaning"),
     KindRow(Kind.APPROACH, "a lower limit ahead that is not kept without slowing down now", presses=True, topic="ahead"),
     KindRow(Kind.AHEAD, "a lower limit ahead", presses=True),
@@ -112,7 +117,7 @@ def kinds_table() -> str:
         "|---|---|---|---|---|---|",
     ]
     for row in KINDS:
-        again = "never: once in a drive" if math.isinf(row.repeat_s) else f"{row.repeat_s:g} s"
+        again = row.repeats or ("never: once in a drive" if math.isinf(row.repeat_s) else f"{row.repeat_s:g} s")
         owed, presses = ("yes" if held else "" for held in (row.first_notice, row.presses))
         lines.append(f"| `{row.kind}` | {row.says} | {again} | {owed} | {presses} | {', '.join(row.hazards)} |")
     return "\n".join(lines)

@@ -57,7 +57,7 @@ def _with_limit(state: State, known: LegalLimit | None) -> State:
     mps = allowed_mps(known)
     if state.limit_mps is not None and abs(mps - state.limit_mps) < FELL_MPS:
         return state
-    return msgspec.structs.replace(state, limit_mps=mps, former_mps=state.limit_mps)
+    return msgspec.structs.replace(state, limit_mps=mps, limit_ns=state.now_ns, former_mps=state.limit_mps)
 
 
 def allowed_mps(limit: LegalLimit) -> float:
@@ -131,11 +131,16 @@ def step(
     return msgspec.structs.replace(after, sounded_ns=now_ns)
 
 
+def kept_up_to_mps(limit_mps: float, preferences: Preferences) -> float:
+    """The speed up to which nothing is said of a limit: an error of the speedometer, and what the driver allows."""
+    return limit_mps * (1.0 + TOLERANCE_SHARE) + TOLERANCE_MPS + tolerance_mps(preferences, limit_mps)
+
+
 def _above(
     before: Overspeed, limit: LegalLimit, speed_mps: float, preferences: Preferences, now_ns: int
 ) -> tuple[int | None, ...]:
     """Since when the speed is above each row's share of the limit and the tolerance, without a break."""
-    least_mps = limit.mps * (1.0 + TOLERANCE_SHARE) + TOLERANCE_MPS + tolerance_mps(preferences, limit)
+    least_mps = kept_up_to_mps(limit.mps, preferences)
     stood = before.above_ns or (None,) * len(SOUNDED_AFTER_S)
     return tuple(
         (now_ns if since_ns is None else min(since_ns, now_ns))
@@ -145,9 +150,9 @@ def _above(
     )
 
 
-def tolerance_mps(preferences: Preferences, limit: LegalLimit) -> float:
+def tolerance_mps(preferences: Preferences, limit_mps: float) -> float:
     """What the driver allows above this limit before a sound."""
-    chosen = preferences.tolerance_high if limit.mps > HIGH_MPS else preferences.tolerance_low
+    chosen = preferences.tolerance_high if limit_mps > HIGH_MPS else preferences.tolerance_low
     return to_mps(min(MOST_TOLERANCE, max(0.0, chosen)), preferences.unit)
 
 

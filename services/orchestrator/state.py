@@ -326,6 +326,8 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
     """The limit in force as it was last known well enough to be spoken."""
     former_mps: float | None = None
     """The one before it."""
+    limit_ns: int | None = None
+    """Since when the limit is `limit_mps`."""
     announced: News | None = None
     """The limit that was announced last, until another one is told."""
     preferences: Preferences = Preferences()

@@ -6,7 +6,17 @@ from domain.units import to_mps
 from proto.rules import SignMeaning
 from proto.scene import Unit
 from services.orchestrator.law import rules_question
-from services.orchestrator.signs.limits import DISTANCE_PLATE, RESTRICTED_PLATES, SURE, WET_PLATE, hangs, may_be_ours
+from services.orchestrator.signs.limits import (
+    DISTANCE_PLATE,
+    RESTRICTED_PLATES,
+    SURE,
+    WET_PLATE,
+    borders,
+    doubts_unit,
+    hangs,
+    may_be_ours,
+    unit_and_side,
+)
 from services.orchestrator.state import SignAhead, State
 
 PLACES = frozenset({"town_entry", "calm_street"})
@@ -23,6 +33,8 @@ class LimitAhead(NamedTuple):
     confidence: float
     law: SignMeaning | None = None
     """What says so, where the sign has no number."""
+    open_unit: bool = False
+    """Whether a border before it, or other signs, leave open in which unit the number is; it counts as the lower reading."""
 
 
 def limits_ahead(state: State) -> tuple[LimitAhead, ...]:
@@ -53,8 +65,9 @@ def _binds(state: State, sign: SignAhead) -> bool:
 
 def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
     if sign.kind == "limit" and sign.value is not None and sign.scope != "end":
-        unit: Unit = "km/h" if sign.unit is None or _behind_a_border(state, sign) else sign.unit
-        return LimitAhead(sign, sign.value, unit, to_mps(sign.value, unit), sign.confidence)
+        open_unit = _in_another_unit(state, sign) or doubts_unit(state.signs)
+        unit: Unit = "km/h" if sign.unit is None or open_unit or _behind_a_border(state, sign) else sign.unit
+        return LimitAhead(sign, sign.value, unit, to_mps(sign.value, unit), sign.confidence, None, open_unit)
     law = _law_behind(state, sign)
     if law is None or law.limit is None:
         return None
@@ -64,8 +77,13 @@ def _limit(state: State, sign: SignAhead) -> LimitAhead | None:
 
 def _behind_a_border(state: State, sign: SignAhead) -> bool:
     """Whether another country's sign stands before it: its unit is not known yet, and its number counts as the lower reading."""
-    borders = (each for each in state.signs.ahead if each.believed and each.head == "border")
-    return sign.distance_m is not None and any(each.at_m < sign.at_m for each in borders)
+    return sign.distance_m is not None and any(each.at_m < sign.at_m for each in borders(state.signs))
+
+
+def _in_another_unit(state: State, sign: SignAhead) -> bool:
+    """Whether it is read in another unit than that of the country, or of one behind a border before it."""
+    before = (each.reading.partition(":")[2] for each in borders(state.signs) if each.at_m < sign.at_m)
+    return any(unit_and_side(country)[0] != (sign.unit or "km/h") for country in (state.signs.country, *before))
 
 
 def places_ahead(state: State) -> tuple[SignAhead, ...]:

@@ -11,7 +11,7 @@ from typing import Literal, cast, get_args
 import msgspec
 
 from proto.rules import PostedLimit
-from proto.scene import COUNTRIES
+from proto.scene import COUNTRIES, Unit
 from services.orchestrator.state import Believed, InForce, SignAhead, Signs
 
 RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"]
@@ -37,6 +37,34 @@ RESTRICTED_PLATES = (LORRIES_PLATE, "plate:time", WET_PLATE, SCHOOL_PLATE, ARROW
 arrow counts whenever it is the lowest, and what stands under an arrow ends or starts nothing, but for a slower town."""
 TOWN_KMH = 50.0
 """No country of ours lets cars drive faster in a town unless a sign there says so."""
+
+
+def unit_and_side(country: str | None) -> tuple[Unit, str]:
+    """In which unit a country's signs speak, and on which side one drives there; as in most of ours where it is unknown."""
+    return OTHERWISE.get(country or "", ("km/h", "right"))
+
+
+OTHERWISE: dict[str, tuple[Unit, str]] = {"GBR": ("mph", "left"), "IRL": ("km/h", "left"), "USA": ("mph", "right")}
+"""Countries in which either is not as in the others."""
+
+
+def borders(signs: Signs) -> tuple[SignAhead, ...]:
+    """Signs of borders ahead that are believed."""
+    return tuple(each for each in signs.ahead if each.believed and each.head == "border")
+
+
+def doubts_unit(signs: Signs) -> bool:
+    """Whether signs speak against the country's unit or side of traffic, as behind a border whose own sign was missed: a number may be
+    miles or kilometres until the country is believed."""
+    unit, side = unit_and_side(signs.country)
+    against = {reading for other, reading in _OF_UNITS.items() if other != unit}
+    against |= {reading for other, reading in _OF_SIDES.items() if other != side}
+    seen = (each.reading for each in (*signs.ahead, *signs.recent) if each.believed and each.confidence >= SURE)
+    return not borders(signs) and not against.isdisjoint(seen)
+
+
+_OF_UNITS = {"mph": "info:units_mph", "km/h": "info:units_kmh"}
+_OF_SIDES = {"left": "info:side_left", "right": "info:side_right"}
 
 
 def lowers(signs: Signs, sign: SignAhead) -> bool:
@@ -172,6 +200,20 @@ def ended(signs: Signs, reading: str) -> tuple[str, ...]:
 
 def _believed(value: str, sign: SignAhead, now_ns: int, evidence: str = "") -> Believed:
     return Believed(value=value, confidence=sign.confidence, since_ns=now_ns, evidence=evidence)
+
+
+def read_anew(before: Signs, signs: Signs, now_ns: int) -> Signs:
+    """The signs behind a border that no sign told, with the limit that was passed last in the country's own unit: if of late, it is as
+    likely to stand behind the border as before it, and less than the law alone."""
+    last, unit = before.permanent, unit_and_side(signs.country)[0]
+    if last is None or last.posted.unit == unit or now_ns - last.since_ns > UNTOLD_BORDER_NS:
+        return signs
+    posted = msgspec.structs.replace(last.posted, unit=unit)
+    return msgspec.structs.replace(signs, permanent=msgspec.structs.replace(last, posted=posted))
+
+
+UNTOLD_BORDER_NS = 20_000_000_000
+"""Until other signs than the border's have told the country."""
 
 
 def in_another_country(signs: Signs, now_ns: int) -> Signs:

@@ -26,6 +26,7 @@ from services.orchestrator.signs.limits import (
     in_force,
     is_unknown_country,
     lowers,
+    read_anew,
     shows_limit,
     without_country,
 )
@@ -209,7 +210,7 @@ def _jurisdiction(signs: Signs, fact: Fact, now_ns: int) -> Signs:
     if signs.country in (None, after.country):
         return after
     # Another country's signs, believed: the border is behind the ego even if its sign was missed.
-    abroad = in_another_country(after, now_ns)
+    abroad = read_anew(signs, in_another_country(after, now_ns), now_ns)
     return msgspec.structs.replace(abroad, former_jurisdiction=signs.country, crossed=True)
 
 

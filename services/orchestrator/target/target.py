@@ -18,7 +18,7 @@ from proto.rules import Citation, LegalLimit, PostedLimit, RulesAnswer
 from proto.vehicle import VehicleHealth
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead, surely
-from services.orchestrator.signs.limits import in_force, may_be_ours
+from services.orchestrator.signs.limits import doubts_unit, in_force, may_be_ours
 from services.orchestrator.state import Lost, SignAhead, State
 from services.orchestrator.target.lost import Asks, holds_back, settled, unseen
 from services.orchestrator.world.actors import KNOWN_CONFIDENCE, known, tracks, vehicles
@@ -199,6 +199,8 @@ def marked(state: State, answer: RulesAnswer) -> RulesAnswer:
 def _answered(state: State, answer: RulesAnswer, basis: str) -> Law:
     answer = marked(state, answer)
     limit = answer.limit
+    if limit is not None and doubts_unit(state.signs):
+        limit = msgspec.structs.replace(limit, assumed=True)
     return Law(limit, limit.mps if limit is not None else None, answer.confidence, basis, answer.citations, answer)
 
 

@@ -160,7 +160,11 @@ def _seen(gaps: tuple[GapSeen, ...], way: Way) -> list[GapSeen]:
 
 def confirmed(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether an actor is certain, or was seen well in the way often enough."""
-    return way.track.confidence >= CERTAIN or sum(gap.well for gap in _seen(gaps, way)) >= CONFIRMING
+    return way.track.confidence >= CERTAIN or _often(gaps, way)
+
+
+def _often(gaps: tuple[GapSeen, ...], way: Way) -> bool:
+    return sum(gap.well for gap in _seen(gaps, way)) >= CONFIRMING
 
 
 def contradicted(gaps: tuple[GapSeen, ...], way: Way) -> bool:
@@ -192,11 +196,13 @@ def surely_nears(way: Way) -> bool:
 def clear(gaps: tuple[GapSeen, ...], way: Way) -> bool:
     """Whether an actor is seen well enough to be spoken of, and stands or comes in the way rather than beside it.
 
-    A vehicle that the ego passes close by lowers the target and is no hazard.
+    A vehicle that the ego passes close by lowers the target and is no hazard. One that comes towards the ego has to be seen in its way
+    often enough: a lorry of the other lane lies in ours for a look or two, by its measured width.
     """
     passed = is_passed(way.track, way.gap_m, way.speed_mps, stands_mps=STANDS_MPS, across_mps=CROSSES_MPS)
     there = well_seen(way.track) and is_vehicle_there(way.track, way.speed_mps, SIGHT, ACROSS)
-    return there and not passed and not contradicted(gaps, way)
+    meets = not way.track.oncoming or _often(gaps, way)
+    return there and meets and not passed and not contradicted(gaps, way)
 
 
 def comes_from(way: Way) -> Literal["left", "right"] | None:

@@ -11,9 +11,9 @@ from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
 from services.orchestrator.events import foreign_plate
 from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, limits_ahead
-from services.orchestrator.signs.limits import in_force
+from services.orchestrator.signs.limits import in_force, unit_and_side
 from services.orchestrator.speech.candidate import Candidate, Maker, told_within
-from services.orchestrator.speech.candidates.limits_ahead import FAR_BELOW, ahead, approach, lowest
+from services.orchestrator.speech.candidates.limits_ahead import ahead, approach, is_near, lowest, told_of_less
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import (
     advised_number,
@@ -121,6 +121,8 @@ def _overspeed(state: State, target: Target, events: dict[str, Event]) -> Iterat
     limit, ego, sounded_ns = target.law.limit, state.world.ego.speed_mps, state.overspeed.sounded_ns
     if limit is None or ego is None or sounded_ns is None or warning_of(state.overspeed, state.now_ns) != "sounded":
         return
+    if told_of_less(state, limit):
+        return
     yield Candidate(
         kind=Kind.OVERSPEED,
         news=News(value=limit.value, unit=limit.unit, grave=ego.value > FAR_OVER * limit.mps),
@@ -155,7 +157,7 @@ def _binding_mps(limit: LegalLimit | None) -> float | None:
 def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The country that begins, until it is told: where limits follow closely the budget may keep it for some seconds."""
     here = state.signs.jurisdiction
-    if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)):
+    if here is None or not ("jurisdiction_change" in events or _border_untold(state, here)) or _unit_comes(state, here):
         return
     preferences, limit = state.preferences, target.law.limit
     lower = lowest(limits_ahead(state), limit)  # the words allow no more than a sign in sight does
@@ -195,11 +197,11 @@ def _border_rules(state: State, shown: LegalLimit | None) -> str:
     """What is otherwise than before, and the limit: `keep left, 20 miles an hour`."""
     preferences, side = state.preferences, state.signs.traffic_side
     unit = shown.unit if shown is not None else _unit_here(state)
-    before = LEFT_AND_MILES.get(state.signs.former_jurisdiction, ("right", "km/h"))
+    unit_before, side_before = unit_and_side(state.signs.former_jurisdiction)
     parts = []
-    if side is not None and side.value != before[0]:
+    if side is not None and side.value != side_before:
         parts.append(say(preferences, "word", "keeps", side=word(preferences, side.value)))
-    other = unit if unit and unit != before[1] else ""
+    other = unit if unit and unit != unit_before else ""
     if shown is not None and not shown.advisory:
         number = limit_number(preferences, shown.value, shown.unit)
         named = other and number == f"{shown.value:g}"
@@ -207,10 +209,6 @@ def _border_rules(state: State, shown: LegalLimit | None) -> str:
     elif other:
         parts.append(units_name(preferences, other))
     return ", ".join(parts)
-
-
-LEFT_AND_MILES = {"GBR": ("left", "mph"), "IRL": ("left", "km/h"), "USA": ("right", "mph")}
-"""Country -> side of traffic and unit, where either is not as in all others."""
 
 
 def _unit_here(state: State) -> str:
@@ -222,6 +220,15 @@ BORDER_NEWS_S = 20.0
 """For so long a border is worth a word: until the budget has long filled up again."""
 
 
+def _unit_comes(state: State, here: Believed) -> bool:
+    """Whether signs speak in miles here, and the front end is about to say so: a number is read as the lower until then."""
+    miles = unit_and_side(here.value)[0] == "mph"
+    return miles and state.signs.units is None and state.now_ns - here.since_ns < UNIT_COMES_NS
+
+
+UNIT_COMES_NS = 1_000_000_000
+
+
 def _border_untold(state: State, here: Believed) -> bool:
     crossed = state.signs.crossed and state.now_ns - here.since_ns < BORDER_NEWS_S * 1e9
     told = state.memory.last(Kind.BORDER)
@@ -231,9 +238,10 @@ def _border_untold(state: State, here: Believed) -> bool:
 def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A limit that is lower than the one before it, once: a higher one is shown, and so is the first of a drive.
 
-    Not while a sign ahead shows less; not while the ego is far below it; and not where it was announced before its sign.
+    Not while a sign ahead shows less; not where the ego keeps it already, or nearly; not where it was announced before its sign; and not
+    later, when the driver goes beyond it: that is an overspeed.
     """
-    limit, ego = target.law.limit, state.world.ego.speed_mps
+    limit = target.law.limit
     if (
         limit is None
         or not target.law.told
@@ -241,7 +249,7 @@ def _limit(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
         or lowest(binding_ahead(state), limit) is not None
     ):
         return
-    if (ego is not None and ego.value < FAR_BELOW * limit.mps) or _was_announced(state, limit):
+    if is_near(state, limit.mps) or _was_announced(state, limit) or not _is_new(state, limit):
         return
     plate = plate_of(state, limit)
     ended = bool(state.signs.ended) and "speed_limit_change" in events
@@ -266,6 +274,16 @@ def _fell(state: State, limit: LegalLimit) -> bool:
     same = state.limit_mps is not None and abs(state.limit_mps - mps) < FELL_MPS
     before = state.former_mps if same else state.limit_mps
     return before is not None and mps < before
+
+
+def _is_new(state: State, limit: LegalLimit) -> bool:
+    """Whether it began of late."""
+    same = state.limit_mps is not None and abs(state.limit_mps - allowed_mps(limit)) < FELL_MPS
+    return not same or state.limit_ns is None or state.now_ns - state.limit_ns < LIMIT_NEWS_S * 1e9
+
+
+LIMIT_NEWS_S = 5.0
+"""For so long a limit is news: until what was being said is over."""
 
 
 def _was_announced(state: State, limit: LegalLimit) -> bool:
@@ -336,11 +354,14 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     slow = ego is not None and (ego.value < LEAST_MPS or (road_mps is not None and ego.value <= NEAR * road_mps))
     if slow and event.detail != "severe":
         return
+    surface = _of_the_surface(conditions)
+    if surface in _OPEN and state.now_ns - event.since_ns < SETTLES_S * 1e9:
+        return
     number = advised_number(state.preferences, road_mps, target.law.limit) if road_mps is not None else ""
     yield Candidate(
         kind=Kind.FRICTION,
-        news=News(what=_gravest(state, event.detail)),
-        phrase=_of_the_surface(conditions, told=road_mps is not None and _worth_saying(target, road_mps)),
+        news=News(what=_gravest(state, surface, event.detail)),
+        phrase=surface if road_mps is not None and _worth_saying(target, road_mps) else _OPEN.get(surface, surface),
         urgency="warning" if event.detail == "severe" else "advice",
         values={"target": number},
         confidence=event.confidence,
@@ -348,12 +369,17 @@ def _friction(state: State, target: Target, events: dict[str, Event]) -> Iterato
     )
 
 
-def _of_the_surface(conditions: Conditions, *, told: bool) -> str:
-    """Deep water and ice by what to do; else by a speed, where one is told."""
+def _of_the_surface(conditions: Conditions) -> str:
+    """Deep water and ice by what to do; else by what lies on the road."""
     if conditions.mu_low < DEEP_MU and conditions.mu_high < SURELY_LITTLE_MU:
         return "deep_water" if conditions.wet and conditions.precipitation != "snow" else "ice"
-    surface = "water" if conditions.wet and conditions.precipitation != "snow" else "slippery"
-    return surface if told else f"{surface}_open"
+    return "water" if conditions.wet and conditions.precipitation != "snow" else "slippery"
+
+
+_OPEN = {"water": "water_open", "slippery": "slippery_open"}
+"""Phrases with a speed, and their like without one."""
+SETTLES_S = 2.0
+"""A level of risk that has just risen may rise further: it is told once, at its highest."""
 
 
 def _worth_saying(target: Target, road_mps: float) -> bool:
@@ -367,16 +393,17 @@ NEAR = 1.1
 """A speed that the ego is so near to is not worth a word."""
 PASSED_SOON = ("give_way", "junction", "red_light", "stop_sign", "stop_line")
 GRAVE = ("high", "severe")
-SLIPPERY = ("low", "moderate", *GRAVE)
-"""Levels of risk, the gravest last; an unknown one is none of them."""
+SURFACES = ("slippery", "water", "severe", "ice", "deep_water")
+"""What is told of the road, the gravest last; `severe`: its risk, whatever lies there."""
 
 
-def _gravest(state: State, level: str) -> str:
-    """The level, or a graver one that was told of late: where grip wavers between two, neither is news again."""
-    told, repeat_s = state.memory.last(Kind.FRICTION), ROWS[Kind.FRICTION].repeat_s
-    if told is None or not told_within(state, Kind.FRICTION, repeat_s) or not {told.news.what, level} <= set(SLIPPERY):
-        return level
-    return max(told.news.what, level, key=SLIPPERY.index)
+def _gravest(state: State, surface: str, level: str) -> str:
+    """What is told of the road, or what was told of late and is graver: where grip wavers between two, neither is news again."""
+    now = max(surface, level if level == "severe" else surface, key=SURFACES.index)
+    told = state.memory.last(Kind.FRICTION)
+    if told is None or not told_within(state, Kind.FRICTION, ROWS[Kind.FRICTION].repeat_s):
+        return now
+    return max(told.news.what, now, key=SURFACES.index) if told.news.what in SURFACES else now
 
 
 def _expert(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:

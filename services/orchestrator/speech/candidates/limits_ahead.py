@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
-from domain.units import posted_text
+from domain.units import posted_text, to_mps
 from proto.decision import Event
 from proto.messages import Kind
 from proto.rules import LegalLimit
@@ -13,25 +13,26 @@ from services.orchestrator.law.limits_ahead import LimitAhead, binding_ahead, li
 from services.orchestrator.signs.limits import in_force
 from services.orchestrator.speech.candidate import Candidate, told_within
 from services.orchestrator.speech.wording import distance, limit_number
+from services.orchestrator.speed_assistance import kept_up_to_mps
 from services.orchestrator.state import State
 from services.orchestrator.target.target import Target
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S, to_be_told_m
 
 OVER_MPS = 0.5
-"""So much above a limit ahead the speed has to fall."""
-FAR_BELOW = 0.6
-"""A limit is shown, and of no use to be heard, while the ego drives less than this share of it."""
+"""By so much a limit ahead is lower than the one in force."""
 LIFTED_MPS2 = 0.9
 """How fast a car slows down once the foot is lifted."""
 HEEDS_S = 3.0
 """From a word to slow down until one sees whether the driver heeds it."""
 EXPLAINED_S = 5.0
 """For so long after a foreign sign was explained its limit is not announced as well."""
-FIRM_MPS2, FAR_OVER = 3.0, 1.05
-"""Who was told to slow down and does not, hears it once more when no less than this keeps the limit, if he is so far above it that
-it would be an overspeed at its sign."""
+FIRM_MPS2, FAR_OVER = 3.0, 1.15
+"""A driver who was told of a limit ahead and does not slow down hears it once more when no less than this keeps the limit, so far above
+it."""
 CALMER = (Kind.AHEAD, Kind.FOREIGN, Kind.BORDER)
 ANNOUNCES = (Kind.AHEAD, Kind.APPROACH)
+NEAR = 1.1
+"""A driver who is so near to a limit sees it; behind its sign the overspeed is told of by the table of times."""
 FLICKERS_S = 5.0
 """A gantry or a sign that was announced may be read otherwise for so long without being another one."""
 
@@ -39,7 +40,7 @@ FLICKERS_S = 5.0
 def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """A limit that the ego will not keep unless it slows down now: nobody was in time to tell of it, or he did not."""
     ego, change = state.world.ego.speed_mps, state.world.ego.acceleration_mps2
-    lower = lowest(binding_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    lower = lowest(_exceeded(state, binding_ahead(state)), target.law.limit)
     if lower is None or ego is None:
         return
     if told_within(state, Kind.APPROACH, HEEDS_S) or any(told_within(state, kind, REACTION_S) for kind in CALMER):
@@ -47,15 +48,14 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
     if change is not None and _heeds(ego.value, -change.value, lower):
         return
     announced = _announced(state, lower)
-    if _told(state, announced) and ego.value <= NEARLY * lower.mps:
-        return
     slow = announced._replace(
         phrase="slow_ahead", urgency="advice", kind=Kind.APPROACH, tells=(Kind.AHEAD, announced.news)
     )
-    if _told_in_vain(state, slow, lower, ego.value):
-        yield slow._replace(news=_firm(slow.news), urgency="warning")
-    elif _spare_s(lower, ego.value) <= 0.0:
-        yield slow
+    if not _told(state, announced):
+        if _spare_s(lower, ego.value) <= 0.0:
+            yield slow
+    elif ego.value > FAR_OVER * lower.mps and _needs_mps2(ego.value, lower) > FIRM_MPS2 and not _just_told(state):
+        yield slow._replace(news=msgspec.structs.replace(slow.news, grave=True), urgency="warning")
 
 
 def _told(state: State, announced: Candidate) -> bool:
@@ -70,20 +70,7 @@ def _heeds(speed_mps: float, slowing_mps2: float, lower: LimitAhead) -> bool:
 
 
 NEARLY = 1.15
-"""A driver who was told of a limit and is so near to it is told no more before its sign."""
-
-
-def _told_in_vain(state: State, slow: Candidate, lower: LimitAhead, speed_mps: float) -> bool:
-    """Whether he was told to slow down, of late, and has to do so firmly now; once told firmly he hears no calmer word on it."""
-    told = state.memory.last(slow.kind)
-    if told is None or not told_within(state, slow.kind, slow.repeat_s):
-        return False
-    late = speed_mps > FAR_OVER * lower.mps and _spare_s(lower, speed_mps, FIRM_MPS2) <= 0.0
-    return told.news == _firm(slow.news) or (told.news == slow.news and late)
-
-
-def _firm(news: News) -> News:
-    return msgspec.structs.replace(news, grave=True)
+"""A driver who has lifted the foot and will be so near to a limit at its sign heeds it."""
 
 
 def past(state: State) -> tuple[Kind, ...]:
@@ -109,24 +96,43 @@ def past(state: State) -> tuple[Kind, ...]:
 def ahead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     """The lowest limit ahead that the ego drives faster than, when it is time to lift the foot."""
     ego = state.world.ego.speed_mps
-    lower = lowest(limits_ahead(state), target.law.limit, ego.value if ego is not None else None)
+    lower = lowest(_exceeded(state, limits_ahead(state)), target.law.limit)
     if lower is None or told_within(state, Kind.FOREIGN, EXPLAINED_S):
         return
     if ego is None or _spare_s(lower, ego.value, LIFTED_MPS2) <= 0.0:
         yield _announced(state, lower)
 
 
-def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None, speed_mps: float | None = None) -> LimitAhead | None:
-    """The lowest of limits ahead, if it is below the one in force, and the speed, where one is given, above it."""
+def _exceeded(state: State, found: Iterable[LimitAhead]) -> Iterator[LimitAhead]:
+    """Those of limits ahead that the ego is not near to yet. A number that may be miles is told with its border."""
+    return (each for each in found if not each.open_unit and not is_near(state, each.mps))
+
+
+def is_near(state: State, limit_mps: float) -> bool:
+    """Whether the ego keeps a limit or nearly keeps it."""
+    speed_mps = state.speed_mps
+    return speed_mps is not None and speed_mps <= max(NEAR * limit_mps, kept_up_to_mps(limit_mps, state.preferences))
+
+
+def _just_told(state: State) -> bool:
+    return any(told_within(state, kind, HEEDS_S) for kind in CALMER)
+
+
+def lowest(found: Iterable[LimitAhead], limit: LegalLimit | None) -> LimitAhead | None:
+    """The lowest of limits ahead, if it is below the one in force."""
     lower = (
         each
         for each in found
-        if each.sign.distance_m is not None
-        and limit is not None
-        and each.mps < limit.mps - OVER_MPS
-        and (speed_mps is None or speed_mps > each.mps + OVER_MPS)
+        if each.sign.distance_m is not None and limit is not None and each.mps < limit.mps - OVER_MPS
     )
     return min(lower, key=lambda each: (each.mps, each.sign.track_id), default=None)
+
+
+def told_of_less(state: State, limit: LegalLimit) -> bool:
+    """Whether the driver was told just now of a limit ahead that is lower: it is enough to keep that one."""
+    told = [state.memory.last(kind) for kind in ANNOUNCES if told_within(state, kind, HEEDS_S)]
+    news = [each.news for each in told if each is not None]
+    return any(to_mps(each.value or 0.0, "mph" if each.unit == "mph" else "km/h") < limit.mps for each in news)
 
 
 def _announced(state: State, lower: LimitAhead) -> Candidate:
@@ -146,6 +152,10 @@ def _announced(state: State, lower: LimitAhead) -> Candidate:
         number=(lower.value, lower.unit),
         law=lower.law,
     )
+
+
+def _needs_mps2(speed_mps: float, lower: LimitAhead) -> float:
+    return (speed_mps**2 - lower.mps**2) / (2.0 * max(0.5, _room_m(lower)))
 
 
 def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:

@@ -25,25 +25,23 @@ from services.orchestrator.world.stops import REACTION_S, Stop, needed_mps2, sto
 
 HAZARD_TTC_S = 4.0
 ALARM_TTC_S = 2.0
-ADVISED_M = 50.0
-"""A person farther away is spoken of only where it is urgent."""
 FIRM_MPS2 = 1.5
 """A stop that needs more than this is a hazard: it should have begun."""
 RED_S = 120.0
 """No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
 """The end of a queue is told early on fast roads."""
-LEAST_TTC_S, LOSES_MPS2 = 3.0, 4.0
+LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
 
 
 def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
-    """People in or near the path, as urgent as the most urgent of them."""
+    """People in or near the path for whom comfortable braking is not enough, as urgent as the most urgent of them."""
     judged = [(way, _person_urgency(state, way)) for way in people(state.world) if clear(state.gaps, way)]
-    found = [(way, urgency) for way, urgency in judged if _worth_a_word(state, way, urgency)]
+    found = [(way, urgency) for way, urgency in judged if urgency is not None and _worth_a_word(state, way, urgency)]
     if not found:
         return
     # The nearest need not be the most urgent: a rider behind a walker may be met sooner.
-    way, urgency = min(found, key=lambda each: GRAVEST.index(each[1]))
+    way, urgency = min(found, key=lambda each: each[1] != "alarm")
     yield Candidate(
         kind=Kind.PERSON,
         news=News(track_id=way.track.track_id, what=urgency),
@@ -51,7 +49,7 @@ def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
         urgency=urgency,
         values={"gap": distance(state.preferences, max(0.0, way.gap_m))},
         why=("person",),
-        hazard="pedestrian" if urgency != "advice" else "",
+        hazard="pedestrian",
         confidence=way.track.confidence,
         asked_mps=target.mps,
     )
@@ -59,23 +57,20 @@ def person(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
 
 def _worth_a_word(state: State, way: Way, urgency: Urgency) -> bool:
     """Every word waits until the person is certain or confirmed, and meanwhile the target sinks; an alarm does not wait for a person who
-    is known for a while. Advice is for a driver who does not heed the person yet.
+    is known for a while. A driver who was told of a line and brakes enough for this person too needs no warning.
     """
-    if urgency == "alarm":
-        return confirmed(state.gaps, way) or known(way.track)
-    advised = way.gap_m <= ADVISED_M and not _heeds(state, way)
-    return confirmed(state.gaps, way) and (urgency == "warning" or advised)
+    if urgency == "warning" and _heeds(state, Kind.STOP, _person_needs_mps2(state, way)):
+        return False
+    return confirmed(state.gaps, way) or (urgency == "alarm" and known(way.track))
 
 
-def _heeds(state: State, way: Way) -> bool:
-    """Whether the ego stands; or its driver, who was told of a person of late, brakes as hard as this one needs."""
-    of_late = told_within(state, Kind.PERSON, HEEDED_S)
-    return stands(state.world) or (of_late and _brakes(state, _person_needs_mps2(state, way)))
+def _heeds(state: State, kind: Kind, need_mps2: float) -> bool:
+    """Whether the driver was told of such a thing of late and brakes as hard as it needs."""
+    return told_within(state, kind, HEEDED_S) and _brakes(state, need_mps2)
 
 
 HEEDED_S = 10.0
-"""A word on a person counts for so long."""
-GRAVEST: tuple[Urgency, ...] = ("alarm", "warning", "advice")
+"""A word counts for so long."""
 
 
 def _person_needs_mps2(state: State, way: Way) -> float:
@@ -83,12 +78,22 @@ def _person_needs_mps2(state: State, way: Way) -> float:
     return ego.value**2 / (2.0 * max(0.5, way.least_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
 
 
-def _person_urgency(state: State, way: Way) -> Urgency:
-    need = _person_needs_mps2(state, way)
-    if way.ttc_s is not None and way.ttc_s < ALARM_TTC_S:
+def _person_urgency(state: State, way: Way) -> Urgency | None:
+    """None: the driver has time to brake comfortably. Who would be an alarm before a warning is over is one at once; a driver who was
+    told and brakes enough hears no alarm."""
+    need, ttc_s = _person_needs_mps2(state, way), way.ttc_s
+    told = told_within(state, Kind.PERSON, HEEDED_S)
+    first = need > FIRM_MPS2 and not told and confirmed(state.gaps, way)
+    heeds = _heeds(state, Kind.PERSON, need) or _heeds(state, Kind.STOP, need)
+    if ttc_s is not None and ttc_s < ALARM_TTC_S + first * PERSON_SPOKEN_S and not heeds:
         return "alarm"
-    near = way.ttc_s is not None and way.ttc_s < HAZARD_TTC_S
-    return "warning" if near or need > FIRM_MPS2 else "advice"
+    return "warning" if need > FIRM_MPS2 or (ttc_s is not None and ttc_s < HAZARD_TTC_S) else None
+
+
+PERSON_SPOKEN_S, LEAD_SPOKEN_S = 0.8, 1.2
+"""How long the words of a warning take."""
+HARD_MPS2 = 3.0
+"""Firm braking."""
 
 
 def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -96,9 +101,14 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
     if stands(state.world):
         return
     way = next((way for way in met(state.world) if _soon_met(state, way) and clear(state.gaps, way)), None)
-    if way is None or way.ttc_s is None:
+    if way is None or way.ttc_s is None or _heeds(state, Kind.LEAD, _lead_needs_mps2(way)):
         return
-    close, side, alarm = way.ttc_s < _hazard_ttc_s(way), comes_from(way), way.ttc_s < ALARM_TTC_S
+    if way.ttc_s >= ALARM_TTC_S and comes_from(way) is not None and _gives_way(state, way):
+        return
+    # A queue that is close before its words are over is so at once; and a driver who hears "brake" hears the alarm after that.
+    ahead_s = 0.0 if told_within(state, Kind.LEAD, HEEDED_S) else LEAD_SPOKEN_S
+    close, side = way.ttc_s - ahead_s < _hazard_ttc_s(way), comes_from(way)
+    alarm = way.ttc_s < ALARM_TTC_S and not told_within(state, Kind.LEAD, LEAD_SPOKEN_S)
     known_as = "lead" if close else "slow_traffic"
     phrase = known_as if side is None else "crossing"
     yield Candidate(
@@ -117,6 +127,15 @@ def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Can
         confidence=way.track.confidence,
         asked_mps=target.mps,
     )
+
+
+def _gives_way(state: State, way: Way) -> bool:
+    """Whether the driver was just told to give way, or was of late and brakes as hard as who comes needs."""
+    return told_within(state, Kind.GIVE_WAY, REACTION_S) or _heeds(state, Kind.GIVE_WAY, _lead_needs_mps2(way))
+
+
+def _lead_needs_mps2(way: Way) -> float:
+    return way.closing_mps**2 / (2.0 * max(0.5, way.least_m - 1.0))
 
 
 def _soon_met(state: State, way: Way) -> bool:
@@ -151,7 +170,7 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
     ego = state.world.ego.speed_mps
     need = needed_mps2(stop, ego.value) if ego is not None else 0.0
     told = _told_firmly(state, stop)
-    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _brakes(state, need))
+    firm = need > FIRM_MPS2 and ego is not None and ego.value > 2.0 and not (told and _stops(state, ego.value, need))
     if ego is not None and not firm and not told:
         return None
     light = state.light.state if state.light is not None and stop.why == "red_light" else "red"
@@ -169,6 +188,17 @@ def _stop_candidate(state: State, stop: Stop) -> Candidate | None:
         confidence=stop.confidence,
         asked_mps=max(0.0, stop.approach_mps()),
     )
+
+
+def _stops(state: State, speed_mps: float, need_mps2: float) -> bool:
+    """Whether a driver who was told of a line is about to stop there: he brakes by most of what it needs, and that is no firm braking, or
+    visibly at the very last."""
+    slow = speed_mps < SLOW_MPS and _brakes(state, SLOWING_MPS2)
+    soft = need_mps2 < HARD_MPS2 and _brakes(state, HEEDS_SHARE * need_mps2)
+    return slow or soft or _brakes(state, need_mps2)
+
+
+HEEDS_SHARE, SLOW_MPS, SLOWING_MPS2 = 0.7, 4.0, 1.0
 
 
 def _lamp(state: State, light: str) -> str:

@@ -56,10 +56,51 @@ def test_it_is_said_in_the_drivers_language() -> None:
     assert "Erkannt an: Art der Schilder (3.0), Straßenseite des Verkehrs (6.5)" in ticked.advisory.justification
 
 
+def test_a_number_that_may_be_miles_is_told_with_its_border_and_no_sooner() -> None:
+    drive = Drive(speed_mps=12.0)
+    drive.tick(fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("traffic_side", "right"))
+    for left_m in (50.0, 45.0, 40.0):
+        border = end_sign("border:GBR", passed=False, distance_m=left_m - 20.0)
+        drive.tick(border, limit_sign("limit:20", unit="km/h", track_id=30, passed=False, distance_m=left_m))
+    assert drive.spoken() == []
+    assert drive.target_mps < 50 * KMH, "till then the lower reading holds"
+    drive.tick(end_sign("border:GBR"))
+    assert drive.history[-1][2].advisory.kind == "SILENT", "the front end is about to say the unit"
+    drive.tick(
+        fact("units", "mph"),
+        fact("traffic_side", "left"),
+        limit_sign("limit:20", unit="mph", track_id=30, passed=False, distance_m=20.0),
+    )
+    drive.ticks(3)
+    assert drive.spoken() == ["Great Britain: keep left, 20 miles an hour"]
+
+
+@pytest.mark.parametrize("told", ["info:units_mph", "info:side_left"])
+def test_where_signs_speak_against_the_unit_a_number_is_shown_as_assumed_and_bounds_as_the_lower(told: str) -> None:
+    drive = Drive(speed_mps=12.0)
+    drive.tick(fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("traffic_side", "right"))
+    drive.tick(limit_sign("limit:20", unit="km/h"))
+    drive.ticks(5)
+    known = drive.history[-1][2].assistance.limit
+    assert known is not None
+    assert not known.assumed
+    before = len(drive.spoken())
+    drive.tick(end_sign(told, passed=False, distance_m=25.0))
+    drive.ticks(60)
+    shown = drive.history[-1][2].assistance.limit
+    assert shown is None or shown.assumed
+    assert drive.target_mps == pytest.approx(20 * KMH)
+    assert drive.spoken()[before:] == [], "no number is told that may be miles"
+    drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"), fact("traffic_side", "left"))
+    posted = drive.state.signs.permanent
+    assert posted is not None
+    assert (posted.posted.value, posted.posted.unit) == (20.0, "mph"), "it was passed of late"
+
+
 def test_a_border_sign_is_its_own_evidence() -> None:
     drive = Drive()
     drive.ticks(3)
-    assert "Told by border sign." in drive.tick(end_sign("border:GBR")).advisory.justification
+    assert "Told by border sign." in drive.tick(end_sign("border:GBR"), fact("units", "mph")).advisory.justification
 
 
 @given(assumed=st.booleans(), seconds=st.integers(3, 30))

@@ -25,12 +25,12 @@ from tests.unit.services.orchestrator.support import (
 
 
 def test_the_law_bounds_the_target_and_is_shown_and_a_lower_one_is_said_once() -> None:
-    drive = Drive(speed_mps=8.0)
+    drive = Drive(speed_mps=9.5)
     drive.ticks(30)
     assert drive.target_mps == pytest.approx(50 * KMH)
     assert drive.spoken() == []
     drive.tick(limit_sign("limit:30"))
-    drive.ticks(60)
+    drive.ticks(30)
     assert drive.spoken() == ["Limit 30"]
 
 

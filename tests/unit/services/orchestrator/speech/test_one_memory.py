@@ -27,7 +27,7 @@ def failing(answered: list[bool]) -> Played:
 @FEW
 @given(answers)
 def test_a_limit_is_told_once_however_often_the_arbiter_is_away(answered: list[bool]) -> None:
-    drive = Drive(failing(answered), speed_mps=8.0)
+    drive = Drive(failing(answered), speed_mps=9.5)
     drive.ticks(3)
     drive.tick(limit_sign("limit:30"))
     drive.ticks(80)

@@ -5,9 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.perception import Track
+from services.orchestrator.state import GapSeen
 from services.orchestrator.target.target import target
 from tests.unit.services.orchestrator.near import car, hazards, seen
-from tests.unit.services.orchestrator.support import replace
+from tests.unit.services.orchestrator.support import START, replace
 
 LEAD = car(8.0, -5.0)
 
@@ -164,9 +165,15 @@ def test_with_an_unknown_speed_of_our_own_nobody_counts_as_parked() -> None:
 
 @pytest.mark.parametrize("confidence", [0.5, 0.69, 0.7, 0.95])
 @pytest.mark.parametrize("age_s", [0.5, 1.0, 2.0])
-def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain(confidence: float, age_s: float) -> None:
+@pytest.mark.parametrize("looks", [2, 3])
+def test_who_comes_towards_us_in_our_lane_is_a_hazard_once_that_is_certain_and_no_matter_of_a_look_or_two(
+    confidence: float, age_s: float, looks: int
+) -> None:
     coming = car(60.0, -30.0, oncoming=True, confidence=confidence, age_s=age_s, clearance_m=-1.0)
-    assert ("lead" in hazards(seen(coming))) == (confidence >= 0.7 and age_s >= 1.0)
+    ticks = range(looks)
+    gaps = tuple(GapSeen(track_id=1, x_m=60.0 + 3.0 * ago, stamp_ns=START - ago * 10**8, well=True) for ago in ticks)
+    state = replace(seen(coming), gaps=gaps)
+    assert ("lead" in hazards(state)) == (confidence >= 0.7 and age_s >= 1.0 and looks >= 3)
     assert target(seen(coming)).mps <= target(seen()).mps
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.orchestrator.speech.candidates.limits_ahead import OVER_MPS
+from services.orchestrator.speech.candidates.limits_ahead import FIRM_MPS2, NEAR
 from services.orchestrator.world.stops import COMFORT_MPS2, REACTION_S
 from tests.unit.services.orchestrator.judge import arbiter
 from tests.unit.services.orchestrator.support import EXPERTS, FEW, KMH, Drive, Played, conditions, end_sign, limit_sign
@@ -44,11 +44,17 @@ def test_who_slows_down_when_it_is_announced_is_told_no_more() -> None:
     assert FIRM not in spoken
 
 
-def test_who_does_not_is_told_to_while_he_can_still_do_it() -> None:
+def test_who_does_not_is_told_once_more_while_firm_braking_still_keeps_it() -> None:
     _, spoken = approached(27.0, 165.0)
     assert list(spoken) == [CALM, FIRM]
+    slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * FIRM_MPS2)
+    assert spoken[FIRM] == pytest.approx(slowing_m, abs=2 * 27.0 * TICK_S)
+
+
+def test_who_sees_the_sign_late_hears_it_while_comfortable_braking_keeps_it() -> None:
+    _, spoken = approached(27.0, 100.0)
     slowing_m = (27.0**2 - (80 * KMH) ** 2) / (2 * COMFORT_MPS2)
-    assert spoken[FIRM] == pytest.approx(27.0 * REACTION_S + slowing_m, abs=2 * 27.0 * TICK_S)
+    assert max(spoken.values()) >= min(100.0, 27.0 * REACTION_S + slowing_m) - 2 * 27.0 * TICK_S
 
 
 def firm_words(drive: Drive) -> list[str]:
@@ -58,11 +64,11 @@ def firm_words(drive: Drive) -> list[str]:
 
 
 def test_who_was_told_in_vain_hears_it_once_more_and_more_urgently() -> None:
-    assert firm_words(approached(27.0, 165.0)[0]) == ["advice", "warning"]
+    assert firm_words(approached(27.0, 165.0)[0]) == ["warning"]
 
 
 def test_who_would_overspeed_at_the_sign_does_and_who_is_hardly_above_it_does_not() -> None:
-    assert firm_words(approached(27.0, 165.0)[0]) == ["advice", "warning"]
+    assert firm_words(approached(27.0, 165.0)[0]) == ["warning"]
     assert firm_words(approached(23.2, 165.0)[0]) == []
 
 
@@ -70,7 +76,7 @@ def test_who_would_overspeed_at_the_sign_does_and_who_is_hardly_above_it_does_no
 @given(speed_mps=st.floats(20.0, 45.0), from_m=st.floats(3.0, 250.0), slows_mps2=st.floats(0.0, 3.0))
 def test_nobody_hears_it_a_third_time(speed_mps: float, from_m: float, slows_mps2: float) -> None:
     words = firm_words(approached(speed_mps, from_m, slows_mps2)[0])
-    assert words in ([], ["advice"], ["advice", "warning"])
+    assert words in ([], ["advice"], ["warning"], ["advice", "warning"])
 
 
 def test_another_sign_of_a_limit_that_has_ended_is_announced_again() -> None:
@@ -130,7 +136,7 @@ def spoken_speeding_up(speed_mps: float, change_mps2: float, from_m: float) -> l
 def test_no_ego_speeds_up_past_a_limit_ahead_untold(speed_mps: float, change_mps2: float, from_m: float) -> None:
     reached_mps = (speed_mps**2 + 2.0 * change_mps2 * from_m) ** 0.5
     said = spoken_speeding_up(speed_mps, change_mps2, from_m)
-    assert {CALM, FIRM} & set(said) or reached_mps <= 80 * KMH + OVER_MPS + 2 * change_mps2 * TICK_S
+    assert {CALM, FIRM} & set(said) or reached_mps <= NEAR * 80 * KMH + 3 * change_mps2 * TICK_S
 
 
 def test_it_is_advice_of_that_limit() -> None:
@@ -163,10 +169,10 @@ def test_who_brakes_already_as_hard_as_it_takes_is_not_told_to() -> None:
     drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
     drive.ticks(20)
     drive.acceleration_mps2 = -2.0
-    drive.tick(limit_sign("limit:80", passed=False, distance_m=70.0))
+    drive.tick(limit_sign("limit:80", passed=False, distance_m=100.0))
     assert drive.spoken()[-1] == CALM
     drive.acceleration_mps2 = -1.0
-    drive.ticks(25)
+    drive.ticks(33)
     assert drive.spoken()[-1] == FIRM
 
 
@@ -198,7 +204,7 @@ def test_a_limit_that_ends_before_a_lower_one_in_sight_makes_nobody_speed_up(pla
 @given(speed_mps=st.floats(5.0, 45.0), from_m=st.floats(3.0, 250.0))
 def test_nobody_who_is_slow_enough_is_told_and_everybody_else_in_time(speed_mps: float, from_m: float) -> None:
     _, spoken = approached(speed_mps, from_m)
-    over = speed_mps > 80 * KMH + OVER_MPS
+    over = speed_mps > NEAR * 80 * KMH
     assert (FIRM in spoken or CALM in spoken) <= over
     needed_m = speed_mps * REACTION_S + (speed_mps**2 - (80 * KMH) ** 2) / (2 * COMFORT_MPS2)
     if over and from_m > needed_m:
