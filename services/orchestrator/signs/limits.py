@@ -49,8 +49,9 @@ OTHERWISE: dict[str, tuple[Unit, str]] = {"GBR": ("mph", "left"), "IRL": ("km/h"
 
 
 def borders(signs: Signs) -> tuple[SignAhead, ...]:
-    """Signs of borders ahead that are believed."""
-    return tuple(each for each in signs.ahead if each.believed and each.head == "border")
+    """Signs of borders ahead that are believed; one of the country that is believed is the other post of a border passed."""
+    here = f"border:{signs.country}"
+    return tuple(each for each in signs.ahead if each.believed and each.head == "border" and each.reading != here)
 
 
 def doubts_unit(signs: Signs) -> bool:

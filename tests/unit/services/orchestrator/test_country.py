@@ -60,8 +60,8 @@ def test_a_number_that_may_be_miles_is_told_with_its_border_and_no_sooner() -> N
     drive = Drive(speed_mps=12.0)
     drive.tick(fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("traffic_side", "right"))
     for left_m in (50.0, 45.0, 40.0):
-        border = end_sign("border:GBR", passed=False, distance_m=left_m - 20.0)
-        drive.tick(border, limit_sign("limit:20", unit="km/h", track_id=30, passed=False, distance_m=left_m))
+        borders = [end_sign("border:GBR", track_id=at, passed=False, distance_m=left_m - 20.0) for at in (9, 10)]
+        drive.tick(*borders, limit_sign("limit:20", unit="km/h", track_id=30, passed=False, distance_m=left_m))
     assert drive.spoken() == []
     assert drive.target_mps < 50 * KMH, "till then the lower reading holds"
     drive.tick(end_sign("border:GBR"))
