@@ -38,7 +38,11 @@ class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Situation(msgspec.Struct, frozen=True, kw_only=True):
-    """What Rules need to know of here and now. An absent field is unknown and never raises a limit."""
+    """What Rules need to know of here and now. A field that is absent or null is unknown and never raises a limit.
+
+    Left out, `vehicle_class`, `snow_chains`, `novice` and `lit` are the usual case: a car without chains, a driver on a full
+    licence, no street lamps outside towns. Null says that they are unknown.
+    """
 
     jurisdiction: Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3 code, for example DEU")] = None
     road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"] | None = None
@@ -53,12 +57,12 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
     zone: float | None = None
     road_name: str | None = None
     """As signs number it, for example `A 10`."""
-    lit: bool | None = None
+    lit: bool | None = False
     """Street lamps stand along the road."""
     divided: bool | None = None
     """Something built separates the two directions."""
     snow_chains: bool | None = False
-    novice: bool | None = None
+    novice: bool | None = False
     """The driver's licence is probationary, or the driver is a learner."""
     electric: bool | None = None
     """Driven by electricity or a fuel cell alone, and marked so as the country asks."""

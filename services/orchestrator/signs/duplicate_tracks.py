@@ -5,10 +5,12 @@ from collections.abc import Iterable
 import msgspec
 
 from services.orchestrator.signs.limits import SURE
-from services.orchestrator.state import SignAhead
+from services.orchestrator.state import InForce, SignAhead
 
 SAME_M = 8.0
 """Ranges of one sign by two cameras differ by a few metres; two signs of one limit do not follow each other so closely."""
+LOST_NS = 5_000_000_000
+"""How long before its post is passed a track may have been lost."""
 RANGE_SHARE = 0.5
 """From afar only its size tells how far away a sign is: stop signs 90 m away were thought to be 129 m away."""
 
@@ -37,6 +39,22 @@ def with_its_plates(sign: SignAhead, known: SignAhead | None, others: Iterable[S
     if known is not None and known.shared and _same(known, sign) and sign.distance_m is not None and not there:
         twins = [known]
     return msgspec.structs.replace(sign, plates=twins[0].plates, scope=twins[0].scope, shared=True) if twins else sign
+
+
+def as_passed(sign: SignAhead, restricted: Iterable[InForce], now_ns: int) -> SignAhead:
+    """The sign with the plates of a post that was passed since it was last seen, if that one shows its number.
+
+    A track that was lost from afar is counted past late, for only its size told how far away it was. A second sign well
+    behind the post would have been seen since.
+    """
+    if sign.plates or sign.scope != "permanent":
+        return sign
+    for each in restricted:
+        same = (each.posted.reading, each.posted.unit) == (sign.reading, sign.unit)
+        late = now_ns - each.since_ns <= RANGE_SHARE * (now_ns - sign.seen_ns)
+        if same and late and each.posted.confidence >= SURE and 0 < each.since_ns - sign.seen_ns <= LOST_NS:
+            return msgspec.structs.replace(sign, plates=each.posted.plates, scope=each.posted.scope, shared=True)
+    return sign
 
 
 def _apart_m(one: SignAhead, other: SignAhead) -> float:

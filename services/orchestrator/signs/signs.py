@@ -13,7 +13,7 @@ import msgspec
 from proto.scene import COUNTRIES, Fact
 from services.orchestrator.observations.validity import Motion
 from services.orchestrator.signs.border_evidence import kept
-from services.orchestrator.signs.duplicate_tracks import with_its_plates, without_earlier_tracks
+from services.orchestrator.signs.duplicate_tracks import as_passed, with_its_plates, without_earlier_tracks
 from services.orchestrator.signs.limits import (
     ENDS,
     ROAD_TYPES,
@@ -98,7 +98,7 @@ def _take(signs: Signs, fact: Fact, motion: Motion, now_ns: int) -> Signs:
         return msgspec.structs.replace(signs, ahead=_most_important((*others, *read)))
     signs = msgspec.structs.replace(signs, ahead=without_earlier_tracks(sign, others))
     for each in read:
-        signs = apply(signs, each, now_ns)
+        signs = _passed(signs, each, now_ns)
     return signs
 
 
@@ -252,8 +252,12 @@ def _pass_reached(signs: Signs, motion: Motion, now_ns: int) -> Signs:
         signs = msgspec.structs.replace(signs, ahead=left)
         # A sign whose passing was not seen may lower, not raise: it may have stood on another road.
         if reached or careful or (not motion.known and enters_a_slower_town(signs, sign)):
-            signs = apply(signs, sign, now_ns)
+            signs = _passed(signs, sign, now_ns)
     return signs
+
+
+def _passed(signs: Signs, sign: SignAhead, now_ns: int) -> Signs:
+    return apply(signs, as_passed(sign, signs.conditional, now_ns), now_ns)
 
 
 def _is_lost(signs: Signs, sign: SignAhead) -> bool:

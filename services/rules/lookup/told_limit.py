@@ -1,6 +1,6 @@
 """The one limit that a provision answers a question with; none where it hangs on what the question does not say."""
 
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
@@ -9,7 +9,7 @@ from proto.rules import LegalLimit, Situation
 from services.rules.limits.conditions import unknown_facts
 from services.rules.limits.precedence import decide
 from services.rules.lookup.asked_facts import asked_facts
-from services.rules.packs.format import Advisory, Effect, Limit, When
+from services.rules.packs.format import Advisory, Effect, Limit, RoadType, When
 from services.rules.packs.loading import Pack
 from services.rules.words import say
 
@@ -62,11 +62,11 @@ def _speaks_of(when: When, situation: Situation) -> bool:
 def _lower(pack: Pack, told: LegalLimit, when: When, situation: Situation) -> str:
     """The name of a fact by which the law may set less than was found; empty: it sets no less."""
     classes = when.vehicle_classes or (situation.vehicle_class,)
-    for road in when.road_types or (None,):
+    for road in when.road_types or get_args(RoadType):
         for klass in classes if situation.vehicle_class not in classes else (situation.vehicle_class,):
             case = msgspec.structs.replace(situation, road_type=road, vehicle_class=klass)
             found = decide(pack, case).candidate
-            if road is not None and found is not None and found.mps < told.mps - 0.01:
+            if found is not None and found.mps < told.mps - 0.01:
                 why = found.why.removeprefix("why_")
                 return found.presumed[0] if found.presumed else _FACT_OF.get(why, why)
     return ""

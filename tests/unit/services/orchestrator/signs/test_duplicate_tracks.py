@@ -52,6 +52,25 @@ def test_a_sign_that_stands_elsewhere_keeps_its_own(apart_m: float) -> None:
     assert driven(LORRIES, apart_m).target_mps == pytest.approx(80 * KMH)
 
 
+def lost_from_afar(plated: dict[str, Any]) -> Drive:
+    """A track without plates ends 60 m before the post that another shows, by its size 45 m behind it."""
+    drive = on_the_motorway()
+    drive.tick(seen(PLAIN, 105.0), seen(PLATED, 60.0))
+    for k in range(1, 20):
+        drive.tick(seen(PLATED, 60.0 - 3.0 * k, **plated))
+    drive.tick(limit_sign("limit:80", track_id=PLATED, passed=True, **plated))
+    drive.ticks(30)
+    return drive
+
+
+def test_a_track_that_was_lost_from_afar_is_of_the_post_that_was_passed_since() -> None:
+    assert lost_from_afar(LORRIES).target_mps == pytest.approx(130 * KMH)
+
+
+def test_a_doubted_post_takes_no_limit_away() -> None:
+    assert lost_from_afar(LORRIES | {"confidence": 0.5}).target_mps == pytest.approx(80 * KMH)
+
+
 @pytest.mark.parametrize("doubt", [{"confidence": 0.5}, {"believed": False}])
 def test_a_doubted_plate_is_shared_with_nobody(doubt: dict[str, Any]) -> None:
     assert driven(LORRIES | doubt, 3.0).target_mps == pytest.approx(80 * KMH)

@@ -76,7 +76,7 @@ def test_facts_are_heard_in_the_question(query: str, facts: dict[str, Any]) -> N
 
 
 EVERY = [
-    (pack, provision.id, road)
+    (pack.manifest.id, provision.id, road)
     for pack in BOOK.packs.values()
     for provision in pack.provisions.values()
     for effect in provision.effects
@@ -95,9 +95,10 @@ EVERY = [
     st.floats(0.0, 23.99),
 )  # fmt: skip
 def test_no_limit_is_told_above_what_the_law_sets_for_the_asked_case(
-    entry: tuple[Any, str, Any], case: tuple[dict[str, Any], str], hour: float
+    entry: tuple[str, str, Any], case: tuple[dict[str, Any], str], hour: float
 ) -> None:
-    pack, provision, road = entry
+    name, provision, road = entry
+    pack = BOOK.packs[name]
     facts, words = case
     limit, _ = told_limit(pack, pack.provisions[provision].effects, f"limit {words}", pack.manifest.jurisdiction, "en")
     usual = Situation(jurisdiction=pack.manifest.jurisdiction, wet=False, snow=False, visibility_m=1000.0, novice=False)
