@@ -30,7 +30,7 @@ FIRM_MPS2 = 1.5
 RED_S = 120.0
 """No red light lasts much longer."""
 QUEUE_TTC_S, QUEUE_CLOSING_MPS, QUEUE_SPEED_MPS = 7.0, 6.0, 60.0 / 3.6
-"""The end of a queue is told early on fast roads."""
+"""The end of a queue is told early at speed, and at any speed on a motorway, where a queue is not expected."""
 LEAST_TTC_S, LOSES_MPS2 = 2.5, 4.0
 
 
@@ -141,7 +141,7 @@ def _lead_needs_mps2(way: Way) -> float:
 def _soon_met(state: State, way: Way) -> bool:
     if way.ttc_s is None or not surely_nears(way):
         return False
-    fast = state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
+    fast = state.road == "motorway" or state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
     return way.ttc_s < _hazard_ttc_s(way) or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from proto.perception import Track
 from services.orchestrator.state import GapSeen
 from services.orchestrator.target.target import target
-from tests.unit.services.orchestrator.near import car, hazards, seen
+from tests.unit.services.orchestrator.near import car, hazards, observed, seen
 from tests.unit.services.orchestrator.support import START, replace
 
 LEAD = car(8.0, -5.0)
@@ -262,3 +262,15 @@ def test_in_a_crawling_queue_the_next_car_itself_is_warned_of() -> None:
 
 def test_a_car_that_is_hardly_seen_hides_nobody() -> None:
     assert "lead" in hazards(seen(car(10.0, 0.0, confidence=0.3), car(14.0, -5.0, 2), speed_mps=4.0))
+
+
+@pytest.mark.parametrize(
+    ("road", "speed_mps", "told"), [("motorway", 12.0, True), ("urban", 12.0, False), ("rural", 25.0, True)]
+)
+def test_the_end_of_a_queue_is_told_early_at_speed_and_at_any_speed_on_a_motorway(
+    road: str, speed_mps: float, told: bool
+) -> None:
+    state = seen(car(60.0, -10.0), speed_mps=speed_mps)
+    environment = replace(state.world.environment, road_type=observed(road))
+    state = replace(state, world=replace(state.world, environment=environment))
+    assert ("lead" in hazards(state)) is told
