@@ -37,6 +37,8 @@ NOTHING_THERE = 0.9
 Key = tuple[str, int]
 ROAD_TYPES = {"motorway": "motorway", "motorway_end": "rural", "town_entry": "urban", "town_exit": "rural"}
 """Which kind of road begins behind a sign."""
+OPEN_ROAD = "national"
+"""The British sign for the national limit: it ends a town, and no motorway."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -397,6 +399,10 @@ class FrontEnd:
         for fact in facts:
             if fact.believed and fact.reading in ROAD_TYPES:
                 self.road_type = (ROAD_TYPES[fact.reading], fact.confidence)
+            elif (
+                fact.believed and fact.reading == OPEN_ROAD and (self.road_type is None or self.road_type[0] == "urban")
+            ):
+                self.road_type = ("rural", fact.confidence)
         return facts
 
 

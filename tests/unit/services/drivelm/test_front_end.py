@@ -105,6 +105,15 @@ def test_a_town_sign_sets_the_road_type_when_passed() -> None:
     assert end.road_type[0] == "urban"
 
 
+@pytest.mark.parametrize(("before", "after"), [("urban", "rural"), (None, "rural"), ("motorway", "motorway")])
+def test_the_sign_for_the_national_limit_ends_a_town_and_no_motorway(before: str | None, after: str) -> None:
+    end = _end("national", home="GBR")
+    end.road_type = (before, 0.9) if before is not None else None
+    assert drive_past(end)[-1].reading == "national"
+    assert end.road_type is not None
+    assert end.road_type[0] == after
+
+
 def test_a_gantry_limit_names_the_ego_lane_or_the_offset() -> None:
     over = _end("led:80")
     over.here = over.here._replace(ego_lane_id="L1")
