@@ -1,4 +1,4 @@
-"""Gravity, and time to collision by the paper's formula and with accelerations.
+"""Gravity, the braking that is needed, and time to collision by the paper's formula and with accelerations.
 
 A braking car stops at zero and stays there: it does not drive backwards, as the plain quadratic would have it.
 """
@@ -7,10 +7,17 @@ import math
 
 GRAVITY_MPS2 = 9.81
 """The one owner of g: grip times this is what brakes."""
+LEAST_ROOM_M = 0.5
+"""A way to brake in is taken to be no shorter."""
 HORIZON_S = 3600.0
 """What is further off than an hour is never: no measured speed carries that far."""
 STILL = 1e-6
 """Speeds (m/s) and accelerations (m/s^2) below this are rest: far below what any sensor resolves."""
+
+
+def needed_mps2(speed_mps: float, room_m: float, to_mps: float = 0.0) -> float:
+    """The deceleration (m/s²) that comes down to a speed within a way, at least `LEAST_ROOM_M`."""
+    return (speed_mps**2 - to_mps**2) / (2.0 * max(LEAST_ROOM_M, room_m))
 
 
 def paper_ttc_s(gap_m: float, closing_mps: float, epsilon_mps: float) -> float:

@@ -10,21 +10,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from evaluation.isa.accuracy import SHOWN_WITHIN_S, shown
+from evaluation.isa.straight import straight
 from evaluation.metrics.law import same_limit
 from evaluation.metrics.record import Record
-from services.simulator.scenario.plan import (
-    BendPlan,
-    EgoPlan,
-    GantryPlan,
-    PanelStep,
-    RoadClass,
-    RoadPlan,
-    Scenario,
-    SignPlan,
-    StretchPlan,
-    TrafficPlan,
-    WeatherPlan,
-)
+from services.simulator.scenario.plan import EgoPlan, GantryPlan, PanelStep, RoadClass, Scenario, SignPlan
 
 POST_M, START_M, SECONDS = 140.0, 20.0, 14.0
 RAIN, ARROWS, CLASSES = (
@@ -68,26 +57,14 @@ DRIVES: Mapping[str, Drive] = MappingProxyType(
 def scenario(name: str) -> Scenario:
     """A straight, empty road with that post."""
     drive = DRIVES[name]
-    motorway, town = drive.road_class == "motorway", drive.road_class == "urban"
     panel = PanelStep(at_s=0.0, code=drive.led, lanes=("", drive.other_lane) if drive.other_lane else ())
-    return Scenario(
-        name=f"isa-{name}",
-        country="DEU",
-        road=RoadPlan(
-            bends=(BendPlan(length_m=1000.0),),
-            stretches=(
-                StretchPlan(
-                    from_m=0.0, road_class=drive.road_class, surroundings="houses" if town else "fields", pavement=town
-                ),
-            ),
-            lanes=2 if motorway else 1,
-            median_m=3.0 if motorway else 0.0,
-        ),
-        ego=EgoPlan(at_m=START_M, lane=0, speed_kmh=drive.speed_kmh),
-        weather=(WeatherPlan(at_s=0.0, rain_mm_h=drive.rain_mm_h),),
-        traffic=TrafficPlan(forward=0, oncoming=0),
+    return straight(
+        name,
+        EgoPlan(at_m=START_M, lane=0, speed_kmh=drive.speed_kmh),
         signs=(SignPlan(at_m=POST_M, codes=drive.codes),) if drive.codes else (),
         gantries=(GantryPlan(at_m=POST_M, steps=(panel,), follow_traffic=False),) if drive.led else (),
+        road_class=drive.road_class,
+        rain_mm_h=drive.rain_mm_h,
     )
 
 

@@ -12,18 +12,10 @@ from typing import NamedTuple
 import msgspec
 
 from evaluation.isa.accuracy import SHOWN_WITHIN_S
+from evaluation.isa.straight import straight
 from proto.speed_assistance import SpeedAssistance
 from proto.truth import Truth
-from services.simulator.scenario.plan import (
-    BendPlan,
-    EgoPlan,
-    RoadPlan,
-    Scenario,
-    SignPlan,
-    StretchPlan,
-    TrafficPlan,
-    WeatherPlan,
-)
+from services.simulator.scenario.plan import EgoPlan, Scenario, SignPlan
 
 LIMIT_KMH, SIGN_M, START_M = 50, 140.0, 20.0
 SPEEDS_KMH = (51, 54, 57, 62, 67)
@@ -82,16 +74,9 @@ def scenario(test: WarningTest) -> Scenario:
     if test.accelerates_mps2:
         at_m = SIGN_M - ROOM_M
         speed_kmh = 3.6 * math.sqrt((AT_SIGN_KMH / 3.6) ** 2 - 2.0 * test.accelerates_mps2 * ROOM_M)
-    return Scenario(
-        name="isa-" + test.name.replace("+", "-").replace(".", ""),
-        country="DEU",
-        road=RoadPlan(
-            bends=(BendPlan(length_m=1000.0),),
-            stretches=(StretchPlan(from_m=0.0, road_class="rural", surroundings="fields"),),
-        ),
-        ego=EgoPlan(at_m=at_m, lane=0, speed_kmh=speed_kmh, absent_mps2=test.accelerates_mps2),
-        weather=(WeatherPlan(at_s=0.0),),
-        traffic=TrafficPlan(forward=0, oncoming=0),
+    return straight(
+        test.name.replace("+", "-").replace(".", ""),
+        EgoPlan(at_m=at_m, lane=0, speed_kmh=speed_kmh, absent_mps2=test.accelerates_mps2),
         signs=(SignPlan(at_m=5.0, codes=("limit:70",)), SignPlan(at_m=SIGN_M, codes=(f"limit:{LIMIT_KMH}",))),
     )
 

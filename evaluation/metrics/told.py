@@ -8,7 +8,7 @@ import msgspec
 
 from domain.units import MPS_PER
 from evaluation.metrics.conflicts import median_stop_m
-from evaluation.metrics.law import SAME_LIMIT_MPS, SPEEDING_AFTER_S, TOLERANCE_MPS, TYPES
+from evaluation.metrics.law import SAME_LIMIT_MPS, SPEEDING_AFTER_S, TOLERANCE_MPS, TYPES, same_limit
 from evaluation.metrics.record import At, Record
 from proto.decision import Advisory
 from proto.messages import ROWS, Kind
@@ -106,7 +106,7 @@ def _since_s(record: Record, begun: Truth) -> float:
     """Since when the limit has been in force."""
     found = begun.time_s
     for truth in reversed(record.truths_between(0.0, begun.time_s)):
-        if truth.law_limit_mps is None or not _same(truth.law_limit_mps, begun.law_limit_mps or 0.0):
+        if truth.law_limit_mps is None or not same_limit(truth.law_limit_mps, begun.law_limit_mps or 0.0):
             break
         found = truth.time_s
     return found
@@ -151,22 +151,21 @@ def _is_of(record: Record, said: At[Advisory], limit_mps: float) -> bool:
         return (
             shown is not None
             and shown.value is not None
-            and _same(shown.value * MPS_PER[shown.unit or "km/h"], limit_mps)
+            and same_limit(shown.value * MPS_PER[shown.unit or "km/h"], limit_mps)
         )
     if message.topic not in OF_LIMITS:
         return False
     if message.ahead_mps is not None:
-        return _same(message.ahead_mps, limit_mps)
-    if message.told_limit_mps is not None and _same(message.told_limit_mps, limit_mps):
+        return same_limit(message.ahead_mps, limit_mps)
+    if message.told_limit_mps is not None and same_limit(message.told_limit_mps, limit_mps):
         return True
     asked, law_mps = message.asked_mps, there.law_limit_mps if there else None
     return (
-        asked is not None and asked <= limit_mps + SAME_LIMIT_MPS and law_mps is not None and _same(law_mps, limit_mps)
+        asked is not None
+        and asked <= limit_mps + SAME_LIMIT_MPS
+        and law_mps is not None
+        and same_limit(law_mps, limit_mps)
     )
-
-
-def _same(one_mps: float, other_mps: float) -> bool:
-    return abs(one_mps - other_mps) <= SAME_LIMIT_MPS
 
 
 def _needs_mps2(record: Record, told_s: float, begun: Truth) -> float:

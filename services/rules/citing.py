@@ -23,23 +23,16 @@ def cite_sign(pack: Pack, sign: Sign, language: str) -> Citation:
 
 
 def cite_ids(pack: Pack, ids: Iterable[str], language: str) -> tuple[Citation, ...]:
-    """Provisions by id, each once, those the pack has."""
-    return tuple(cite(pack, pack.provisions[i], language) for i in dict.fromkeys(ids) if i in pack.provisions)
+    """Provisions by id, and signs as `sign:CODE`, each once, those the pack has."""
+    found = (_cited(pack, name, language) for name in dict.fromkeys(ids))
+    return tuple(citation for citation in found if citation is not None)
 
 
-def cite_any(pack: Pack, names: Iterable[str], language: str) -> tuple[Citation, ...]:
-    """Provisions by id and signs as `sign:CODE`, each once, those the pack has."""
-    found = dict.fromkeys(name for name in names if name in pack.provisions or _sign_code(name) in pack.signs)
-    return tuple(
-        cite(pack, pack.provisions[name], language)
-        if name in pack.provisions
-        else cite_sign(pack, pack.signs[_sign_code(name)], language)
-        for name in found
-    )
-
-
-def _sign_code(name: str) -> str:
-    return name.removeprefix("sign:") if name.startswith("sign:") else ""
+def _cited(pack: Pack, name: str, language: str) -> Citation | None:
+    if name in pack.provisions:
+        return cite(pack, pack.provisions[name], language)
+    kind, _, code = name.partition(":")
+    return cite_sign(pack, pack.signs[code], language) if kind == "sign" and code in pack.signs else None
 
 
 def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tuple[Citation, ...]:

@@ -7,7 +7,7 @@ import msgspec
 
 from proto.rules import LegalAction, RightOfWayQuestion, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
-from services.rules.citing import cite_any, cited_in_doubt, without_packs
+from services.rules.citing import cite_ids, cited_in_doubt, without_packs
 from services.rules.packs.format import RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.signs.meaning import careful_rank, find_sign
@@ -101,7 +101,7 @@ def _answer(book: RuleBook, pack: Pack, question: RightOfWayQuestion) -> RulesAn
     action = min(actions, key=careful_rank)
     # Nothing demands anything, for nobody comes: the rule that would otherwise hold is named.
     cited = found or _first(_table(pack), ("unsigned",))
-    citations = cite_any(pack, (f.provision for f in cited), question.language)
+    citations = cite_ids(pack, (f.provision for f in cited), question.language)
     unknown = question.pedestrians_on_crossing is None or (
         question.traffic_from_priority_side is None and any(f.trigger == "unsigned" for f in found)
     )

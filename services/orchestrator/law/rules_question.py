@@ -27,7 +27,7 @@ def situation(state: State) -> Situation:
         # what was ended is out of `posted` already; a limit seen since must not fall to an end sign that came before it
         ended=() if posted else tuple(reading for reading in signs.ended if reading != "junction"),
         segment_id=value_of(environment.segment_id) or "",
-        # a road that a sign or a map knows to be none of a town is none by its lamps either
+        # street lamps lower no limit on a road that a sign or a map puts outside towns
         lit=False if state.road in ROAD_TYPES and state.road not in ("urban", "living_street") else None,
         language=state.preferences.language,
         home_unit=state.preferences.unit,

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from domain import kinematics
 from proto.perception import Track
 from services.orchestrator.state import State
 from services.orchestrator.world.actors import EGO_HALF_M, people
@@ -63,7 +64,7 @@ def people_ahead(state: State) -> tuple[Stop, ...]:
 
 def needed_mps2(stop: Stop, speed_mps: float) -> float:
     """The deceleration that ends at the line."""
-    return speed_mps * speed_mps / (2.0 * max(0.5, stop.room_m))
+    return kinematics.needed_mps2(speed_mps, stop.room_m)
 
 
 def _at(why: str, at_m: float | None, confidence: float) -> Stop | None:

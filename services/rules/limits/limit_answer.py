@@ -154,7 +154,7 @@ def _action(verdict: Verdict) -> LegalAction:
 def _basis(candidate: LimitCandidate | None) -> str:
     if candidate is None:
         return "unknown"
-    if candidate.why == "why_visibility":
+    if candidate.why == "visibility":
         return "conditional"
     return _BASIS.get(candidate.basis, candidate.basis)
 

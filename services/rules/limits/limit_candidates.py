@@ -176,14 +176,14 @@ def _presumed(when: When, situation: Situation) -> tuple[str, ...]:
 def _why(when: When) -> str:
     """The condition that a driver is told as the reason."""
     reasons = (
-        ("why_visibility", when.visibility_below_m is not None),
-        ("why_snow", when.snow is not None),
-        ("why_wet", when.wet is not None),
+        ("visibility", when.visibility_below_m is not None),
+        ("snow", when.snow is not None),
+        ("wet", when.wet is not None),
         ("why_posted", when.posted_below is not None),
-        ("why_novice", when.novice is not None),
-        ("why_chains", when.snow_chains is not None),
+        ("novice", when.novice is not None),
+        ("snow_chains", when.snow_chains is not None),
         ("why_lit", when.lit is not None),
-        ("why_time", when.hours is not None or when.period is not None),
+        ("time", when.hours is not None or when.period is not None),
         ("why_vehicle", bool(when.vehicle_classes)),
         ("why_everywhere", not when.road_types),
     )

@@ -7,7 +7,7 @@ _CLASSES: tuple[tuple[str, str], ...] = (
     (
         "car_trailer",
         r"trailers?|caravans?|tow(?:ing|s|ed)?|horse ?box|\w*anhänger\w*|wohnw[aä]gen|gespann\w*|remorques?|caravanes?|attelage|"
-        r"\w*aanhang\w*|caravan|przyczep\w*|rimorchi\w*|roulotte|remolques?|caravanas?",
+        r"\w*aanhang\w*|przyczep\w*|rimorchi\w*|roulotte|remolques?|caravanas?",
     ),
     (
         "lorry",
@@ -50,14 +50,16 @@ _FACTS: tuple[tuple[str, Any, str], ...] = (
     ),
     ("lit", True, r"lamp ?posts?|street ?(?:lights?|lamps?)|lit|laternen|lampadaires?|éclairée?s?"),
 )
-_PATTERNS = [("vehicle_class", name, words) for name, words in _CLASSES] + list(_FACTS)
-_COMPILED = [(field, value, re.compile(rf"\b(?:{words})\b", re.I)) for field, value, words in _PATTERNS]
+_PATTERNS = [
+    (field, value, re.compile(rf"\b(?:{words})\b", re.I))
+    for field, value, words in (*(("vehicle_class", *each) for each in _CLASSES), *_FACTS)
+]
 
 
 def asked_facts(query: str) -> dict[str, Any]:
     """Fields of `Situation` that the question states; of several classes of vehicle the first of the list."""
     found: dict[str, Any] = {}
-    for field, value, pattern in _COMPILED:
+    for field, value, pattern in _PATTERNS:
         if field not in found and pattern.search(query):
             found[field] = value
     return found

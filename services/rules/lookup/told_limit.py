@@ -1,5 +1,7 @@
 """The one limit that a provision answers a question with; none where it hangs on what the question does not say."""
 
+from collections.abc import Set
+from itertools import product
 from typing import Any, get_args
 
 import msgspec
@@ -14,9 +16,13 @@ from services.rules.packs.loading import Pack
 from services.rules.words import say
 
 CLEAR_M = 1000.0
-_USUAL: dict[str, Any] = {"wet": False, "snow": False, "visibility_m": CLEAR_M, "novice": False, "lit": False}
-"""Of weather, driver and lamps what a question means that does not speak of them."""
-_FACT_OF = {"chains": "snow_chains", "posted": "sign_here", "everywhere": "road", "": "road"}
+_FAIR: dict[str, Any] = {"wet": False, "snow": False, "visibility_m": CLEAR_M}
+"""The weather that a question means which does not speak of it."""
+_FACT_OF = {
+    "why_vehicle": "vehicle", "why_posted": "sign_here", "why_lit": "lit", "why_road": "road", "why_everywhere": "road",
+    "": "road",
+}  # fmt: skip
+"""The fact behind a reason; other reasons are facts themselves."""
 _NOT_SAID = Situation(vehicle_class=None, snow_chains=None)
 
 
@@ -29,27 +35,27 @@ def told_limit(
         return None, ""
     asked = asked_facts(query)
     here = jurisdiction if jurisdiction and jurisdiction.startswith(pack.manifest.jurisdiction) else None
-    situation = Situation(jurisdiction=here or pack.manifest.jurisdiction, **{**_USUAL, **asked})
+    situation = Situation(jurisdiction=here or pack.manifest.jurisdiction, **{**_FAIR, **asked})
     fitting = [each for each in limits if _speaks_of(each.when, situation)]
     if "vehicle_class" not in asked and not fitting:  # a provision about one class of vehicle answers for that class
         fitting = [
             each for each in limits if _speaks_of(msgspec.structs.replace(each.when, vehicle_classes=()), situation)
         ]
-    facts = {name for each in limits for name in unknown_facts(each.when, _NOT_SAID)}
+    words = _depends({name for each in limits for name in unknown_facts(each.when, _NOT_SAID)}, language)
     values = {(each.value, each.unit, isinstance(each, Advisory)) for each in fitting}
-    words = (
-        say("limit_depends", language, facts=", ".join(say(name, language) for name in sorted(facts))) if facts else ""
-    )
     if len(values) != 1:
         return None, words
     ((value, unit, advisory),) = values
     told = legal_limit(value, unit, advisory=advisory)
-    above = [_lower(pack, told, each.when, situation) for each in fitting]
-    if any(above):
-        return None, say(
-            "limit_depends", language, facts=", ".join(say(name, language) for name in sorted({*above} - {""}))
-        )
+    lowered_by = {_lower(pack, told, each.when, situation) for each in fitting} - {""}
+    if lowered_by:
+        return None, _depends(lowered_by, language)
     return told, words if any(each.when.vehicle_classes for each in fitting) else ""
+
+
+def _depends(facts: Set[str], language: str) -> str:
+    named = ", ".join(say(name, language) for name in sorted(facts))
+    return say("limit_depends", language, facts=named) if facts else ""
 
 
 def _speaks_of(when: When, situation: Situation) -> bool:
@@ -61,12 +67,10 @@ def _speaks_of(when: When, situation: Situation) -> bool:
 
 def _lower(pack: Pack, told: LegalLimit, when: When, situation: Situation) -> str:
     """The name of a fact by which the law may set less than was found; empty: it sets no less."""
-    classes = when.vehicle_classes or (situation.vehicle_class,)
-    for road in when.road_types or get_args(RoadType):
-        for klass in classes if situation.vehicle_class not in classes else (situation.vehicle_class,):
-            case = msgspec.structs.replace(situation, road_type=road, vehicle_class=klass)
-            found = decide(pack, case).candidate
-            if found is not None and found.mps < told.mps - 0.01:
-                why = found.why.removeprefix("why_")
-                return found.presumed[0] if found.presumed else _FACT_OF.get(why, why)
+    asked = situation.vehicle_class
+    classes = (asked,) if not when.vehicle_classes or asked in when.vehicle_classes else when.vehicle_classes
+    for road, klass in product(when.road_types or get_args(RoadType), classes):
+        found = decide(pack, msgspec.structs.replace(situation, road_type=road, vehicle_class=klass)).candidate
+        if found is not None and found.mps < told.mps - 0.01:
+            return found.presumed[0] if found.presumed else _FACT_OF.get(found.why, found.why)
     return ""

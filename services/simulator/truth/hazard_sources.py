@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
+from domain.kinematics import needed_mps2
 from services.simulator.car import tyres
 from services.simulator.driver.road_ahead import RoadAhead
 from services.simulator.people.pedestrians import PERSON_IDS
@@ -157,8 +158,7 @@ class HazardSources:
         return next((_upright(each.pose, _FACE) for each in posts if _at(each.pose, self.route, line.at_m)), None)
 
     def _needs(self, distance_m: float, down_to_mps: float) -> bool:
-        speed = float(self.road_ahead.ego.speed)
-        return (speed**2 - down_to_mps**2) / (2.0 * max(distance_m, 0.5)) > NEEDED_MPS2
+        return needed_mps2(float(self.road_ahead.ego.speed), distance_m, down_to_mps) > NEEDED_MPS2
 
     # Places ---------------------------------------------------------------------------------------------------------
 

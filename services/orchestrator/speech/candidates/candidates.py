@@ -399,7 +399,7 @@ SURFACES = ("slippery", "water", "severe", "ice", "deep_water")
 
 def _gravest(state: State, surface: str, level: str) -> str:
     """What is told of the road, or what was told of late and is graver: where grip wavers between two, neither is news again."""
-    now = max(surface, level if level == "severe" else surface, key=SURFACES.index)
+    now = max(surface, "severe", key=SURFACES.index) if level == "severe" else surface
     told = state.memory.last(Kind.FRICTION)
     if told is None or not told_within(state, Kind.FRICTION, ROWS[Kind.FRICTION].repeat_s):
         return now

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import msgspec
 
+from domain.kinematics import needed_mps2
 from domain.units import posted_text, to_mps
 from proto.decision import Event
 from proto.messages import Kind
@@ -54,7 +55,11 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
     if not _told(state, announced):
         if _spare_s(lower, ego.value) <= 0.0:
             yield slow
-    elif ego.value > FAR_OVER * lower.mps and _needs_mps2(ego.value, lower) > FIRM_MPS2 and not _just_told(state):
+    elif (
+        ego.value > FAR_OVER * lower.mps
+        and needed_mps2(ego.value, _room_m(lower), lower.mps) > FIRM_MPS2
+        and not _just_told(state)
+    ):
         yield slow._replace(news=msgspec.structs.replace(slow.news, grave=True), urgency="warning")
 
 
@@ -152,10 +157,6 @@ def _announced(state: State, lower: LimitAhead) -> Candidate:
         number=(lower.value, lower.unit),
         law=lower.law,
     )
-
-
-def _needs_mps2(speed_mps: float, lower: LimitAhead) -> float:
-    return (speed_mps**2 - lower.mps**2) / (2.0 * max(0.5, _room_m(lower)))
 
 
 def _spare_s(lower: LimitAhead, speed_mps: float, slowing_mps2: float = COMFORT_MPS2) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from domain import kinematics
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind
 from proto.speech import News
@@ -75,7 +76,7 @@ HEEDED_S = 10.0
 
 def _person_needs_mps2(state: State, way: Way) -> float:
     ego = state.world.ego.speed_mps
-    return ego.value**2 / (2.0 * max(0.5, way.least_m - 1.0)) if ego is not None else FIRM_MPS2 + 0.1
+    return kinematics.needed_mps2(ego.value, way.least_m - 1.0) if ego is not None else FIRM_MPS2 + 0.1
 
 
 def _person_urgency(state: State, way: Way) -> Urgency | None:
@@ -135,7 +136,7 @@ def _gives_way(state: State, way: Way) -> bool:
 
 
 def _lead_needs_mps2(way: Way) -> float:
-    return way.closing_mps**2 / (2.0 * max(0.5, way.least_m - 1.0))
+    return kinematics.needed_mps2(way.closing_mps, way.least_m - 1.0)
 
 
 def _soon_met(state: State, way: Way) -> bool:
@@ -277,4 +278,4 @@ OVER_MPS = 1.0
 
 
 def _to_be_ready_mps2(speed_mps: float, room_m: float) -> float:
-    return (speed_mps**2 - READY_MPS**2) / (2.0 * max(0.5, room_m))
+    return kinematics.needed_mps2(speed_mps, room_m, READY_MPS)

@@ -68,7 +68,7 @@ def test_no_circumstance_makes_the_answer_less_careful(question: RightOfWayQuest
     )
 
 
-def beside_nobody(pack: Pack, **seen: Any) -> RulesAnswer:
+def on_a_clear_road(pack: Pack, **seen: Any) -> RulesAnswer:
     here = pack.manifest.jurisdiction
     question = RightOfWayQuestion(jurisdiction=here, traffic_from_priority_side=False, pedestrians_on_crossing=False)
     return right_of_way(SHIPPED, msgspec.structs.replace(question, **seen))
@@ -79,8 +79,8 @@ def beside_nobody(pack: Pack, **seen: Any) -> RulesAnswer:
 def test_no_sign_is_answered_less_carefully_than_its_own_entry_says(pack: Pack, light: Any) -> None:
     for sign in pack.signs.values():
         if light != "green" or sign.action == "no_entry":
-            crosses = sign.code in CROSSINGS  # nothing is demanded where it is known that nobody crosses
-            found = beside_nobody(pack, signs=(sign.code,), light=light, pedestrians_on_crossing=crosses)
+            crosses = sign.code in CROSSINGS  # these demand something only before a crossing person
+            found = on_a_clear_road(pack, signs=(sign.code,), light=light, pedestrians_on_crossing=crosses)
             least = (
                 careful_rank("proceed_with_care") if sign.action in ("none", "unknown") else careful_rank(sign.action)
             )
@@ -101,7 +101,7 @@ def test_every_trigger_of_every_pack_can_be_reached(pack: Pack) -> None:
                 }
                 asked = ways.get(kind, {"circumstances": (effect.trigger,)})
                 msgspec.convert(msgspec.to_builtins(asked), RightOfWayQuestion)
-                found = beside_nobody(pack, **asked)
+                found = on_a_clear_road(pack, **asked)
                 assert provision.id in [citation.provision for citation in found.citations], effect.trigger
 
 
@@ -125,8 +125,8 @@ def test_a_sign_without_a_trigger_demands_what_its_entry_says(
 
 @pytest.mark.parametrize("pack", SHIPPED.packs.values(), ids=SHIPPED.packs)
 @pytest.mark.parametrize("light", ["red", "red_amber", "amber", "flashing_red"])
-def test_nobody_drives_at_red_or_amber(light: Any, pack: Pack) -> None:
-    found = beside_nobody(pack, light=light, signs=("priority_road",))
+def test_no_law_lets_a_driver_go_at_red_or_amber(light: Any, pack: Pack) -> None:
+    found = on_a_clear_road(pack, light=light, signs=("priority_road",))
     california = pack.manifest.jurisdiction == "USA-CA" and light == "amber"  # a warning that red comes, CVC 21452
     assert found.legal_action == ("proceed_with_care" if california else "stop")
 
