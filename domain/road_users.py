@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from domain import kinematics
 from proto.perception import Track
 
 
@@ -94,6 +95,11 @@ def shrinking_mps(seen: Sequence[tuple[int, float]], least_s: float) -> float | 
     (first_ns, first_m), (last_ns, last_m) = seen[0], seen[-1]
     seconds = (last_ns - first_ns) / 1e9
     return (first_m - last_m) / seconds if seconds >= least_s else None
+
+
+def braking_needed_mps2(track: Track, gap_m: float, closing_mps: float, spare_m: float) -> float:
+    """What braking keeps `spare_m` to a vehicle ahead: what loses the closing speed till there, and what that vehicle brakes itself."""
+    return kinematics.needed_mps2(closing_mps, gap_m - spare_m) + max(0.0, -track.ax_mps2)
 
 
 def least_gap_m(track: Track, gap_m: float) -> float:

@@ -53,6 +53,8 @@ class KindRow(NamedTuple):
     """Which answer of the Rules is told beside it."""
     topic: str = ""
     """Under which name it goes out, where several kinds replace each other; empty: its own."""
+    by_source: bool = False
+    """Several sources share it: each has a topic of its own."""
     remembered_as: Kind | None = None
     """The kind that it replaces in memory, where it is another."""
 
@@ -83,9 +85,9 @@ KINDS: tuple[KindRow, ...] = (
     KindRow(Kind.FOREIGN, "a sign with a plate in another language", 120.0, explained_by="meaning"),
     KindRow(Kind.APPROACH, "a lower limit ahead that is not kept without slowing down now", presses=True, topic="ahead"),
     KindRow(Kind.AHEAD, "a lower limit ahead", presses=True),
-    KindRow(Kind.EXPERT, "what a third-party tool asks for"),
+    KindRow(Kind.EXPERT, "what a third-party tool asks for", by_source=True),
     KindRow(Kind.DEGRADED, "a service or a topic is missing", 120.0, first_notice=True),
-    KindRow(Kind.OLD_RULES, "a rulepack is outdated, or not in force", math.inf, first_notice=True),
+    KindRow(Kind.OLD_RULES, "a rulepack is outdated, or not in force", math.inf, first_notice=True, by_source=True),
     KindRow(Kind.SLOW, "a bare word to slow down, of a baseline"),
     KindRow(Kind.CAUTION, "a hazard that the arbiter alone sees"),
 )  # fmt: skip

@@ -7,8 +7,7 @@ from evaluation.modelled_sensors.card import Surroundings, surroundings_of
 from evaluation.modelled_sensors.looks import LEAST_PX, Air, air_of, misfit
 from evaluation.modelled_sensors.sight import LAMPS_SIZE_M, Lens, Thing, things
 from proto.perception import Box
-from services.perception.checks.doubtful_boxes import rides
-from services.perception.detect.detection import Detection
+from proto.truth import Truth
 from services.perception.range.box_range import STANDING
 from services.simulator.session import CAMERAS
 from studies.modelled_sensors.recording import Recording
@@ -28,7 +27,7 @@ class Look(NamedTuple):
 
 
 class Stray(NamedTuple):
-    """A box of nothing. A motorcyclist's second one, as of a person, is none: production makes nothing of it."""
+    """A box of nothing. One of a motorcyclist, as of a person, is none: somebody is there."""
 
     camera: str
     stamp_ns: int
@@ -51,7 +50,7 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
         present = [each for each in things(truth, lenses[boxes.camera]) if each.height_px >= LEAST_PX]
         pairs = pair(present, boxes.boxes)
         air, where = air_of(truth), surroundings_of(truth.law_limit_mps)
-        owned, told = set(pairs.values()), [_detection(each) for each in boxes.boxes]
+        owned = set(pairs.values())
         found = [
             Look(boxes.camera, stamp_ns, thing, air, boxes.boxes[pairs[k]] if k in pairs else None)
             for k, thing in enumerate(present)
@@ -62,23 +61,30 @@ def looks(recording: Recording) -> Iterator[tuple[list[Look], list[Stray]]]:
             if k not in owned
             and not _untold(boxes.camera, box)
             and not any(_is_of(each, box) for each in present)
-            and not rides(told[k], told)
+            and not _is_beside(truth, box)
         ]
         yield found, stray
 
 
-def _detection(box: Box) -> Detection:
-    return Detection(x0_px=box.x0_px, y0_px=box.y0_px, x1_px=box.x1_px, y1_px=box.y1_px, kind=box.kind, score=box.score)
-
-
 def _is_of(thing: Thing, box: Box) -> bool:
-    """Whether a box that has no thing of its own is a second look at this one: on it, or with half of itself over it."""
-    if thing.kind != box.kind:
+    """Whether a box that has no thing of its own is a second look at this one: on it, or with half of itself over it. A rider's, as
+    of a person, is the motorcycle's."""
+    if thing.kind != box.kind and (thing.kind, box.kind) != ("vehicle", "pedestrian"):
         return False
     wide = min(thing.box[2], box.x1_px) - max(thing.box[0], box.x0_px)
     high = min(thing.box[3], box.y1_px) - max(thing.box[1], box.y0_px)
     own = (box.x1_px - box.x0_px) * (box.y1_px - box.y0_px)
-    return misfit(thing, box) is not None or max(wide, 0.0) * max(high, 0.0) > 0.5 * own
+    return (thing.kind == box.kind and misfit(thing, box) is not None) or max(wide, 0.0) * max(high, 0.0) > 0.5 * own
+
+
+def _is_beside(truth: Truth, box: Box) -> bool:
+    """Whether a box may be of a road user who is so near that the model has no thing for him any more."""
+    if box.kind not in STANDING or box.range_m is None or box.range_m > BESIDE_M:
+        return False
+    return any(abs(each.x_m) < BESIDE_M and abs(each.y_m) < BESIDE_M for each in truth.actors)
+
+
+BESIDE_M = 6.0
 
 
 def _untold(camera: str, box: Box) -> bool:

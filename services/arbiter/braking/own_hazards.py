@@ -3,7 +3,16 @@
 import math
 from collections.abc import Iterable
 
-from domain.road_users import Across, Sight, hides_others, is_passed, is_vehicle_there, seen_well
+from domain.road_users import (
+    Across,
+    Sight,
+    braking_needed_mps2,
+    crosses_over,
+    hides_others,
+    is_passed,
+    is_vehicle_there,
+    seen_well,
+)
 from proto.perception import Track
 from services.arbiter.assessment.assess import Numbers, View, each, speak_bounds
 from services.arbiter.braking.watching import contradicted
@@ -47,6 +56,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
     return (
         numbers.ttc_s is not None
         and numbers.ttc_s < profile.tau_hazard_s
+        and _needs_braking(numbers, profile)
         and numbers.closing_mps > max(0.5, profile.speed_sigmas * track.sigma_vx_mps)
         and track.sigma_vx_mps <= profile.speed_known_mps
         and seen_well(track, sight(profile))
@@ -56,6 +66,14 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
         and not is_passed(track, numbers.gap_m, speed_mps, stands_mps=profile.stands_mps, across_mps=profile.stands_mps)
         and not contradicted(sightings, track.track_id, numbers.closing_mps, profile)
     )
+
+
+def _needs_braking(numbers: Numbers, profile: Profile) -> bool:
+    """Whether a vehicle needs more than comfortable braking: in a crawling queue a short time to collision is none to be told of."""
+    if numbers.track.kind != "vehicle" or crosses_over(numbers.track, None, across(profile)):
+        return True
+    need_mps2 = braking_needed_mps2(numbers.track, numbers.gap_m, numbers.closing_mps, profile.hazard_spare_m)
+    return need_mps2 > profile.hazard_need_mps2
 
 
 def _confirmed(track: Track, sightings: tuple[Sighting, ...], profile: Profile) -> bool:

@@ -64,6 +64,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     k_fp: float
     relax_s: float
     tau_hazard_s: float
+    hazard_need_mps2: float
+    hazard_spare_m: float
     hazard_repeat_s: float
     speech_gap_s: float
     answer_mps2: float

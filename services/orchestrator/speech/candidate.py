@@ -23,7 +23,7 @@ class Candidate(NamedTuple):
     why: tuple[str, ...] = ()
     """Phrases of its justification."""
     about: str = ""
-    """Of kinds that several sources share: the tool, the rulepack."""
+    """Of kinds that are remembered for each: the tool, the rulepack, the sign."""
     hazard: str = ""
     first_since_ns: int | None = None
     """Where the first notice of an episode is owed: when the episode began."""
@@ -55,7 +55,7 @@ class Candidate(NamedTuple):
     @property
     def topic(self) -> str:
         """The advisory's topic."""
-        return f"{self.row.sent_as}:{self.about}" if self.about else self.row.sent_as
+        return f"{self.row.sent_as}:{self.about}" if self.row.by_source else self.row.sent_as
 
     @property
     def remembered_as(self) -> Kind:
@@ -74,9 +74,8 @@ class Candidate(NamedTuple):
 
 
 def told_within(state: State, kind: Kind, seconds: float) -> bool:
-    """Whether a kind of message was spoken so lately."""
-    told = state.memory.last(kind)
-    return told is not None and state.now_ns - told.stamp_ns < seconds * 1e9
+    """Whether a kind of message, whatever about, was spoken so lately."""
+    return any(each.kind == kind and state.now_ns - each.stamp_ns < seconds * 1e9 for each in state.memory.spoken)
 
 
 Maker = Callable[[State, Target, dict[str, Event]], Iterator[Candidate]]

@@ -94,9 +94,13 @@ def plate_words(preferences: Preferences, plates: tuple[str, ...]) -> str:
     return next((table[head] for head in heads if head in table), "")
 
 
-def few(text: str) -> str:
-    """No more words than are heard while driving."""
-    return " ".join(text.split()[:MOST_WORDS]).rstrip(".,;:")
+def few(preferences: Preferences, text: str) -> str:
+    """No more words than are heard while driving, and none at the end that leads on to one that is left out."""
+    words = text.split()
+    kept, leads_on = words[:MOST_WORDS], phrases(preferences.language)["word"]["leads_on"].split()
+    while len(kept) < len(words) and len(kept) > 1 and kept[-1].lower() in leads_on:
+        kept.pop()
+    return " ".join(kept).rstrip(".,;:")
 
 
 MOST_WORDS = 5

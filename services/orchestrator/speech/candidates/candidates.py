@@ -300,10 +300,15 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     ahead_here = next((each for each in limits_ahead(state) if each.sign.track_id == sign.track_id), None)
     yield Candidate(
         kind=Kind.FOREIGN,
+        about=sign.reading,
         news=News(what=sign.reading, detail=" ".join(sign.plates)),
         phrase="limit_plate" if sign.value is not None and plate_words(state.preferences, sign.plates) else "foreign",
         urgency="advice",
-        values={"meaning": few(meaning.meaning), "reading": sign.reading, **_number_and_plate(state, sign)},
+        values={
+            "meaning": few(state.preferences, meaning.meaning),
+            "reading": sign.reading,
+            **_number_and_plate(state, sign),
+        },
         why=("foreign",),
         confidence=min(meaning.confidence, sign.confidence),
         tells=(Kind.AHEAD, News(value=ahead_here.value, unit=ahead_here.unit)) if ahead_here is not None else None,

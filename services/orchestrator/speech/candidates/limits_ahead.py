@@ -30,6 +30,8 @@ EXPLAINED_S = 5.0
 FIRM_MPS2, FAR_OVER = 3.0, 1.15
 """A driver who was told of a limit ahead and does not slow down hears it once more when no less than this keeps the limit, so far above
 it."""
+HEARD_S = 1.0
+"""Till the words are over; a sign that is passed by then is told of by the overspeed behind it."""
 CALMER = (Kind.AHEAD, Kind.FOREIGN, Kind.BORDER)
 ANNOUNCES = (Kind.AHEAD, Kind.APPROACH)
 NEAR = 1.1
@@ -58,6 +60,7 @@ def approach(state: State, target: Target, events: dict[str, Event]) -> Iterator
     elif (
         ego.value > FAR_OVER * lower.mps
         and needed_mps2(ego.value, _room_m(lower), lower.mps) > FIRM_MPS2
+        and _room_m(lower) > HEARD_S * ego.value
         and not _just_told(state)
     ):
         yield slow._replace(news=msgspec.structs.replace(slow.news, grave=True), urgency="warning")

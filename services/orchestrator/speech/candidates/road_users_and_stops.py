@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from domain import kinematics
+from domain.road_users import braking_needed_mps2
 from proto.decision import Event, Urgency
 from proto.messages import ROWS, Kind
 from proto.speech import News
@@ -95,6 +96,8 @@ PERSON_SPOKEN_S, LEAD_SPOKEN_S = 0.8, 1.2
 """How long the words of a warning take."""
 HARD_MPS2 = 3.0
 """Firm braking."""
+SPARE_M = 1.0
+"""What is left between the ego and whom it stops behind."""
 
 
 def lead(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
@@ -136,14 +139,15 @@ def _gives_way(state: State, way: Way) -> bool:
 
 
 def _lead_needs_mps2(way: Way) -> float:
-    return kinematics.needed_mps2(way.closing_mps, way.least_m - 1.0)
+    return braking_needed_mps2(way.track, way.least_m, way.closing_mps, SPARE_M)
 
 
 def _soon_met(state: State, way: Way) -> bool:
     if way.ttc_s is None or not surely_nears(way):
         return False
     fast = state.road == "motorway" or state.speed_mps is None or state.speed_mps > QUEUE_SPEED_MPS
-    return way.ttc_s < _hazard_ttc_s(way) or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
+    near = way.ttc_s < _hazard_ttc_s(way) and (comes_from(way) is not None or _lead_needs_mps2(way) > FIRM_MPS2)
+    return near or (fast and way.ttc_s < QUEUE_TTC_S and way.closing_mps > QUEUE_CLOSING_MPS)
 
 
 def _hazard_ttc_s(way: Way) -> float:

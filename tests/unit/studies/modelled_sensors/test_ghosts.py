@@ -3,6 +3,7 @@
 import math
 
 import msgspec
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,16 +23,28 @@ from studies.modelled_sensors.tune import as_haunted
 from tests.unit.studies.modelled_sensors.support import NS, SPEC, car, drawn, truth
 
 
-def test_a_motorcyclist_who_is_found_as_a_person_too_is_no_box_of_nothing() -> None:
+@pytest.mark.parametrize("too", [True, False])
+def test_a_motorcyclist_who_is_found_as_a_person_is_no_box_of_nothing(*, too: bool) -> None:
     step = truth(1.0, car(1, 20.0))
     (thing,) = [each for each in things(step, Lens(CAMERAS["front"])) if each.key == "actor/1"]
     x0, y0, x1, y1 = thing.box
     vehicle = Box(x0_px=x0, y0_px=y0, x1_px=x1, y1_px=y1, kind="vehicle", score=0.96)
     twice = msgspec.structs.replace(vehicle, kind="pedestrian", score=0.8)
     elsewhere = msgspec.structs.replace(twice, x0_px=20.0, x1_px=30.0)
-    boxes = Boxes(camera="front", frame=1, boxes=(vehicle, twice, elsewhere))
+    boxes = Boxes(camera="front", frame=1, boxes=(*((vehicle,) if too else ()), twice, elsewhere))
     (picture,) = looks(Recording(spec=SPEC, truths=[(NS, step)], boxes=[(NS, boxes)]))
     assert [each.box for each in picture[1]] == [elsewhere]
+
+
+@pytest.mark.parametrize(("x_m", "stray"), [(3.0, []), (30.0, [1])])
+def test_who_is_so_near_that_the_model_has_no_thing_for_him_is_no_box_of_nothing(x_m: float, stray: list[int]) -> None:
+    walker = msgspec.structs.replace(car(1, x_m, 1.5), kind="pedestrian", length_m=0.45, width_m=0.55)
+    tall = Box(x0_px=146.0, y0_px=134.0, x1_px=226.0, y1_px=348.0, kind="pedestrian", score=0.99, range_m=3.0)
+    seen = Recording(
+        spec=SPEC, truths=[(NS, truth(1.0, walker))], boxes=[(NS, Boxes(camera="front", frame=1, boxes=(tall,)))]
+    )
+    (picture,) = looks(seen)
+    assert [1 for _ in picture[1]] == stray
 
 
 def test_boxes_of_nothing_that_follow_each_other_are_one_ghost_that_moves() -> None:

@@ -111,7 +111,7 @@ def test_the_next_car_of_a_queue_hides_nobody_beside_or_before_it(
     ],
 )  # fmt: skip
 def test_a_car_that_may_not_be_before_us_hides_nobody_in_a_queue(doubted: dict[str, object]) -> None:
-    other = car(14.0, -5.0, 2)
+    other = car(14.0, -6.0, 2)
     assert hazards(seen(car(8.0, 0.0), other, speed_mps=3.0)) == set()
     assert hazards(seen(replace(car(8.0, 0.0), **doubted), other, speed_mps=3.0)) == {"lead"}
 
@@ -135,7 +135,7 @@ def test_one_that_cuts_in_is_a_hazard_while_there_is_room() -> None:
     assert "lead" in hazards(seen(car(12.0, -6.0, clearance_m=0.2)))
 
 
-@given(x_m=st.floats(-3.0, 4.4), closing_mps=st.floats(1.0, 20.0), vy_mps=st.floats(0.0, 1.9))
+@given(x_m=st.floats(-3.0, 4.4), closing_mps=st.floats(1.5, 20.0), vy_mps=st.floats(0.0, 1.9))
 def test_whose_near_end_is_beside_us_with_room_between_is_passed_and_lowers_the_target_all_the_same(
     x_m: float, closing_mps: float, vy_mps: float
 ) -> None:
@@ -242,7 +242,20 @@ def test_who_may_only_seem_to_come_from_the_side_is_waited_for_and_lowers_the_ta
 
 @pytest.mark.parametrize(("ego_mps", "told"), [(0.0, False), (0.9, False), (1.0, True), (None, True)])
 def test_who_stands_is_not_told_to_brake_for_a_vehicle(ego_mps: float | None, told: bool) -> None:
-    assert ("lead" in hazards(seen(car(8.0, -2.0), speed_mps=ego_mps))) is told
+    assert ("lead" in hazards(seen(car(8.0, -3.5), speed_mps=ego_mps))) is told
+
+
+@given(ego_mps=st.floats(1.0, 6.0), gap_m=st.floats(2.5, 20.0), share=st.floats(0.0, 1.0))
+def test_who_creeps_up_to_a_queue_hears_nothing_while_comfortable_braking_is_enough(
+    ego_mps: float, gap_m: float, share: float
+) -> None:
+    closing_mps = share * ego_mps
+    comfortable = closing_mps**2 <= 2.0 * 1.5 * (gap_m - 1.0)
+    told = "lead" in hazards(seen(car(gap_m + 4.5, -closing_mps), speed_mps=ego_mps))
+    assert not (told and comfortable)
+    braking = seen(replace(car(gap_m + 4.5, -closing_mps), ax_mps2=-6.0), speed_mps=ego_mps)
+    soon = closing_mps > 1.5 and gap_m / closing_mps < 2.4
+    assert not soon or "lead" in hazards(braking), "a vehicle that brakes hard is another thing"
 
 
 @pytest.mark.parametrize(("speed_mps", "warned"), [(2.2, False), (8.0, True), (None, True)])
@@ -261,7 +274,7 @@ def test_in_a_crawling_queue_the_next_car_itself_is_warned_of() -> None:
 
 
 def test_a_car_that_is_hardly_seen_hides_nobody() -> None:
-    assert "lead" in hazards(seen(car(10.0, 0.0, confidence=0.3), car(14.0, -5.0, 2), speed_mps=4.0))
+    assert "lead" in hazards(seen(car(10.0, 0.0, confidence=0.3), car(14.0, -6.0, 2), speed_mps=4.0))
 
 
 @pytest.mark.parametrize(

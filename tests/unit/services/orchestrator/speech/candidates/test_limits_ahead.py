@@ -169,7 +169,7 @@ def test_who_brakes_already_as_hard_as_it_takes_is_not_told_to() -> None:
     drive = Drive(Played(arbiter=arbiter()), speed_mps=27.0, road="rural")
     drive.ticks(20)
     drive.acceleration_mps2 = -2.0
-    drive.tick(limit_sign("limit:80", passed=False, distance_m=100.0))
+    drive.tick(limit_sign("limit:80", passed=False, distance_m=112.0))
     assert drive.spoken()[-1] == CALM
     drive.acceleration_mps2 = -1.0
     drive.ticks(33)
