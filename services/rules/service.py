@@ -45,7 +45,8 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
     """Which rulepacks are loaded, and what the vehicle's configuration expects of them."""
 
     packs: tuple[str, ...] = (
-        "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "USA-CA-v1", "VIENNA-v1",
+        "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "BEL-v1",
+        "USA-CA-v1", "VIENNA-v1",
     )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders."""
     require_signature: bool = False

@@ -141,6 +141,7 @@ COUNTRIES: dict[str, tuple[str, str, str]] = {
     "AUT": ("Austria", "Österreich", "Autriche"),
     "POL": ("Poland", "Polen", "Pologne"),
     "CHE": ("Switzerland", "die Schweiz", "Suisse"),
+    "BEL": ("Belgium", "Belgien", "Belgique"),
     "USA": ("the United States", "die Vereinigten Staaten", "États-Unis"),
     "XXX": ("the Vienna Convention", "das Wiener Übereinkommen", "la Convention de Vienne"),
     "ZZZ": ("the test country", "das Testland", "pays d'essai"),
@@ -151,6 +152,9 @@ PARTS: dict[str, tuple[str, str, str]] = {
     "GBR-WLS": ("Wales", "Wales", "pays de Galles"),
     "GBR-SCT": ("Scotland", "Schottland", "Écosse"),
     "GBR-NIR": ("Northern Ireland", "Nordirland", "Irlande du Nord"),
+    "BEL-BRU": ("Brussels", "Brüssel", "Bruxelles"),
+    "BEL-VLG": ("Flanders", "Flandern", "Flandre"),
+    "BEL-WAL": ("Wallonia", "der Wallonie", "Wallonie"),
     "USA-CA": ("California", "Kalifornien", "Californie"),
 }
 

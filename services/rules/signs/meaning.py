@@ -133,7 +133,7 @@ def _unknown(question: SignQuestion, text: str, packs: Sequence[Pack]) -> SignMe
 def _meaning(
     book: RuleBook, pack: Pack, sign: Sign, question: SignQuestion, text: str, reading: Reading, *, foreign: bool
 ) -> SignMeaning:
-    language, limit = question.language, _limit(pack, sign, reading)
+    language, limit = question.language, _limit(pack, sign, reading, question.jurisdiction)
     confidence = (FOREIGN_SIGN if foreign else 1.0) * (STALE if book.weaknesses(pack) else 1.0)
     if sign.values and reading.value not in sign.values:
         confidence *= UNUSUAL_VALUE
@@ -151,23 +151,23 @@ def _meaning(
     )
 
 
-def _limit(pack: Pack, sign: Sign, reading: Reading) -> LegalLimit | None:
+def _limit(pack: Pack, sign: Sign, reading: Reading, here: str | None) -> LegalLimit | None:
     if sign.effect in ("limit", "zone"):
         shown = reading.value is not None and SHOWN[0] <= reading.value <= SHOWN[1]
         return legal_limit(reading.value, sign.unit or pack.manifest.units) if shown and reading.value else None
     road = {"town": "urban", "road": "motorway", "calm": "living_street"}.get(sign.effect or "")
-    return _default_of(pack, road) if road else None
+    return _default_of(pack, road, normal_jurisdiction(here)) if road else None
 
 
-def _default_of(pack: Pack, road: str) -> LegalLimit | None:
-    """The lowest limit the law sets for a car on this type of road."""
+def _default_of(pack: Pack, road: str, here: str | None) -> LegalLimit | None:
+    """The lowest limit the law sets for a car on this type of road in this part of the country."""
     found = [
         legal_limit(effect.value, effect.unit)
         for provision in pack.provisions.values()
         for effect in provision.effects
         if isinstance(effect, Limit)
         and effect.when.road_types == (road,)
-        and effect.when.subdivision is None
+        and effect.when.subdivision in (None, here)
         and effect.when.posted_below is None
         and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
     ]

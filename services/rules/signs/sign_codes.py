@@ -27,7 +27,8 @@ class Reading(msgspec.Struct, frozen=True):
     @property
     def names(self) -> tuple[str, ...]:
         """Codes under which the sign table may know it, the most specific first."""
-        return (f"{self.code}:{self.word}", self.code) if self.word else (self.code,)
+        detail = self.word if self.value is None else f"{self.value:g}"
+        return (f"{self.code}:{detail}", self.code) if detail else (self.code,)
 
 
 def parse_reading(text: str) -> Reading:

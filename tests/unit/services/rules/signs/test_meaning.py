@@ -112,3 +112,21 @@ def test_a_border_names_the_country_in_the_drivers_language(book: RuleBook) -> N
 def test_a_stale_pack_lowers_the_confidence_of_meanings() -> None:
     stale = load_book([data("rulepacks/DEU-v1")], expected={"DEU-v1": "3.0.0"})[0]
     assert interpret_sign(stale, SignQuestion(reading="stop", jurisdiction="DEU")).confidence == pytest.approx(0.5)
+
+
+BELGIUM = load_book([data("rulepacks/BEL-v1")])[0]
+
+
+@pytest.mark.parametrize(("place", "limit"), [("BEL", 50.0), ("BEL-BRU", 30.0), ("BEL-WAL", 50.0)])
+def test_a_town_sign_tells_the_limit_of_the_part_of_the_country_that_is_known(place: str, limit: float) -> None:
+    seen = interpret_sign(BELGIUM, SignQuestion(reading="town_entry", jurisdiction=place))
+    assert seen.limit is not None
+    assert seen.limit.value == limit
+
+
+def test_a_number_with_a_sign_of_its_own_is_told_as_that_sign() -> None:
+    own, family = (
+        interpret_sign(BELGIUM, SignQuestion(reading=reading, jurisdiction="BEL")) for reading in ("zone:30", "zone:70")
+    )
+    assert (own.national_code, family.national_code) == ("F4a", "ZC43 (70)")
+    assert [meaning.limit.value for meaning in (own, family) if meaning.limit] == [30.0, 70.0]
