@@ -142,6 +142,7 @@ COUNTRIES: dict[str, tuple[str, str, str]] = {
     "POL": ("Poland", "Polen", "Pologne"),
     "CHE": ("Switzerland", "die Schweiz", "Suisse"),
     "BEL": ("Belgium", "Belgien", "Belgique"),
+    "IRL": ("Ireland", "Irland", "Irlande"),
     "USA": ("the United States", "die Vereinigten Staaten", "États-Unis"),
     "XXX": ("the Vienna Convention", "das Wiener Übereinkommen", "la Convention de Vienne"),
     "ZZZ": ("the test country", "das Testland", "pays d'essai"),
