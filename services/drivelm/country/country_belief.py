@@ -52,25 +52,26 @@ def _with_boards(amount: float) -> Cues:
     return {country: amount for country, row in JURISDICTIONS.items() if row.boards}
 
 
+_BY_SIGNS = tuple(country for country, row in JURISDICTIONS.items() if row.by_signs)
 _CONTINENTAL = {country: 1.5 for country, row in JURISDICTIONS.items() if row.side == "right" and not row.boards}
 _TABLE: dict[str, Cues] = {
     **{f"town_{way}:{ground}": _town(ground) for way in ("entry", "exit") for ground in ("yellow", "white", "dark")},
     **{f"plate:when_wet:{language}": _language(language) for language in ("de", "en", "fr", "nl", "pl")},
-    "national": {"GBR": 3.0},
+    "national": {"GBR": 3.0, "IRL": 3.0},
     "general:50": {"CHE": 3.0},
     "general_end": {"CHE": 3.0},
     "school": _with_boards(2.5),
     "school_end": _with_boards(2.5),
     "plate:advisory": _with_boards(2.0),
     "info:interstate": _with_boards(3.0),
-    "diamond:yellow": _with_boards(2.5),
+    "diamond:yellow": {**_with_boards(2.5), "IRL": 2.5},
     "keep_left": _all("left", 2.5),
     "keep_right": _all("right", 2.5),
     "info:units_mph": _unit("mph", 4.0),
     "info:units_kmh": _unit("km/h", 4.0),
     "info:side_left": _all("left", 4.0),
     "info:side_right": _all("right", 4.0),
-    "all_end": _CONTINENTAL,
+    "all_end": {**_CONTINENTAL, "IRL": 1.5},
     "limit_end": _CONTINENTAL,
     "priority_road": _CONTINENTAL,
     "no_overtaking_end": _CONTINENTAL,
@@ -109,7 +110,7 @@ class Switch(NamedTuple):
 class CountryBelief:
     """The belief about the country: log-scores, and the one believed now with its confidence."""
 
-    scores: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(JURISDICTIONS, 0.0))
+    scores: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(_BY_SIGNS, 0.0))
     believed: str | None = None
     counted: tuple[tuple[str, int], ...] = ()
     """Tracks whose cue is in already: each sign counts once."""
@@ -137,8 +138,9 @@ class CountryBelief:
         """Start from a home setting: a weak prior that a single strong cue outweighs; empty: know nothing."""
         if country not in JURISDICTIONS:
             return cls()
-        scores = dict.fromkeys(JURISDICTIONS, 0.0)
-        scores[country] = math.log(_HOME * (len(scores) - 1) / (1.0 - _HOME))
+        scores = dict.fromkeys(_BY_SIGNS, 0.0)
+        others = len(scores) - (country in scores)
+        scores[country] = math.log(_HOME * others / (1.0 - _HOME))
         return cls(scores=scores, believed=country)
 
     def posterior(self, country: str | None) -> float:
@@ -172,10 +174,9 @@ class CountryBelief:
 
     def past_border(self, key: tuple[str, int], country: str) -> "CountryBelief":
         """A believed border sign was passed: that country, whatever was believed before."""
-        if key in self.counted or country not in self.scores:
+        if key in self.counted or country not in JURISDICTIONS:
             return self
-        scores = dict.fromkeys(self.scores, 0.0)
-        scores[country] = _BORDER
+        scores = {**dict.fromkeys(_BY_SIGNS, 0.0), country: _BORDER}
         passed = replace(self, scores=scores, counted=(*self.counted, key)[-_REMEMBERED:])
         if country == self.believed:
             return replace(passed, since={f"border:{country}": {country: _BORDER}})
@@ -185,8 +186,8 @@ class CountryBelief:
         """A position deep inside a country: that country; without one whose signs are known here, none is believed."""
         if country == (self.believed or self.elsewhere) and self.placed:
             return self
-        scores = dict.fromkeys(self.scores, 0.0)
-        if country not in scores:
+        scores = dict.fromkeys(_BY_SIGNS, 0.0)
+        if country not in JURISDICTIONS:
             last = self.believed or self.last
             return replace(self, scores=scores, believed=None, last=last, placed=True, elsewhere=country)
         scores[country] = _BORDER
@@ -212,7 +213,7 @@ class CountryBelief:
 def _share(scores: Mapping[str, float], countries: set[str]) -> float:
     top = max(scores.values())
     masses = {country: math.exp(score - top) for country, score in scores.items()}
-    return sum(masses[country] for country in countries) / sum(masses.values())
+    return sum(mass for country, mass in masses.items() if country in countries) / sum(masses.values())
 
 
 def _sum(before: Cues, cues: Cues) -> Cues:
@@ -221,7 +222,7 @@ def _sum(before: Cues, cues: Cues) -> Cues:
 
 def _evidence(since: Mapping[str, Cues], country: str, former: str | None) -> Evidence:
     """What speaks for a country more than for the former one; without one, more than for the average of the others."""
-    others = [former] if former not in (None, country) else [each for each in JURISDICTIONS if each != country]
+    others = [former] if former not in (None, country) else [each for each in _BY_SIGNS if each != country]
     gains = {
         code: cues.get(country, 0.0) - sum(cues.get(other or "", 0.0) for other in others) / len(others)
         for code, cues in since.items()

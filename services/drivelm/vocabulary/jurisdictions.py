@@ -19,10 +19,13 @@ class Jurisdiction(NamedTuple):
     plate_languages: tuple[str, ...]
     boards: bool = False
     """Limits stand on boards in words, warnings on diamonds; elsewhere in rings and on triangles."""
+    by_signs: bool = True
+    """Whether signs alone may tell the country; another is told by the position, a border or the home setting."""
 
 
 _KMH = frozenset(range(10, 140, 10)) | {5, 15}
 _MPH = frozenset({5, 10, 15, 20, 30, 40, 50, 60, 70})
+_IRISH = frozenset({20, 30, 40, 50, 60, 80, 100, 120})
 
 _TABLE: Mapping[Country, Jurisdiction] = MappingProxyType(
     {
@@ -34,6 +37,8 @@ _TABLE: Mapping[Country, Jurisdiction] = MappingProxyType(
         "GBR": Jurisdiction("mph", "left", _MPH, "white", ("en",)),
         "CHE": Jurisdiction("km/h", "right", _KMH - {130}, "dark", ("de", "fr")),
         "USA": Jurisdiction("mph", "right", frozenset(range(5, 90, 5)), "", ("en",), boards=True),
+        "BEL": Jurisdiction("km/h", "right", _KMH - {130}, "white", ("nl", "fr"), by_signs=False),
+        "IRL": Jurisdiction("km/h", "left", _IRISH, "white", ("en",), by_signs=False),
     }
 )
 JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType({str(country): row for country, row in _TABLE.items()})

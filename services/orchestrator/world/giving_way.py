@@ -29,7 +29,7 @@ SEEN_NS = 10_000_000_000
 RULED_BY = frozenset({"stop", "yield", "priority_road", "priority_here"})
 IN_TOWN = frozenset({"urban", "living_street", ""})
 """Types of road with junctions that no sign rules; empty: unknown."""
-MAIN_ROADS_UNSIGNED = frozenset({"GBR", "USA"})
+MAIN_ROADS_UNSIGNED = frozenset({"GBR", "IRL", "USA"})
 """Countries where a main road shows no sign at its junctions: there a junction without one is no reason to slow down."""
 
 

@@ -87,7 +87,7 @@ def test_boards_move_the_belief_to_the_united_states_and_rings_away_from_them() 
 
 
 @pytest.mark.parametrize(
-    ("language", "countries"), [("pl", {"POL"}), ("de", {"DEU", "AUT", "CHE"}), ("en", {"GBR", "USA"})]
+    ("language", "countries"), [("pl", {"POL"}), ("de", {"DEU", "AUT", "CHE"}), ("en", {"GBR", "IRL", "USA"})]
 )
 def test_the_language_of_a_plate_tells_of_all_who_write_it(language: str, countries: set[str]) -> None:
     assert set(cues_of(f"plate:when_wet:{language}")) == countries

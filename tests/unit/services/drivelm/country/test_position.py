@@ -1,5 +1,6 @@
 """A position on earth tells the country, and is overcome by signs."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,7 +15,7 @@ from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
 
 PLACES = {
     "DEU": (50.11, 8.68), "AUT": (47.07, 15.44), "FRA": (47.32, 5.04), "NLD": (52.09, 5.12), "POL": (52.23, 21.01),
-    "GBR": (52.48, -1.90), "CHE": (46.95, 7.45), "USA": (37.40, -122.08),
+    "GBR": (52.48, -1.90), "CHE": (46.95, 7.45), "USA": (37.40, -122.08), "BEL": (50.46, 4.86), "IRL": (53.42, -7.94),
 }  # fmt: skip
 
 
@@ -55,11 +56,36 @@ def test_signs_overcome_a_position_that_is_wrong(country: str, code: str) -> Non
 
 @given(st.lists(st.sampled_from(("oncoming_left", "limit_board:50", "school", "national")), max_size=20))
 def test_in_a_country_without_known_signs_no_cue_tells_another(codes: list[str]) -> None:
-    where = CountryBelief.at_home("DEU").at_position("IRL")
+    where = CountryBelief.at_home("DEU").at_position("ESP")
     for track_id, code in enumerate(codes):
         cues = oncoming_cue(-3.0) if code == "oncoming_left" else cues_of(code)
         where = where.with_cue((code, track_id), cues, code)
     assert where.believed is None
+
+
+@pytest.mark.parametrize(("country", "units", "side"), [("BEL", "km/h", "right"), ("IRL", "km/h", "left")])
+def test_a_country_that_signs_do_not_tell_is_told_by_a_position_with_its_unit_and_side(
+    country: str, units: str, side: str
+) -> None:
+    where = CountryBelief.at_home("FRA").at_position(country)
+    told = {fact.kind: fact.reading for fact in surroundings(where, None, 0) if fact.believed}
+    assert told == {"jurisdiction": country, "units": units, "traffic_side": side}
+
+
+@given(st.lists(st.sampled_from(("keep_left", "all_end", "national", "diamond:yellow", "limit:80")), max_size=20))
+def test_irish_signs_keep_ireland(codes: list[str]) -> None:
+    where = CountryBelief.at_home("").at_position("IRL")
+    for track_id, code in enumerate(codes):
+        where = where.with_cue((code, track_id), cues_of(code), code)
+    assert where.believed == "IRL"
+
+
+@given(st.lists(st.sampled_from(("keep_left", "town_entry:white", "plate:when_wet:nl", "all_end", "national"))))
+def test_signs_alone_never_tell_belgium_or_ireland(codes: list[str]) -> None:
+    where = CountryBelief.at_home("")
+    for track_id, code in enumerate(codes):
+        where = where.with_cue((code, track_id), cues_of(code), code)
+        assert where.believed not in ("BEL", "IRL")
 
 
 def fix(country: str) -> GnssFix:
