@@ -25,7 +25,7 @@ FACTS = (
     "divided", "novice", "electric", "plate_100", "snow_chains", "trailer_t", "combination_t",
 )  # fmt: skip
 COUNTRIES = sorted({pack.manifest.jurisdiction for pack in BOOK.packs.values()})
-PARTS = ["GBR-WLS", "GBR-SCT"]
+PARTS = ["GBR-WLS", "GBR-SCT", "BEL-VLG", "BEL-WAL", "BEL-BRU"]
 SIGNED_ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway")
 """A living street begins at its sign only, so an unknown road is not taken for one."""
 PLAIN = Situation(

@@ -38,6 +38,14 @@ def test_great_britain_holds_80_provisions_and_120_signs() -> None:
     assert len(pack.signs) >= 120
 
 
+@pytest.mark.parametrize("name", ["BEL-v1", "IRL-v1"])
+def test_belgium_and_ireland_hold_70_provisions_100_signs_and_100_cases(name: str) -> None:
+    pack = load(data(f"rulepacks/{name}"))
+    assert len(pack.provisions) >= 70
+    assert len(pack.signs) >= 100
+    assert len(pack.cases) >= 100
+
+
 @pytest.mark.parametrize("name", PACKS)
 def test_every_excerpt_is_the_documents_text_between_its_offsets(name: str) -> None:
     folder = data(f"rulepacks/{name}")
