@@ -57,7 +57,7 @@ def check_twice(files: Files, name: str, key: str, entries: Sequence[object]) ->
 
 
 def check_provisions(files: Files, entries: Sequence[Provision | None], manifest: Manifest | None) -> Iterator[Problem]:
-    """Texts at their offsets, no drafts, parts of the own country."""
+    """Texts at their offsets, no drafts, parts of the own country, its unit."""
     for index, entry in enumerate(entries):
         if entry is None:
             continue
@@ -72,15 +72,19 @@ def check_provisions(files: Files, entries: Sequence[Provision | None], manifest
             if part is not None and manifest is not None and part[:3] != manifest.jurisdiction[:3]:
                 path = (index, "effects", at, "when", "subdivision")
                 yield files.problem("provisions.json", path, f"{part} is no part of {manifest.jurisdiction}", entry.id)
+            if manifest is not None and (unit := getattr(effect, "unit", manifest.units)) != manifest.units:
+                yield files.problem("provisions.json", (index, "effects", at, "unit"), _unit(unit, manifest), entry.id)
 
 
-def check_signs(files: Files, entries: Sequence[Sign | None]) -> Iterator[Problem]:
-    """Texts at their offsets, at least one meaning, whom a plate about vehicles names."""
+def check_signs(files: Files, entries: Sequence[Sign | None], manifest: Manifest | None) -> Iterator[Problem]:
+    """Texts at their offsets, at least one meaning, the country's unit, whom a plate about vehicles names."""
     for index, entry in enumerate(entries):
         if entry is None:
             continue
         if not entry.meaning:
             yield files.problem("signs.json", (index, "meaning"), "at least one language is needed", entry.code)
+        if manifest is not None and entry.unit not in (None, manifest.units):
+            yield files.problem("signs.json", (index, "unit"), _unit(entry.unit, manifest), entry.code)
         if entry.plate is not None and entry.plate.type == "vehicle" and not entry.plate.classes:
             message = "a plate about vehicles must say which"
             yield files.problem("signs.json", (index, "plate", "classes"), message, entry.code)
@@ -131,6 +135,10 @@ def check_hash(files: Files, manifest: Manifest) -> Iterator[Problem]:
         said = f"says {manifest.content_sha256[:12]}, the content has {found[:12]}"
         message = f"{said}; after an intended change run: drivemcp rulepack seal {files.folder}"
         yield files.problem("manifest.json", ("content_sha256",), message)
+
+
+def _unit(unit: str | None, manifest: Manifest) -> str:
+    return f"{unit} is not the unit of {manifest.jurisdiction}, {manifest.units}"
 
 
 def _day(text: str) -> date | None:

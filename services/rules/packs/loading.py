@@ -110,7 +110,7 @@ def examine(
     problems += checks.check_twice(files, "provisions.json", "id", provisions)
     problems += checks.check_twice(files, "signs.json", "code", signs)
     problems += checks.check_provisions(files, provisions, manifest)
-    problems += checks.check_signs(files, signs)
+    problems += checks.check_signs(files, signs, manifest)
     parent, wrong_parent = _parent(files, manifest, trust, seen)
     known = {entry.id for entry in provisions if entry is not None} | set(parent.provisions if parent else ())
     if not wrong_provisions and not wrong_parent:  # otherwise a reference may be right

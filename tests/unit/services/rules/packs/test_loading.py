@@ -131,6 +131,12 @@ def test_reformatting_json_leaves_the_hash_and_a_changed_character_does_not(copy
             lambda p: p[0].update(effects=[{"type": "magic"}]),
             r"provisions\.json:\d+: \[0\]\.effects\[0\].*magic",
         ),
+        (
+            "provisions.json",
+            lambda p: p[1]["effects"].append({"type": "limit", "value": 30, "unit": "mph"}),
+            r"provisions\.json:\d+: \[1\]\.effects\[\d+\]\.unit .*: mph is not the unit of DEU, km/h",
+        ),
+        ("signs.json", lambda s: s[0].update(unit="mph"), r"signs\.json:\d+: \[0\]\.unit \(limit\): mph is not"),
         ("provisions.json", lambda p: p.append(p[0]), r"provisions\.json:\d+: \[\d+\]\.id: .*twice"),
         (
             "signs.json",
