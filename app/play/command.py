@@ -47,7 +47,15 @@ def register(subparsers: Subparsers) -> None:
 def _add_can(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--can", default="", metavar="FILE", help="a CAN log for the ego speed; `none`: use none")
     parser.add_argument("--dbc", default="", metavar="FILE", help="the CAN log's bus description; ours by default")
-    parser.add_argument("--speed-signal", default="", metavar="NAME", help="the signal of --dbc that is the ego speed")
+    parser.add_argument(
+        "--speed-signal",
+        default="",
+        metavar="NAME",
+        help="the signal of --dbc that is the ego speed, as NAME or MESSAGE.NAME",
+    )
+    parser.add_argument(
+        "--can-channel", default="", metavar="NAME", help="of a CAN log that holds several buses, the one of the speed"
+    )
     parser.add_argument("--speed-unit", default="", metavar="UNIT", help="where the DBC does not say: km/h, m/s, mph")
     parser.add_argument(
         "--can-offset", type=number(-86_400.0, 86_400.0), default=0.0, metavar="S",

@@ -9,8 +9,9 @@ from app.drive.precheck import check_asked, check_folder_of
 from app.drive.run import drive
 from app.play.render import render_video
 from drivemcp.errors import UserError
+from drivemcp.files.can_logs.log import CanLog
 from drivemcp.files.models import find_model
-from services.player.can_log import SpeedSignal, check_log, log_beside, profile_of, speed_signal
+from services.player.can_log import SpeedSignal, log_beside, open_log, profile_of, speed_signal
 from services.player.drive_log import log_files
 from services.player.pictures import check_webcam, webcam_number
 from services.player.position_track import read_track, track_beside
@@ -41,7 +42,8 @@ def play(flags: argparse.Namespace) -> int:
     sys.stderr.write(f"ego speed: {_speed_from(recording, log, speed, track)}\n")
     settings = {
         "source": source, "seconds": flags.seconds, "picture_period_s": flags.period, "fov_deg": flags.fov,
-        "hold_s": flags.seconds or Options().hold_s, "can_log": str(log or ""), "can_offset_s": flags.can_offset,
+        "hold_s": flags.seconds or Options().hold_s, "can_log": str(log.path) if log else "", "can_channel": log.channel if log else "",
+        "can_offset_s": flags.can_offset,
         "track": str(track or ""), "track_offset_s": flags.track_offset,
     }  # fmt: skip
     name = f"webcam{webcam}" if webcam is not None else Path(source).stem
@@ -66,19 +68,18 @@ def checked(source: str) -> Recording | None:
 
 def can_log_of(
     flags: argparse.Namespace, source: str, recording: Recording | None
-) -> tuple[Path | None, SpeedSignal | None]:
+) -> tuple[CanLog | None, SpeedSignal | None]:
     """The CAN log that was named or lies beside the recording, and the speed in it. Raises UserError."""
-    log = _named_log(flags) if flags.can else None
+    path = _named_log(flags) if flags.can else None
     if recording is not None and not recording.ego and not flags.can:
-        log = log_beside(Path(source))
-    if log is None:
+        path = log_beside(Path(source))
+    if path is None:
         if flags.dbc or flags.speed_signal:
             raise UserError("--dbc and --speed-signal read a CAN log, and there is none: name it with --can FILE")
         return None, None
     dbc = Path(flags.dbc) if flags.dbc else None
     speed = speed_signal(dbc, flags.speed_signal, flags.speed_unit)
-    check_log(log, speed)
-    return log, speed
+    return open_log(path, speed, flags.can_channel), speed
 
 
 def track_of(flags: argparse.Namespace, source: str) -> Path | None:
@@ -118,9 +119,9 @@ def _choose_detector(flags: argparse.Namespace, source: str) -> None:
         )
 
 
-def _speed_from(recording: Recording | None, log: Path | None, speed: SpeedSignal | None, track: Path | None) -> str:
+def _speed_from(recording: Recording | None, log: CanLog | None, speed: SpeedSignal | None, track: Path | None) -> str:
     if log is not None and speed is not None:
-        return f"{speed.signal} of {speed.dbc.name} in {log.name}"
+        return "; ".join(filter(None, (f"{speed.signal} of {speed.dbc.name} in {log.path.name}", log.summary)))
     if recording is not None and recording.ego:
         return "from the recording"
     return f"from the positions in {track.name}" if track is not None else "unknown"

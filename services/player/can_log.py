@@ -1,25 +1,25 @@
 """A CAN log beside a recording: its frames on the bus, and the ego speed that the CAN service will read from them."""
 
+import itertools
 import json
-import struct
-import zlib
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import can
-from cantools.database import load_file
-from cantools.database.errors import Error as CantoolsError
+from msgspec.structs import replace
 
 from domain.units import MPS_PER, MPS_PER_KNOT
 from drivemcp.errors import UserError
+from drivemcp.files.bus_description import key_of, load_description, unsound
+from drivemcp.files.can_logs.log import CHANNELS_LOOK, CanLog, check_log, listed
 from drivemcp.paths import data
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.player.recording import TimedMessage
 
 FORMATS = (".asc", ".blf", ".log", ".mf4", ".trc")
-"""Looked for beside a recording; what else python-can reads is named with --can."""
+"""Looked for beside a recording; what else is read is named with --can."""
 OUR_DBC = "vehicles/sim/sim.dbc"
 OUR_SIGNAL = "VehicleSpeed"
 BUS = "can0"
@@ -30,7 +30,6 @@ SPEED_UNITS = {
     "kn": MPS_PER_KNOT, "knots": MPS_PER_KNOT,
 }  # fmt: skip
 """A unit in a DBC or in a track's header, in lower case, in m/s."""
-_BROKEN = (ValueError, KeyError, IndexError, struct.error, zlib.error, EOFError, can.CanError, can.io.blf.BLFParseError)
 
 
 class SpeedSignal(NamedTuple):
@@ -48,36 +47,41 @@ class SpeedSignal(NamedTuple):
 
 
 def log_beside(source: Path) -> Path | None:
-    """The CAN log of a recording: of the same name beside a file, the first by name inside a folder."""
+    """The CAN log of a recording: of the same name beside a file, or inside a folder. Raises UserError where there are several."""
     if source.is_dir():
-        inside = sorted(file for file in source.iterdir() if file.suffix.lower() in FORMATS)
-        return inside[0] if inside else None
-    found = (source.with_suffix(suffix) for suffix in FORMATS)
-    return next((file for file in found if file.is_file() and file != source), None)
+        found = sorted(file for file in source.iterdir() if file.suffix.lower() in FORMATS)
+    else:
+        found = [file for suffix in FORMATS if (file := source.with_suffix(suffix)).is_file() and file != source]
+    if len(found) > 1:
+        raise UserError(
+            f"{source} has several CAN logs: {', '.join(each.name for each in found)}; name one with --can, or --can none"
+        )
+    return found[0] if found else None
 
 
 def speed_signal(dbc: Path | None, signal: str, unit: str) -> SpeedSignal:
-    """The signal in our bus description, or in a given one. Raises UserError naming the file and what it holds."""
+    """The signal (`NAME` or `MESSAGE.NAME`) in our bus description, or in a given one. Raises UserError naming the file and
+    what it holds.
+    """
     path = dbc or data(OUR_DBC)
-    signals = _signals(path)
-    name = signal or (OUR_SIGNAL if dbc is None else "")
-    if name not in signals:
-        likely = ", ".join(sorted(each for each in signals if "speed" in each.lower())[:8]) or "none named for speed"
-        wanted = f"has no signal {name!r}" if name else "needs --speed-signal"
-        raise UserError(f"{path} {wanted}; its speeds: {likely}")
-    message, found = signals[name]
-    factor = _factor(path, name, unit or found.unit or "")
+    database = load_description(path)
+    wanted = signal or (OUR_SIGNAL if dbc is None else "")
+    all_signals = [(message, each) for message in database.messages for each in message.signals]
+    found = [(m, each) for m, each in all_signals if wanted in (each.name, f"{m.name}.{each.name}")]
+    if len(found) > 1:
+        choices = ", ".join(f"{m.name}.{each.name} (0x{m.frame_id:X}, {each.unit or 'no unit'})" for m, each in found)
+        raise UserError(f"{path}: {wanted!r} is in several messages; choose one with --speed-signal: {choices}")
+    if not found:
+        speeds = sorted({each.name for _, each in all_signals if "speed" in each.name.lower()})
+        missing = f"has no signal {wanted!r}" if wanted else "needs --speed-signal"
+        raise UserError(f"{path} {missing}; its speeds: {', '.join(speeds[:8]) or 'none named for speed'}")
+    message, speed = found[0]
+    if why := unsound(path, database).get(key_of(message)):
+        raise UserError(f"{path}: the message of {speed.name} is described wrongly: {why}")
+    factor = _factor(path, speed.name, unit or speed.unit or "")
     return SpeedSignal(
-        path, name, message.frame_id, message.is_extended_frame, message.protocol == "j1939", message.name, factor
+        path, speed.name, message.frame_id, message.is_extended_frame, message.protocol == "j1939", message.name, factor
     )
-
-
-def _signals(path: Path) -> dict[str, tuple[Any, Any]]:
-    try:
-        database: Any = load_file(str(path))
-    except (OSError, CantoolsError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} cannot be read as a bus description: {_one_line(error)}") from None
-    return {signal.name: (message, signal) for message in reversed(database.messages) for signal in message.signals}
 
 
 def _factor(path: Path, name: str, unit: str) -> float:
@@ -87,17 +91,36 @@ def _factor(path: Path, name: str, unit: str) -> float:
     return factor
 
 
-def check_log(path: Path, speed: SpeedSignal) -> None:
-    """That the log can be read and carries the signal. Raises UserError."""
-    seen = 0
-    for message in messages(path):
-        seen += 1
-        if _carries(message, speed):
-            return
-    raise UserError(
-        f"{path}: none of its {seen} frames is 0x{speed.arbitration_id:X} ({speed.message}), which carries {speed.signal} in "
-        f"{speed.dbc.name}; give --dbc and --speed-signal, or --can none"
-    )
+def open_log(path: Path, speed: SpeedSignal, channel: str) -> CanLog:
+    """The log's bus that carries the signal, its first 50,000 records looked at. Raises UserError where there is none, or a
+    choice of several.
+    """
+    check_log(path, "--can")
+    log = CanLog(path)
+    seen: Counter[str] = Counter()
+    carrying: Counter[str] = Counter()
+    for _, each, message in itertools.islice(log.messages(), CHANNELS_LOOK):
+        seen[each] += 1
+        carrying[each] += _carries(message, speed)
+    carrying = +carrying
+    if channel:
+        carrying = Counter({channel: carrying[channel]} if carrying[channel] else {})
+    if not seen:
+        raise UserError(f"{path} holds no frame: {log.nothing}")
+    if not carrying:
+        where = f" of channel {channel} ({listed(path, seen)})" if channel else ""
+        raise UserError(
+            f"{path}: none of its {seen.total()} frames{where} is 0x{speed.arbitration_id:X} ({speed.message}), which carries "
+            f"{speed.signal} in {speed.dbc.name}; give --dbc and --speed-signal, or --can none"
+        )
+    if len(carrying) > 1:
+        raise UserError(
+            f"{path}: 0x{speed.arbitration_id:X} ({speed.message}) is on {len(carrying)} buses: {listed(path, carrying)}; choose "
+            "one with --can-channel"
+        )
+    log.channel = next(iter(carrying))
+    log.left_out.update({each: count for each, count in seen.items() if each not in ("", log.channel)})
+    return log
 
 
 def _carries(message: Any, speed: SpeedSignal) -> bool:
@@ -113,48 +136,20 @@ def _group(arbitration_id: int) -> int:
     return arbitration_id & (0x3FF0000 if to_one else 0x3FFFF00)
 
 
-def messages(path: Path) -> Iterator[Any]:
-    """Data frames of a log in its order. Raises UserError where python-can cannot read it."""
-    try:
-        _check_start(path)
-        with can.LogReader(str(path)) as reader:
-            for message in reader:
-                if not message.is_error_frame and not message.is_remote_frame:
-                    yield message
-    except OSError as error:
-        raise UserError(f"cannot read {path}: {error.strerror or error}") from None
-    except NotImplementedError:
-        raise UserError(
-            f"{path}: python-can reads {path.suffix} only with the package asammdf: pip install asammdf"
-        ) from None
-    except _BROKEN as error:
-        raise UserError(f"{path} is no CAN log that python-can can read: {_one_line(error)}") from None
-
-
-def _check_start(path: Path) -> None:
-    """python-can leaves a .blf open that does not begin like one."""
-    if path.suffix.lower() == ".blf":
-        with path.open("rb") as file:
-            if file.read(4) != b"LOGG":
-                raise ValueError("it does not begin like a .blf")
-
-
-def can_messages(path: Path, offset_s: float) -> Iterator[TimedMessage]:
+def can_messages(log: CanLog, offset_s: float) -> Iterator[TimedMessage]:
     """Frames in batches of 20 ms; the recording starts `offset_s` after the log's first frame. Stamps count from that start."""
-    first_s: float | None = None
     batch: list[CanFrame] = []
     until_s = 0.0
-    for message in messages(path):
-        first_s = message.timestamp if first_s is None else first_s
-        at_s = message.timestamp - first_s - offset_s
-        if at_s < 0:
+    for record in log:
+        at_s = record.at_s - offset_s
+        if at_s < 0 or record.frame.error or record.frame.remote:
             continue
         if batch and at_s >= until_s:
             yield _timed_message(batch)
             batch = []
         if not batch:
             until_s = at_s + BATCH_S
-        batch.append(_frame(message, at_s))
+        batch.append(replace(record.frame, stamp_ns=round(at_s * 1e9)))
     if batch:
         yield _timed_message(batch)
 
@@ -163,43 +158,18 @@ def _timed_message(batch: list[CanFrame]) -> TimedMessage:
     return TimedMessage(batch[-1].stamp_ns / 1e9, topics.CAN_RX, CanFrames(frames=tuple(batch)), BUS)
 
 
-def _frame(message: Any, at_s: float) -> CanFrame:
-    return CanFrame(
-        stamp_ns=round(at_s * 1e9),
-        arbitration_id=message.arbitration_id,
-        data=bytes(message.data),
-        extended=message.is_extended_id,
-        fd=message.is_fd,
-    )
-
-
 def rebased(frames: Iterable[CanFrame], start_ns: int) -> CanFrames:
     """The same frames, stamped by the clock on which the recording began."""
-    return CanFrames(
-        frames=tuple(
-            CanFrame(
-                stamp_ns=start_ns + each.stamp_ns,
-                arbitration_id=each.arbitration_id,
-                data=each.data,
-                extended=each.extended,
-                fd=each.fd,
-            )
-            for each in frames
-        )
-    )
+    return CanFrames(frames=tuple(replace(each, stamp_ns=start_ns + each.stamp_ns) for each in frames))
 
 
 def profile_of(speed: SpeedSignal) -> str:
     """A vehicle profile (TOML) for the CAN service that reads the ego speed and nothing else."""
-    dbc, signal = json.dumps(str(speed.dbc.resolve())), json.dumps(speed.signal)
+    dbc, message, signal = (json.dumps(each) for each in (str(speed.dbc.resolve()), speed.message, speed.signal))
     return (
         f'name = "recording"\n[buses.can0]\ndescription = {dbc}\n'
         "[vehicle]\ntyre_nominal_bar = [2.4, 2.4, 2.4, 2.4]\n[ecus]\n[fields]\n"
-        f'speed_mps = {{ vss = "Vehicle.Speed", signal = {signal}, unit = "m/s", dbc_unit = "m/s", '
+        f'speed_mps = {{ vss = "Vehicle.Speed", message = {message}, signal = {signal}, unit = "m/s", dbc_unit = "m/s", '
         f"factor = {speed.factor!r}, minimum = 0.0, maximum = 83.4, "
         "max_step_per_s = 30.0, max_age_s = 0.5 }\n"
     )
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__

@@ -8,6 +8,7 @@ import msgspec
 
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, UserError
+from drivemcp.files.can_logs.log import CanLog, check_channel, check_log
 from drivemcp.node import Node
 from drivemcp.service import Service
 from proto import topics
@@ -35,6 +36,8 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
     camera_height_m: float = 1.4
     can_log: str = ""
     """A log that python-can reads, published as frames of the bus `can0`."""
+    can_channel: str = ""
+    """Of a log that holds several buses, the one that is published."""
     can_offset_s: float = 0.0
     """The recording starts so long after the CAN log's first frame."""
     track: str = ""
@@ -46,10 +49,11 @@ class PlayerConfig(ServiceConfig, frozen=True, kw_only=True):
 class Player:
     """Plays one recording on a thread of its own."""
 
-    def __init__(self, config: PlayerConfig, node: Node, recording: Recording) -> None:
+    def __init__(self, config: PlayerConfig, node: Node, recording: Recording, can_log: CanLog | None = None) -> None:
         self._config = config
         self._node = node
         self._recording = recording
+        self._can_log = can_log
         self._stop = threading.Event()
         self._at_s = 0.0
         self._finished = False
@@ -96,6 +100,8 @@ class Player:
             self._problem = ""
         finally:
             self._finished = True
+            if self._can_log is not None and self._can_log.summary:
+                self._node.log.warning("%s: %s", self._can_log.path.name, self._can_log.summary)
 
     def _over(self, at_s: float) -> bool:
         return self._stop.is_set() or (self._config.seconds > 0 and at_s > self._config.seconds)
@@ -131,11 +137,14 @@ def build(config: PlayerConfig, node: Node) -> None:
     if not config.source:
         raise ConfigError("source: which video, folder of pictures, webcam, frame or log to play")
     source = config.source if webcam_number(config.source) is not None else str(Path(config.source).resolve())
-    can_log = str(Path(config.can_log).resolve()) if config.can_log else ""
+    can_log = CanLog(Path(config.can_log).resolve(), config.can_channel) if config.can_log else None
+    if can_log is not None:
+        check_log(can_log.path, "can_log")
+        check_channel(can_log.path, config.can_channel, "can_channel")
     track = str(Path(config.track).resolve()) if config.track else ""
     recording = open_recording(source, options_of(config), can_log=can_log, can_offset_s=config.can_offset_s)
     recording = with_track(recording, track, config.track_offset_s)
-    player = Player(config, node, recording)
+    player = Player(config, node, recording, can_log)
     node.detail["source"] = f"{recording.name}, {recording.pictures or 'live'} pictures: {recording.brings}"
     node.every(0.5, player.tell)
     node.on_close(player.close)

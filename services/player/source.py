@@ -4,6 +4,7 @@ import heapq
 from pathlib import Path
 
 from drivemcp.errors import UserError
+from drivemcp.files.can_logs.log import CanLog
 from proto import topics
 from services.player.can_log import can_messages
 from services.player.drive_log import log_files, open_log
@@ -17,16 +18,18 @@ SAID_BY_CAN = (topics.EGO, topics.DEGRADATION)
 """Where a CAN log is given, the CAN service says these, and a recording's own are left out."""
 
 
-def open_recording(source: str, options: Options, *, can_log: str = "", can_offset_s: float = 0.0) -> Recording:
+def open_recording(
+    source: str, options: Options, *, can_log: CanLog | None = None, can_offset_s: float = 0.0
+) -> Recording:
     """A webcam, frames with LiDAR, logs of ours, a folder of pictures or a video, in this order; a CAN log goes along.
 
     Raises UserError saying what it is not.
     """
     recording = _open(source, options)
-    if not can_log:
+    if can_log is None:
         return recording
     seen = (each for each in recording.messages if each.topic not in SAID_BY_CAN)
-    merged = heapq.merge(seen, can_messages(Path(can_log), can_offset_s), key=lambda each: each.at_s)
+    merged = heapq.merge(seen, can_messages(can_log, can_offset_s), key=lambda each: each.at_s)
     return recording._replace(messages=merged, ego=False, brings=f"{recording.brings}, {CAN_FRAMES}")
 
 

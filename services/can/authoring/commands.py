@@ -47,6 +47,10 @@ def _check(subparsers: Subparsers) -> None:
         "--log", metavar="[BUS=]FILE", action="append", default=[], help="a recorded log, of one bus; may be repeated"
     )
     parser.add_argument(
+        "--channel", metavar="[BUS=]CHANNEL", action="append", default=[],
+        help="of a log that holds several buses, as python-can counts them; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
         "--folder", metavar="FOLDER", type=Path, action="append", default=[], help="where descriptions lie"
     )
     parser.set_defaults(run=_run_check)
@@ -103,31 +107,39 @@ def _run_check(flags: argparse.Namespace) -> int:
     sys.stdout.write(f"not on this car: {', '.join(missing) or 'none'}\n")
     if not flags.log:
         return 0
-    report = check_drive(profile, descriptions, _frames(_logs(flags.log, profile)))
+    report = check_drive(profile, descriptions, _frames(*_logs(flags, profile)))
     return _tell(profile, report)
 
 
-def _logs(texts: list[str], profile: Profile) -> dict[str, Path]:
-    logs: dict[str, Path] = {}
+def _logs(flags: argparse.Namespace, profile: Profile) -> tuple[dict[str, Path], dict[str, str]]:
+    logs = _by_bus("--log", flags.log, profile)
+    return {bus: Path(name) for bus, name in logs.items()}, _by_bus("--channel", flags.channel, profile)
+
+
+def _by_bus(option: str, texts: list[str], profile: Profile) -> dict[str, str]:
+    found: dict[str, str] = {}
     for text in texts:
-        bus, _, name = text.rpartition("=")
+        bus, _, value = text.rpartition("=")
         if bus not in profile.buses and (bus or len(profile.buses) > 1):
-            raise UserError(f"--log {text}: say of which bus, as BUS=FILE; there are {', '.join(profile.buses)}")
-        logs[bus or next(iter(profile.buses))] = Path(name)
-    return logs
+            raise UserError(f"{option} {text}: say of which bus, as BUS=...; there are {', '.join(profile.buses)}")
+        found[bus or next(iter(profile.buses))] = value
+    return found
 
 
-def _frames(logs: Mapping[str, Path]) -> Iterator[tuple[str, CanFrame]]:
+def _frames(logs: Mapping[str, Path], channels: Mapping[str, str]) -> Iterator[tuple[str, CanFrame]]:
     """Frames of every log in the order of their stamps; what cannot be read is told at the end."""
-    from services.can.buses.recorded import RecordedLog, check_log
+    from drivemcp.files.can_logs.log import CanLog, check_channel, check_log
 
     for bus, path in logs.items():
         check_log(path, f"--log {bus}")
-    opened = {bus: RecordedLog(path) for bus, path in logs.items()}
+        check_channel(path, channels.get(bus, ""), f"--channel {bus}=CHANNEL")
+    opened = {bus: CanLog(path, channels.get(bus, "")) for bus, path in logs.items()}
     streams = [[(record.at_s, bus, record.frame) for record in log] for bus, log in opened.items()]
     for at_s, bus, frame in sorted(itertools.chain.from_iterable(streams), key=lambda each: each[0]):
         yield bus, _stamped(frame, 1_000_000_000 + round(at_s * 1e9))
-    for log in opened.values():
+    for log, stream in zip(opened.values(), streams, strict=True):
+        if not stream:
+            raise UserError(f"{log.path.name} holds no frame: {log.nothing}")
         if log.summary:
             sys.stdout.write(f"{log.path.name}: {log.summary}\n")
 

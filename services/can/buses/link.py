@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import can
 
 from drivemcp.errors import ConfigError
+from drivemcp.files.can_logs.log import frame_of
 from proto import topics
 from proto.sensors import CanFrame, CanFrames
 from services.can.errors import LinkDown
@@ -209,18 +210,7 @@ def to_message(frame: CanFrame) -> can.Message:
     )
 
 
-def from_message(message: can.Message, stamp_ns: int | None = None) -> CanFrame:
-    """python-can's message as a frame; one without a time of day is stamped now, unless a stamp is given."""
+def from_message(message: can.Message) -> CanFrame:
+    """python-can's message as a frame; one without a time of day is stamped now."""
     stamp_s = message.timestamp if message.timestamp > EPOCH_S else time.time()
-    return CanFrame(
-        stamp_ns=int(stamp_s * 1e9) if stamp_ns is None else stamp_ns,
-        arbitration_id=message.arbitration_id,
-        data=bytes(message.data),
-        extended=message.is_extended_id,
-        fd=message.is_fd,
-        remote=message.is_remote_frame,
-        requested_bytes=message.dlc if message.is_remote_frame else 0,
-        error=message.is_error_frame,
-        bitrate_switch=message.bitrate_switch,
-        error_state=message.error_state_indicator,
-    )
+    return frame_of(message, int(stamp_s * 1e9))

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import can
 import msgspec
 
-from drivemcp.errors import ConfigError
+from drivemcp.errors import ConfigError, UserError
+from drivemcp.files.can_logs.log import CanLog, check_channel, check_log
 from services.can.buses.link import FrameLink, NodeLink, PythonCanLink
-from services.can.buses.recorded import RecordedLog, check_log
 from services.can.buses.replay import Replay, ReplayLink, Step
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """What else the interface takes, by python-can's names."""
     recording: str = ""
     """Instead of an interface a log file: .asc, .blf, .csv, .log (candump), .mf4, .trc. `channel` then picks one of
-    several in the log, as python-can counts them; empty: that of the first frame.
+    several in the log, as python-can counts them, and may be left empty where the log has one.
     """
     speed: Annotated[float, msgspec.Meta(gt=0.0, le=1000.0)] = 1.0
     """Of the replay; 2 is twice as fast. The clock of the service sets the pace."""
@@ -93,13 +93,15 @@ def _replay(bus: BusConfig, place: str, node: "Node") -> ReplayLink:
     if bus.step_frames and bus.step_ms:
         raise ConfigError(f"{place}: name step_frames or step_ms, not both")
     path = Path(bus.recording)
-    check_log(path, f"{place}.recording")
+    try:
+        check_log(path, f"{place}.recording")
+        check_channel(path, str(bus.channel), f"{place}.channel")
+    except UserError as error:
+        raise ConfigError(str(error)) from None
     step = Step(frames=bus.step_frames, ms=bus.step_ms) if bus.step_frames or bus.step_ms else None
-    replay = Replay(RecordedLog(path, str(bus.channel)), speed=bus.speed, loop=bus.loop)
+    replay = Replay(CanLog(path, str(bus.channel)), speed=bus.speed, loop=bus.loop)
     if replay.ended:
-        raise ConfigError(
-            f"{place}.recording: {path.name} holds no frame to replay; {replay.log.summary or 'it is empty'}"
-        )
+        raise ConfigError(f"{place}.recording: {path.name} holds no frame to replay; {replay.log.nothing}")
     return ReplayLink(replay, step, node)
 
 

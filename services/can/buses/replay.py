@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 
 from drivemcp.errors import ToolFailed
+from drivemcp.files.can_logs.log import CanLog, Record
 from proto.sensors import CanFrame
 from services.can.buses.link import FrameLink, OnFrames
-from services.can.buses.recorded import Record, RecordedLog
 from services.can.errors import LinkDown
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True):
 class Replay:
     """Frames of a log in time. The clock is passed in; stamps are the clock's, a log's own only give the distances."""
 
-    def __init__(self, log: RecordedLog, *, speed: float = 1.0, loop: bool = False) -> None:
+    def __init__(self, log: CanLog, *, speed: float = 1.0, loop: bool = False) -> None:
         self.log, self._speed, self._loop = log, speed, loop
         self._records: Iterator[Record] = iter(log)
         self._next: Record | None = None

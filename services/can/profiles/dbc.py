@@ -4,19 +4,17 @@ import logging
 from pathlib import Path
 from typing import Any
 
-from cantools.database import load_file
 from cantools.database.errors import Error as CantoolsError
 
+from drivemcp.errors import UserError
+from drivemcp.files.bus_description import Key, key_of, load_description, unsound
 from services.can.errors import MalformedFrame, ProfileError
 
 logger = logging.getLogger(__name__)
 
-Key = tuple[bool, int]
-"""(extended, id): the same number with 11 and with 29 bits is two messages."""
-
 
 class Dbc:
-    """Messages by key, signals by name. Of two signals of one name the first counts where no message is named.
+    """Messages by key, signals by name; of a name that stands in several messages the message has to be said.
 
     Messages whose signals overlap or do not fit are named in `broken`; a field may be fed by one only where `strict` is
     off.
@@ -32,7 +30,7 @@ class Dbc:
         self.strict = strict
         self._protocol = protocol
         self._groups: dict[int, Any] = {}
-        self._signals: dict[str, tuple[Any, Any]] = {}
+        self._signals: dict[str, dict[Key, tuple[Any, Any]]] = {}
         self._of_message: dict[tuple[str, str], tuple[Any, Any]] = {}
         for path, database in zip(paths, databases, strict=True):
             self.broken |= _broken(path, database)
@@ -45,7 +43,7 @@ class Dbc:
         if self.is_j1939(message):
             self._groups.setdefault(pgn_of(message.frame_id), message)
         for signal in message.signals:
-            self._signals.setdefault(signal.name, (message, signal))
+            self._signals.setdefault(signal.name, {}).setdefault(key_of(message), (message, signal))
             self._of_message.setdefault((message.name, signal.name), (message, signal))
 
     def is_j1939(self, message: Any) -> bool:
@@ -58,11 +56,14 @@ class Dbc:
 
     def signal(self, name: str, message: str = "") -> tuple[Any, Any]:
         """(message, signal). Raises ProfileError."""
-        try:
-            return self._of_message[message, name] if message else self._signals[name]
-        except KeyError:
+        found = [self._of_message.get((message, name))] if message else list(self._signals.get(name, {}).values())
+        if len(found) > 1:
+            where = ", ".join(sorted(each.name for each, _ in filter(None, found)))
+            raise ProfileError(f"signal {name!r} stands in several messages; choose one with message = ...: {where}")
+        if not found or found[0] is None:
             where = f"message {message} of " if message else ""
-            raise ProfileError(f"no signal {name!r} in {where}the bus description") from None
+            raise ProfileError(f"no signal {name!r} in {where}the bus description")
+        return found[0]
 
     def has_signal(self, name: str) -> bool:
         """Whether the description names this signal."""
@@ -85,11 +86,6 @@ class Dbc:
         return {name: value if isinstance(value, int | float) else str(value) for name, value in decoded.items()}
 
 
-def key_of(message: Any) -> Key:
-    """Under which a described message is kept."""
-    return bool(message.is_extended_frame), int(message.frame_id)
-
-
 def pgn_of(arbitration_id: int) -> int:
     """The parameter group number in a 29-bit J1939 id; that of a message to one address has no address in it."""
     group = arbitration_id >> 8 & 0x3FFFF
@@ -98,20 +94,14 @@ def pgn_of(arbitration_id: int) -> int:
 
 def _load(path: Path) -> Any:
     try:
-        return load_file(path, strict=False)
-    except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError) as error:
-        text = " ".join(str(error).split())
-        raise ProfileError(f"{path.name} cannot be read as a bus description: {text}") from error
+        return load_description(path)
+    except UserError as error:
+        raise ProfileError(str(error)) from error
 
 
 def _broken(path: Path, database: Any) -> dict[Key, str]:
     """What a strict reading refuses: message -> why."""
-    found = {}
-    for message in database.messages:
-        try:
-            message.refresh(strict=True)
-        except CantoolsError as error:
-            found[key_of(message)] = f"{path.name}: {str(error).rstrip('.')}"
+    found = unsound(path, database)
     if found:
         logger.warning("%s; %d messages of %s are described so", next(iter(found.values())), len(found), path.name)
     return found

@@ -11,8 +11,9 @@ from typing import Any
 
 import msgspec
 
+from drivemcp.files.bus_description import Key, key_of
 from services.can.errors import ProfileError
-from services.can.profiles.dbc import Dbc, Key, key_of
+from services.can.profiles.dbc import Dbc
 from services.can.profiles.profile import Profile
 
 SALT_BYTES = 32

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
+from drivemcp.files.bus_description import Key, key_of
 from proto.sensors import CanFrame
 from services.can.errors import ProfileError
-from services.can.profiles.dbc import Dbc, Key, key_of, pgn_of
+from services.can.profiles.dbc import Dbc, pgn_of
 from services.can.profiles.profile import Profile
 from services.can.signals.field import Field, Reading
 from services.can.signals.message_watch import Watch

@@ -6,13 +6,14 @@ from typing import Annotated, NamedTuple
 import msgspec
 
 from drivemcp.errors import ToolFailed
+from drivemcp.files.bus_description import Key, key_of
 from drivemcp.node import Node
 from services.can.errors import MalformedFrame, RequestRefused
 from services.can.j1939 import messages
 from services.can.j1939.bus import Heard, J1939Bus
 from services.can.j1939.messages import SpnFault
 from services.can.j1939.transport import Group
-from services.can.profiles.dbc import Dbc, Key, key_of
+from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy
 from services.can.tools import answers
 from services.can.tools.answers import Scalar

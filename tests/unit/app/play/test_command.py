@@ -57,7 +57,7 @@ def test_a_mistake_is_one_line_and_starts_nothing(
 def test_a_log_beside_the_recording_is_looked_for_only_where_none_is_named(pictures: str) -> None:
     (Path(pictures) / "drive.asc").write_text("date Mon Jan 1 00:00:00.000 2024\nbase hex timestamps absolute\n")
     recording = open_recording(pictures, Options())
-    with pytest.raises(UserError, match=r"drive\.asc: none of its 0 frames"):
+    with pytest.raises(UserError, match=r"drive\.asc holds no frame: it has nothing but a header"):
         can_log_of(flags(pictures), pictures, recording)
     assert can_log_of(flags(pictures, "--can", "none"), pictures, recording) == (None, None)
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from drivemcp.errors import UserError
+from drivemcp.files.can_logs.log import CanLog
 from drivemcp.paths import data
 from drivemcp.testing import bus
 from proto import topics
 from proto.vehicle import Ego
 from services.can.service import SERVICE as CAN
 from services.can.service import CanConfig
-from services.player.can_log import OUR_DBC, SpeedSignal, can_messages, check_log, log_beside, profile_of, speed_signal
+from services.player.can_log import OUR_DBC, SpeedSignal, can_messages, log_beside, open_log, profile_of, speed_signal
 from services.player.service import SERVICE, PlayerConfig
 from services.simulator.car.state import CarModel, Controls
 from services.simulator.ecus.can_frames import FrameEncoder
@@ -82,7 +83,7 @@ def read_by(speed: SpeedSignal, log: Path, pictures: Path) -> Ego:
 def test_a_log_beside_the_pictures_becomes_the_ego_speed(tmp_path: Path, pictures: Path, ending: str) -> None:
     log = write(pictures / f"drive{ending}", frames("ours"))
     assert log_beside(pictures) == log
-    check_log(log, speed_signal(None, "", ""))
+    open_log(log, speed_signal(None, "", ""), "")
     with bus() as b:
         egos = b.collect(topics.EGO)
         b.start(CAN, CanConfig(poll_dtcs_s=0))
@@ -96,7 +97,7 @@ def test_a_given_bus_description_is_read_through_a_profile_of_its_own(tmp_path: 
     dbc = tmp_path / "other.dbc"
     dbc.write_text(DBC)
     speed = speed_signal(dbc, "RoadSpeed", "")
-    check_log(log, speed)
+    open_log(log, speed, "")
     ego = read_by(speed, log, pictures)
     assert ego.speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
     assert ego.yaw_rate_radps is None
@@ -112,7 +113,7 @@ def test_a_speed_under_a_29_bit_id_is_read_too(tmp_path: Path, pictures: Path, a
     dbc = tmp_path / "truck.dbc"
     dbc.write_text(DBC.replace("BO_ 291", f"BO_ {0x80000000 | 0x18FEF100}") + attribute)
     speed = speed_signal(dbc, "RoadSpeed", "")
-    check_log(log, speed)
+    open_log(log, speed, "")
     assert read_by(speed, log, pictures).speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
 
 
@@ -137,15 +138,15 @@ def test_by_j1939_any_priority_and_sender_of_the_group_will_do(
         dbc.write_text(DBC.replace("BO_ 291", f"BO_ {0x80000000 | 0x18FEF100}") + attribute)
         speed = speed_signal(dbc, "RoadSpeed", "")
         if carried:
-            check_log(log, speed)
+            open_log(log, speed, "")
         else:
             with pytest.raises(UserError, match=r"none of its 1 frames is 0x18FEF100"):
-                check_log(log, speed)
+                open_log(log, speed, "")
 
 
 def test_frames_come_in_batches_counted_from_the_recordings_start(tmp_path: Path) -> None:
     log = write(tmp_path / "drive.asc", frames("ours", seconds=1.0))
-    messages = list(can_messages(log, 0.5))
+    messages = list(can_messages(CanLog(log), 0.5))
     assert messages[0].at_s == pytest.approx(0.0, abs=0.02)
     assert messages[-1].at_s == pytest.approx(0.48, abs=0.01)
     assert all(each.topic is topics.CAN_RX for each in messages)
@@ -156,7 +157,7 @@ def test_a_log_without_the_signal_is_told(tmp_path: Path) -> None:
     with pytest.raises(
         UserError, match=r"drive\.asc: none of its 10 frames is 0x101 \(Motion\), which carries VehicleSpeed"
     ):
-        check_log(log, speed_signal(None, "", ""))
+        open_log(log, speed_signal(None, "", ""), "")
 
 
 @pytest.mark.parametrize(
@@ -166,7 +167,7 @@ def test_a_log_without_the_signal_is_told(tmp_path: Path) -> None:
 def test_a_file_that_is_no_can_log_is_told_in_one_line(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
     with pytest.raises(UserError, match=name) as raised:
-        check_log(tmp_path / name, speed_signal(None, "", ""))
+        open_log(tmp_path / name, speed_signal(None, "", ""), "")
     assert "\n" not in str(raised.value)
 
 
@@ -192,3 +193,62 @@ def test_a_bus_description_that_cannot_be_used_is_told(
 def test_a_unit_that_is_told_counts(tmp_path: Path) -> None:
     (tmp_path / "car.dbc").write_text(DBC)
     assert speed_signal(tmp_path / "car.dbc", "Odd", "mph").factor == pytest.approx(0.44704)
+
+
+BESIDE = 'BO_ 300 Comfort: 8 ECU\n SG_ Heat : 0|8@1+ (1,0) [0|1] "" ECU\n SG_ Fan : 4|8@1+ (1,0) [0|1] "" ECU\n'
+TWICE = 'BO_ 512 Cluster: 8 ECU\n SG_ RoadSpeed : 0|16@1+ (0.01,0) [0|300] "mph" ECU\n'
+
+
+def on(channel: int, messages: list[can.Message]) -> list[can.Message]:
+    for each in messages:
+        each.channel = channel
+    return messages
+
+
+def test_a_broken_message_beside_the_speeds_own_is_no_reason_to_refuse(tmp_path: Path, pictures: Path) -> None:
+    dbc = tmp_path / "overlap.dbc"
+    dbc.write_text(DBC + BESIDE, encoding="utf-8-sig")
+    speed = speed_signal(dbc, "RoadSpeed", "")
+    log = write(tmp_path / "drive.asc", frames("other"))
+    assert read_by(speed, log, pictures).speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
+    with pytest.raises(UserError, match=r"message of Heat is described wrongly: overlap.dbc: .* are overlapping"):
+        speed_signal(dbc, "Heat", "km/h")
+
+
+def test_a_signal_of_two_messages_is_asked_for_and_named_with_its_message(tmp_path: Path, pictures: Path) -> None:
+    dbc = tmp_path / "twice.dbc"
+    dbc.write_text(DBC + TWICE)
+    both = r"choose one with --speed-signal: Chassis\.RoadSpeed \(0x123, kph\), Cluster\.RoadSpeed \(0x200, mph\)"
+    with pytest.raises(UserError, match=both):
+        speed_signal(dbc, "RoadSpeed", "")
+    assert speed_signal(dbc, "Cluster.RoadSpeed", "").arbitration_id == 0x200
+    speed = speed_signal(dbc, "Chassis.RoadSpeed", "")
+    log = write(tmp_path / "drive.asc", frames("other"))
+    assert read_by(speed, log, pictures).speed_mps == pytest.approx(SPEED_KMH / 3.6, abs=0.02)
+
+
+def test_a_speed_on_two_buses_is_asked_for(tmp_path: Path) -> None:
+    speed = speed_signal(None, "", "")
+    log = write(tmp_path / "two.asc", on(0, frames("ours")) + on(1, frames("ours", 1.0)))
+    with pytest.raises(
+        UserError, match=r"on 2 buses: channel 0 \(150 frames\), channel 1 \(50 frames\).*--can-channel"
+    ):
+        open_log(log, speed, "")
+    assert open_log(log, speed, "1").channel == "1"
+    with pytest.raises(UserError, match=r"none of its 200 frames of channel 7 \(channel 0 \(150 frames\)"):
+        open_log(log, speed, "7")
+
+
+def test_the_bus_that_carries_the_speed_is_taken_and_what_is_left_out_is_told(tmp_path: Path) -> None:
+    path = write(tmp_path / "two.asc", on(0, frames("other")) + on(1, frames("ours", 1.0)))
+    log = open_log(path, speed_signal(None, "", ""), "")
+    assert log.channel == "1"
+    assert "left out 150 frames of channel 0; this is channel 1" in log.summary
+    assert {record.frame.arbitration_id for record in CanLog(path, log.channel)} == {0x101}
+
+
+def test_of_several_logs_beside_a_recording_one_has_to_be_named(tmp_path: Path, pictures: Path) -> None:
+    for name in ("b.asc", "a.log"):
+        (pictures / name).write_text("")
+    with pytest.raises(UserError, match=r"several CAN logs: a.log, b.asc; name one with --can, or --can none"):
+        log_beside(pictures)

@@ -133,6 +133,26 @@ def test_a_field_whose_message_is_not_on_the_bus_is_told(
     assert "never seen" in told
 
 
+def test_a_log_of_two_buses_is_checked_by_the_one_that_is_named(
+    scaffolded: Path, drive: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = scaffolded.parent / "both.log"
+    lines = drive.read_text().splitlines()
+    channel = lines[0].split()[1]
+    both.write_text("".join(f"{line}\n{line.replace(f' {channel} ', ' other ')}\n" for line in lines))
+    arguments = ["can", "profile", "check", str(scaffolded), "--log", str(both)]
+    assert run(arguments) == 2
+    assert f"channel {channel} ({len(lines)} frames), channel other" in capsys.readouterr().err
+    assert run([*arguments, "--channel", channel]) == 0
+    assert f"left out {len(lines)} frames of channel other" in capsys.readouterr().out
+
+
+def test_a_log_without_a_frame_is_no_drive(scaffolded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (scaffolded.parent / "empty.log").write_text("what is this\n")
+    assert run(["can", "profile", "check", str(scaffolded), "--log", str(scaffolded.parent / "empty.log")]) == 2
+    assert "empty.log holds no frame: 1 malformed" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [

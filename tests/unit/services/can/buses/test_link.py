@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivemcp.files.can_logs.log import frame_of
 from drivemcp.paths import data
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CanFrame
-from services.can.buses.link import NodeLink, PythonCanLink, from_message, to_message
+from services.can.buses.link import NodeLink, PythonCanLink, to_message
 from services.can.buses.opening import BusConfig
 from services.can.buses.zenoh_bus import ZenohBus
 from services.can.service import SERVICE, CanConfig
@@ -47,7 +48,7 @@ def frames(draw: st.DrawFn) -> CanFrame:
 
 @given(frame=frames())
 def test_a_frame_of_any_kind_is_the_same_after_python_can(frame: CanFrame) -> None:
-    assert from_message(to_message(frame), frame.stamp_ns) == frame
+    assert frame_of(to_message(frame), frame.stamp_ns) == frame
 
 
 def test_every_kind_of_frame_crosses_the_carried_bus() -> None:

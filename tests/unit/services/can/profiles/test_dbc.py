@@ -105,7 +105,10 @@ def test_several_descriptions_of_a_bus_are_one(tmp_path: Path) -> None:
     dbc = Dbc(tmp_path / "a.dbc", tmp_path / "b.sym")
     assert set(dbc.messages) == {(False, 256), (False, 257)}
     assert dbc.signal("Speed", "Other")[0].frame_id == 257
-    assert dbc.signal("Speed")[0].frame_id == 256
+    with pytest.raises(
+        ProfileError, match=r"'Speed' stands in several messages; choose one with message = ...: Motion, Other"
+    ):
+        dbc.signal("Speed")
 
 
 def test_a_frame_that_is_not_described_or_too_short_is_told(tmp_path: Path) -> None:

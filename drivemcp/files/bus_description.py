@@ -1,0 +1,39 @@
+"""A bus description (DBC, ARXML, KCD, SYM) as cantools reads it, with what a strict reading would refuse."""
+
+import codecs
+from pathlib import Path
+from typing import Any
+
+from cantools.database import load_file
+from cantools.database.errors import Error as CantoolsError
+
+from drivemcp.errors import UserError
+
+Key = tuple[bool, int]
+"""(extended, id): the same number with 11 and with 29 bits is two messages."""
+
+
+def key_of(message: Any) -> Key:
+    """The key of a described message."""
+    return bool(message.is_extended_frame), int(message.frame_id)
+
+
+def load_description(path: Path) -> Any:
+    """The database, messages that are broken among it. Raises UserError naming the file."""
+    try:
+        with path.open("rb") as file:
+            marked = file.read(3) == codecs.BOM_UTF8
+        return load_file(str(path), strict=False, encoding="utf-8-sig" if marked else None)
+    except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
+        raise UserError(f"{path.name} cannot be read as a bus description: {' '.join(str(error).split())}") from error
+
+
+def unsound(path: Path, database: Any) -> dict[Key, str]:
+    """What a strict reading refuses: message -> why."""
+    found = {}
+    for message in database.messages:
+        try:
+            message.refresh(strict=True)
+        except CantoolsError as error:
+            found[key_of(message)] = f"{path.name}: {str(error).rstrip('.')}"
+    return found

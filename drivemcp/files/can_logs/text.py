@@ -1,0 +1,308 @@
+"""Lines of text logs as python-can reads them, and what is said of a line that is no frame."""
+
+import codecs
+import gzip
+import itertools
+import re
+import zlib
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import IO, Any
+
+import can
+
+EVENT = re.compile(r"\s*(-?)(\d+)[.,](\d+)(?=\s)")
+"""How an event of an .asc begins: its stamp, whose decimal point some locales write as a comma."""
+HEADER_LINES = 1000
+EXCERPT = 60
+_ASC_OWN = re.compile(
+    r"\s*($|//|date\b|base\b|(no\s+)?internal events|begin\s+trigger|end\s+trigger|previous log|version\b|[-\d.,]+\s+(start of|begin|end))",
+    re.I,
+)
+_LOGGED = re.compile(r"\(([^)]*)\)\s+(\S+)\s+([0-9a-f]+#\S*)(?:\s+([RT]))?(?:\s.*)?$", re.I)
+_SHOWN = re.compile(
+    r"(?:\(([^)]*)\)\s+)?(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-F]{8}|[0-9A-F]{3})\s+(?:\[(\d+)\]|\{[0-9A-F]\})\s*(.*)$"
+)
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+_RAW_LENGTH = re.compile(r"_[9A-F]$", re.I)
+_CSV_HEADER = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+_TRC_COMMA = re.compile(r"^(;\$STARTTIME=\d+|\s*\d+\)?\s+-?\d+),(\d+)")
+_TRC_LENGTH = re.compile(r"(\s)(?:9|1[0-5])(\s+(?:[0-9A-F]{2}\s+){7}[0-9A-F]{2}\s*)$", re.I)
+_FOREIGN = (
+    ("LOGG", "a .blf log under another ending: rename it"),
+    ("MDF ", "an .mf4 log under another ending: rename it"),
+    ("\x1f\x8b", "packed by gzip: add .gz to its name"),
+    ("version https://git-lfs", "a pointer of Git LFS and not the log: git lfs pull"),
+    ("***BUSMASTER", "a log of BUSMASTER: export it as .asc"),
+    (";$FILEVERSION", "a .trc log under another ending: rename it"),
+    ("date ", "an .asc log under another ending: rename it"),
+    ("base ", "an .asc log under another ending: rename it"),
+    ("(", "a candump log under another ending: rename it to .log"),
+    ("timestamp,arbitration_id", "a .csv log under another ending: rename it"),
+    ("<", "a page or XML and not a log: was a download answered by a web page?"),
+)
+"""How a file begins that is of another kind than its name says, and what it is."""
+_ITS_OWN = {
+    ".log": "(",
+    ".asc": "date base ",
+    ".trc": ";$FILEVERSION",
+    ".csv": _CSV_HEADER,
+    ".blf": "LOGG",
+    ".mf4": "MDF ",
+}
+_WANTED = {
+    ".asc": "an event of an .asc log",
+    ".csv": f"a row of python-can's .csv log ({_CSV_HEADER})",
+    ".log": "a line of candump -L",
+    ".trc": "a line of a .trc log",
+}
+
+
+class Form:
+    """A kind of text log. `line` gives what python-can is shown of a line; `stamp_s` its time where python-can cannot read it."""
+
+    reader: Any
+    suffix: str
+    stamp_s: float | None = None
+    remark = ""
+    """What had to be assumed of the file."""
+
+    def make(self, lines: Any) -> Any:
+        """python-can's reader of these lines."""
+        return self.reader(lines)
+
+    def line(self, text: str) -> str:
+        """The line as python-can reads it."""
+        return text
+
+    def unread(self, text: str) -> str:
+        """What a line is of which python-can made no frame; empty where the format has such lines."""
+        return "" if not text.strip() else f"is not {_WANTED[self.suffix]}"
+
+    def malformed(self, text: str) -> str:
+        """What is wrong with a line that python-can refuses."""
+        return f"is not {_WANTED[self.suffix]}: {excerpt(text)}"
+
+
+class Asc(Form):
+    """Vector's: with its number base, times that may be differences or negative, and decimal commas."""
+
+    suffix = ".asc"
+
+    def __init__(self, header: list[str]) -> None:
+        text = "".join(header)
+        base = re.search(r"^\s*base\s+(hex|dec)", text, re.I | re.M)
+        self._base = base[1].lower() if base else "hex"
+        self._differences = bool(re.search(r"\btimestamps\s+relative", text, re.I))
+        self._at_s = 0.0
+        self.remark = "" if base else "no line 'base': numbers are taken as hexadecimal"
+
+    def make(self, lines: Any) -> Any:
+        lines.put_back("\n")  # python-can looks for a header first; this one was read here
+        return can.ASCReader(lines, base=self._base)
+
+    def line(self, text: str) -> str:
+        self.stamp_s = None
+        event = EVENT.match(text)
+        if event is None:
+            return text
+        sign, whole, part = event.groups()
+        stamp_s = float(f"{sign}{whole}.{part}")
+        self._at_s = self._at_s + stamp_s if self._differences else stamp_s
+        self.stamp_s = self._at_s
+        return f"{whole}.{part}{text[event.end() :]}"
+
+    def unread(self, text: str) -> str:
+        if _ASC_OWN.match(text):
+            return ""
+        return "is no CAN frame (statistics, markers, other buses)" if EVENT.match(text) else super().unread(text)
+
+
+class Candump(Form):
+    """candump's, in the form of -L and as shown on the screen."""
+
+    suffix = ".log"
+    reader = can.CanutilsLogReader
+
+    def line(self, text: str) -> str:
+        plain = _COLOURS.sub("", text).strip()
+        logged = _LOGGED.match(plain)
+        found = logged.groups() if logged else _from_screen(plain)
+        if found is None:
+            return text
+        time, channel, frame, direction = (each or "" for each in found)
+        self.stamp_s = _stamp(time)
+        if self.stamp_s is None:
+            return text
+        return f"(0) {channel} {_RAW_LENGTH.sub('', frame)}{f' {direction}' if direction else ''}\n"
+
+    def malformed(self, text: str) -> str:
+        shown = _SHOWN.match(_COLOURS.sub("", text).strip())
+        if shown and shown[1] is None:
+            return f"is candump's screen form without times; record with candump -L: {excerpt(text)}"
+        return super().malformed(text)
+
+
+class Csv(Form):
+    """python-can's own table."""
+
+    suffix = ".csv"
+    reader = can.CSVReader
+
+    def unread(self, text: str) -> str:
+        return "" if text.strip() == _CSV_HEADER else super().unread(text)
+
+
+class Trc(Form):
+    """PEAK's; python-can takes a length code above 8 for a number of bytes."""
+
+    suffix = ".trc"
+    reader = can.TRCReader
+
+    def line(self, text: str) -> str:
+        return _TRC_LENGTH.sub(r"\g<1>8\2", _TRC_COMMA.sub(r"\1.\2", text))
+
+    def unread(self, text: str) -> str:
+        if text.lstrip().startswith(";"):
+            return ""
+        return (
+            "is no CAN frame (states and errors of the bus)"
+            if re.match(r"\s*\d+\)?\s+[\d.]+\s", text)
+            else super().unread(text)
+        )
+
+
+FORMS = (".asc", ".csv", ".log", ".trc")
+
+
+def form_of(path: Path) -> Form:
+    """The kind of a text log, by its ending."""
+    suffix = suffix_of(path)
+    if suffix == ".asc":
+        with open_text(path) as file:
+            return Asc(
+                list(itertools.takewhile(lambda line: not EVENT.match(line), itertools.islice(file, HEADER_LINES)))
+            )
+    return {".csv": Csv, ".log": Candump, ".trc": Trc}[suffix]()
+
+
+def _from_screen(text: str) -> tuple[str | None, ...] | None:
+    """A line as candump shows it: its time, channel, frame as -L writes it, and direction."""
+    shown = _SHOWN.match(text)
+    if shown is None or shown[1] is None:
+        return None
+    time, channel, number, count, rest = shown.groups()
+    if rest.startswith("remote request"):
+        return time, channel, f"{number}#R{int(count or 8)}", ""
+    size = 8 if count is None else int(count)
+    data = rest.split()[:size]
+    if len(data) < size or not all(re.fullmatch("[0-9A-F]{2}", each) for each in data):
+        return None
+    mark = "##0" if count is not None and len(count) == 2 else "#"  # CAN FD is shown with two digits
+    return time, channel, f"{number}{mark}{''.join(data)}", ""
+
+
+def _stamp(text: str) -> float | None:
+    """Seconds since 1970, or since some start; or a date and a time of day."""
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        pass
+    try:
+        return datetime.fromisoformat(text.strip()).timestamp()
+    except (ValueError, OverflowError, OSError):
+        return None
+
+
+def open_text(path: Path) -> IO[str]:
+    """The file as text, by its byte order mark; packed or not."""
+    opener: Any = gzip.open if path.suffix.lower() == ".gz" else open
+    with opener(path, "rb") as raw:
+        try:
+            head = raw.read(4)
+        except (OSError, EOFError):
+            head = b""
+    wide = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    file: IO[str] = opener(path, "rt", encoding="utf-16" if wide else "utf-8-sig", errors="replace")
+    return file
+
+
+def suffix_of(path: Path) -> str:
+    """The ending that tells the kind: of `drive.log.gz` it is `.log`."""
+    suffixes = [suffix.lower() for suffix in path.suffixes[-2:]]
+    packed = len(suffixes) == 2 and suffixes[1] == ".gz" and suffixes[0] in FORMS
+    return suffixes[0] if packed else path.suffix.lower()
+
+
+def excerpt(text: str) -> str:
+    """The beginning of a line, in quotes, as one line of plain characters."""
+    plain = " ".join(text.split())
+    return repr(plain if len(plain) <= EXCERPT else f"{plain[:EXCERPT]}...")
+
+
+def foreign(path: Path) -> str:
+    """What the file is if it begins like one of another kind; else empty."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(64).decode("latin-1").removeprefix("\xef\xbb\xbf").lstrip()
+    except OSError:
+        return ""
+    if path.suffix.lower() == ".gz":
+        return "" if head.startswith("\x1f\x8b") else "it is not packed by gzip: take .gz from its name"
+    own = _ITS_OWN.get(suffix_of(path), "")
+    said = (words for start, words in _FOREIGN if head.startswith(start) and start not in own)
+    return next((f"it is {words}" for words in said), "")
+
+
+class Lines:
+    """A text file by lines, counted; what python-can's text readers read from."""
+
+    def __init__(self, file: IO[str], form: Form) -> None:
+        self._file, self._form = file, form
+        self._put_back: list[str] = []
+        self.number = 0
+        self.given: list[tuple[int, str]] = []
+        """Lines given since the last frame; the reader of frames takes them."""
+        self.ended = False
+        self.complaint = ""
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        if self._put_back:
+            return self._put_back.pop()
+        try:
+            line = self._file.readline()
+        except (OSError, EOFError, zlib.error) as error:
+            line, self.complaint = "", _breaks_off(error)
+        if not line:
+            self.ended = True
+            raise StopIteration
+        self.number += 1
+        if not line.endswith("\n"):
+            self.complaint = "the last line does not end; it may be cut"
+        self.given.append((self.number, line))
+        return self._form.line(line)
+
+    def put_back(self, line: str) -> None:
+        """Give this line next."""
+        self._put_back.append(line)
+
+    def take(self) -> list[tuple[int, str]]:
+        """The lines given since this was last asked."""
+        given, self.given = self.given, []
+        return given
+
+    def read(self, size: int = -1) -> str:
+        """The rest."""
+        return self._file.read(size)
+
+    def close(self) -> None:
+        """The file is closed by the code that opened it."""
+
+
+def _breaks_off(error: Exception) -> str:
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else "its packing is damaged or cut"
+    return f"the file breaks off: {reason}"
