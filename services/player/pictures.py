@@ -4,6 +4,7 @@ import re
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from decimal import Decimal
 from pathlib import Path
 
 import cv2
@@ -11,17 +12,26 @@ import cv2
 from drivemcp.errors import UserError
 from services.player.recording import Options, Picture, Recording, camera_messages, read_picture, shrink
 
+_NUMBERS = re.compile(r"([0-9]+)")
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp")
 
 
 def open_folder(path: Path, options: Options) -> Recording:
-    """Pictures in the order of their names. Raises UserError where there are none."""
-    files = sorted(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
+    """Pictures in the order of the numbers in their names. Raises UserError where there are none."""
+    files = ordered(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
     if not files:
         raise UserError(f"{path} holds no pictures ({', '.join(PICTURES)}), no frame.json and no log")
     period_s = options.picture_period_s
     pictures = (Picture(shrink(read_picture(file)), number * period_s) for number, file in enumerate(files))
     return Recording(path.name, len(files), len(files) * period_s, camera_messages(pictures, options))
+
+
+def ordered(files: Iterable[Path]) -> list[Path]:
+    """By the numbers in their names, so that frame2 comes before frame10; by value where each name is a number (a time)."""
+    found = sorted(files)
+    if all(re.fullmatch(r"[0-9]+(\.[0-9]+)?", file.stem) for file in found):
+        return sorted(found, key=lambda file: Decimal(file.stem))
+    return sorted(found, key=lambda file: [int(part) if part.isdigit() else part for part in _NUMBERS.split(file.name)])
 
 
 def open_video(path: Path, options: Options) -> Recording:

@@ -5,6 +5,7 @@ send If-Modified-Since; both are the fetcher's work.
 """
 
 from datetime import datetime
+from typing import Any
 
 import msgspec
 
@@ -31,31 +32,18 @@ _UNITS = {
 }
 
 
-class _Instant(msgspec.Struct, frozen=True, kw_only=True):
-    air_temperature: float | None = None
-    dew_point_temperature: float | None = None
-    relative_humidity: float | None = None
-    wind_speed: float | None = None
-    wind_speed_of_gust: float | None = None
-    fog_area_fraction: float | None = None
-
-
-class _Fall(msgspec.Struct, frozen=True, kw_only=True):
-    precipitation_amount: float | None = None
-    precipitation_amount_max: float | None = None
-
-
 class _Summary(msgspec.Struct, frozen=True, kw_only=True):
     symbol_code: str = ""
 
 
 class _NextHour(msgspec.Struct, frozen=True, kw_only=True):
-    details: _Fall = _Fall()
+    details: dict[str, Any] = {}
     summary: _Summary = _Summary()
 
 
 class _InstantRow(msgspec.Struct, frozen=True, kw_only=True):
-    details: _Instant = _Instant()
+    details: dict[str, Any] = {}
+    """By quantity; one that cannot be read is unknown, and the others count."""
 
 
 class _Data(msgspec.Struct, frozen=True, kw_only=True):
@@ -92,11 +80,15 @@ def read(body: bytes, now_ns: int) -> Observation:
         properties = msgspec.json.decode(body, type=_Answer).properties
     except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
-    provider.check_units(properties.meta.units, _UNITS)
+    refused = provider.refused_units(properties.meta.units, _UNITS)
     data = _present(properties.timeseries, now_ns).data
-    here, hour = data.instant.details, data.next_1_hours
-    rain, snow = _falls(hour)
-    foggy = here.fog_area_fraction is not None and here.fog_area_fraction >= _FOG_SHARE
+
+    def here(name: str) -> float | None:
+        return None if name in refused else provider.number(data.instant.details.get(name))
+
+    rain, snow = _falls(data.next_1_hours, told="precipitation_amount" not in refused)
+    fog = here("fog_area_fraction")
+    foggy = fog is not None and fog >= _FOG_SHARE
     return Observation(
         source="MET Norway",
         stamp_ns=_ns(properties.meta.updated_at),
@@ -105,11 +97,11 @@ def read(body: bytes, now_ns: int) -> Observation:
         rain_mm_h=rain,
         snow_mm_h=snow,
         visibility_m=_FOG_M if foggy else None,
-        air_c=provider.around(here.air_temperature, provider.AIR_K),
-        dew_point_c=provider.around(here.dew_point_temperature, provider.AIR_K),
-        humidity=provider.share(here.relative_humidity),
-        wind_mps=provider.gusts(here.wind_speed),
-        gust_mps=provider.gusts(here.wind_speed_of_gust),
+        air_c=provider.around(here("air_temperature"), provider.AIR_K),
+        dew_point_c=provider.around(here("dew_point_temperature"), provider.AIR_K),
+        humidity=provider.share(here("relative_humidity")),
+        wind_mps=provider.gusts(here("wind_speed")),
+        gust_mps=provider.gusts(here("wind_speed_of_gust")),
     )
 
 
@@ -120,11 +112,12 @@ def _present(rows: list[_Row], now_ns: int) -> _Row:
     return current[-1]
 
 
-def _falls(hour: _NextHour | None) -> tuple[Interval | None, Interval | None]:
+def _falls(hour: _NextHour | None, *, told: bool) -> tuple[Interval | None, Interval | None]:
     """(rain, snow as water) in mm/h; sleet counts as both, and what has no symbol as rain."""
-    if hour is None:
+    if hour is None or not told:
         return None, None
-    fall = provider.shower(hour.details.precipitation_amount_max or hour.details.precipitation_amount)
+    most, mean = (provider.number(hour.details.get(f"precipitation_amount{end}")) for end in ("_max", ""))
+    fall = provider.shower(most or mean)
     symbol = hour.summary.symbol_code
     none = None if fall is None else Interval(0.0, 0.0)
     return (none if "snow" in symbol else fall, fall if "snow" in symbol or "sleet" in symbol else none)

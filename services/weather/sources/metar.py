@@ -1,5 +1,7 @@
 """An airfield's own report (METAR), read by the package `metar`: what was measured there within the last hour."""
 
+import itertools
+import re
 import threading
 import warnings
 from collections.abc import Iterator, Mapping
@@ -8,7 +10,7 @@ from typing import Any
 
 from metar.Metar import Metar, ParserError
 
-from services.weather.observations.observation import Interval, Observation
+from services.weather.observations.observation import Interval, Observation, RoadState
 from services.weather.sources import provider
 from services.weather.sources.provider import NS, Provider, UnusableAnswer
 
@@ -21,17 +23,24 @@ _DAY_NS = 86_400 * NS
 _RAIN = {"-": Interval(0.1, 2.5), "": Interval(2.5, 10.0), "+": Interval(10.0, 50.0)}
 _DRIZZLE = {"-": Interval(0.02, 0.2), "": Interval(0.2, 0.5), "+": Interval(0.5, 2.5)}
 _SNOW = {"-": Interval(0.1, 1.0), "": Interval(1.0, 2.5), "+": Interval(2.5, 10.0)}
-_FALLS: Mapping[str, tuple[str, Mapping[str, Interval]]] = {
-    "RA": ("rain", _RAIN),
-    "DZ": ("rain", _DRIZZLE),
-    "UP": ("rain", _RAIN),
-    "SN": ("snow", _SNOW),
-    "SG": ("snow", _SNOW),
-    "PL": ("snow", _SNOW),
-    "GR": ("rain", _RAIN),
-    "GS": ("snow", _SNOW),
+NEARBY = Interval(0.0, 2.5)
+_FALLS: Mapping[str, tuple[tuple[str, Mapping[str, Interval]], ...]] = {
+    "RA": (("rain", _RAIN),),
+    "DZ": (("rain", _DRIZZLE),),
+    "UP": (("rain", _RAIN), ("snow", _SNOW)),  # unknown precipitation may be either
+    "SN": (("snow", _SNOW),),
+    "SG": (("snow", _SNOW),),
+    "PL": (("snow", _SNOW),),
+    "GR": (("rain", _RAIN),),
+    "GS": (("snow", _SNOW),),
 }
-
+_REPORT = re.compile(
+    r"\b(?:(?:METAR|SPECI) )?(?:COR )?[A-Z][A-Z0-9]{3} \d{6}Z\b.*?(?==|$|(?=\b(?:METAR|SPECI|TAF)\b|\b[A-Z][A-Z0-9]{3} \d{6}Z))"
+)
+"""A report in an answer; `=` ends it, or the next one."""
+_OTHER = re.compile(r"\bTAF (?:AMD |COR )*$")
+"""What stands before a forecast, which is no report."""
+MOST = 100
 
 _BROKEN = (ParserError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError)
 """What the package raises on reports that are none."""
@@ -41,9 +50,9 @@ _QUIET = threading.Lock()
 def read(body: bytes, now_ns: int) -> Observation:
     """The newest report in a plain text. Its day of the month is taken as the last one that has been."""
     report, stamp_ns = _newest(body, now_ns)
-    if not -AHEAD_NS <= now_ns - stamp_ns <= OLDEST_NS:
+    if not _of_now(stamp_ns, now_ns):
         raise UnusableAnswer(f"its report is {abs(now_ns - stamp_ns) / NS / 3600:.1f} h from now")
-    falls = _falls(report.weather)
+    falls = _falls(report)
     return Observation(
         source=f"METAR {report.station_id or ''}".strip(),
         stamp_ns=stamp_ns,
@@ -51,23 +60,47 @@ def read(body: bytes, now_ns: int) -> Observation:
         halves_s=HALVES_S,
         rain_mm_h=falls["rain"],
         snow_mm_h=falls["snow"],
-        visibility_m=provider.sight(_value(report.vis, "M")),
+        visibility_m=provider.sight(_sight(report)),
         air_c=provider.around(_value(report.temp, "C"), provider.AIR_K),
         dew_point_c=provider.around(_value(report.dewpt, "C"), provider.AIR_K),
         wind_mps=provider.gusts(_value(report.wind_speed, "MPS")),
         gust_mps=provider.gusts(_value(report.wind_gust, "MPS")),
+        road=_road(report),
     )
 
 
 def _newest(body: bytes, now_ns: int) -> tuple[Any, int]:
-    lines = [line.strip() for line in body.decode("ascii", errors="replace").splitlines() if line.strip()]
-    problem = "it is empty"
-    for line in lines[:20]:
+    """The newest report that says something: not NIL, not all slashes, and of two of one time the correction."""
+    text = " ".join(body.decode("utf-8-sig", errors="replace").split())
+    found: list[tuple[bool, bool, int, bool, Any]] = []
+    problem = "it holds no report" if text else "it is empty"
+    for report in itertools.islice(_REPORT.finditer(text), MOST):
+        if _OTHER.search(text[: report.start()]):
+            continue
+        if re.search(r"\bNIL\b", report[0]):
+            problem = f"{report[0].strip()[:40]}: nothing was observed"
+            continue
         try:
-            return _parsed(line, now_ns)
-        except _BROKEN as error:
-            problem = str(error)[:120]
-    raise UnusableAnswer(f"no report that can be read: {problem}")
+            parsed, stamp_ns = _parsed(report[0].strip(), now_ns)
+        except _BROKEN:
+            problem = f"a report in a form that is not known: {report[0].strip()[:60]!r}"
+        else:
+            found.append(
+                (_of_now(stamp_ns, now_ns), _says_something(parsed), stamp_ns, " COR " in f" {report[0]}", parsed)
+            )
+    if not found:
+        raise UnusableAnswer(f"no report that can be read: {problem}")
+    _, _, stamp_ns, _, parsed = max(found, key=lambda each: each[:4])
+    return parsed, stamp_ns
+
+
+def _of_now(stamp_ns: int, now_ns: int) -> bool:
+    return -AHEAD_NS <= now_ns - stamp_ns <= OLDEST_NS
+
+
+def _says_something(report: Any) -> bool:
+    """Whether it says what falls, or how far one sees."""
+    return _falls(report)["rain"] is not None or _sight(report) is not None
 
 
 def _parsed(line: str, now_ns: int) -> tuple[Any, int]:
@@ -92,21 +125,40 @@ def _lenient(line: str, year: int, month: int) -> Any:
         return Metar(line, year=year, month=month, strict=False)
 
 
-def _falls(weather: list[tuple[str, ...]]) -> dict[str, Interval]:
-    """The most that falls of each, as water (mm/h). A report that names none saw none; strange groups count as rain."""
+def _falls(report: Any) -> dict[str, Interval | None]:
+    """The most that falls of each, as water (mm/h). A report that names none saw none, unless its sensor is missing (`//`)."""
     found = {"rain": Interval(0.0, 0.0), "snow": Interval(0.0, 0.0)}
-    for intensity, _, precipitation, _, _ in weather:
-        for kind, amount in _amounts(intensity or "", precipitation or ""):
+    for intensity, descriptor, precipitation, _, _ in report.weather:
+        for kind, amount in _amounts(intensity or "", descriptor or "", precipitation or ""):
             found[kind] = max(found[kind], amount, key=lambda each: (each.high, each.low))
-    return found
+    blind = any(set(each[2] or "") == {"/"} for each in report.weather)
+    return {kind: None if blind and not amount.high else amount for kind, amount in found.items()}
 
 
-def _amounts(intensity: str, precipitation: str) -> Iterator[tuple[str, Interval]]:
-    """What each two letters of a group stand for."""
+def _amounts(intensity: str, descriptor: str, precipitation: str) -> Iterator[tuple[str, Interval]]:
+    """What each two letters of a group stand for. A shower or a storm nearby may reach the road."""
+    if intensity == "VC" and descriptor in ("SH", "TS") and not precipitation:
+        yield "rain", NEARBY
     for start in range(0, len(precipitation), 2):
-        kind, amounts = _FALLS.get(precipitation[start : start + 2], ("", {}))
-        if kind:
-            yield kind, Interval(0.0, 2.5) if intensity == "VC" else amounts.get(intensity, amounts[""])
+        letters = precipitation[start : start + 2]
+        for kind, amounts in _FALLS.get(letters, ()):
+            yield kind, NEARBY if intensity == "VC" else amounts.get(intensity, amounts[""])
+
+
+def _road(report: Any) -> RoadState | None:
+    """What freezes (`FZ`) freezes on the road, whatever the thermometer says, also if it fell within the last hour (`RE`)."""
+    freezing = [each for each in (*report.weather, *report.recent) if each[1] == "FZ"]
+    if any(each[2] for each in freezing):
+        return "ice"
+    return "frost" if freezing else None
+
+
+def _sight(report: Any) -> float | None:
+    """The shortest of the distances told; the package takes a missing one (`////`) for 10 km."""
+    if re.search(r"\s////(SM)?\s", report.code):
+        return None
+    told = [each for each in (_value(report.vis, "M"), _value(report.max_vis, "M")) if each is not None]
+    return min(told, default=None)
 
 
 def _value(quantity: Any, unit: str) -> float | None:

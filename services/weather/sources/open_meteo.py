@@ -1,5 +1,7 @@
 """Open-Meteo's forecast: the hour that runs now, in metres per second, degrees Celsius and UTC."""
 
+from typing import Any
+
 import msgspec
 
 from drivemcp.errors import MALFORMED
@@ -23,25 +25,11 @@ _UNITS = {
     "wind_gusts_10m": "m/s",
 }
 
-Values = list[float | None]
-
-
-class _Hourly(msgspec.Struct, frozen=True, kw_only=True):
-    time: list[int]
-    temperature_2m: Values = []
-    dew_point_2m: Values = []
-    relative_humidity_2m: Values = []
-    rain: Values = []
-    showers: Values = []
-    snowfall: Values = []
-    visibility: Values = []
-    wind_speed_10m: Values = []
-    wind_gusts_10m: Values = []
-
 
 class _Answer(msgspec.Struct, frozen=True, kw_only=True):
-    hourly: _Hourly
-    hourly_units: dict[str, str]
+    hourly: dict[str, Any]
+    """Lists by quantity; one that cannot be read is unknown, and the others count."""
+    hourly_units: dict[str, str] = {}
 
 
 class _Refusal(msgspec.Struct, frozen=True, kw_only=True):
@@ -60,27 +48,30 @@ def _address(base: str, place: Place) -> str:
 def read(body: bytes, now_ns: int) -> Observation:
     """The present hour: amounts are told for the hour that ends at a time, so the entry that ends the hour is taken."""
     answer = _decoded(body)
-    provider.check_units(answer.hourly_units, _UNITS)
-    hourly = answer.hourly
-    place = _present(hourly.time, now_ns)
+    refused = provider.refused_units(answer.hourly_units, _UNITS)
+    times_s = _times(answer.hourly)
+    place = _present(times_s, now_ns)
 
-    def at(values: Values) -> float | None:
-        return values[place] if place < len(values) else None
+    def at(name: str) -> float | None:
+        values = answer.hourly.get(name)
+        if not isinstance(values, list) or place >= len(values) or name in refused:
+            return None
+        return provider.number(values[place])
 
-    snow_cm = at(hourly.snowfall)
+    snow_cm = at("snowfall")
     return Observation(
         source="Open-Meteo",
-        stamp_ns=min(now_ns, hourly.time[place] * NS),
+        stamp_ns=min(now_ns, times_s[place] * NS),
         confidence=provider.CONFIDENCE,
         halves_s=HALVES_S,
-        rain_mm_h=provider.shower(_sum(at(hourly.rain), at(hourly.showers))),
+        rain_mm_h=provider.shower(_sum(at("rain"), at("showers"))),
         snow_mm_h=provider.shower(None if snow_cm is None else snow_cm / SNOW_CM_PER_MM),
-        visibility_m=provider.sight(at(hourly.visibility)),
-        air_c=provider.around(at(hourly.temperature_2m), provider.AIR_K),
-        dew_point_c=provider.around(at(hourly.dew_point_2m), provider.AIR_K),
-        humidity=provider.share(at(hourly.relative_humidity_2m)),
-        wind_mps=provider.gusts(at(hourly.wind_speed_10m)),
-        gust_mps=provider.gusts(at(hourly.wind_gusts_10m)),
+        visibility_m=provider.sight(at("visibility")),
+        air_c=provider.around(at("temperature_2m"), provider.AIR_K),
+        dew_point_c=provider.around(at("dew_point_2m"), provider.AIR_K),
+        humidity=provider.share(at("relative_humidity_2m")),
+        wind_mps=provider.gusts(at("wind_speed_10m")),
+        gust_mps=provider.gusts(at("wind_gusts_10m")),
     )
 
 
@@ -92,6 +83,13 @@ def _decoded(body: bytes) -> _Answer:
         return msgspec.json.decode(body, type=_Answer)
     except MALFORMED as error:
         raise UnusableAnswer(str(error)) from None
+
+
+def _times(hourly: dict[str, Any]) -> list[int]:
+    try:
+        return msgspec.convert(hourly.get("time"), list[int])
+    except MALFORMED as error:
+        raise UnusableAnswer(f"hourly.time: {error}") from None
 
 
 def _present(times_s: list[int], now_ns: int) -> int:

@@ -1,10 +1,13 @@
 """What a weather service on the internet is: where to ask, and how its answer becomes an observation. Pure."""
 
-from collections.abc import Callable
+import logging
+import math
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from services.weather.observations.observation import SURE, Interval, Observation
 
+logger = logging.getLogger(__name__)
 NS = 1_000_000_000
 HOUR_S = 3600.0
 CONFIDENCE = SURE
@@ -69,8 +72,21 @@ def share(percent: float | None) -> Interval | None:
     return None if percent is None else Interval(max(0.0, percent / 100 - 0.1), min(1.0, percent / 100 + 0.1))
 
 
-def check_units(told: dict[str, str], expected: dict[str, str]) -> None:
-    """Raises UnusableAnswer where a quantity comes in another unit than the one it was asked for."""
-    for name, unit in expected.items():
-        if name in told and told[name] != unit:
-            raise UnusableAnswer(f"{name} comes in {told[name]!r}, not in {unit!r}")
+def refused_units(told: Mapping[str, str], expected: Mapping[str, str]) -> frozenset[str]:
+    """The quantities that come in another unit than the one they were asked for: unknown, and the others count.
+
+    Raises UnusableAnswer where no unit is right.
+    """
+    wrong = [name for name, unit in expected.items() if name in told and told[name] != unit]
+    said = ", ".join(f"{name} comes in {told[name]!r}, not in {expected[name]!r}" for name in wrong)
+    if wrong and not any(told.get(name) == unit for name, unit in expected.items()):
+        raise UnusableAnswer(said)
+    if wrong:
+        logger.warning("left unknown: %s", said)
+    return frozenset(wrong)
+
+
+def number(value: object) -> float | None:
+    """A finite number; anything else is unknown."""
+    known = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return float(value) if known else None  # type: ignore[arg-type]

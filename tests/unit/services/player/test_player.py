@@ -13,7 +13,7 @@ from drivemcp.errors import UserError
 from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import CameraFrame
-from services.player.pictures import live_pictures, thinned, webcam_number
+from services.player.pictures import live_pictures, ordered, thinned, webcam_number
 from services.player.recording import Options
 from services.player.service import SERVICE, PlayerConfig
 from services.player.source import open_recording
@@ -120,3 +120,17 @@ def test_pictures_keep_their_times_and_no_second_has_more_than_the_highest_rate(
     assert all(sum(at <= each < at + 1.0 for each in shown) <= rate_hz + 2.0 for at in shown)
     longest = max([times[0], *gaps_s])
     assert all(after - before <= 1.0 / rate_hz + longest + 1e-9 for before, after in pairwise(shown))
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        [f"frame{number}.png" for number in range(1, 13)],
+        ["a1b2.png", "a1b10.png", "a2b1.png"],
+        ["9.25.png", "9.5.png", "10.125.png"],
+        ["001.png", "002.png", "010.png"],
+    ],
+)
+def test_a_folder_is_played_in_the_order_of_its_numbers(names: list[str]) -> None:
+    for given in (names, names[::-1], sorted(names)):
+        assert [file.name for file in ordered(Path(name) for name in given)] == names

@@ -99,7 +99,7 @@ def _changed(body: bytes, *path: str, value: Any) -> bytes:
         (b"<html>", "JSON is malformed"),
         (b'{"properties": {"meta": {"units": {"air_temperature": "\xff"}}}}', "utf-8"),
         (b"{}", "missing required field `properties`"),
-        (_changed(met_norway_body(), "properties", "meta", "units", "air_temperature", value="kelvin"), "'kelvin', not in 'celsius'"),
+        (_changed(met_norway_body(), "properties", "meta", "units", value={"air_temperature": "kelvin"}), "'kelvin', not in 'celsius'"),
         (_changed(met_norway_body(), "properties", "timeseries", value=[]), "none of its 0 hours is the present one"),
         (_changed(met_norway_body(), "properties", "timeseries", value="x"), r"`array`, got `str` - at `\$.properties.timeseries`"),
     ],
@@ -143,3 +143,96 @@ def test_no_more_than_a_kilometre_is_told_of_where_the_car_is() -> None:
     for provider in (met_norway.met_norway(), open_meteo.open_meteo()):
         assert "52.52&" in provider.address(place)
         assert "13.41" in provider.address(place)
+
+
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [
+        ("air_temperature", "air_c"),
+        ("wind_speed", "wind_mps"),
+        ("wind_speed_of_gust", "gust_mps"),
+        ("precipitation_amount", "rain_mm_h"),
+    ],
+)
+@pytest.mark.parametrize("unit", ["kelvin", "undefined"])
+def test_a_quantity_in_another_unit_is_unknown_and_the_others_count(name: str, field: str, unit: str) -> None:
+    body = met_norway_body(symbol="rain", rain_mm=1.2)
+    sound = met_norway.read(body, NOW_NS)
+    told = met_norway.read(_changed(body, "properties", "meta", "units", name, value=unit), NOW_NS)
+    assert getattr(sound, field) is not None
+    assert getattr(told, field) is None
+    others = (
+        {"air_c", "wind_mps", "gust_mps", "rain_mm_h", "snow_mm_h"}
+        - {field}
+        - ({"snow_mm_h"} if "rain" in field else set())
+    )
+    assert all(getattr(told, each) == getattr(sound, each) for each in others)
+
+
+@pytest.mark.parametrize("broken", ["n/a", None, ["n/a"] * 3, [None] * 3, [True] * 3, []])
+def test_a_quantity_that_cannot_be_read_is_unknown_and_the_others_count(broken: Any) -> None:
+    body = open_meteo_body(rain=[0.0, 5.0, 0.0], snowfall=[0.0, 0.0, 0.0])
+    body = _changed(
+        _changed(body, "hourly_units", "visibility", value="undefined"), "hourly", "visibility", value=broken
+    )
+    told = open_meteo.read(body, NOW_NS)
+    assert told.visibility_m is None
+    assert told.rain_mm_h is not None
+    assert told.rain_mm_h.high >= 15.0
+
+
+def report(time: str, words: str) -> str:
+    return f"METAR EDDB 21{time}Z 24012KT {words}"
+
+
+SNOW = report("1120", "0800 +SN VV002 M01/M02 Q1008")
+BLIND = report("1150", "//// // ////// ///// Q////").replace("EDDB 211150Z", "EDDB 211150Z AUTO")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["METAR EDDB 211150Z NIL=", SNOW],
+        [SNOW, "METAR EDDB 211150Z NIL="],
+        [BLIND, SNOW],
+        [report("1050", "9999 NSC 08/06 Q1008"), SNOW],
+        ["TAF EDDB 211130Z 2112/2218 24012KT CAVOK=", SNOW + "="],
+        ["2026/11/21 11:20", SNOW.replace("+SN", "\n     +SN"), "not a report"],
+        [report("1120", "9999 NSC 08/06 Q1008"), SNOW.replace("METAR", "METAR COR")],
+        [report("1120", "9999 NSC 08/06 Q1008").replace("2111", "2211"), SNOW],
+    ],
+)
+def test_the_newest_report_that_says_something_counts(lines: list[str]) -> None:
+    told = metar.read("\n".join(lines).encode(), NOW_NS)
+    assert told.snow_mm_h == Interval(2.5, 10.0)
+    assert told.visibility_m == Interval(400.0, 800.0)
+
+
+def test_reports_that_say_nothing_was_observed_are_no_good_weather() -> None:
+    with pytest.raises(
+        UnusableAnswer, match=r"no report that can be read: METAR EDDB 211120Z NIL: nothing was observed"
+    ):
+        metar.read(b"METAR EDDB 211150Z NIL=\nMETAR EDDB 211120Z NIL=", NOW_NS)
+    told = metar.read(BLIND.encode(), NOW_NS)
+    assert (told.rain_mm_h, told.snow_mm_h, told.visibility_m) == (None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("words", "field", "expected"),
+    [
+        ("9999 -FZRA BKN011 ///// Q0988", "road", "ice"),
+        ("9999 FZDZ BKN011 08/06 Q0988", "road", "ice"),
+        ("9999 FZUP BKN011 ///// Q0988", "road", "ice"),
+        ("9999 NSC ///// Q0988 REFZRA", "road", "ice"),
+        ("0300 FZFG VV001 ///// Q0988", "road", "frost"),
+        ("9999 RA BKN011 ///// Q0988", "road", None),
+        ("9999 UP BKN011 ///// Q0988", "snow_mm_h", Interval(1.0, 2.5)),
+        ("9999 UP BKN011 ///// Q0988", "rain_mm_h", Interval(2.5, 10.0)),
+        ("9999 VCSH BKN011 ///// Q0988", "rain_mm_h", Interval(0.0, 2.5)),
+        ("9999 // BKN011 08/06 Q0988", "rain_mm_h", None),
+        ("4000 0800N FG BKN011 08/06 Q0988", "visibility_m", Interval(400.0, 800.0)),
+        ("//// RA BKN011 08/06 Q0988", "visibility_m", None),
+    ],
+)
+def test_of_a_reports_groups_the_one_that_warns_most_counts(words: str, field: str, expected: Any) -> None:
+    assert getattr(metar.read(report("1150", words).encode(), NOW_NS), field) == expected
