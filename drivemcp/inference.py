@@ -35,6 +35,13 @@ def chosen(providers: str, field: str) -> tuple[str, ...]:
     return names
 
 
+def broken() -> tuple[type[Exception], ...]:
+    """What ONNX Runtime raises for a file that is no model, or one that it cannot run."""
+    from onnxruntime.capi import onnxruntime_pybind11_state as state
+
+    return tuple(each for each in vars(state).values() if isinstance(each, type) and issubclass(each, Exception))
+
+
 def open_session(path: Path, threads: int, providers: tuple[str, ...] = CPU, *, spinning: bool = True) -> Any:
     """A session on the named providers in their order; what none of them computes falls to the CPU.
 

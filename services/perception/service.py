@@ -30,6 +30,8 @@ class PerceptionConfig(ServiceConfig, frozen=True, kw_only=True):
     """`detector`: an ONNX file, ours by default; another one, for instance a YOLOX file, may find more people in photographs."""
 
     detector: str = ""
+    detector_layout: str = ""
+    """Of a COCO-style detector whose outputs do not tell it: yolox, yolox-decoded, yolov5, yolov6, yolov8."""
     threads: int = 1
     providers: str = "cpu"
     """Execution providers of ONNX Runtime in their order, with commas: cpu, cuda, tensorrt, openvino, coreml."""
@@ -72,7 +74,9 @@ def build(config: PerceptionConfig, node: Node) -> None:
     """Load the detector and subscribe; raises DetectorError where the model cannot be used."""
     path = Path(config.detector) if config.detector else data("models/detector.onnx")
     providers = chosen(config.providers, "perception.providers")
-    options = DetectorOptions(threads=config.threads, score_floor=config.score_floor, providers=providers)
+    options = DetectorOptions(
+        threads=config.threads, score_floor=config.score_floor, providers=providers, layout=config.detector_layout
+    )
     detector = load_detector(path, options)
     node.detail["providers"] = ", ".join(providers)
     node.detail["detector"] = f"{detector.name} sha256:{digest(path)}"

@@ -55,7 +55,7 @@ class CocoDetector:
         self._session = session
         self._input = session.get_inputs()[0].name
         self._options = options
-        self._layout = layout
+        self.layout = layout
         self._side = side_px
         self._columns = np.array(sorted(COCO))
         self._floors = np.array([options.floor(COCO[index]) for index in sorted(COCO)], dtype=np.float32)
@@ -63,11 +63,11 @@ class CocoDetector:
     def detect(self, rgb: Picture, *, closer: bool = False) -> list[Detection]:
         """See `Detector`. It never looks closer: its pictures have one size, and a second would cost as much as the first."""
         canvas, scale = self._fit(rgb)
-        rows = self._layout.rows(self._session.run(None, {self._input: canvas})[0])
-        scores = self._layout.scores(rows)[:, self._columns]
+        rows = self.layout.rows(self._session.run(None, {self._input: canvas})[0])
+        scores = self.layout.scores(rows)[:, self._columns]
         best = scores.argmax(axis=1)
         top = scores[np.arange(len(best)), best]
-        boxes = self._layout.boxes(rows, self._side) / scale
+        boxes = self.layout.boxes(rows, self._side) / scale
         keep = np.flatnonzero((top >= self._floors[best]) & np.isfinite(boxes).all(axis=1))
         kinds = [COCO[int(self._columns[index])] for index in best[keep]]
         codes = np.array([_KINDS.index(kind) for kind in kinds], dtype=np.int64)
@@ -80,9 +80,9 @@ class CocoDetector:
         size = (max(1, round(rgb.shape[1] * scale)), max(1, round(rgb.shape[0] * scale)))
         canvas = np.full((self._side, self._side, 3), _PAD, dtype=np.uint8)
         canvas[: size[1], : size[0]] = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
-        ordered = canvas if self._layout.rgb else canvas[:, :, ::-1]
+        ordered = canvas if self.layout.rgb else canvas[:, :, ::-1]
         planes = np.ascontiguousarray(ordered.transpose(2, 0, 1)[None], dtype=np.float32)
-        return planes * np.float32(self._layout.full_scale / 255.0), scale
+        return planes * np.float32(self.layout.full_scale / 255.0), scale
 
 
 def cells(side_px: int) -> int:
@@ -124,8 +124,12 @@ YOLOX = Layout(name="YOLOX", rgb=False, full_scale=255.0, rows=_first, boxes=_co
 YOLOX_DECODED = Layout(
     name="YOLOX, decoded", rgb=False, full_scale=255.0, rows=_first, boxes=_corners, scores=_by_objectness
 )
+YOLO_V6 = Layout(name="YOLOv6", rgb=True, full_scale=1.0, rows=_first, boxes=_corners, scores=_by_objectness)
 YOLO_V5 = Layout(name="YOLOv5", rgb=True, full_scale=1.0, rows=_first, boxes=_corners, scores=_by_objectness)
 YOLO_V8 = Layout(name="YOLOv8", rgb=True, full_scale=1.0, rows=_first_turned, boxes=_corners, scores=_plain)
+
+LAYOUTS = {"yolox": YOLOX, "yolox-decoded": YOLOX_DECODED, "yolov5": YOLO_V5, "yolov6": YOLO_V6, "yolov8": YOLO_V8}
+"""By the names of the setting `perception.detector_layout`."""
 
 
 def _grid(side_px: int) -> tuple[FloatArray, FloatArray]:

@@ -45,6 +45,9 @@ class DetectorOptions:
     providers: tuple[str, ...] = CPU
     """Execution providers of ONNX Runtime, by the names of `drivemcp.inference.PROVIDERS`."""
 
+    layout: str = ""
+    """The layout of a COCO-style model, by its name in `coco.LAYOUTS`; empty: its outputs tell."""
+
     def floor(self, kind: ObjectClass) -> float:
         """The lowest score that counts for a class."""
         return (self.floors or {}).get(kind, self.score_floor)

@@ -3,20 +3,23 @@
 | outputs | kind | picture |
 |---|---|---|
 | `heat` and `sides_px` | our own centre-point net | uint8 RGB |
-| one, (1, cells, 85), boxes as offsets in cells | YOLOX as its publisher exports it | BGR 0..255 |
-| one, (1, cells, 85), boxes in pixels | YOLOX decoded in the graph | BGR 0..255 |
-| one, (1, 3 x cells, 85) | YOLOv5 style | RGB 0..1 |
-| one, (1, 84, cells) | YOLOv8 style | RGB 0..1 |
+| one, (1, cells, 85), boxes as offsets in cells | `yolox`, as its publisher exports it | BGR 0..255 |
+| one, (1, cells, 85), boxes in pixels, scores in 0..1 for pictures in 0..255 alone | `yolox-decoded`: in the graph | BGR 0..255 |
+| one, (1, cells, 85), boxes in pixels, objectness 1 everywhere, or scores in 0..1 for pictures in 0..1 alone | `yolov6` style | RGB 0..1 |
+| one, (1, 3 x cells, 85) | `yolov5` style | RGB 0..1 |
+| one, (1, 84, cells) | `yolov8` style | RGB 0..1 |
 
-`cells` are the places at strides 8, 16 and 32. 85 is a box, an objectness and COCO's 80 classes; 84 has no objectness. Offsets
-and pixels are distinguished by running the model once on a grey picture: centres in pixels reach across it, offsets do not.
-Models with their own suppression, other classes or several outputs are refused.
+`cells` are the places at strides 8, 16 and 32. 85 is a box, an objectness and COCO's 80 classes; 84 has no objectness. The model is
+run on a grey picture in 0..1 and in 0..255. Centres in pixels reach across the picture, offsets do not; scores have to lie in 0..1 for the
+picture that the kind wants. Where two kinds are left, the setting `perception.detector_layout` has to name one. Models with their own
+suppression, other classes or several outputs are refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +30,7 @@ from drivemcp.inference import CPU
 from services.perception.detect.centre_point import CentreDetector
 from services.perception.detect.coco import (
     COCO_CLASSES,
-    YOLO_V5,
-    YOLO_V8,
-    YOLOX,
-    YOLOX_DECODED,
+    LAYOUTS,
     CocoDetector,
     Layout,
     cells,
@@ -42,6 +42,8 @@ from services.perception.detect.second_look import SecondLook
 FREE_SIDE_PX = 640
 """The side of the picture given to a model that takes any."""
 SIDES_PX = (32, 2048)
+EDGE = 1e-3
+"""By which a score may leave 0..1 by rounding."""
 
 
 def load_detector(path: Path, options: DetectorOptions | None = None) -> Detector:
@@ -62,9 +64,7 @@ def load_detector(path: Path, options: DetectorOptions | None = None) -> Detecto
     side_px = _square_side(session)
     if len(outputs) != 1 or side_px is None:
         raise DetectorError(f"{path} is no detector that we know: its outputs are {outputs}")
-    layout = _layout(_on_grey(session, side_px, path), side_px)
-    if layout is None:
-        raise DetectorError(f"{path} is no COCO-style detector that we know: its outputs are {outputs}")
+    layout = _layout(session, side_px, path, options.layout)
     return CocoDetector(session, options, name=path.stem, layout=layout, side_px=side_px)
 
 
@@ -102,37 +102,88 @@ def _square_side(session: Any) -> int | None:
     return side if fits and SIDES_PX[0] <= side <= SIDES_PX[1] and side % 32 == 0 else None
 
 
-def _on_grey(session: Any, side_px: int, path: Path) -> FloatArray:
-    from onnxruntime.capi import onnxruntime_pybind11_state as problems
-
-    grey = np.full((1, 3, side_px, side_px), 0.45, np.float32)
+def _on_grey(session: Any, side_px: int, path: Path, full_scale: float) -> FloatArray:
+    grey = np.full((1, 3, side_px, side_px), 0.45 * full_scale, np.float32)
     try:
         output: FloatArray = np.asarray(session.run(None, {session.get_inputs()[0].name: grey})[0])
-    except (problems.Fail, problems.InvalidArgument, problems.RuntimeException) as error:
-        raise DetectorError(f"{path} does not run on a picture of {side_px} pixels: {str(error)[:200]}") from None
+    except inference.broken():
+        raise DetectorError(f"{path} does not run on a picture of {side_px} pixels") from None
     return output
 
 
-def _layout(output: FloatArray, side_px: int) -> Layout | None:
-    """The layout of a model's output for a grey picture; None: an unknown layout."""
-    places, plain, with_objectness = cells(side_px), 4 + COCO_CLASSES, 5 + COCO_CLASSES
-    if output.shape == (1, places, with_objectness):
-        return YOLOX_DECODED if np.ptp(output[0, :, :2]) > side_px / 2 else YOLOX
-    if output.shape == (1, 3 * places, with_objectness):
-        return YOLO_V5
-    return YOLO_V8 if output.shape == (1, plain, places) else None
+def _layout(session: Any, side_px: int, path: Path, wanted: str) -> Layout:
+    """The layout that was named, else the one that the outputs for a grey picture tell. Raises DetectorError."""
+    if wanted and wanted not in LAYOUTS:
+        raise DetectorError(f"detector_layout = {wanted}: there are {', '.join(LAYOUTS)}")
+    outputs = {scale: _on_grey(session, side_px, path, scale) for scale in (1.0, 255.0)}
+    shape = outputs[1.0].shape
+    if wanted and shape in _SHAPES[wanted](cells(side_px)):
+        return LAYOUTS[wanted]
+    shaped = [name for name, shapes in _SHAPES.items() if shape in shapes(cells(side_px))]
+    if wanted or not shaped:
+        of_this = f"of the layout {wanted}" if wanted else "COCO-style, with 80 classes,"
+        raise DetectorError(f"{path} is no detector {of_this} that we know: its output has the shape {shape}")
+    found = [name for name in shaped if _means(outputs[LAYOUTS[name].full_scale], name, side_px)]
+    if len(found) > 1:
+        choices = " or ".join(f"{name} ({_picture(LAYOUTS[name])})" for name in found)
+        raise DetectorError(f"{path} may be {choices}: name one with --set perception.detector_layout=NAME")
+    if not found:
+        raise DetectorError(
+            f"{path} has the output of {' or '.join(shaped)}, and its boxes or scores are not theirs (boxes in pixels, scores in "
+            "0..1): was it exported without its last layers? If it is one, name it with --set perception.detector_layout=NAME"
+        )
+    return LAYOUTS[found[0]]
+
+
+_SHAPES: dict[str, Callable[[int], tuple[tuple[int, ...], ...]]] = {
+    "yolox": lambda places: ((1, places, 5 + COCO_CLASSES),),
+    "yolox-decoded": lambda places: ((1, places, 5 + COCO_CLASSES),),
+    "yolov6": lambda places: ((1, places, 5 + COCO_CLASSES),),
+    "yolov5": lambda places: ((1, 3 * places, 5 + COCO_CLASSES),),
+    "yolov8": lambda places: ((1, 4 + COCO_CLASSES, places),),
+}
+
+
+def _means(output: FloatArray, name: str, side_px: int) -> bool:
+    """Whether the numbers are what this layout says: scores in 0..1, and boxes in pixels, or in cells."""
+    rows = LAYOUTS[name].rows(output)
+    scores = rows[:, 4:]
+    if not np.isfinite(rows).all() or scores.min() < -EDGE or scores.max() > 1.0 + EDGE:
+        return False
+    in_pixels = np.ptp(rows[:, :2]) > side_px / 2
+    without_objectness = name in ("yolov6", "yolox-decoded") and bool((np.abs(scores[:, 0] - 1.0) < EDGE).all())
+    return in_pixels == (name != "yolox") and not (name == "yolox-decoded" and without_objectness)
+
+
+def _picture(layout: Layout) -> str:
+    return f"{'RGB' if layout.rgb else 'BGR'} 0..{layout.full_scale:g}"
 
 
 def open_session(path: Path, threads: int, providers: tuple[str, ...] = CPU) -> Any:
     """An ONNX Runtime session. Raises DetectorError naming the file, ConfigError where a provider does not start."""
-    from onnxruntime.capi import onnxruntime_pybind11_state as problems
-
     if not path.is_file():
         raise DetectorError(f"no detector model at {path}; name one with --set detector=FILE.onnx")
     try:
         return inference.open_session(path, threads, providers, spinning=False)
-    except (problems.Fail, problems.InvalidProtobuf, problems.InvalidGraph, problems.RuntimeException) as error:
-        raise DetectorError(f"{path} is no model that ONNX Runtime can load: {str(error)[:200]}") from None
+    except inference.broken() as error:
+        raise DetectorError(
+            f"{path} is no model that ONNX Runtime can load: {_why(path, type(error).__name__)}"
+        ) from None
+
+
+def _why(path: Path, kind: str) -> str:
+    """What a file is that is no model, and what to do."""
+    with path.open("rb") as file:
+        head = file.read(64).lstrip()
+    if not head:
+        return "it is empty; was a download broken off? Fetch it again"
+    if head.startswith(b"version https://git-lfs"):
+        return "it is a pointer of Git LFS and not the model: git lfs pull"
+    if head.startswith(b"<"):
+        return "it is a page and not a model: was a download answered by a web page?"
+    if kind in ("NotImplemented", "InvalidGraph"):
+        return "it has operators or a version that this ONNX Runtime does not know; export it with an older opset"
+    return "it is damaged, cut short or of another format"
 
 
 def _card(path: Path) -> dict[str, Any]:

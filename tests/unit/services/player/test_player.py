@@ -132,5 +132,5 @@ def test_pictures_keep_their_times_and_no_second_has_more_than_the_highest_rate(
     ],
 )
 def test_a_folder_is_played_in_the_order_of_its_numbers(names: list[str]) -> None:
-    for given in (names, names[::-1], sorted(names)):
-        assert [file.name for file in ordered(Path(name) for name in given)] == names
+    for listed in (names, names[::-1], sorted(names)):
+        assert [file.name for file in ordered(Path(name) for name in listed)] == names

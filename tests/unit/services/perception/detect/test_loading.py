@@ -3,11 +3,15 @@
 import hashlib
 import json
 from pathlib import Path
+from typing import cast
 
 import numpy as np
+import onnx
 import pytest
 
 from drivemcp.paths import data
+from services.perception.detect.coco import CocoDetector
+from services.perception.detect.detection import FloatArray
 from services.perception.detect.detector import DetectorError, DetectorOptions, Picture
 from services.perception.detect.loading import load_detector
 
@@ -72,3 +76,117 @@ def test_a_floor_in_the_options_silences_a_class(street: Picture) -> None:
     assert any(each.kind == "vehicle" for each in keen.detect(street))
     deaf = load_detector(data("models/detector.onnx"), DetectorOptions(floors={"vehicle": 1.1}))
     assert not any(each.kind == "vehicle" for each in deaf.detect(street))
+
+
+SIDE = 64
+PLACES = 84
+
+
+def toy(path: Path, shape: tuple[int, ...], rows: FloatArray, full_scale: float, *, objectness: bool) -> Path:
+    """A model whose boxes are `rows` and whose class 2 scores the picture's mean over its full scale."""
+    picture = onnx.helper.make_tensor_value_info("images", onnx.TensorProto.FLOAT, [1, 3, SIDE, SIDE])
+    found = onnx.helper.make_tensor_value_info("found", onnx.TensorProto.FLOAT, list(shape))
+    weights = np.zeros((len(rows), 85 if objectness else 84), np.float32)
+    weights[:, 7 if objectness else 6] = 1.0 / full_scale
+    base = np.zeros_like(weights)
+    base[:, :4] = rows
+    if objectness:
+        base[:, 4] = 1.0 if full_scale == 1.0 else np.linspace(0.1, 0.9, len(rows))
+    nodes = [
+        onnx.helper.make_node("ReduceMean", ["images"], ["mean"], axes=[1, 2, 3], keepdims=0),
+        onnx.helper.make_node("Mul", ["weights", "mean"], ["scores"]),
+        onnx.helper.make_node("Add", ["base", "scores"], ["sum"]),
+        onnx.helper.make_node("Reshape", ["sum", "shape"], ["found"]),
+    ]
+    turned = not objectness
+    given = [
+        onnx.numpy_helper.from_array(weights.T.copy() if turned else weights, "weights"),
+        onnx.numpy_helper.from_array(base.T.copy() if turned else base, "base"),
+        onnx.numpy_helper.from_array(np.array(shape, np.int64), "shape"),
+    ]
+    graph = onnx.helper.make_graph(nodes, "toy", [picture], [found], given)
+    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 13)], ir_version=8)
+    onnx.save(model, path)
+    return path
+
+
+def boxes(count: int, reach: float) -> FloatArray:
+    """Centres that reach so far, and sides of 8."""
+    centres = np.linspace(0.0, reach, count, dtype=np.float32)
+    return np.stack([centres, centres, np.full(count, 8.0), np.full(count, 8.0)], axis=1).astype(np.float32)
+
+
+WITH, WITHOUT = (1, PLACES, 85), (1, 84, PLACES)
+
+
+def layout_of(path: Path, name: str = "") -> str:
+    return cast(CocoDetector, load_detector(path, DetectorOptions(layout=name))).layout.name
+
+
+@pytest.mark.parametrize(
+    ("shape", "reach", "full_scale", "expected"),
+    [
+        (WITH, 60.0, 1.0, "YOLOv6"),
+        (WITH, 0.9, 255.0, "YOLOX"),
+        ((1, 3 * PLACES, 85), 60.0, 1.0, "YOLOv5"),
+        (WITHOUT, 60.0, 1.0, "YOLOv8"),
+    ],
+)
+def test_a_model_is_told_by_what_its_outputs_mean(
+    tmp_path: Path, shape: tuple[int, ...], reach: float, full_scale: float, expected: str
+) -> None:
+    rows = boxes(shape[1] if 85 in shape else PLACES, reach)
+    path = toy(tmp_path / "toy.onnx", shape, rows, full_scale, objectness=85 in shape)
+    assert layout_of(path) == expected
+
+
+def test_a_model_of_two_possible_kinds_is_asked_for(tmp_path: Path) -> None:
+    path = toy(tmp_path / "toy.onnx", WITH, boxes(PLACES, 60.0), 255.0, objectness=True)
+    wanted = (
+        r"may be yolox-decoded \(BGR 0..255\) or yolov6 \(RGB 0..1\): name one with --set perception.detector_layout"
+    )
+    with pytest.raises(DetectorError, match=wanted):
+        load_detector(path)
+    assert layout_of(path, "yolox-decoded") == "YOLOX, decoded"
+    assert layout_of(path, "yolov6") == "YOLOv6"
+    with pytest.raises(DetectorError, match=r"no detector of the layout yolov8"):
+        layout_of(path, "yolov8")
+    with pytest.raises(DetectorError, match=r"detector_layout = yolo: there are yolox, yolox-decoded, yolov5"):
+        layout_of(path, "yolo")
+
+
+@pytest.mark.parametrize(("reach", "full_scale"), [(0.9, 1.0), (60.0, 0.1)])
+def test_a_model_whose_numbers_are_not_those_of_its_shape_is_refused(
+    tmp_path: Path, reach: float, full_scale: float
+) -> None:
+    path = toy(tmp_path / "toy.onnx", WITHOUT, boxes(PLACES, reach), full_scale, objectness=False)
+    with pytest.raises(DetectorError, match="its boxes or scores are not theirs"):
+        load_detector(path)
+    assert layout_of(path, "yolov8") == "YOLOv8"
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "it is empty; was a download broken off"),
+        (b"version https://git-lfs.github.com/spec/v1\n", "a pointer of Git LFS"),
+        (b"<!doctype html>", "answered by a web page"),
+        (b"no model at all", "damaged, cut short or of another format"),
+    ],
+)
+def test_a_file_that_is_no_model_says_what_it_looks_like(tmp_path: Path, content: bytes, words: str) -> None:
+    path = tmp_path / "broken.onnx"
+    path.write_bytes(content)
+    with pytest.raises(
+        DetectorError, match=rf"broken\.onnx is no model that ONNX Runtime can load: .*{words}"
+    ) as raised:
+        load_detector(path)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_model_with_operators_that_are_not_known_is_refused(tmp_path: Path) -> None:
+    info = onnx.helper.make_tensor_value_info("x", onnx.TensorProto.FLOAT, [1])
+    graph = onnx.helper.make_graph([onnx.helper.make_node("Unheard", ["x"], ["y"])], "g", [info], [])
+    onnx.save(onnx.helper.make_model(graph), tmp_path / "odd.onnx")
+    with pytest.raises(DetectorError, match="no model that ONNX Runtime can load"):
+        load_detector(tmp_path / "odd.onnx")
