@@ -10,7 +10,7 @@ import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -18,8 +18,8 @@ from proto.scene import SceneGraph
 from services.drivelm.graph.answering import ask
 from services.drivelm.graph.templates import recognise
 from studies.gvqa.drivelm_json import from_drivelm
-from studies.gvqa.files import Row, load, rows
-from studies.gvqa.json_fields import UnreadableGraph
+from studies.gvqa.files import SUBMITTED, Row, load, questions_only, rows
+from studies.gvqa.json_fields import UnreadableGraph, as_object, field
 from studies.output import Sheet, add_json, show
 
 
@@ -33,7 +33,8 @@ class Answered(NamedTuple):
 
 
 def answers(document: object) -> list[Answered]:
-    """An answer or none to each question of a file. Raises ``UnreadableGraph``."""
+    """An answer or none to each question of a file, whether it holds answers or not. Raises ``UnreadableGraph``."""
+    document = questions_only(document)
     graphs = {
         (name, key): msgspec.structs.replace(graph, qa=(), description="")
         for name, scene in from_drivelm(document).items()
@@ -56,22 +57,33 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m studies gvqa.answer", description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("out", type=Path)
+    parser.add_argument(
+        "--submission", type=Path, metavar="FILE.json",
+        help=f"a JSON object with {', '.join(SUBMITTED)}: OUT.json becomes the challenge's submission",
+    )  # fmt: skip
     add_json(parser)
     flags = parser.parse_args(arguments)
     try:
         found = answers(load(flags.file))
+        by = _submitter(flags.submission) if flags.submission else None
     except UnreadableGraph as error:
         sys.stderr.write(f"studies.gvqa.answer: {error}\n")
         return 2
-    flags.out.write_bytes(as_challenge(found))
+    flags.out.write_bytes(as_challenge(found, by))
     show([sheet(found)], as_json=flags.json)
     return 0
 
 
-def as_challenge(found: Sequence[Answered]) -> bytes:
-    """The answers as JSON in the challenge's form, abstentions left out."""
+def _submitter(path: Path) -> dict[str, Any]:
+    """What is said beside the answers of a submission. Raises ``UnreadableGraph`` for what is absent."""
+    said = as_object(load(path), str(path))
+    return {name: field(said, name, str(path))[0] for name in SUBMITTED}
+
+
+def as_challenge(found: Sequence[Answered], by: Mapping[str, Any] | None = None) -> bytes:
+    """The answers as JSON in the challenge's form, abstentions left out: a list, or with `by` the object that is submitted."""
     given = [{"id": one.id, "question": one.question, "answer": one.answer} for one in found if one.answer]
-    return msgspec.json.format(msgspec.json.encode(given))
+    return msgspec.json.format(msgspec.json.encode(given if by is None else {**by, "results": given}))
 
 
 def sheet(found: Sequence[Answered]) -> Sheet:

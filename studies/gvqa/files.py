@@ -1,5 +1,6 @@
 """The two files: a reference of DriveLM's form, and predictions as DriveLM's file or as its challenge's list of answers."""
 
+from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -45,7 +46,7 @@ class Given(NamedTuple):
 def load(path: Path) -> Any:
     """The JSON value of a file. Raises ``UnreadableGraph``."""
     try:
-        return msgspec.json.decode(path.read_bytes())
+        return msgspec.json.decode(path.read_bytes().removeprefix(BOM_UTF8))
     except OSError as error:
         raise UnreadableGraph(f"{path}: {error.strerror}") from None
     except MALFORMED as error:
@@ -86,6 +87,48 @@ def _tags(row: Mapping[str, Any], where: str) -> tuple[int, ...]:
     return tuple(tags)
 
 
+SUBMITTED = ("method", "team", "authors", "email", "institution", "country")
+"""What the challenge's submission says beside its `results`."""
+
+
+def answers_of(predictions: Any) -> list[Any] | None:
+    """The rows of the challenge's answers: a list, or a submission's `results`; None for a file of DriveLM's form."""
+    if isinstance(predictions, list):
+        return predictions
+    if isinstance(predictions, dict) and ("results" in predictions or {"method", "team"} <= predictions.keys()):
+        return as_list(*field(predictions, "results", "the submission"))
+    return None
+
+
+def questions_only(document: Any) -> Any:
+    """A test file of the challenge, which has no answers and may have no objects, with these empty."""
+    scenes = as_object(document, "the file")
+    return {name: _scene(as_object(body, name), name) for name, body in scenes.items()}
+
+
+def _scene(body: dict[str, Any], where: str) -> dict[str, Any]:
+    frames, place = field(body, "key_frames", where)
+    filled = {
+        key: _asked(as_object(frame, f"{place}.{key}"), f"{place}.{key}")
+        for key, frame in as_object(frames, place).items()
+    }
+    return {**body, "scene_description": body.get("scene_description") or "", "key_frames": filled}
+
+
+def _asked(frame: dict[str, Any], where: str) -> dict[str, Any]:
+    questions, place = field(frame, "QA", where)
+    asked = {
+        layer: [
+            {**row, "A": row.get("A") or ""} if isinstance(row, dict) else row
+            for row in as_list(found or [], f"{place}.{layer}")
+        ]
+        if layer in LAYERS
+        else found
+        for layer, found in as_object(questions, place).items()
+    }
+    return {**frame, "key_object_infos": frame.get("key_object_infos") or {}, "QA": asked}
+
+
 def given(values: list[Any]) -> tuple[list[Given], int]:
     """The rows of a challenge list, and how many are of a wrong form."""
     read = [_given(value) for value in values]
@@ -94,6 +137,11 @@ def given(values: list[Any]) -> tuple[list[Given], int]:
 
 
 def _given(value: Any) -> Given | None:
+    """A row of the challenge's answers, or of its converted test file, whose turns are under `conversations`."""
+    turns = value.get("conversations") if isinstance(value, dict) else None
+    if isinstance(turns, list) and all(isinstance(turn, dict) for turn in turns):
+        said = {turn.get("from"): turn.get("value") for turn in turns}
+        value = {"id": value.get("id"), "question": said.get("human"), "answer": said.get("gpt")}
     if not isinstance(value, dict) or not isinstance(value.get("id"), str) or not isinstance(value.get("answer"), str):
         return None
     question = value.get("question")

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from studies.gvqa.coordinates import has_broken_tag
-from studies.gvqa.files import Given, Place, Row, given, rows
+from studies.gvqa.files import Given, Place, Row, answers_of, given, rows
 
 
 class Pair(NamedTuple):
@@ -35,8 +35,9 @@ class Oddities(msgspec.Struct, frozen=True, kw_only=True):
 
 def pair(predictions: Any, reference: Sequence[Row]) -> tuple[list[Pair], Oddities]:
     """The pairs in the reference's order. Raises ``UnreadableGraph`` for predictions of neither form."""
-    if isinstance(predictions, list):
-        kept, wrong = given(predictions)
+    listed = answers_of(predictions)
+    if listed is not None:
+        kept, wrong = given(listed)
         return _paired(*_by_id(kept, reference), reference, wrong)
     said: dict[Place, list[str]] = {row.place: [row.answer] for row in rows(predictions)}
     return _paired(said, 0, reference, 0)

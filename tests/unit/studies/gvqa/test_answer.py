@@ -42,7 +42,7 @@ def test_the_command_writes_answers_that_the_scorer_takes(tmp_path: Path, capsys
 def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bad.json").write_text('{"s": {}}')
     assert main([str(tmp_path / "bad.json"), str(tmp_path / "out.json")]) == 2
-    assert "s.scene_description: absent" in capsys.readouterr().err
+    assert "s.key_frames: absent" in capsys.readouterr().err
     assert not (tmp_path / "out.json").exists()
 
 
@@ -61,3 +61,48 @@ def test_what_is_answered_exactly_of_an_annotated_sequence_is_right(
     assert report["answered"] >= 160
     assert exact["answered"] >= 30
     assert exact["score"] == pytest.approx(exact["answered"] / exact["asked"], abs=1e-6)
+
+
+WHO = {"method": "m", "team": "t", "authors": ["A"], "email": "a@example.org", "institution": "i", "country": "c"}
+
+
+def test_the_challenges_submission_is_written_and_scored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, who, out = (tmp_path / name for name in ("file.json", "who.json", "out.json"))
+    file.write_text(json.dumps(_file()), encoding="utf-8-sig")
+    who.write_text(json.dumps(WHO))
+    assert main([str(file), str(out), "--submission", str(who)]) == 0
+    submission = json.loads(out.read_text())
+    assert {name: submission[name] for name in WHO} == WHO
+    assert [one["id"] for one in submission["results"]] == ["s_f_0"]
+    assert score([str(out), str(file)]) == 0
+    assert "1 of 3 questions answered" in capsys.readouterr().out
+    who.write_text("{}")
+    assert main([str(file), str(out), "--submission", str(who)]) == 2
+    assert "who.json.method: absent" in capsys.readouterr().err
+
+
+def test_a_submission_without_results_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file.json").write_text(json.dumps(_file()))
+    (tmp_path / "out.json").write_text(json.dumps(WHO))
+    assert score([str(tmp_path / "out.json"), str(tmp_path / "file.json")]) == 2
+    assert "the submission.results: absent" in capsys.readouterr().err
+
+
+def test_a_test_file_has_neither_answers_nor_objects() -> None:
+    document = _file()
+    frame = document["s"]["key_frames"]["f"]
+    del document["s"]["scene_description"]
+    for row in frame["QA"]["perception"]:
+        del row["A"]
+    assert [one.answer for one in answers(document)] == ["Moving.", "", ""]
+    del frame["key_object_infos"]
+    assert [one.answer for one in answers(document)] == ["", "", ""]
+
+
+def test_the_converted_form_of_a_test_file_is_scored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = _file()["s"]["key_frames"]["f"]["QA"]["perception"][1]["Q"]
+    turns = [{"from": "human", "value": f"<image>\n{asked}"}, {"from": "gpt", "value": SECRET}]
+    (tmp_path / "file.json").write_text(json.dumps(_file()))
+    (tmp_path / "out.json").write_text(json.dumps([{"id": "s_f_1", "image": [], "conversations": turns}]))
+    assert score([str(tmp_path / "out.json"), str(tmp_path / "file.json")]) == 0
+    assert "1 of 3 questions answered" in capsys.readouterr().out
