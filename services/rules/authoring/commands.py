@@ -110,8 +110,12 @@ def _seal(flags: argparse.Namespace) -> int:
 
 
 def _import(flags: argparse.Namespace) -> int:
-    count = drafts.import_statute(flags.file, flags.out, flags.prefix, flags.jurisdiction)
-    return _say(f"{count} drafts in {flags.out}; what each still needs: drivemcp rulepack validate {flags.out}")
+    statute = drafts.import_statute(flags.file, flags.out, flags.prefix, flags.jurisdiction)
+    for told in statute.left:
+        _say(told)
+    return _say(
+        f"{len(statute.sections)} drafts in {flags.out}; what each still needs: drivemcp rulepack validate {flags.out}"
+    )
 
 
 def _each(names: list[str], said: Callable[[str], str]) -> int:

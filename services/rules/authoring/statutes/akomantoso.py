@@ -1,9 +1,23 @@
 """Akoma Ntoso 3.0: `<section>` or `<article>` with `<subsection>` or `<paragraph>`."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, walked, words
+import msgspec
+
+from services.rules.authoring.statutes.leftovers import in_force, over, unread
+from services.rules.authoring.statutes.statute import (
+    Section,
+    Statute,
+    around,
+    child,
+    first,
+    local,
+    number,
+    walked,
+    words,
+)
 from services.rules.book import normal_jurisdiction
 
 if TYPE_CHECKING:
@@ -12,7 +26,9 @@ if TYPE_CHECKING:
 ROOTS = frozenset({"akomaNtoso"})
 _WHOLE = {"section": "s.", "article": "art.", "rule": "r.", "regulation": "reg."}
 _PARTS = frozenset({"subsection", "paragraph", "clause"})
-_ASIDE = frozenset({"meta", "quotedStructure", "embeddedStructure", "toc", "attachments"})
+_ASIDE = frozenset({"meta", "preface", "preamble", "conclusions", "quotedStructure", "embeddedStructure", "toc"})
+_SCHEDULES = frozenset({"schedule", "annex", "appendix", "attachment"})
+_GONE = frozenset({"removed", "repealed", "ignored", "prospective"})
 _DROPPED = frozenset({"noteRef", "authorialNote", "remark", "del", "num", "heading"})
 _LANGUAGES = {
     "eng": "en",
@@ -35,14 +51,93 @@ def read(root: "Element") -> Statute:
     address = next(
         (uri for name in ("FRBRuri", "FRBRthis") if (uri := _value(root, name, "value")).startswith("http")), ""
     )
-    sections = [part for at in walked(root, _ASIDE) if _kind(at) in _WHOLE for part in _section(at, title, address)]
-    return Statute(
+    left = in_force(root, _out_of_force(root))
+    schedules = [at for at in walked(root, _ASIDE) if _is_schedule(at)]
+    inside = {id(below) for schedule in schedules for below in schedule.iter()}
+    sections = [
+        part
+        for at in walked(root, _ASIDE)
+        if _kind(at) in _WHOLE and id(at) not in inside
+        for part in _section(at, title, address)
+    ]
+    nested = {id(below) for schedule in schedules for below in schedule.iter() if below is not schedule}
+    outermost = [at for at in schedules if id(at) not in nested]
+    sections += [part for at in outermost for part in _schedule(at, title, address)]
+    statute = Statute(
         title=title,
         short=title,
         language=_LANGUAGES.get(language, language[:2]) or "en",
         jurisdiction=country if len(country) == 3 else "",
         sections=tuple(sections),
+        left=left,
     )
+    return msgspec.structs.replace(statute, left=left + unread(root, statute, _ASIDE, _DROPPED))
+
+
+def _is_schedule(at: "Element") -> bool:
+    return local(at) in _SCHEDULES or (local(at) in ("hcontainer", "doc") and at.get("name", "") in _SCHEDULES)
+
+
+def _schedule(at: "Element", title: str, address: str) -> Iterator[Section]:
+    """Its sections or paragraphs, and what stands beside these; a schedule without any is one section."""
+    named = next(
+        (
+            words(child(each, "num", "heading"))
+            for each in at.iter()
+            if child(each, "num", "heading") is not None and local(each) not in _PARTS
+        ),
+        "",
+    )
+    named = named or next((name for each in at.iter() if (name := each.get("name", ""))), "Schedule")
+    units = _units(at)
+    for place, unit in enumerate(units, 1):
+        own = number(words(child(unit, "num"))) or str(place)
+        if text := _text(unit):
+            heading = words(child(unit, "heading"))
+            yield Section(
+                cited=f"{title} {named} para. {own}", key=f"{named}-{own}", text=text, heading=heading, url=address
+            )
+    held = {id(below) for unit in units for below in unit.iter()}
+    beside = [
+        words(below, _DROPPED) for below in at.iter() if local(below) in ("p", "td", "li") and id(below) not in held
+    ]
+    if text := " ".join(filter(None, beside)):
+        yield Section(cited=f"{title} {named}", key=named, text=text, url=address)
+
+
+def _units(at: "Element") -> list["Element"]:
+    """The outermost sections or paragraphs."""
+    found: list[Element] = []
+    held: set[int] = set()
+    for below in walked(at, _ASIDE):
+        if below is not at and id(below) not in held and (_kind(below) in _WHOLE or local(below) in _PARTS):
+            found.append(below)
+            held |= {id(each) for each in below.iter()}
+    return found
+
+
+def _out_of_force(root: "Element") -> Callable[["Element"], str]:
+    """By the element's status, or by its period, whose dates stand in the meta data."""
+    today = datetime.now(UTC).date()
+    dates = {f"#{at.get('eId', '')}": at.get("date", "") for at in root.iter() if local(at) == "eventRef"}
+    periods = {
+        f"#{at.get('eId', '')}": [
+            (dates.get(each.get("start", ""), ""), dates.get(each.get("end", ""), "")) for each in at
+        ]
+        for at in root.iter()
+        if local(at) == "temporalGroup"
+    }
+
+    def why(at: "Element") -> str:
+        if at.get("status", "") in _GONE:
+            return at.get("status", "")
+        times = periods.get(at.get("period", ""), [])
+        current = [
+            start for start, end in times if not (end and over(end, today)) and not (start and not over(start, today))
+        ]
+        return "outside its period" if times and not current else ""
+
+    return why
 
 
 def _section(at: "Element", title: str, address: str) -> Iterator[Section]:
@@ -50,11 +145,16 @@ def _section(at: "Element", title: str, address: str) -> Iterator[Section]:
     own, heading = number(named.lower().removeprefix("article").removeprefix("art.")), words(child(at, "heading"))
     cited = f"§ {own}" if "§" in named else f"{_WHOLE[_kind(at)]} {own}"
     parts = [below for below in at if local(below) in _PARTS]
+    lead, tail = "", ""
+    if parts:
+        own_words = (below for below in at if local(below) not in ("num", "heading", "subheading"))
+        lead, tail = around(own_words, lambda below: local(below) in _PARTS, _DROPPED - {"num"})
     for part in parts or [at]:
         numbered = number(words(child(part, "num"))) if part is not at else ""
         mark = f" Abs. {numbered}" if "§" in named else f"({numbered})"
         text = _text(part)
         if text:
+            text = " ".join(filter(None, (lead, text, tail)))
             yield Section(
                 cited=f"{title} {cited}" + (mark if numbered else ""),
                 key=f"{own}-{numbered}" if numbered else own,

@@ -2,9 +2,23 @@
 
 import re
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, walked, words
+import msgspec
+
+from services.rules.authoring.statutes.leftovers import in_force, over, unread
+from services.rules.authoring.statutes.statute import (
+    Section,
+    Statute,
+    around,
+    child,
+    first,
+    local,
+    number,
+    walked,
+    words,
+)
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -16,13 +30,15 @@ _PLACE = re.compile(
 _CITED = {"section": "s.", "regulation": "reg.", "article": "art.", "rule": "r.", "paragraph": "para."}
 _ASIDE = frozenset({"BlockAmendment", "Contents", "Commentaries", "Versions", "Resources", "Metadata", "Footnotes"})
 """Text quoted into other Acts, and what is not the Act's."""
+_GONE = frozenset({"Repealed", "Prospective", "Removed", "Revoked", "Dead"})
 _DROPPED = frozenset({"CommentaryRef", "FootnoteRef", "MarginNoteRef", "Repeal", "Title"})
 
 
 def read(root: "Element") -> Statute:
-    """All provisions with text; what is marked as repealed is left out."""
+    """All provisions with text that are in force."""
     title = words(first(root, "title"))
     language = words(first(root, "language"))[:2].lower() or "en"
+    left = in_force(root, _out_of_force)
     sections = list[Section]()
     heading = ""
     for at in walked(root, _ASIDE):
@@ -30,17 +46,54 @@ def read(root: "Element") -> Statute:
             heading = words(child(at, "Title"), frozenset({"CommentaryRef"}))
         elif local(at) == "P1":
             sections += _provision(at, title, heading)
-    return Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
+        elif local(at) == "Schedule" and not any(local(below) == "P1" for below in at.iter()):
+            sections += _whole_schedule(at, title)
+    statute = Statute(title=title, short=title, language=language, jurisdiction="GBR", sections=tuple(sections))
+    beside = _DROPPED | {"IntroductoryText", "SignedSection", "ExplanatoryNotes", "EarlierOrders"}
+    return msgspec.structs.replace(statute, left=left + unread(root, statute, _ASIDE, beside))
+
+
+def _out_of_force(at: "Element") -> str:
+    """By its status, or by the dates between which this version of it is in force."""
+    today = datetime.now(UTC).date()
+    if at.get("Status", "") in _GONE:
+        return at.get("Status", "").lower()
+    if (start := at.get("RestrictStartDate", "")) and not over(start, today):
+        return f"from {start}"
+    end = at.get("RestrictEndDate", "")
+    return f"until {end}" if end and over(end, today) else ""
+
+
+def _whole_schedule(at: "Element", title: str) -> Iterator[Section]:
+    """A schedule without paragraphs, such as a table."""
+    named = words(child(at, "Number")) or "Schedule"
+    text = " ".join(words(below, _DROPPED) for below in at if local(below) not in ("Number", "TitleBlock", "Reference"))
+    if text.strip(" ."):
+        heading = words(first(at, "Title"))
+        yield Section(
+            cited=f"{title} {named}",
+            key=named,
+            text=text.strip(),
+            heading=heading,
+            url=_address(at.get("DocumentURI") or ""),
+        )
 
 
 def _provision(p1: "Element", title: str, heading: str) -> Iterator[Section]:
     own = number(words(child(p1, "Pnumber")))
     label, schedule, key = _placed(p1, own)
     subsections = [at for at in walked(p1, _ASIDE) if local(at) == "P2"]
+    inside = [below for at in p1 for below in (at if local(at) == "P1para" else [at]) if local(below) != "Pnumber"]
+    lead, tail = (
+        around(inside, lambda at: any(local(below) == "P2" for below in at.iter()), _DROPPED)
+        if subsections
+        else ("", "")
+    )
     for at in subsections or [p1]:
         numbered = number(words(child(at, "Pnumber"))) if at is not p1 else ""
         text = " ".join(words(below, _DROPPED) for below in at if local(below) != "Pnumber").strip()
         if text.strip(" ."):
+            text = " ".join(filter(None, (lead, text, tail)))
             yield Section(
                 cited=f"{title} {schedule}{label} {own}" + (f"({numbered})" if numbered else ""),
                 key=f"{key}-{numbered}" if numbered else key,

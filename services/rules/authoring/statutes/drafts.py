@@ -19,8 +19,8 @@ _NOTE = "> Draft: the publisher's own text, to be restated in our own words. Onl
 _ID = 90
 
 
-def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str = "") -> int:
-    """Add a statute to a pack, which is begun where there is none; how many drafts. Raises PackError."""
+def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str = "") -> Statute:
+    """Add a statute to a pack, which is begun where there is none. Raises PackError."""
     statute = read_statute(file)
     place = jurisdiction or statute.jurisdiction or "ZZZ"
     if not (folder / "manifest.json").exists():
@@ -41,7 +41,7 @@ def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str
     (folder / document).write_text("\n\n".join(parts) + "\n", encoding="utf-8")
     write_json(folder / "provisions.json", provisions)
     seal(folder)
-    return len(statute.sections)
+    return statute
 
 
 def read_statute(path: Path) -> Statute:
@@ -51,7 +51,8 @@ def read_statute(path: Path) -> Statute:
         if local(root) in reader.ROOTS:
             found: Statute = reader.read(root)
             if not found.sections:
-                raise PackError(f"{path}: no section with text was found")
+                told = "".join(f"; {each}" for each in found.left)
+                raise PackError(f"{path}: no section with text was found{told}")
             return found
     raise PackError(
         f"{path}: <{local(root)}> is none of gesetze-im-internet's XML, legislation.gov.uk's CLML, Akoma Ntoso"

@@ -4,6 +4,9 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import msgspec
+
+from services.rules.authoring.statutes.leftovers import unread
 from services.rules.authoring.statutes.statute import Section, Statute, child, first, local, number, words
 
 if TYPE_CHECKING:
@@ -11,6 +14,8 @@ if TYPE_CHECKING:
 
 ROOTS = frozenset({"dokumente"})
 _PARAGRAPH = re.compile(r"\((\d+[a-z]?)\)\s*")
+_GONE = re.compile(r"\(?(weggefallen|aufgehoben)\)?\.?", re.I)
+_ASIDE = frozenset({"metadaten", "fussnoten", "TOC"})
 _NOTES = frozenset({"FnR", "Footnotes", "Footnote", "noindex"})
 
 
@@ -20,7 +25,11 @@ def read(root: "Element") -> Statute:
     title = words(first(root, "langue")) or words(first(root, "kurzue"))
     short = words(child(head, "amtabk")) or words(child(head, "jurabk")) if head is not None else ""
     sections = [part for norm in root if local(norm) == "norm" for part in _norm(norm, short or title)]
-    return Statute(title=title, short=short or title, language="de", jurisdiction="DEU", sections=tuple(sections))
+    statute = Statute(title=title, short=short or title, language="de", jurisdiction="DEU", sections=tuple(sections))
+    gone = [section.cited for section in sections if _GONE.fullmatch(section.text)]
+    kept = tuple(section for section in sections if section.cited not in gone)
+    told = (f"not in force, left out: {', '.join(gone)}",) if gone else ()
+    return msgspec.structs.replace(statute, sections=kept, left=told + unread(root, statute, _ASIDE, _NOTES))
 
 
 def _norm(norm: "Element", short: str) -> Iterator[Section]:

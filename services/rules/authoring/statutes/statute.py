@@ -1,6 +1,6 @@
 """A statute in a publisher's XML, parsed without entities, external references or network: its sections, and the words of an element."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,8 @@ class Statute(msgspec.Struct, frozen=True, kw_only=True):
     language: str
     jurisdiction: str
     sections: tuple[Section, ...]
+    left: tuple[str, ...] = ()
+    """What was left out, and why, in words."""
 
 
 def parse(path: Path) -> "Element":
@@ -92,6 +94,21 @@ def words(element: "Element | None", without: frozenset[str] = frozenset()) -> s
             inside += [below, below.tail or ""]
         todo += reversed([*inside, after])
     return " ".join("".join(parts).split())
+
+
+def around(
+    items: Iterable["Element"], is_part: Callable[["Element"], bool], without: frozenset[str]
+) -> tuple[str, str]:
+    """(lead-in, tail): the words before the first part, and those between and behind the parts."""
+    before: list[str] = []
+    behind: list[str] = []
+    told = before
+    for at in items:
+        if is_part(at):
+            told = behind
+        else:
+            told.append(words(at, without))
+    return " ".join(filter(None, before)), " ".join(filter(None, behind))
 
 
 def number(text: str) -> str:

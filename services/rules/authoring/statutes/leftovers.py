@@ -1,0 +1,82 @@
+"""What of a statute is not made into drafts: what is not in force, and text that stands in no section."""
+
+from collections import Counter
+from collections.abc import Callable
+from datetime import date
+from typing import TYPE_CHECKING
+
+from services.rules.authoring.statutes.statute import Statute, local, walked, words
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+SHOWN = 3
+EXCERPT = 70
+_HOLD_TEXT = frozenset({"p", "P", "Text", "content", "Para", "td", "entry", "LA", "block", "li"})
+
+OutOfForce = Callable[["Element"], str]
+"""Why an element is not in force; empty where it is."""
+
+
+def in_force(root: "Element", why: OutOfForce) -> tuple[str, ...]:
+    """Take from the tree what is not in force, and say what was taken."""
+    taken: list[str] = []
+    todo = [root]
+    while todo:
+        at = todo.pop()
+        reasons = {id(below): reason for below in at if (reason := why(below))}
+        taken += [_named(below, reasons[id(below)]) for below in at if id(below) in reasons]
+        if reasons:
+            _remove(at, frozenset(reasons))
+        todo += at
+    if not taken:
+        return ()
+    return (f"not in force, left out: {_counted(taken)}",)
+
+
+def _remove(at: "Element", gone: frozenset[int]) -> None:
+    """Remove these children, by their identity; the text behind them stays."""
+    last: Element | None = None
+    for below in list(at):
+        if id(below) not in gone:
+            last = below
+            continue
+        tail = below.tail or ""
+        at.remove(below)
+        if last is not None:
+            last.tail = (last.tail or "") + tail
+        else:
+            at.text = (at.text or "") + tail
+
+
+def unread(root: "Element", statute: Statute, aside: frozenset[str], dropped: frozenset[str]) -> tuple[str, ...]:
+    """What stands in the document and in no section, counted, with the first of it."""
+    read = " ".join(f"{each.heading} {each.text}" for each in statute.sections)
+    missing = [
+        text
+        for at in walked(root, aside | dropped)
+        if local(at) in _HOLD_TEXT and len(text := words(at, dropped)) > 1 and text.strip(" .-–") and text not in read
+    ]
+    found = list(dict.fromkeys(missing))
+    return (f"not read: {_counted([_excerpt(text) for text in found])}",) if found else ()
+
+
+def over(text: str, today: date) -> bool:
+    """Whether a date (2024-01-31) is today or before."""
+    try:
+        return date.fromisoformat(text[:10]) <= today
+    except ValueError:
+        return False
+
+
+def _named(at: "Element", reason: str) -> str:
+    return f"{local(at)} {_excerpt(words(at))} ({reason})"
+
+
+def _excerpt(text: str) -> str:
+    return repr(text if len(text) <= EXCERPT else f"{text[:EXCERPT]}...")
+
+
+def _counted(found: list[str]) -> str:
+    listed = "; ".join(Counter(found))[:600] if len(found) <= SHOWN else "; ".join(found[:SHOWN]) + "; ..."
+    return f"{len(found)} part{'s' if len(found) > 1 else ''}: {listed}"

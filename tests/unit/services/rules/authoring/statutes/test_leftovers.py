@@ -1,0 +1,165 @@
+"""What is said around numbered parts stays, schedules are read, and what is left out of a statute is told."""
+
+from pathlib import Path
+
+import pytest
+
+from drivemcp.cli import run
+from services.rules.authoring.statutes.drafts import read_statute
+from services.rules.authoring.statutes.statute import Statute
+
+AKN = (
+    '<akomaNtoso xmlns="http://docs.oasis-open.org/legaldocml/ns/akn/3.0"><act name="act"><meta>{meta}</meta>'
+    "<preface><docTitle>Road Act</docTitle></preface><body>{body}</body>{after}</act></akomaNtoso>"
+)
+CLML = (
+    '<Legislation xmlns="http://www.legislation.gov.uk/namespaces/legislation" xmlns:dc="http://purl.org/dc/elements/1.1/">'
+    "<Metadata><dc:title>Road Act</dc:title></Metadata><Primary><Body>{body}</Body>{after}</Primary></Legislation>"
+)
+GII = "<dokumente><norm><metadaten><amtabk>StO</amtabk><langue>Ordnung</langue></metadaten></norm>{body}</dokumente>"
+DATES = (
+    '<lifecycle><eventRef eId="e1" date="{start}"/><eventRef eId="e2" date="{end}"/></lifecycle>'
+    '<temporalData><temporalGroup eId="t1"><timeInterval start="#e1" end="#e2"/></temporalGroup></temporalData>'
+)
+
+
+def section(number: str, inside: str, attributes: str = "") -> str:
+    return f"<section {attributes}><num>{number}.</num>{inside}</section>"
+
+
+def said(text: str) -> str:
+    return f"<content><p>{text}</p></content>"
+
+
+def p1(number: str, inside: str, attributes: str = "") -> str:
+    return f'<P1 id="section-{number}" {attributes}><Pnumber>{number}</Pnumber><P1para>{inside}</P1para></P1>'
+
+
+def p2(number: str, text: str, attributes: str = "") -> str:
+    return f"<P2 {attributes}><Pnumber>{number}</Pnumber><P2para><Text>{text}</Text></P2para></P2>"
+
+
+def read(tmp_path: Path, text: str) -> Statute:
+    (tmp_path / "act.xml").write_text(text, encoding="utf-8-sig")
+    return read_statute(tmp_path / "act.xml")
+
+
+def texts(statute: Statute) -> dict[str, str]:
+    return {each.cited.removeprefix("Road Act "): each.text for each in statute.sections}
+
+
+PARTS = (
+    "<paragraph><num>(a)</num><content><p>60 in a town;</p></content></paragraph>"
+    "<paragraph><num>(b)</num><content><p>100 elsewhere,</p></content></paragraph>"
+)
+
+
+def test_lead_in_and_tail_go_with_each_part(tmp_path: Path) -> None:
+    body = section("5", f"<intro><p>At most</p></intro>{PARTS}<wrapUp><p>unless signed.</p></wrapUp>")
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    expected = {"s. 5(a)": "At most 60 in a town; unless signed.", "s. 5(b)": "At most 100 elsewhere, unless signed."}
+    assert texts(statute) == expected
+    assert statute.left == ()
+    inside = f"<Text>At most</Text>{p2('a', '60 in a town;')}{p2('b', '100 elsewhere,')}<Text>unless signed.</Text>"
+    statute = read(tmp_path, CLML.format(body=p1("5", inside), after=""))
+    assert texts(statute) == expected
+    assert statute.left == ()
+
+
+SCHEDULES = {
+    "paragraphs": (
+        '<attachments><attachment><doc name="schedule"><mainBody><hcontainer name="schedule"><num>Schedule 1</num>'
+        "<paragraph><num>1</num><content><p>Buses: 80.</p></content></paragraph></hcontainer></mainBody></doc></attachment></attachments>",
+        {"Schedule 1 para. 1": "Buses: 80."},
+    ),
+    "text": (
+        '<attachments><attachment><doc name="annex"><mainBody><p>Buses: 80.</p></mainBody></doc></attachment></attachments>',
+        {"annex": "Buses: 80."},
+    ),
+    "table": (
+        '<components><component><doc name="schedule"><mainBody><table><tr><td>Buses</td><td>80</td></tr></table></mainBody></doc>'
+        "</component></components>",
+        {"schedule": "Buses 80"},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", SCHEDULES)
+def test_schedules_of_akoma_ntoso_are_read(tmp_path: Path, kind: str) -> None:
+    after, expected = SCHEDULES[kind]
+    statute = read(tmp_path, AKN.format(meta="", body=section("1", said("See the schedule.")), after=after))
+    assert texts(statute) == {"s. 1": "See the schedule."} | expected
+    assert statute.left == ()
+
+
+def test_a_british_schedule_without_paragraphs_is_read(tmp_path: Path) -> None:
+    after = "<Schedules><Schedule><Number>Schedule 3</Number><ScheduleBody><Text>Buses: 50.</Text></ScheduleBody></Schedule></Schedules>"
+    statute = read(tmp_path, CLML.format(body=p1("1", "<Text>See it.</Text>"), after=after))
+    assert texts(statute) == {"s. 1": "See it.", "Schedule 3": "Buses: 50."}
+
+
+IN_FORCE = p1("1", "<Text>Keep to 30.</Text>")
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        'Status="Prospective"', 'Status="Repealed"', 'Status="Removed"', 'RestrictStartDate="2999-01-01"',
+        'RestrictEndDate="1999-01-01"',
+    ],
+)  # fmt: skip
+def test_what_a_british_act_marks_as_not_in_force_is_left_out_and_told(tmp_path: Path, attributes: str) -> None:
+    gone = p1("2", "<Text>Any speed.</Text>", attributes)
+    inside = p1("3", p2("1", "Stop.") + p2("2", "Go on.", attributes))
+    group = f"<P1group {attributes}><Title>Old</Title>{p1('4', '<Text>A flag.</Text>')}</P1group>"
+    statute = read(tmp_path, CLML.format(body=IN_FORCE + gone + inside + group, after=""))
+    assert texts(statute) == {"s. 1": "Keep to 30.", "s. 3(1)": "Stop."}
+    assert statute.left[0].startswith("not in force, left out: 3 parts: ")
+    assert "Any speed." in " ".join(statute.left)
+
+
+@pytest.mark.parametrize(
+    "attributes", ['RestrictStartDate="1999-01-01"', 'RestrictEndDate="2999-01-01"', 'Status="Current"']
+)
+def test_what_a_british_act_has_in_force_stays(tmp_path: Path, attributes: str) -> None:
+    statute = read(tmp_path, CLML.format(body=p1("2", "<Text>Keep left.</Text>", attributes), after=""))
+    assert texts(statute) == {"s. 2": "Keep left."}
+    assert statute.left == ()
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "attributes", "stays"),
+    [
+        ("1990-01-01", "2999-01-01", 'period="#t1"', True),
+        ("1990-01-01", "1999-01-01", 'period="#t1"', False),
+        ("2999-01-01", "", 'period="#t1"', False),
+        ("", "", 'status="removed"', False),
+        ("", "", 'status="edited"', True),
+    ],
+)
+def test_akoma_ntosos_status_and_period_count(
+    tmp_path: Path, start: str, end: str, attributes: str, stays: bool
+) -> None:
+    body = section("1", said("Keep left.")) + section("2", said("Any speed."), attributes)
+    statute = read(tmp_path, AKN.format(meta=DATES.format(start=start, end=end), body=body, after=""))
+    assert ("s. 2" in texts(statute)) == stays
+    assert ("Any speed." in " ".join(statute.left)) == (not stays)
+
+
+def test_a_german_section_that_was_dropped_is_told(tmp_path: Path) -> None:
+    norm = "<norm><metadaten><enbez>§ {n}</enbez></metadaten><textdaten><text><Content><P>{text}</P></Content></text></textdaten></norm>"
+    body = norm.format(n=1, text="Rechts fahren.") + norm.format(n=2, text="(weggefallen)")
+    statute = read(tmp_path, GII.format(body=body))
+    assert [each.cited for each in statute.sections] == ["StO § 1"]
+    assert statute.left == ("not in force, left out: StO § 2",)
+
+
+def test_text_that_stands_in_no_section_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    body = (
+        section("1", said("Keep left."))
+        + "<hcontainer name='note'><content><p>Buses have rules of their own.</p></content></hcontainer>"
+    )
+    statute = read(tmp_path, AKN.format(meta="", body=body, after=""))
+    assert statute.left == ("not read: 1 part: 'Buses have rules of their own.'",)
+    assert run(["rulepack", "import", str(tmp_path / "act.xml"), "--out", str(tmp_path / "NEW-v1")]) == 0
+    assert "not read: 1 part: 'Buses have rules of their own.'" in capsys.readouterr().out
