@@ -11,11 +11,13 @@ ARGS   ?=
 SAFETY := tests/unit/services/orchestrator/test_safety.py tests/unit/services/orchestrator/test_who_is_ahead.py \
 	tests/unit/services/arbiter/test_properties.py
 SAFETY_EXAMPLES ?= 20000
+# files that each reader of foreign files is tried on; these take about an hour on two cores
+FUZZ_EXAMPLES ?= 30000
 # tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties stack chaos soak mutation bench evaluate clean
+.PHONY: help demo install check format test replay properties fuzz stack chaos soak mutation bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -24,7 +26,8 @@ help:
 	@echo "make test     all tests but those that make stack runs"
 	@echo "make replay   what the stack decides and sees beside the behaviour lock (ARGS=--update locks anew)"
 	@echo "make properties  the families of safety properties, 20,000 examples each"
-	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), make chaos, make properties"
+	@echo "make fuzz     every reader of foreign files on disturbed files, about an hour (FUZZ_EXAMPLES=3000 for less)"
+	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), make chaos, make properties, make fuzz"
 	@echo "make chaos    drives whose processes, network, disk, memory, files and clock fail (CHAOS_SEED=1)"
 	@echo "make soak     memory of each process over a drive of 30 minutes (ARGS='--minutes 15')"
 	@echo "make mutation what no test of the arbiter tells from a changed arbiter, all mutants (ARGS='--sample 30 --seed 7')"
@@ -83,6 +86,7 @@ stack: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/pytest -m stack $(ARGS)
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY)
+	FUZZ_EXAMPLES=$(FUZZ_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) tests/fuzz
 
 chaos: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
@@ -94,6 +98,9 @@ soak: $(VENV)/.full
 
 properties: $(VENV)/.full
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY) $(ARGS)
+
+fuzz: $(VENV)/.full
+	FUZZ_EXAMPLES=$(FUZZ_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) tests/fuzz $(ARGS)
 
 mutation: $(VENV)/.full
 	CI=1 PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python scripts/mutation.py $(ARGS)

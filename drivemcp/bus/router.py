@@ -29,7 +29,7 @@ def access_settings(access_file: str, credentials_file: str) -> dict[str, object
     if not access_file:
         return {}
     try:
-        rules: dict[str, Any] = json.loads(Path(access_file).read_text(encoding="utf-8"))
+        rules: dict[str, Any] = json.loads(Path(access_file).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"cannot read {access_file}: {error.strerror}; make it with: drivemcp access") from None
     except ValueError as error:

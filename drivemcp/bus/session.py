@@ -237,7 +237,7 @@ def zenoh_config(config: BusConfig, *, mode: str | None = None, extra: dict[str,
         "transport/shared_memory/transport_optimization/message_size_threshold": SHARED_FROM_BYTES,
     }
     if config.user:
-        password = Path(config.password_file).read_text(encoding="utf-8").strip()
+        password = Path(config.password_file).read_text(encoding="utf-8-sig").strip()
         settings["transport/auth/usrpwd/user"] = config.user
         settings["transport/auth/usrpwd/password"] = password
     settings.update(tls_settings(config))

@@ -62,7 +62,7 @@ def load_table(folder: Path) -> dict[str, ModelRow]:
 
 def _read(path: Path) -> dict[str, ModelRow]:
     try:
-        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), dict[str, ModelRow])
+        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), dict[str, ModelRow])
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise UserError(f"the table of models {path}: {error}") from None
 
@@ -94,7 +94,7 @@ def expected_digest(row: ModelRow) -> str:
         return row.sha256
     card = data(f"models/{row.file}").with_suffix(".json")
     try:
-        return str(json.loads(card.read_text(encoding="utf-8"))["sha256"])
+        return str(json.loads(card.read_text(encoding="utf-8-sig"))["sha256"])
     except (OSError, ValueError, KeyError, TypeError):
         raise UserError(f"{card} holds no `sha256`: is the installation complete?") from None
 

@@ -5,6 +5,7 @@ rows of x, y, z, intensity, ring in the LiDAR's frame (x right, y forward, z up)
 """
 
 import math
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -129,7 +130,7 @@ def read_frame(file: Path) -> StreetFrame:
 
 def _told(file: Path) -> FrameFile:
     try:
-        return msgspec.json.decode(file.read_bytes(), type=FrameFile)
+        return msgspec.json.decode(file.read_bytes().removeprefix(BOM_UTF8), type=FrameFile)
     except OSError as error:
         raise UserError(f"cannot read {file}: {error.strerror}") from None
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:

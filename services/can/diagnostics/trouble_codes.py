@@ -108,7 +108,7 @@ class DtcBook:
     def load(cls, path: Path) -> "DtcBook":
         """Read the table. Raises ValueError, naming the file and what is wrong in it."""
         try:
-            return cls(msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), _Table))
+            return cls(msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), _Table))
         except (ValueError, msgspec.ValidationError) as error:
             raise ValueError(f"{path.name}: {error}") from error
 

@@ -137,7 +137,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 def load_profile(path: Path) -> Profile:
     """The profile at `path`. Raises ProfileError, naming file and field."""
     try:
-        profile = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), Profile, strict=False)
+        profile = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8-sig")), Profile, strict=False)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
         raise ProfileError(f"{path.name}: {error}") from error
     if complaint := next(_complaints(profile), None):

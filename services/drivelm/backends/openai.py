@@ -134,7 +134,7 @@ def _key(config: OpenaiConfig) -> str:
     if not config.key_file:
         return ""
     try:
-        return _checked(Path(config.key_file).read_text(encoding="utf-8"), "drivelm.openai.key_file")
+        return _checked(Path(config.key_file).read_text(encoding="utf-8-sig"), "drivelm.openai.key_file")
     except (OSError, UnicodeDecodeError):
         raise ConfigError("drivelm.openai.key_file cannot be read as text") from None
 

@@ -55,7 +55,7 @@ def judge(trusted: Sequence[Trusted], vehicle: str, public_key: str) -> Judgemen
 def read(path: Path) -> tuple[Trusted, ...]:
     """The lines of a trust file. Raises OSError, and ValueError that names the first line that is damaged."""
     found = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
         fields = line.split("#", 1)[0].split(maxsplit=3)
         if not fields:
             continue

@@ -191,7 +191,7 @@ def _card(path: Path) -> dict[str, Any]:
     if not beside.is_file():
         return {}
     try:
-        card = json.loads(beside.read_text(encoding="utf-8"))
+        card = json.loads(beside.read_text(encoding="utf-8-sig"))
     except ValueError as error:
         raise DetectorError(f"{beside} is no valid JSON: {error}") from None
     if not isinstance(card, dict):

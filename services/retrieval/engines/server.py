@@ -107,5 +107,5 @@ def connect(url: str, key_file: str = "") -> Store:
     if re.fullmatch(r"[\w.-]+:\d+", url):
         url = f"http://{url}"
     if url == IN_PROCESS or url.startswith(("http://", "https://")):
-        return QdrantServer(url, Path(key_file).read_text(encoding="utf-8").strip() if key_file else None)
+        return QdrantServer(url, Path(key_file).read_text(encoding="utf-8-sig").strip() if key_file else None)
     return QdrantEdge(Path(url))
