@@ -12,7 +12,7 @@ SAFETY := tests/unit/services/orchestrator/test_safety.py tests/unit/services/or
 	tests/unit/services/arbiter/test_properties.py
 SAFETY_EXAMPLES ?= 20000
 # files that each reader of foreign files is tried on; these take about an hour on two cores
-FUZZ_EXAMPLES ?= 30000
+FUZZ_EXAMPLES ?= 75000
 # tests on as many cores as there are, four at most; ARGS='-n 0' runs them one after another
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 

@@ -4,6 +4,7 @@ import codecs
 from pathlib import Path
 from typing import Any
 
+import textparser
 from cantools.database import load_file
 from cantools.database.errors import Error as CantoolsError
 
@@ -25,7 +26,19 @@ def load_description(path: Path) -> Any:
             marked = file.read(3) == codecs.BOM_UTF8
         return load_file(str(path), strict=False, encoding="utf-8-sig" if marked else None)
     except (OSError, CantoolsError, ValueError, KeyError, AttributeError, SyntaxError, TypeError) as error:
-        raise UserError(f"{path.name} cannot be read as a bus description: {' '.join(str(error).split())}") from error
+        raise UserError(f"{path.name} cannot be read as a bus description: {_why(error)}") from error
+
+
+def _why(error: Exception) -> str:
+    """cantools' own words where it says what is wrong; a bare error of Python's says nothing of the file."""
+    if isinstance(error, OSError):
+        return error.strerror or "the file cannot be opened"
+    below = [each for name, each in vars(error).items() if name.startswith("e_") and each is not None]
+    if not isinstance(error, CantoolsError) or (
+        below and not any(isinstance(each, CantoolsError | textparser.Error) for each in below)
+    ):
+        return "a number or a name in it is malformed, or it is none of DBC, ARXML, KCD and SYM"
+    return " ".join(str(error).split())
 
 
 def unsound(path: Path, database: Any) -> dict[Key, str]:

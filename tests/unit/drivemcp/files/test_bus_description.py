@@ -1,0 +1,35 @@
+"""A bus description that cannot be read is told in words of the file."""
+
+from pathlib import Path
+
+import pytest
+
+from drivemcp.errors import UserError
+from drivemcp.files.bus_description import load_description, unsound
+
+DBC = 'VERSION ""\nBU_: ECU\nBO_ 256 Motion: {length} ECU\n SG_ Speed : 0|{bits}@1+ (0.01,0) [0|300] "km/h" ECU\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (DBC.format(length="08", bits=16), "a number or a name in it is malformed"),
+        ("no description", "Invalid syntax at line 1, column 1"),
+    ],
+)
+def test_what_cannot_be_read_is_told(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_text(text)
+    with pytest.raises(UserError, match=f"car.dbc cannot be read as a bus description: .*{words}"):
+        load_description(path)
+
+
+def test_an_absent_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"none.dbc cannot be read as a bus description: No such file"):
+        load_description(tmp_path / "none.dbc")
+
+
+def test_a_message_that_a_strict_reading_refuses_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "car.dbc"
+    path.write_text(DBC.format(length=1, bits=16))
+    assert list(unsound(path, load_description(path))) == [(False, 256)]
