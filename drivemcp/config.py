@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 
+from drivemcp.choices import explained
 from drivemcp.errors import ConfigError
 from proto.keys import chunk
 
@@ -63,7 +64,9 @@ def load_config(kind: type[C], file: str | None, settings: Sequence[str] = (), *
         config = msgspec.convert(raw, kind, strict=False)
         chunk(config.vehicle)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"configuration of {kind.__name__}{f' in {file}' if file else ''}: {error}") from None
+        raise ConfigError(
+            f"configuration of {kind.__name__}{f' in {file}' if file else ''}: {explained(error, kind)}"
+        ) from None
     except ValueError as error:
         raise ConfigError(
             f"configuration of {kind.__name__}{f' in {file}' if file else ''}: vehicle: {error}"

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.bus.session import Bus, Query
+from drivemcp.choices import explained
 from drivemcp.errors import MALFORMED, ContractError, ToolFailed
 from drivemcp.tools.definition import Tool, as_object, define
 from proto import PROTO_VERSION
@@ -177,7 +178,7 @@ class ToolServer:
         try:
             arguments = decoder.decode(query.payload or b"{}")
         except MALFORMED as error:
-            return _failure(f"arguments of {tool.entry.name}: {error}")
+            return _failure(f"arguments of {tool.entry.name}: {explained(error, tool.arguments)}")
         try:
             result = tool.run(arguments)
         except ToolFailed as error:

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from drivemcp.choices import choices
 from drivemcp.errors import MALFORMED
 from drivemcp.files.packfiles import FILES, content_sha256, read_content
 from services.rules.errors import PackError, Problem
@@ -62,7 +63,7 @@ def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...
     try:
         return msgspec.json.decode(files.content[name], type=kind), ()
     except MALFORMED as error:
-        return None, (_malformed(files, name, error),)
+        return None, (_malformed(files, name, error, kind),)
 
 
 def decoded_list(files: Files, name: str, kind: type[T]) -> tuple[list[T | None], tuple[Problem, ...]]:
@@ -75,12 +76,12 @@ def decoded_list(files: Files, name: str, kind: type[T]) -> tuple[list[T | None]
             found.append(msgspec.convert(entry, kind))
         except MALFORMED as error:
             found.append(None)
-            told.append(_malformed(files, name, error, (index,), entry))
+            told.append(_malformed(files, name, error, kind, (index,), entry))
     return found, tuple(told)
 
 
 def _malformed(
-    files: Files, name: str, error: Exception, below: json_positions.Path = (), entry: object = None
+    files: Files, name: str, error: Exception, kind: Any, below: json_positions.Path = (), entry: object = None
 ) -> Problem:
     said = str(error)
     if (at := _BYTE.search(said)) is not None:
@@ -89,4 +90,5 @@ def _malformed(
     place = _PATH.search(said)
     path = below + (json_positions.parsed(place[1]) if place else ())
     shown = str(entry.get("id") or entry.get("code") or entry.get("name") or "") if isinstance(entry, dict) else ""
-    return files.problem(name, path, said[: place.start()] if place else said, shown[:80])
+    message = said[: place.start()] if place else said
+    return files.problem(name, path, f"{message}{choices(error, kind)}", shown[:80])
