@@ -207,5 +207,7 @@ class Retrieved(msgspec.Struct, frozen=True, kw_only=True):
     lambda_: float
     out_of_scope: bool = False
     """The best passage scores so little that the question is taken to be about something else; there are none then."""
+    confidence: float | None = None
+    """The probability that the first passage answers; None: not known, as the encoder was not tuned or a reranker chose the first."""
     reranker: str = ""
     """Who put the passages in order after they were ranked, where somebody did; or that it was late, and they stand as ranked."""

@@ -97,6 +97,11 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
         return self.passage_id.split("/")[0]
 
     @property
+    def tongue(self) -> str:
+        """`<corpus>/<language>`: what a corpus lacks in a language another may have."""
+        return f"{self.corpus}/{self.language}"
+
+    @property
     def name(self) -> str:
         """The provision or sign."""
         return self.passage_id.split("/")[1]

@@ -14,8 +14,10 @@ from services.retrieval.encoding.embeddings import embed, read_stored
 from services.retrieval.encoding.encoders import Encoder, Vectors
 from services.retrieval.encoding.question_vectors import QuestionVectors
 from services.retrieval.encoding.reranking import CANDIDATES, LATE_RERANKER, Reranking
+from services.retrieval.ranking.everyday import law_words, matters_in
 from services.retrieval.ranking.filters import Filter
 from services.retrieval.ranking.index import EngineAway, Index
+from services.retrieval.ranking.judging import LOOKED_AT, Facts, observed
 from services.retrieval.ranking.tuning import Tuning
 
 LOADING, ABSENT, OFF = "bm25-only (loading)", "bm25-only (not installed)", "bm25-only (switched off)"
@@ -150,13 +152,15 @@ class Library:
                     self._cache.popitem(last=False)
         return found
 
-    def to_the_point(self, request: Request) -> float:
-        """What is compared with the line of refusal: how well the best passage answers."""
-        return _to_the_point(self._state, request, self.search(request).passages)
+    def observe(self, request: Request) -> tuple[Facts, Vectors | None]:
+        """What the judge of an answer looks at."""
+        state = self._state
+        vector = state.vectors.get(for_encoder(request.words)) if state.vectors else None
+        return _facts(state, request, self._ranked(state, request, request.words, vector)), vector
 
     def _search(self, state: State, request: Request) -> Retrieved:
         words = request.words
-        vector = state.vectors.get(words) if state.vectors and words else None
+        vector = state.vectors.get(for_encoder(words)) if state.vectors and words else None
         status = LATE if state.vectors is not None and vector is None and words else state.status
         try:
             found = self._ranked(state, request, words, vector)
@@ -165,13 +169,23 @@ class Library:
             found = self._ranked(state, request, words, None)
         named = "signs" if request.corpus == "signs" else "statutes"
         lambda_ = self._tuning.lambda_for(state.status, named) if vector is not None else 0.0
-        line = self._tuning.line_for(state.status if vector is not None else LATE)
-        if _to_the_point(state, request, found) < line:
-            return Retrieved(passages=(), encoder=status, lambda_=lambda_, out_of_scope=True)
+        judge, confidence = self._tuning.judge_for(state.status if vector is not None else LATE), None
+        if judge is not None:
+            facts = _facts(state, request, found)
+            scoped = judge.scoped(facts, vector)
+            if scoped < judge.line:
+                return Retrieved(passages=(), encoder=status, lambda_=lambda_, out_of_scope=True, confidence=0.0)
+            confidence = judge.confidence(facts, scoped) if found else 0.0
         reranker = ""
         if self._reranking is not None:
             found, reranker = self._reranking.reranked(words, found)
-        return Retrieved(passages=tuple(found[: request.k]), encoder=status, lambda_=lambda_, reranker=reranker)
+        return Retrieved(
+            passages=tuple(found[: request.k]),
+            encoder=status,
+            lambda_=lambda_,
+            reranker=reranker,
+            confidence=None if reranker not in ("", LATE_RERANKER) else confidence,
+        )
 
     def _ranked(self, state: State, request: Request, words: str, vector: Vectors | None) -> list[Passage]:
         """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
@@ -183,19 +197,18 @@ class Library:
         self, state: State, index: Index, request: Request, words: str, vector: Vectors | None
     ) -> list[Passage]:
         corpus = None if request.corpus == "all" else request.corpus
-        language = request.spoken
         return (index.memory if vector is None else index).search(
             words,
             vector,
             keep=Filter(
                 corpus=corpus,
-                language=language if index.speaks(language, corpus) else "",
+                tongues=index.tongues(request.spoken),
                 road_type=request.road_type,
                 on=request.on,
             ),
             lambda_for=lambda corpus: self._tuning.lambda_for(state.status, corpus),
             floor=state.vectors.encoder.floor if state.vectors else 0.0,
-            limit=request.k if self._reranking is None else max(request.k, CANDIDATES),
+            limit=max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES),
         )
 
     def _read(self, folders: Collection[Path], before: Mapping[Path, tuple[Text, ...]]) -> dict[Path, tuple[Text, ...]]:
@@ -227,6 +240,11 @@ class Library:
             vectors.close()
 
 
+def for_encoder(words: str) -> str:
+    """A question with the law's words for its matters, in English: the encoders know no brands and little dialect."""
+    return f"{words} {law_words(words, 'en')}".strip()
+
+
 def _asked(state: State, request: Request) -> list[Index]:
     """The index of the country; where it has none, of the conventions; where nothing is known of the country, all."""
     country = (request.jurisdiction or "")[:3].upper()
@@ -235,12 +253,9 @@ def _asked(state: State, request: Request) -> list[Index]:
     return [state.indexes[code] for code in (country, FALLBACK) if code in state.indexes][:1]
 
 
-def _to_the_point(state: State, request: Request, found: Sequence[Passage]) -> float:
-    """The best score, less the more of the question's words no passage has: then it is about something else."""
-    if not found:
-        return 0.0
+def _facts(state: State, request: Request, found: Sequence[Passage]) -> Facts:
     shares = (index.known_share(request.words, request.spoken) for index in _asked(state, request))
-    return found[0].score * max(shares, default=0.0)
+    return observed(found, max(shares, default=0.0), matters_in(request.words))
 
 
 def _alone(folder: Path, texts: tuple[Text, ...], others: Mapping[Path, tuple[Text, ...]]) -> tuple[Text, ...]:

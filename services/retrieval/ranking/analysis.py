@@ -12,6 +12,8 @@ from functools import lru_cache
 import Stemmer
 from rapidfuzz import fuzz, process
 
+from services.retrieval.ranking.everyday import law_words, said_words
+
 _LISTS = {
     "en": """a an and are as at be been being by can could did do does for from had has have how i if in is it its may me might my of
         on or shall should so some such than that the their them then there these they this those to was we were what when where
@@ -41,7 +43,7 @@ SHORTEST_HEAD = 6
 """From this length on a last part counts though nobody knows what stands before it."""
 SHORTEST_MENDED = 5
 MENDED_SHARE = 0.75
-ALIKE = 80.0
+ALIKE = 84.0
 """How like a word of the passages (Levenshtein ratio in percent) an unknown word must be to be taken for it."""
 
 
@@ -77,6 +79,7 @@ class Analyser:
         self._stems = frozenset(self._stem(word) for word in words)
         self._parts = lru_cache(20_000)(self._split)
         self._mended = lru_cache(2_000)(self._mend)
+        self._alike = lru_cache(2_000)(self._find)
         self._mendable = tuple(sorted(word for word in words if len(word) >= SHORTEST_MENDED))
 
     def of_passage(self, text: str) -> list[str]:
@@ -88,25 +91,43 @@ class Analyser:
 
     def of_question(self, text: str) -> list[str]:
         """The terms of a question; a word that no passage has is taken apart, else mended."""
-        found: list[str] = []
+        found, said = list[str](), set(self._words(said_words(text, self.language)))
         for word in self._words(text):
             if _is_code(word):
                 found += _code_parts(word)
+            elif word in said:
+                found += [self._stem(word), *self._parts(word)]
             elif (stem := self._stem(word)) in self._stems:
                 found += [stem, *self._parts(word)]
             else:
                 found += self._parts(word) or self._mended(word)
-        return found
+        law = [term for term in self.of_passage(law_words(self._corrected(text), self.language)) if term in self._stems]
+        return found + [term for term in dict.fromkeys(law) if term not in found]
 
     def known_share(self, text: str) -> float:
         """How much of a question is in words of the passages: 0 to 1; a mended word counts less, as it may be another."""
-        words = self._words(text)
-        return sum(self._known(word) for word in words) / len(words) if words else 0.0
+        words, said = self._words(text), set(self._words(said_words(text, self.language)))
+        return sum(1.0 if word in said else self._known(word) for word in words) / len(words) if words else 0.0
 
     def _known(self, word: str) -> float:
         if _is_code(word) or self._stem(word) in self._stems or self._parts(word):
             return 1.0
         return 0.0 if self._mended(word) == (self._stem(word),) else MENDED_SHARE
+
+    def _corrected(self, text: str) -> str:
+        """The question with its slips of the finger mended, where a passage has the word."""
+        return _TERM.sub(lambda word: word[0] if _is_code(word[0]) else self._like(word[0].lower()), text)
+
+    def _like(self, word: str) -> str:
+        """The word of the passages that an unknown word is most like; the word itself, where none is or it is known."""
+        if (
+            len(word) < SHORTEST_MENDED
+            or word in self._stopwords
+            or self._stem(word) in self._stems
+            or self._parts(word)
+        ):
+            return word
+        return self._alike(word) or word
 
     def _words(self, text: str) -> list[str]:
         return [word for word in _TERM.findall(text.lower()) if word not in self._stopwords]
@@ -115,13 +136,12 @@ class Analyser:
         return _split(word, self._stems, self._stem, _LINKS.get(self.language, ()))
 
     def _mend(self, word: str) -> tuple[str, ...]:
-        if len(word) < SHORTEST_MENDED:
-            return (self._stem(word),)
+        like = self._alike(word) if len(word) >= SHORTEST_MENDED else ""
+        return (self._stem(like), *self._parts(like)) if like else (self._stem(word),)
+
+    def _find(self, word: str) -> str:
         best = process.extractOne(word, self._mendable, scorer=fuzz.ratio, score_cutoff=ALIKE)
-        if best is None:
-            return (self._stem(word),)
-        like = str(best[0])
-        return (self._stem(like), *self._parts(like))
+        return "" if best is None else str(best[0])
 
 
 def _split(word: str, stems: Collection[str], stem: Stem, links: tuple[str, ...]) -> tuple[str, ...]:

@@ -9,8 +9,8 @@ class Filter(msgspec.Struct, frozen=True, kw_only=True):
     """What a passage must be; the country is chosen before."""
 
     corpus: Corpus | None = None
-    language: str = ""
-    """Empty: any."""
+    tongues: frozenset[str] = frozenset()
+    """`<corpus>/<language>`; empty: any."""
     road_type: str | None = None
     """None: not known."""
     on: str = ""
@@ -18,5 +18,5 @@ class Filter(msgspec.Struct, frozen=True, kw_only=True):
 
     def __call__(self, text: Text) -> bool:
         """Whether the passage may answer."""
-        fits = self.corpus in (None, text.corpus) and self.language in ("", text.language)
+        fits = self.corpus in (None, text.corpus) and (not self.tongues or text.tongue in self.tongues)
         return fits and text.holds(self.road_type, self.on)

@@ -9,7 +9,7 @@ from rank_bm25 import BM25Okapi
 
 from drivemcp.errors import DriveMcpError
 from proto.rules import Passage
-from services.retrieval.corpus import Corpus, Text
+from services.retrieval.corpus import Text
 from services.retrieval.encoding.encoders import Vectors
 from services.retrieval.ranking.analysis import Analyser
 from services.retrieval.ranking.filters import Filter
@@ -74,9 +74,11 @@ class Index:
         """What answers by BM25 where an engine does not: itself, where there is none."""
         return self
 
-    def speaks(self, language: str, corpus: Corpus | None) -> bool:
-        """Whether some passage of the corpus (None: of any) is in a language."""
-        return any(text.language == language and corpus in (None, text.corpus) for text in self._kinds)
+    def tongues(self, language: str) -> frozenset[str]:
+        """The tongues to search for a question in a language: of each corpus that one, or all where it has none in it."""
+        every = {text.tongue: text for text in self._kinds}
+        spoken = {text.corpus for text in every.values() if text.language == language}
+        return frozenset(name for name, text in every.items() if text.corpus not in spoken or text.language == language)
 
     def known_share(self, words: str, language: str) -> float:
         """How much of a question is in words of the passages of its language; of any, where there are none."""

@@ -1,13 +1,17 @@
-"""lambda of S(q, d) = (1 - lambda) BM25 + lambda cos, per corpus and encoder, and the line below which nothing is answered.
+"""lambda of S(q, d) = (1 - lambda) BM25 + lambda cos, per corpus and encoder, and who judges the answers of an encoder.
 
 Tuned by `python -m training retrieval.tune`, stored.
 """
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from services.retrieval.ranking.judging import Judge
+
 PATH = Path(__file__).parent / "lambda.json"
+JUDGES = Path(__file__).parent / "judges.json"
 FALLBACK = 0.5
 BM25_ALONE = "bm25-only"
 BM25_HALF = 6.0
@@ -18,8 +22,8 @@ class Tuning(msgspec.Struct, frozen=True, kw_only=True):
     """By encoder (without version; `bm25-only`) and corpus."""
 
     lambdas: dict[str, dict[str, float]]
-    refuse_below: dict[str, float] = {}
-    """Score of the best passage from which on a question is taken to be about traffic law."""
+    judges: dict[str, Judge] = {}
+    """By encoder; an encoder that nobody tuned has none, and answers every question."""
     measured: dict[str, dict[str, float]] = {}
     """Mean reciprocal rank on the development questions, for the record."""
     packs: dict[str, str] = {}
@@ -29,12 +33,27 @@ class Tuning(msgspec.Struct, frozen=True, kw_only=True):
         """The weight of the cosine."""
         return self.lambdas.get(encoder.partition("-")[0], {}).get(corpus, FALLBACK)
 
-    def line_for(self, encoder: str) -> float:
-        """What the best passage must score for an answer; 0 for an encoder that nobody tuned."""
-        name = BM25_ALONE if encoder.startswith(BM25_ALONE) else encoder.partition("-")[0]
-        return self.refuse_below.get(name, 0.0)
+    def judge_for(self, encoder: str) -> Judge | None:
+        """By the name in an answer; None for an encoder that nobody tuned."""
+        return self.judges.get(BM25_ALONE if encoder.startswith(BM25_ALONE) else encoder.partition("-")[0])
 
 
-def read_tuning(path: Path = PATH) -> Tuning:
+def read_tuning() -> Tuning:
     """The stored tuning. Raises OSError or msgspec.MsgspecError: it is part of the program."""
-    return msgspec.json.decode(path.read_bytes(), type=Tuning)
+    judges = msgspec.json.decode(JUDGES.read_bytes(), type=dict[str, Judge])
+    return msgspec.structs.replace(msgspec.json.decode(PATH.read_bytes(), type=Tuning), judges=judges)
+
+
+def write_tuning(tuning: Tuning) -> None:
+    """Store it: the judges in a file of their own, as they are long."""
+    alone = msgspec.to_builtins(tuning)
+    JUDGES.write_bytes(_laid_out(alone.pop("judges")))
+    PATH.write_bytes(msgspec.json.format(msgspec.json.encode(alone), indent=1) + b"\n")
+
+
+def _laid_out(judges: dict[str, Any]) -> bytes:
+    """One line a model."""
+    lines = [f'"{name}": {msgspec.json.encode(judge).decode()}' for name, judge in judges.items()]
+    return (
+        "{\n" + ",\n".join(lines).replace('"right"', '\n"right"').replace('"scope"', '\n"scope"') + "\n}\n"
+    ).encode()

@@ -19,7 +19,7 @@ _CLASSES: tuple[tuple[str, str], ...] = (
     ("bus", r"bus(?:es|se|sen)?|omnibus\w*|autobus\w*"),
     (
         "van",
-        r"vans?|transits?|sprinter|ducato|crafter|kangoo|transporters?|lieferw[aä]gen|kastenw[aä]gen|kleintransporter|"
+        r"vans?|transits?|sprinters?|ducatos?|crafters?|kangoos?|berlingos?|vitos?|vivaros?|trafics?|lutons?|transporters?|lieferw[aä]gen|kastenw[aä]gen|kleintransporter|"
         r"camionnettes?|fourgon(?:nette)?s?|utilitaires?|bestel(?:bus\w*|wagen\w*|auto\w*)|dostawcz\w*|furgon\w*|furgonetas?",
     ),
     ("motorcycle", r"motor(?:cycle|bike)s?|motorr[aä]d\w*|motos?|motor(?:fiets\w*|rijder\w*)|motocykl\w*|motocicl\w*"),
@@ -28,9 +28,12 @@ _FACTS: tuple[tuple[str, Any, str], ...] = (
     (
         "novice",
         True,
-        r"novices?|probation\w*|learner\w*|provisional licen[cs]e|p[- ]plates?|new drivers?|passed (?:my|his|her|their|the) test|"
+        r"novices?|probation\w*|learner\w*|provisional licen[cs]e|p[- ]plates?|new drivers?|"
+        r"(?:passed|got) (?:my|his|her|their|the) (?:driving )?(?:test|licen[cs]e)|"
+        r"passed (?:last|this) \w+|licen[cs]e (?:for|since|only)|führerschein (?:seit|erst|gerade)|permis (?:depuis|en poche)|"
         r"fahranfänger\w*|probezeit|führerschein auf probe|neulenker\w*|permis probatoire|jeunes? (?:conducteur|permis)\w*|"
-        r"apprenti\w*|(?:d'avoir|obtenu|eu|passé) (?:le|mon|son) permis|beginnende bestuurder\w*|młod\w+ kierow\w*|neopatentat\w*|noveles?",
+        r"apprenti\w*|(?:d'avoir|obtenu|eu|passé|décroché) (?:le|mon|son|leur) permis|"
+        r"beginnende bestuurder\w*|młod\w+ kierow\w*|neopatentat\w*|noveles?",
     ),
     (
         "snow_chains",

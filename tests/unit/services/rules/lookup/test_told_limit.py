@@ -60,6 +60,35 @@ def test_a_limit_is_told_where_it_hangs_on_nothing_that_the_question_leaves_open
 
 
 @pytest.mark.parametrize(
+    ("pack", "provision", "query", "law"),
+    [
+        ("FRA-v1", "fra-speed-motorway", "Permis depuis un an, à combien sur l'autoroute ?", 110),
+        ("FRA-v1", "fra-speed-motorway", "my daughter got her licence in May, autoroute", 110),
+        ("FRA-v1", "fra-speed-motorway", "Führerschein seit acht Monaten, Autobahn in Frankreich", 110),
+        ("FRA-v1", "fra-speed-rural", "j'ai décroché mon permis hier, sur une départementale", 80),
+        ("FRA-v1", "fra-speed-motorway", "un 19 tonnes sur l'autoroute", 90),
+        ("FRA-v1", "fra-speed-motorway", "il pleut, à combien sur l'autoroute", 110),
+        ("FRA-v1", "fra-speed-motorway", "how fast in thick fog", 50),
+        ("GBR-v1", "gbr-speed-single", "my Vivaro on a country road", 50),
+        ("GBR-v1", "gbr-speed-dual", "Luton van on a dual carriageway", 60),
+        ("GBR-v1", "gbr-speed-dual", "what may an artic do on a dual carriageway", 60),
+        ("GBR-v1", "gbr-speed-motorway", "towing a horsebox up the M6", 60),
+        ("AUT-v1", "aut-speed-motorway", "Sattelzug auf der Westautobahn", 80),
+        ("AUT-v1", "aut-speed-motorway", "Wie schnell nachts auf der Autobahn?", 110),
+        ("CHE-v1", "che-speed-motorway", "mit dem Wohnwagen nach Bern", 100),
+        ("CHE-v1", "che-speed-motorway", "un poids lourd sur l'autoroute", 80),
+        ("NLD-v1", "nld-speed-motorway", "hoe hard op de snelweg om drie uur 's middags", 100),
+        ("NLD-v1", "nld-speed-motorway", "met de aanhanger op de snelweg", 90),
+        ("DEU-v1", "deu-speed-rural-car", "12-Tonner außerorts", 60),
+        ("DEU-v1", "deu-speed-rural-car", "Tempo bei Schneefall mit Schneeketten auf der Landstraße", 50),
+    ],
+)
+def test_a_fresh_way_to_ask_is_told_no_limit_above_the_law(pack: str, provision: str, query: str, law: float) -> None:
+    found, said = told(pack, provision, query)
+    assert found[0] <= law if found is not None else said
+
+
+@pytest.mark.parametrize(
     ("query", "facts"),
     [
         ("Darf mein Lkw hier fahren, wenn es schneit?", {"vehicle_class": "lorry", "snow": True}),

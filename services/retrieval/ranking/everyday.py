@@ -1,0 +1,45 @@
+"""The law's words for what a driver says: "Transit" is a van, "permis depuis un an" a novice; table in `everyday.toml`."""
+
+import re
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+
+PATH = Path(__file__).parent / "everyday.toml"
+
+
+class Matter(msgspec.Struct, frozen=True):
+    """One matter of the law: how it is said in any language, and its words language by language."""
+
+    said: re.Pattern[str]
+    law: dict[str, str]
+
+
+@lru_cache(1)
+def matters() -> tuple[Matter, ...]:
+    """The table. Raises OSError or ValueError: it is part of the program."""
+    raw = tomllib.loads(PATH.read_text(encoding="utf-8"))
+    return tuple(
+        Matter(re.compile(rf"(?<!\w)(?<!\d[.,])(?:{entry.pop('said')})(?!\w)", re.IGNORECASE), entry)
+        for entry in raw.values()
+    )
+
+
+@lru_cache(512)
+def law_words(text: str, language: str) -> str:
+    """The law's words, in a language, for the matters that a question speaks of; empty where the table has none."""
+    return " ".join(matter.law[language] for matter in matters() if language in matter.law and matter.said.search(text))
+
+
+def matters_in(text: str) -> int:
+    """How many matters of the table a question speaks of."""
+    return sum(matter.said.search(text) is not None for matter in matters())
+
+
+@lru_cache(512)
+def said_words(text: str, language: str) -> str:
+    """Those parts of a question that the table has words for in a language."""
+    found = [match.group() for m in matters() if language in m.law for match in m.said.finditer(text)]
+    return " ".join(found).lower()

@@ -1,0 +1,51 @@
+"""What a driver says is searched for in the law's words, in the language of the passages."""
+
+import pytest
+
+from services.retrieval.library import ABSENT, Library, Request
+from services.retrieval.ranking.analysis import Analyser
+from services.retrieval.ranking.everyday import law_words, matters, matters_in
+from services.retrieval.ranking.tuning import Tuning
+from training.retrieval.tune import folders
+
+
+@pytest.mark.parametrize(
+    ("said", "language", "law"),
+    [
+        ("my Transit", "en", "van"),
+        ("Brummi", "fr", "poids lourd"),
+        ("un 19 tonnes", "en", "lorry"),
+        ("permis depuis un an", "fr", "probatoire"),
+        ("purée de pois", "en", "fog"),
+        ("Tatütata hinter mir", "de", "Blaulicht"),
+        ("meine Spur hört auf", "en", "zip"),
+        ("hazards on", "de", "Warnblinklicht"),
+    ],
+)
+def test_everyday_words_have_words_of_the_law(said: str, language: str, law: str) -> None:
+    assert law in law_words(said, language)
+
+
+@pytest.mark.parametrize("said", ["a vanilla panneau", "transition", "3,5 t", ""])
+def test_parts_of_other_words_say_nothing(said: str) -> None:
+    assert matters_in(said) == 0
+
+
+def test_every_matter_has_words_of_the_law_in_english_and_german() -> None:
+    assert [matter.law for matter in matters() if not {"en", "de"} <= matter.law.keys()] == []
+
+
+def test_the_law_s_words_come_after_the_question_s_and_once() -> None:
+    terms = Analyser("en", ["van goods vehicle", "light car"]).of_question("my Transit van")
+    assert terms.count("van") == 1
+    assert "good" in terms
+
+
+def test_a_slip_of_the_finger_does_not_hide_a_matter() -> None:
+    assert "maximum" in Analyser("en", ["maximum speed limit"]).of_question("my speeed limitt")
+
+
+def test_a_question_in_a_language_that_the_statutes_lack_is_answered_from_them_all_the_same() -> None:
+    library = Library(folders(), Tuning(lambdas={}), status=ABSENT)
+    found = library.search(Request(query="couloir de secours dans un bouchon", jurisdiction="DEU", language="fr"))
+    assert "deu-emergency-corridor" in [passage.passage_id.split("/")[1] for passage in found.passages]
