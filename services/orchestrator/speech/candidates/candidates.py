@@ -174,7 +174,7 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
             "country": country_name(preferences, here.value),
             "rules": rules,
             "evidence": told,
-            "unit": _unit_here(state) or "?",
+            "unit": say(preferences, "justification", "border_unit", unit=unit) if (unit := _unit_here(state)) else "",
             "side": say(preferences, "justification", "border_side", side=keeps) if keeps else "",
         },
         why=("border_told" if told else "border",),
@@ -295,8 +295,8 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
     if "foreign_sign" not in events or meaning is None:
         return
     sign = next((s for s in state.signs.ahead if s.believed and foreign_plate(s, state.preferences.language)), None)
-    if sign is None or meaning.reading != sign.reading:
-        return
+    if sign is None or meaning.reading != sign.reading or sign.head == "border":
+        return  # a border is told by its country
     ahead_here = next((each for each in limits_ahead(state) if each.sign.track_id == sign.track_id), None)
     yield Candidate(
         kind=Kind.FOREIGN,
@@ -306,7 +306,6 @@ def _foreign(state: State, target: Target, events: dict[str, Event]) -> Iterator
         urgency="advice",
         values={
             "meaning": few(state.preferences, meaning.meaning),
-            "reading": sign.reading,
             **_number_and_plate(state, sign),
         },
         why=("foreign",),

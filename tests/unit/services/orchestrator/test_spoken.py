@@ -152,6 +152,21 @@ def test_a_foreign_plate_is_explained_in_the_drivers_language() -> None:
     assert "30 when wet" in drive.spoken()
 
 
+def test_two_foreign_plates_in_turn_are_explained_once_each() -> None:
+    drive = Drive()
+    drive.ticks(60)
+    for track_id, value in ((11, 60), (12, 50), (13, 60), (14, 50)):
+        wet: dict[str, Any] = {
+            "scope": "when_wet",
+            "plates": ("plate:when_wet:de",),
+            "distance_m": 40.0,
+            "track_id": track_id,
+        }
+        drive.tick(limit_sign(f"limit:{value}", passed=False, **wet))
+        drive.ticks(50)
+    assert [each for each in drive.spoken() if "when wet" in each] == ["60 when wet", "50 when wet"]
+
+
 @pytest.mark.parametrize(
     "decided",
     [
