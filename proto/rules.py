@@ -124,6 +124,8 @@ class RulesAnswer(msgspec.Struct, frozen=True, kw_only=True):
     rulepack_version: str
     """`DEU-v1@1.0.0#<first 12 of the content hash>`"""
     note: str = ""
+    minimum: LegalLimit | None = None
+    """The speed that the law asks not to go below here, where road, traffic and weather allow it; None: none is known."""
     basis: str = ""
     """`posted`, `gantry`, `zone`, `conditional`, `default`, `advisory`, `lookup`, `unknown`"""
     degraded: tuple[str, ...] = ()

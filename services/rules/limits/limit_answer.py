@@ -16,6 +16,7 @@ from services.rules.book import (
 )
 from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique, without_packs
 from services.rules.limits.limit_candidates import LimitCandidate
+from services.rules.limits.minimum_speed import minimum_speed
 from services.rules.limits.precedence import Verdict, decide
 from services.rules.packs.loading import Pack
 from services.rules.words import country, named_packs, part, say
@@ -95,10 +96,17 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         *said_of_parts(lower, situation.language),
         *(_weakness(name, book, pack, situation.language) for name in weak),
     ]
+    least = minimum_speed(pack, situation, limit.mps if limit is not None else None)
     return RulesAnswer(
         legal_action=_action(verdict),
         limit=limit,
-        citations=_citations(pack, verdict, lower, situation.language),
+        minimum=legal_limit(least[1].value, least[1].unit) if least is not None else None,
+        citations=unique(
+            [
+                *_citations(pack, verdict, lower, situation.language),
+                *(cite_ids(pack, (least[0].id,), situation.language) if least is not None else ()),
+            ]
+        ),
         confidence=verdict.confidence * (STALE if weak else 1.0) * (PARTS_DIFFER if lower else 1.0),
         rulepack_version=pack.version,
         note=" ".join(notes),
@@ -125,6 +133,7 @@ def _doubted(
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * (FOREIGN_LAW if foreign else UNKNOWN_COUNTRY),
+        minimum=None,
         citations=cited_in_doubt(chosen.citations, ((pack, answer.citations) for pack, answer in answers)),
         note=f"{chosen.note} {why}",
         degraded=(*chosen.degraded, "jurisdiction"),

@@ -10,7 +10,7 @@ from proto.rules import RulepackInfo
 from services.rules.errors import PackError, Problem, refused
 from services.rules.packs import checks
 from services.rules.packs.files import Files, decoded, decoded_list, read_files
-from services.rules.packs.format import Advisory, Case, Condition, Extends, Limit, Manifest, Provision, Sign
+from services.rules.packs.format import Advisory, Case, Condition, Extends, Limit, Manifest, Minimum, Provision, Sign
 from services.rules.packs.signature import Trust, check_signature
 
 MAX_FAMILY = 8
@@ -35,6 +35,7 @@ class Pack(msgspec.Struct, frozen=True, kw_only=True):
     extended: tuple[Manifest, ...] = ()
     """Manifests of the packs it extends, the nearest first."""
     limits: tuple[tuple[Provision, Limit | Advisory], ...] = ()
+    minimums: tuple[tuple[Provision, Minimum], ...] = ()
     """What of the provisions states a speed, in their order: looked through for every answer."""
     says_how: dict[str, tuple[str, ...]] = {}
     """Ids of the provisions that say how a sign is to be read, by what they say it of; the extending pack's own first."""
@@ -165,7 +166,8 @@ def _indexed(pack: Pack) -> Pack:
         if isinstance(effect, Condition) and provision.id not in says_how.get(effect.what, ()):
             says_how[effect.what] = (*says_how.get(effect.what, ()), provision.id)
     limits = tuple((provision, effect) for provision, effect in effects if isinstance(effect, Limit | Advisory))
-    return msgspec.structs.replace(pack, limits=limits, says_how=says_how)
+    minimums = tuple((provision, effect) for provision, effect in effects if isinstance(effect, Minimum))
+    return msgspec.structs.replace(pack, limits=limits, minimums=minimums, says_how=says_how)
 
 
 def _parent(

@@ -4,6 +4,8 @@ from typing import Any
 
 import msgspec
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from drivemcp.files.packfiles import folder_of
 from proto.rules import PostedLimit, RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
@@ -202,3 +204,33 @@ def test_signs_that_contradict_each_other_are_doubted_and_both_cited(language: s
     assert both.confidence < at("yield").confidence
     assert cited(both) >= cited(at("yield")) | cited(at("priority_road"))
     assert word in both.note
+
+
+# -- minimum speeds ------------------------------------------------------------------------------------------------------
+
+BELGIAN = {"jurisdiction": "BEL", "road_type": "motorway"}
+
+
+def test_a_minimum_speed_is_told_with_its_provision() -> None:
+    answer = ask(**BELGIAN)
+    assert answer.minimum is not None
+    assert (answer.minimum.value, answer.minimum.unit) == (70, "km/h")
+    assert "bel-speed-minimum" in cited(answer)
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        {"wet": True}, {"snow": True}, {"visibility_m": 100.0}, {"road_type": None}, {"road_type": "rural"},
+        {"jurisdiction": None}, {"jurisdiction": "XYZ"},
+    ],
+)  # fmt: skip
+def test_none_is_told_in_bad_weather_or_where_the_road_or_the_country_is_unknown(facts: dict[str, Any]) -> None:
+    assert ask(**{**BELGIAN, **facts}).minimum is None
+
+
+@given(st.floats(1.0, 130.0), st.sampled_from(["permanent", "gantry", "temporary"]))
+def test_a_minimum_is_never_above_the_limit(posted: float, scope: str) -> None:
+    answer = ask(shows(posted, scope), **BELGIAN)
+    assert answer.limit is not None
+    assert answer.minimum is None or answer.minimum.mps <= answer.limit.mps
