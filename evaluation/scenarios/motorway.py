@@ -1,5 +1,6 @@
 """dynamic-vsl: a German motorway under gantries, in drizzle and rain. Each function lays one block of the route."""
 
+import math
 from collections.abc import Callable
 from random import Random
 
@@ -40,8 +41,14 @@ def _course(draft: Draft, length_m: float) -> None:
     """A straight, a wide bend, a straight."""
     end_m = draft.at_m + length_m
     draft.straight(draft.chance.uniform(0.2, 0.4) * length_m)
-    draft.bend(draft.chance.choice((1500.0, 1800.0, 2200.0)), draft.chance.uniform(4.0, 9.0))
+    radius_m, degrees = draft.chance.choice((1500.0, 1800.0, 2200.0)), draft.chance.uniform(4.0, 9.0)
+    most_m = end_m - draft.at_m - LEAST_STRAIGHT_M
+    draft.bend(radius_m, min(degrees, math.degrees(most_m / radius_m)))
     draft.straight(end_m - draft.at_m)
+
+
+LEAST_STRAIGHT_M = 1.0
+"""A bend that is as long as its block leaves so much."""
 
 
 def _gantry(draft: Draft, ahead_m: float, *steps: tuple[float, int], lanes: tuple[str, ...] = ()) -> None:

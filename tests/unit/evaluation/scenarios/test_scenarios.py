@@ -155,3 +155,15 @@ def test_a_driver_gets_through(place: Place) -> None:
     drive = drive_through(made(place), place.world_seed(1))
     assert drive.ended or drive.collision_s is not None
     assert drive.hazards
+
+
+@pytest.mark.parametrize("number", [36, 46, 80, 91, 128])
+def test_a_bend_as_long_as_its_block_leaves_a_straight_and_the_file_of_the_place_can_be_read(number: int) -> None:
+    written = msgspec.json.encode(generate("dynamic-vsl", number, "test"))
+    assert all(bend.length_m > 0.0 for bend in msgspec.json.decode(written, type=Scenario).road.bends)
+
+
+@given(places)
+def test_the_file_of_any_place_can_be_read(place: Place) -> None:
+    scenario = generate(place.family, place.number, place.split)
+    assert msgspec.json.decode(msgspec.json.encode(scenario), type=Scenario) == scenario
