@@ -13,7 +13,8 @@ from proto.speech import Memory, Message
 from proto.speed_assistance import Picture
 from proto.tools import Outcome
 
-Language = Literal["en", "de", "fr"]
+Language = Literal["en", "de", "fr", "nl", "pl", "it", "es"]
+"""What advice is spoken in."""
 DecisionKind = Literal["SILENT", "SPEAK", "ACT"]
 Envelope = Literal["soft", "emergency"]
 """How hard and how long the car may be braked: bounded and short, or to standstill where nothing else avoids an impact."""

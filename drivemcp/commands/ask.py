@@ -2,12 +2,14 @@
 
 import argparse
 import sys
+from typing import get_args
 
 import msgspec
 
 from drivemcp.client import join
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
+from proto.decision import Language
 
 
 def register(subparsers: Subparsers) -> None:
@@ -16,7 +18,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument("question")
     parser.add_argument("--connect", metavar="ENDPOINT")
     parser.add_argument("--vehicle", metavar="NAME")
-    parser.add_argument("--language", choices=("en", "de", "fr"), help="of the answer (default: the driver's)")
+    parser.add_argument("--language", choices=get_args(Language), help="of the answer (default: the driver's)")
     parser.add_argument("--json", action="store_true", help="the whole answer as JSON")
     parser.set_defaults(run=command)
 

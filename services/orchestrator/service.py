@@ -362,7 +362,9 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
     @node.tool(deadline_ms=600, read_only=True)
     def ask(
         question: Question,
-        language: Annotated[str | None, msgspec.Meta(description="en, de or fr; absent: the driver's")] = None,
+        language: Annotated[
+            str | None, msgspec.Meta(description="en, de, fr, nl, pl, it or es; absent: the driver's")
+        ] = None,
     ) -> Answer:
         """Answer a driver's question from the running drive: signs, units and country, a changed limit, a warning lamp, the law."""
         return orchestrator.ask(question, language)

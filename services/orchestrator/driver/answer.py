@@ -15,11 +15,13 @@ from services.orchestrator.driver.question import Subject, sign_asked_about
 from services.orchestrator.experts.answers import degraded, failed, results
 from services.orchestrator.signs.limits import in_force
 from services.orchestrator.speech.wording import (
-    country_name,
+    decimal,
     distance,
     drive,
     evidence_in_words,
+    from_country,
     grip_word,
+    in_country,
     phrases,
     say,
     speed,
@@ -149,8 +151,8 @@ def _weather_line(asked: _Asked) -> str:
     told = asked.say_target(
         "weather",
         mu=grip_word(preferences, conditions),
-        low=f"{conditions.mu_low:.2f}",
-        high=f"{conditions.mu_high:.2f}",
+        low=decimal(preferences, conditions.mu_low, 2),
+        high=decimal(preferences, conditions.mu_high, 2),
         sight=_sight(asked, conditions),
     )
     return " ".join([told, *_stopping(asked, conditions)])
@@ -221,14 +223,14 @@ def _units(asked: _Asked) -> Told:
         return Told((asked.say("units_unknown"), _limit_line(asked)), 0.3)
     named = [name for name, pattern in _ASKED_UNIT.items() if pattern.search(asked.question)]
     phrase = "units" if len(named) != 1 else "units_yes" if named[0] == unit else "units_no"
-    lines = [asked.say(phrase, country=country_name(asked.state.preferences, here.value), unit=unit)]
+    lines = [asked.say(phrase, in_country=in_country(asked.state.preferences, here.value), unit=unit)]
     if here.assumed:
         lines.append(asked.say("assumed"))
     if signs.former_jurisdiction:
         told = evidence_in_words(asked.state.preferences, here.evidence)
         phrase = "switched_told" if told else "switched"
         lines.append(
-            asked.say(phrase, former=country_name(asked.state.preferences, signs.former_jurisdiction), evidence=told)
+            asked.say(phrase, former=from_country(asked.state.preferences, signs.former_jurisdiction), evidence=told)
         )
     sure = min(here.confidence, _confidence(answered, 0.4))
     return Told((*lines, _limit_line(asked)), sure, _cited(answered, asked.law))
@@ -279,7 +281,7 @@ def _meaning(asked: _Asked, health: VehicleHealth, contradicted: bool) -> list[s
     safe = safe if known else "safe_unknown"
     lines = [asked.say_target(safe) if safe == "safe_with_care" else asked.say(safe)]
     if health.brake_envelope is not None and health.brake_envelope < SOUND_BRAKES:
-        share, gap = f"{100 * health.brake_envelope:.0f}", f"{health.headway_factor:.1f}"
+        share, gap = f"{100 * health.brake_envelope:.0f}", decimal(asked.state.preferences, health.headway_factor)
         lines.append(asked.say("brakes_weak", share=share, gap=gap))
     return lines
 

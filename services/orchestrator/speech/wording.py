@@ -3,10 +3,10 @@
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from domain.units import convert, shown, told_distance, told_target
-from proto.decision import Preferences
+from proto.decision import Language, Preferences
 from proto.rules import LegalLimit
 from proto.scene import Unit
 from proto.speed_assistance import Face
@@ -15,7 +15,7 @@ from services.orchestrator.signs import border_evidence
 from services.orchestrator.text import plain
 
 FOLDER = Path(__file__).parent / "phrases"
-LANGUAGES = ("en", "de", "fr")
+LANGUAGES: tuple[str, ...] = get_args(Language)
 Table = dict[str, dict[str, str]]
 
 
@@ -53,9 +53,9 @@ def drive(preferences: Preferences, mps: float) -> str:
     return f"{told_target(mps, preferences.unit)} {preferences.unit}"
 
 
-def decimal(preferences: Preferences, value: float) -> str:
-    """One decimal, as the driver's language writes it."""
-    text = f"{value:.1f}"
+def decimal(preferences: Preferences, value: float, places: int = 1) -> str:
+    """A number with decimals, as the driver's language writes it."""
+    text = f"{value:.{places}f}"
     return text if preferences.language == "en" else text.replace(".", ",")
 
 
@@ -85,6 +85,16 @@ def units_name(preferences: Preferences, unit: str) -> str:
 def country_name(preferences: Preferences, code: str) -> str:
     """The country by name; its code where the table has none."""
     return phrases(preferences.language)["country"].get(code, code)
+
+
+def in_country(preferences: Preferences, code: str) -> str:
+    """`in the Netherlands`; the code where the table has none."""
+    return phrases(preferences.language)["in_country"].get(code, code)
+
+
+def from_country(preferences: Preferences, code: str) -> str:
+    """`from the Netherlands`; the code where the table has none."""
+    return phrases(preferences.language)["from_country"].get(code, code)
 
 
 def plate_words(preferences: Preferences, plates: tuple[str, ...]) -> str:
@@ -152,4 +162,7 @@ def evidence_in_words(preferences: Preferences, text: str) -> str:
     for item in border_evidence.items(text):
         before = weights.get(item.word)
         weights[item.word] = item.weight if before is None or item.weight is None else before + item.weight
-    return ", ".join(table[word] if sum_ is None else f"{table[word]} ({sum_:.1f})" for word, sum_ in weights.items())
+    return ", ".join(
+        table[word] if sum_ is None else f"{table[word]} ({decimal(preferences, sum_)})"
+        for word, sum_ in weights.items()
+    )

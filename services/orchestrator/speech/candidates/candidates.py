@@ -21,6 +21,7 @@ from services.orchestrator.speech.wording import (
     drive,
     evidence_in_words,
     few,
+    from_country,
     limit_number,
     plate_words,
     say,
@@ -172,6 +173,7 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
         urgency="advice",
         values={
             "country": country_name(preferences, here.value),
+            "from_country": from_country(preferences, here.value),
             "rules": rules,
             "evidence": told,
             "unit": say(preferences, "justification", "border_unit", unit=unit) if (unit := _unit_here(state)) else "",

@@ -53,7 +53,7 @@ def test_where_a_sign_ahead_shows_less_the_border_tells_that_and_not_the_country
 
 def test_it_is_said_in_the_drivers_language() -> None:
     _, ticked = changed(preferences=Preferences(language="de"))
-    assert "Erkannt an: Art der Schilder (3.0), Straßenseite des Verkehrs (6.5)" in ticked.advisory.justification
+    assert "Erkannt an: Art der Schilder (3,0), Straßenseite des Verkehrs (6,5)" in ticked.advisory.justification
 
 
 def test_a_number_that_may_be_miles_is_told_with_its_border_and_no_sooner() -> None:
@@ -186,7 +186,9 @@ def quiet_for(ticks: int) -> Callable[[ArbitrationRequest], Decision]:
 def test_who_is_told_the_units_behind_a_border_is_told_the_side_too() -> None:
     drive = out_of_britain()
     seen = fact("jurisdiction", "NLD"), fact("units", "km/h"), fact("traffic_side", "right")
-    assert "Signs of Netherlands: speeds in km/h, traffic keeps right." in drive.tick(*seen).advisory.justification
+    assert (
+        "Signs from the Netherlands: speeds in km/h, traffic keeps right." in drive.tick(*seen).advisory.justification
+    )
 
 
 @FEW
@@ -236,7 +238,7 @@ def test_the_trace_holds_the_evidence() -> None:
 
 def test_without_stated_evidence_the_change_is_told_as_it_was() -> None:
     _, ticked = changed("")
-    assert "Signs of Great Britain: speeds in mph, traffic keeps left." in ticked.advisory.justification
+    assert "Signs from Great Britain: speeds in mph, traffic keeps left." in ticked.advisory.justification
     assert "Told by" not in ticked.advisory.justification
 
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from domain.units import in_unit, limit_text, shown, told_target
 from proto.decision import Preferences
 from proto.rules import LegalLimit
+from proto.scene import COUNTRIES
 from services.orchestrator.driver.wishes import MOST, Given, admit, changed, remembered
-from services.orchestrator.speech.wording import FOLDER, LANGUAGES, say, toned
+from services.orchestrator.speech.wording import FOLDER, LANGUAGES, decimal, from_country, in_country, say, toned
 from services.orchestrator.text import plain
 from tests.unit.services.orchestrator.scenes import scenes
 from tests.unit.services.orchestrator.support import Drive, limit_sign, preferences
@@ -28,12 +29,43 @@ def test_every_language_has_every_phrase_with_the_same_values() -> None:
     first = table(LANGUAGES[0])
     for language in LANGUAGES[1:]:
         other = table(language)
+        assert other.keys() == first.keys(), language
         for section, phrases in first.items():
             assert sorted(other[section]) == sorted(phrases), (language, section)
             for name, text in phrases.items():
                 fields = {field for _, field, _, _ in string.Formatter().parse(text) if field}
                 theirs = {field for _, field, _, _ in string.Formatter().parse(other[section][name]) if field}
                 assert fields == theirs, (language, section, name)
+
+
+VALUES = {
+    "country": "X", "rules": "50", "limit": "50", "target": "50", "plate": "P", "meaning": "M", "side": "left",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_directive_is_at_most_six_words_and_an_alarm_at_most_three(language: str) -> None:
+    for name, template in table(language)["directive"].items():
+        said = len(re.findall(r"\w[\w'’-]*", template.format_map(VALUES)))
+        assert said <= (3 if name.endswith("_alarm") else 6), (language, name)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_country_has_its_name_and_its_forms(language: str) -> None:
+    for section in ("country", "in_country", "from_country"):
+        assert table(language)[section].keys() >= COUNTRIES, (language, section)
+
+
+def test_a_country_is_named_as_a_person_says_it() -> None:
+    german, polish, french = (preferences(language=each) for each in ("de", "pl", "fr"))
+    assert in_country(german, "CHE") == "in der Schweiz"
+    assert (in_country(polish, "FRA"), from_country(polish, "CHE")) == ("we Francji", "ze Szwajcarii")
+    assert (in_country(french, "NLD"), from_country(french, "DEU")) == ("aux Pays-Bas", "d'Allemagne")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_decimals_are_written_as_the_language_does(language: str) -> None:
+    assert decimal(preferences(language=language), 1.25, 2) == ("1.25" if language == "en" else "1,25")
 
 
 def test_a_value_with_braces_is_only_a_value() -> None:
