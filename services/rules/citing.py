@@ -55,8 +55,9 @@ def without_packs(action: LegalAction, phrase: str, language: str) -> RulesAnswe
 
 
 def _source(sources: tuple[Source, ...], language: str) -> Source:
-    wanted = spoken_language(language)
-    return next((source for source in sources if source.language == wanted), sources[0])
+    """In the driver's language, else in English; the text as it is written where the pack has neither."""
+    by_language = {source.language: source for source in reversed(sources)}
+    return by_language.get(spoken_language(language)) or by_language.get("en") or sources[0]
 
 
 def _citation(pack: Pack, name: str, section: str, kind: str, source: Source) -> Citation:

@@ -36,7 +36,9 @@ MAX_QUERY = 500
 
 Reading = Annotated[str, msgspec.Meta(max_length=64, description="sign code as read, for example limit:80 or stop")]
 Jurisdiction = Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3, for example DEU; GBR-WLS for a part")]
-Language = Annotated[str, msgspec.Meta(max_length=16, description="the driver's language: en, de or fr")]
+Language = Annotated[
+    str, msgspec.Meta(max_length=16, description="the driver's language: en, de, fr, nl, pl, it or es")
+]
 Query = Annotated[str, msgspec.Meta(max_length=MAX_QUERY, description="the question in the driver's words")]
 Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="how many passages are cited at most")]
 

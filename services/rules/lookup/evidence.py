@@ -40,6 +40,42 @@ _QUESTIONS: dict[str, dict[str, str]] = {
         "advisory": "vitesse conseillée sur autoroute sans limite générale",
         "unknown": "limite de vitesse",
     },
+    "nl": {
+        "posted": "maximumsnelheid aangegeven door een bord, tot waar die geldt",
+        "gantry": "maximumsnelheid op een matrixbord boven de rijstrook",
+        "zone": "snelheidszone, begin en einde",
+        "conditional": "maximumsnelheid bij nat wegdek of slecht zicht",
+        "default": "algemene maximumsnelheid binnen en buiten de bebouwde kom",
+        "advisory": "adviessnelheid op autosnelwegen zonder algemene limiet",
+        "unknown": "maximumsnelheid",
+    },
+    "pl": {
+        "posted": "dopuszczalna prędkość określona znakiem, dokąd obowiązuje",
+        "gantry": "dopuszczalna prędkość na znaku zmiennej treści nad pasem ruchu",
+        "zone": "strefa ograniczonej prędkości, początek i koniec",
+        "conditional": "dopuszczalna prędkość na mokrej nawierzchni lub przy słabej widoczności",
+        "default": "dopuszczalna prędkość w obszarze zabudowanym i poza nim",
+        "advisory": "prędkość zalecana na autostradach bez ogólnego ograniczenia",
+        "unknown": "dopuszczalna prędkość",
+    },
+    "it": {
+        "posted": "limite di velocità indicato da un segnale, fin dove vale",
+        "gantry": "limite di velocità su un pannello a messaggio variabile sopra la corsia",
+        "zone": "zona a velocità limitata, inizio e fine",
+        "conditional": "limite di velocità con strada bagnata o scarsa visibilità",
+        "default": "limite generale di velocità nei centri abitati e fuori",
+        "advisory": "velocità consigliata in autostrada senza limite generale",
+        "unknown": "limite di velocità",
+    },
+    "es": {
+        "posted": "límite de velocidad indicado por una señal, hasta dónde vale",
+        "gantry": "límite de velocidad en un panel variable sobre el carril",
+        "zone": "zona de velocidad limitada, inicio y fin",
+        "conditional": "límite de velocidad con calzada mojada o mala visibilidad",
+        "default": "límite general de velocidad en poblado y fuera de poblado",
+        "advisory": "velocidad aconsejada en autopista sin límite general",
+        "unknown": "límite de velocidad",
+    },
 }
 
 

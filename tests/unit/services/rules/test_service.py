@@ -233,7 +233,7 @@ def test_the_law_that_a_pack_inherits_from_another_nation_is_found_beside_retrie
         assert answer.citations[0].document.startswith("ITA-v1/")
 
 
-@pytest.mark.parametrize("language", ["en", "de", "fr", "pl"])
+@pytest.mark.parametrize("language", ["en", "de", "fr", "nl", "pl", "it", "es"])
 def test_a_sign_is_explained_over_the_bus(language: str) -> None:
     with bus() as b:
         b.start(SERVICE)
