@@ -34,7 +34,7 @@ NS = 1_000_000_000
 R = TypeVar("R")
 
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=600.0, description="length of the window that ends now, s")]
-Language = Annotated[str, msgspec.Meta(description="en, de or fr (summaries of codes: en or de)")]
+Language = Annotated[str, msgspec.Meta(description="en, de, fr, nl, pl, it or es (summaries of codes: en or de)")]
 
 
 class CanConfig(ServiceConfig, frozen=True, kw_only=True):

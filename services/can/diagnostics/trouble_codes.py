@@ -53,6 +53,10 @@ class _Words(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 class _Step(_Words, frozen=True, kw_only=True, forbid_unknown_fields=True):
     fr: str
+    nl: str
+    pl: str
+    it: str
+    es: str
 
 
 class _Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -128,7 +132,7 @@ class DtcBook:
     def step(self, key: str, language: str) -> str:
         """The text of a next step."""
         words = self._steps[key]
-        return {"de": words.de, "fr": words.fr}.get(language, words.en)
+        return str(getattr(words, language if language in _Step.__struct_fields__ else "en"))
 
     def explain(self, code: str, language: str = "en") -> DtcText:
         """A code in words. Raises ValueError where `code` is none."""

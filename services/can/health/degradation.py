@@ -196,16 +196,32 @@ def safe_to_drive(table: tuple[Psi, ...], degradation: Degradation, book: DtcBoo
     return max(words, key=_DRIVE.index, default="yes" if not degradation.unknown else "with_care")
 
 
-_FINE = {"en": "No fault is reported.", "de": "Kein Fehler gemeldet.", "fr": "Aucun défaut signalé."}
+_FINE = {
+    "en": "No fault is reported.",
+    "de": "Kein Fehler gemeldet.",
+    "fr": "Aucun défaut signalé.",
+    "nl": "Er is geen storing gemeld.",
+    "pl": "Nie zgłoszono usterki.",
+    "it": "Nessun guasto segnalato.",
+    "es": "No se avisa de ninguna avería.",
+}
 _SENSORS = {
     "en": "Not believed, because other sensors contradict: {}. Have it checked.",
     "de": "Nicht vertrauenswürdig, weil andere Sensoren widersprechen: {}. Prüfen lassen.",
     "fr": "Peu fiable, car d'autres capteurs disent le contraire : {}. À faire contrôler.",
+    "nl": "Niet betrouwbaar, want andere sensoren spreken dit tegen: {}. Laat het nakijken.",
+    "pl": "Niewiarygodne, bo przeczą temu inne czujniki: {}. Daj to sprawdzić.",
+    "it": "Non affidabile, perché altri sensori lo contraddicono: {}. Fai controllare.",
+    "es": "No es fiable, porque otros sensores lo contradicen: {}. Hágalo revisar.",
 }
 _PARTLY = {
     "en": "Part of the vehicle's health cannot be read: {}.",
     "de": "Ein Teil des Fahrzeugzustands ist nicht lesbar: {}.",
     "fr": "Une partie de l'état du véhicule n'est pas lisible : {}.",
+    "nl": "Een deel van de toestand van de auto is niet te lezen: {}.",
+    "pl": "Części stanu samochodu nie można odczytać: {}.",
+    "it": "Una parte dello stato dell'auto non si può leggere: {}.",
+    "es": "Una parte del estado del coche no se puede leer: {}.",
 }
 
 

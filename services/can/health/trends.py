@@ -11,8 +11,9 @@ import math
 import statistics
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
+from proto.decision import Language
 from proto.vehicle import Trend
 from services.can.health.ratios import TYRES
 
@@ -184,26 +185,74 @@ class Trends:
         self.found = tuple({trend.name: trend for trend in found}.values())
 
 
+_LANGUAGES: tuple[str, ...] = get_args(Language)
+"""The columns of the two tables below."""
 _WHEELS = {
-    "fl": ("front left", "vorn links", "avant gauche"), "fr": ("front right", "vorn rechts", "avant droit"),
-    "rl": ("rear left", "hinten links", "arrière gauche"), "rr": ("rear right", "hinten rechts", "arrière droit"),
-}  # fmt: skip
-_TEXTS: Mapping[str, tuple[str, str, str]] = {
+    "fl": (
+        "front left",
+        "vorn links",
+        "avant gauche",
+        "linksvoor",
+        "lewy przód",
+        "anteriore sinistra",
+        "delantera izquierda",
+    ),
+    "fr": (
+        "front right",
+        "vorn rechts",
+        "avant droit",
+        "rechtsvoor",
+        "prawy przód",
+        "anteriore destra",
+        "delantera derecha",
+    ),
+    "rl": (
+        "rear left",
+        "hinten links",
+        "arrière gauche",
+        "linksachter",
+        "lewy tył",
+        "posteriore sinistra",
+        "trasera izquierda",
+    ),
+    "rr": (
+        "rear right",
+        "hinten rechts",
+        "arrière droit",
+        "rechtsachter",
+        "prawy tył",
+        "posteriore destra",
+        "trasera derecha",
+    ),
+}
+_TEXTS: Mapping[str, tuple[str, ...]] = {
     "slow_leak": (
         "The {wheel} tyre is losing air; its warning comes in about {minutes} min. Check it at the next stop.",
         "Der Reifen {wheel} verliert Luft; die Warnung kommt in etwa {minutes} min. Beim nächsten Halt prüfen.",
         "Le pneu {wheel} perd de l'air ; son alerte viendra dans environ {minutes} min. À contrôler au prochain arrêt.",
+        "De band {wheel} verliest lucht; de waarschuwing komt over ongeveer {minutes} min. Controleer hem bij de volgende stop.",
+        "Opona ({wheel}) traci powietrze; ostrzeżenie za około {minutes} min. Sprawdź ją na najbliższym postoju.",
+        "La gomma {wheel} perde aria; l'avviso arriva tra circa {minutes} min. Controllala alla prossima sosta.",
+        "La rueda {wheel} pierde aire; el aviso llega en unos {minutes} min. Compruébela en la próxima parada.",
     ),
     "leak_fast": (
         "The {wheel} tyre is losing air fast; its warning comes in about {minutes} min. Slow down and stop soon.",
         "Der Reifen {wheel} verliert schnell Luft; die Warnung kommt in etwa {minutes} min. Langsamer fahren, bald "
         "anhalten.",
         "Le pneu {wheel} perd vite de l'air ; son alerte viendra dans environ {minutes} min. Ralentissez, arrêtez-vous bientôt.",
+        "De band {wheel} verliest snel lucht; de waarschuwing komt over ongeveer {minutes} min. Rijd langzamer en stop snel.",
+        "Opona ({wheel}) szybko traci powietrze; ostrzeżenie za około {minutes} min. Zwolnij i wkrótce się zatrzymaj.",
+        "La gomma {wheel} perde aria in fretta; l'avviso arriva tra circa {minutes} min. Rallenta e fermati presto.",
+        "La rueda {wheel} pierde aire deprisa; el aviso llega en unos {minutes} min. Reduzca y pare pronto.",
     ),
     "brakes_heating": (
         "The {wheel} brake is getting hot; it begins to fade in about {minutes} min. Use a lower gear and brake less.",
         "Die Bremse {wheel} wird heiß; in etwa {minutes} min lässt sie nach. Herunterschalten und weniger bremsen.",
         "Le frein {wheel} chauffe ; il faiblira dans environ {minutes} min. Rétrogradez et freinez moins.",
+        "De rem {wheel} wordt heet; over ongeveer {minutes} min wordt hij zwakker. Schakel terug en rem minder.",
+        "Hamulec ({wheel}) się nagrzewa; za około {minutes} min osłabnie. Zredukuj bieg i mniej hamuj.",
+        "Il freno della ruota {wheel} si scalda; tra circa {minutes} min perde forza. Scala marcia e frena meno.",
+        "El freno de la rueda {wheel} se calienta; en unos {minutes} min pierde fuerza. Reduzca de marcha y frene menos.",
     ),
     "battery_sinking": (
         "The battery is not being charged; it is low in about {minutes} min. Drive to a workshop, switch off what is "
@@ -211,21 +260,29 @@ _TEXTS: Mapping[str, tuple[str, str, str]] = {
         "Die Batterie wird nicht geladen; in etwa {minutes} min ist sie schwach. Zur Werkstatt fahren, Verbraucher "
         "ausschalten.",
         "La batterie ne se charge pas ; elle sera faible dans environ {minutes} min. Allez au garage, coupez l'inutile.",
+        "De accu wordt niet geladen; over ongeveer {minutes} min is hij zwak. Rijd naar een garage, zet uit wat niet nodig is.",
+        "Akumulator się nie ładuje; za około {minutes} min będzie słaby. Jedź do warsztatu, wyłącz to, co zbędne.",
+        "La batteria non si carica; tra circa {minutes} min è scarica. Vai in officina, spegni quello che non serve.",
+        "La batería no se carga; en unos {minutes} min estará baja. Vaya al taller, apague lo que no haga falta.",
     ),
     "coolant_rising": (
         "The engine is getting too hot; its warning comes in about {minutes} min. Drive gently, heater on full.",
         "Der Motor wird zu heiß; die Warnung kommt in etwa {minutes} min. Sanft fahren, Heizung voll aufdrehen.",
         "Le moteur chauffe trop ; son alerte viendra dans environ {minutes} min. Roulez doucement, chauffage à fond.",
+        "De motor wordt te heet; de waarschuwing komt over ongeveer {minutes} min. Rijd rustig, verwarming op vol.",
+        "Silnik się przegrzewa; ostrzeżenie za około {minutes} min. Jedź łagodnie, ogrzewanie na maksimum.",
+        "Il motore si scalda troppo; l'avviso arriva tra circa {minutes} min. Guida piano, riscaldamento al massimo.",
+        "El motor se calienta demasiado; el aviso llega en unos {minutes} min. Conduzca suave, calefacción al máximo.",
     ),
 }
 
 
 def in_words(trend: Trend, language: str) -> str:
     """The trend as a driver is told it."""
-    column = {"de": 1, "fr": 2}.get(language, 0)
+    column = _LANGUAGES.index(language) if language in _LANGUAGES else 0
     kind, _, wheel = trend.name.rpartition("_")
     if kind == "slow_leak" and trend.minutes_left < FAST_MIN:
         kind = "leak_fast"
     text = _TEXTS.get(kind) or _TEXTS[trend.name]
-    place = _WHEELS.get(wheel, ("", "", ""))[column]
+    place = _WHEELS[wheel][column] if wheel in _WHEELS else ""
     return text[column].format(wheel=place, minutes=max(1, math.ceil(trend.minutes_left)))

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivemcp.paths import data
+from services.orchestrator.speech.wording import LANGUAGES
 from services.orchestrator.text import MOST, sentences
 
 STEPS = tomllib.loads(data("vehicles/dtc.toml").read_text(encoding="utf-8"))["steps"].values()
@@ -22,7 +23,7 @@ def test_of_one_sentence_that_is_too_long_the_beginning_is_kept() -> None:
     assert sentences("abcdefgh ijkl mnop.", 10) == "abcdefgh …"
 
 
-@given(st.lists(st.sampled_from([words[language] for words in STEPS for language in ("en", "de")]), min_size=1))
+@given(st.lists(st.sampled_from([words[language] for words in STEPS for language in LANGUAGES]), min_size=1))
 def test_what_to_do_about_a_car_is_never_cut_within_a_sentence(steps: list[str]) -> None:
     told = sentences(" ".join(steps))
     assert " ".join(steps).startswith(f"{told}.")

@@ -269,7 +269,7 @@ def test_what_a_convicted_sensor_made_us_believe_is_forgotten_and_nothing_else(b
     assert envelope(after) < 1.0
 
 
-@pytest.mark.parametrize("language", ["en", "de", "fr"])
+@pytest.mark.parametrize("language", ["en", "de", "fr", "nl", "pl", "it", "es"])
 def test_doubted_sensors_are_told_in_words(book: DtcBook, language: str) -> None:
     answer = assess(TABLE, SOUND, (), book, Held(), FAULTS[:1])
     advice = degradation.advise(TABLE, answer, book, language)

@@ -91,7 +91,7 @@ def test_an_announced_trend_stays_for_a_while_after_it_was_last_seen() -> None:
     assert trends.found == ()
 
 
-@pytest.mark.parametrize("language", ["en", "de", "fr"])
+@pytest.mark.parametrize("language", ["en", "de", "fr", "nl", "pl", "it", "es"])
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name)
 def test_every_trend_has_words(rule: object, language: str) -> None:
     trend = judged(BATTERY, sinking(-0.1))
