@@ -88,6 +88,26 @@ LAW_QUERIES: dict[str, dict[str, str]] = {
         "change": "limites de vitesse variables sur les portiques, et panneaux de fin de limite",
         "lamp": "voyant ou défaut des freins : faut-il s'arrêter, peut-on continuer",
     },
+    "nl": {
+        "units": "eenheid van snelheidslimieten, kilometer of mijl per uur",
+        "change": "wisselende snelheidslimieten op matrixborden, en borden die een limiet beëindigen",
+        "lamp": "waarschuwingslampje of gebrek aan de remmen: moet de auto stoppen, mag hij doorrijden",
+    },
+    "pl": {
+        "units": "jednostka ograniczeń prędkości, kilometry lub mile na godzinę",
+        "change": "zmienne ograniczenia prędkości na tablicach nad drogą i znaki odwołujące ograniczenie",
+        "lamp": "kontrolka ostrzegawcza lub usterka hamulców: czy trzeba się zatrzymać, czy wolno jechać dalej",
+    },
+    "it": {
+        "units": "unità dei limiti di velocità, chilometri o miglia all'ora",
+        "change": "limiti di velocità variabili sui portali, e segnali di fine limite",
+        "lamp": "spia o difetto dei freni: bisogna fermarsi, si può proseguire",
+    },
+    "es": {
+        "units": "unidad de los límites de velocidad, kilómetros o millas por hora",
+        "change": "límites de velocidad variables en pórticos, y señales de fin de límite",
+        "lamp": "testigo o defecto de los frenos: hay que parar, se puede seguir",
+    },
 }
 """In the language in which the law is to be told: its text is searched by words too."""
 

@@ -29,13 +29,27 @@ _LISTS = {
         ook op over te tot u uit van voor waar wat we wel wie wordt worden ze zich zij zijn zo""",
     "pl": """a aby albo ale co czy do dla gdy gdzie i ich ile jak jaka jaki jakie jest jestem jeśli już kiedy kto który która które lub ma
         mam mi mnie mogę może na o od oraz po się są ta tak tam te tej ten to tu w we z za ze że""",
+    "it": """a ad ai al alla alle anche c che chi ci come con cosa d da dai dal dalla dalle dei del della delle dello di dove e ed è fra gli
+        ha ho i il in io l la le lo ma me mi mio mia ne nei nel nella no non o per però perché più può posso quale quando quanto
+        quello questa questo qui se si sono su sua sul sulla suo tra tu un una uno vi""",
+    "es": """a al algo aquí como con cual cuando cuanto cuál cuándo de del desde donde dónde e el ella en entre es esa ese esta este esto
+        está estoy ha hay he la las le lo los me mi mis muy más no o para pero por porque puede puedo que qué se si sin sobre soy su
+        sus tengo tu un una uno y ya yo""",
 }
 STOPWORDS = {language: frozenset(words.split()) for language, words in _LISTS.items()}
 
 
 _TERM = re.compile(r"[a-z]{0,2}\d+[a-z]{0,2}(?:[.\-/]\d+[a-z]{0,2})*|[^\W\d_]+", re.UNICODE)
 _DIGIT = re.compile(r"\d")
-_SNOWBALL = {"en": "english", "de": "german", "fr": "french", "nl": "dutch", "pl": "polish"}
+_SNOWBALL = {
+    "en": "english",
+    "de": "german",
+    "fr": "french",
+    "nl": "dutch",
+    "pl": "polish",
+    "it": "italian",
+    "es": "spanish",
+}
 _LINKS = {"de": ("", "s", "es", "n", "en", "er", "e"), "nl": ("", "s", "en", "e")}
 """What joins the parts of a compound, in the languages that write them as one word."""
 SHORTEST_PART = 4

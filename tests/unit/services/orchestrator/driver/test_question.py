@@ -11,6 +11,7 @@ from proto.vehicle import Degradation, DtcText
 from proto.weather import Conditions
 from services.orchestrator.driver.answer import Answer, answer
 from services.orchestrator.driver.question import LAW_QUERIES, calls_for, in_language, subject_of
+from services.orchestrator.speech.wording import LANGUAGES
 from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
@@ -221,3 +222,55 @@ def test_no_question_changes_the_drive() -> None:
     assert asked_drive.target_mps == plain.target_mps
     assert "driver_query" in {event.kind for event in asked_drive.history[-1][2].events}
     assert [c.tool for c in asked_drive.ask.calls] == [c.tool for c in plain.ask.calls]
+
+
+ASKED_IN = {
+    "nl": {
+        "sign": "Wat betekent dit bord?", "units": "Rijden we nu in mijlen?", "change": "Waarom is de limiet verlaagd?",
+        "lamp": "Er brandt een waarschuwingslampje, is dat veilig?", "limit": "Hoe hard mag ik hier?",
+        "law": "Mag ik hier inhalen?",
+    },
+    "pl": {
+        "sign": "Co oznacza ten znak?", "units": "W jakim kraju jesteśmy?", "change": "Dlaczego ograniczenie spadło?",
+        "lamp": "Zapaliła się kontrolka, czy to bezpieczne?", "limit": "Jak szybko mogę tu jechać?",
+        "law": "Czy wolno tu wyprzedzać?",
+    },
+    "it": {
+        "sign": "Cosa vuol dire questo cartello?", "units": "Siamo in miglia adesso?", "change": "Perché il limite è sceso?",
+        "lamp": "Si è accesa una spia, è sicuro?", "limit": "A che velocità posso andare?", "law": "Posso sorpassare qui?",
+    },
+    "es": {
+        "sign": "¿Qué quiere decir esta señal?", "units": "¿Estamos en millas?", "change": "¿Por qué ha bajado el límite?",
+        "lamp": "Se ha encendido un testigo, ¿es seguro?", "limit": "¿A qué velocidad puedo ir?",
+        "law": "¿Puedo adelantar aquí?",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("subject", "question"), [each for questions in ASKED_IN.values() for each in questions.items()]
+)
+def test_questions_are_understood_in_dutch_polish_italian_and_spanish(subject: str, question: str) -> None:
+    assert subject_of(question) == subject
+
+
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("nl", "Ja: we zijn in Groot-Brittannië, limieten staan in mph. We kwamen uit Duitsland."),
+        ("pl", "Tak: jesteśmy w Wielkiej Brytanii, ograniczenia są w mph. Przyjechaliśmy z Niemiec."),
+        ("it", "Sì: siamo in Gran Bretagna, i limiti sono in mph. Veniamo dalla Germania."),
+        ("es", "Sí: estamos en Gran Bretaña, los límites están en mph. Venimos de Alemania."),
+    ],
+)
+def test_an_answer_is_told_in_the_drivers_language(language: str, said: str) -> None:
+    drive = Drive(preferences=preferences(language=language))
+    drive.tick(fact("jurisdiction", "GBR"), fact("units", "mph"))
+    told = asked(drive, "mph?", applicable_limit=limit_answer(30, "mph"))
+    assert told.language == language
+    assert told.text.startswith(said)
+
+
+def test_every_language_has_its_queries_for_the_law() -> None:
+    assert LAW_QUERIES.keys() == set(LANGUAGES)
+    assert {tuple(sorted(queries)) for queries in LAW_QUERIES.values()} == {("change", "lamp", "units")}
