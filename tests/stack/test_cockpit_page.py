@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 import pytest
@@ -281,7 +281,10 @@ def test_a_touch_ends_the_sound_of_an_overspeed_and_mutes(
     expect(page, "#fault[aria-label='Fault: tracks']:not([hidden])")
 
 
-@pytest.mark.parametrize(("language", "why"), [("de", "Warum?"), ("fr", "Raison ?")])
+@pytest.mark.parametrize(
+    ("language", "why"),
+    [("de", "Warum?"), ("fr", "Raison ?"), ("nl", "Waarom?"), ("pl", "Czemu?"), ("it", "Perché?"), ("es", "¿Por qué?")],
+)
 def test_language_unit_and_tolerance_are_set_on_the_page(
     open_page: Callable[..., Any], drive: tuple[Orchestrator, str], language: str, why: str
 ) -> None:
@@ -357,7 +360,7 @@ def test_nothing_is_cut_off_touch_targets_are_wide_and_axe_finds_nothing(
     open_page: Callable[..., Any], drive: tuple[Orchestrator, str], size: tuple[int, int], scheme: str
 ) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
-    for language in ("en", "de", "fr"):
+    for language in get_args(Language):
         drive[0].preferences["language"] = language
         page = open_page(size, color_scheme=scheme)
         until(page, f"document.documentElement.lang === '{language}'")
