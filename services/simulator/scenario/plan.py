@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from proto.decision import Language
 from services.simulator.scene.scene import ActorKind
 
 Positive = Annotated[float, msgspec.Meta(gt=0)]
@@ -261,7 +262,7 @@ class Scenario(_Plan, frozen=True, kw_only=True):
     name: Annotated[str, msgspec.Meta(pattern="^[a-z0-9][a-z0-9-]{0,40}$")]
     about: str = ""
     country: Country
-    driver_language: Literal["en", "de"] = "en"
+    driver_language: Language = "en"
     driver_country: Country = "GBR"
     duration_s: Positive = 60.0
     road: RoadPlan
