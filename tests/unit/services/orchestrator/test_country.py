@@ -208,7 +208,7 @@ def test_a_number_behind_a_border_that_is_still_ahead_counts_as_the_lower_readin
 
 @FEW
 @given(
-    st.sampled_from(["GBR", "DEU", "NLD"]), st.sampled_from(["border:GBR", "border:NLD", "border:FRA", "border:ITA"])
+    st.sampled_from(["GBR", "DEU", "NLD"]), st.sampled_from(["border:GBR", "border:NLD", "border:FRA", "border:PRT"])
 )
 def test_a_limit_passed_right_behind_a_border_holds_in_the_lower_reading_until_its_unit_is_told(
     country: str, border: str
@@ -263,7 +263,7 @@ def test_hostile_evidence_changes_no_target_and_is_not_said(text: str) -> None:
     assert items(text) or spoken[1].advisory.justification == plain[1].advisory.justification
 
 
-@pytest.mark.parametrize("news", [fact("jurisdiction", "ITA"), end_sign("border:ITA")])
+@pytest.mark.parametrize("news", [fact("jurisdiction", "PRT"), end_sign("border:PRT")])
 def test_a_country_that_nobody_knows_here_leaves_it_unknown_and_ends_no_limit(news: object) -> None:
     drive = Drive(road="rural")
     drive.tick(limit_sign("limit:70"))
@@ -299,7 +299,7 @@ def test_a_law_asked_for_another_country_is_not_held_once_the_country_is_unknown
     drive.ticks(3)
     assert drive.target_mps == pytest.approx(130 * KMH)
     drive.ask.table = {}
-    drive.tick(fact("jurisdiction", "ITA"))
+    drive.tick(fact("jurisdiction", "PRT"))
     assert drive.target_mps < 100 * KMH
 
 

@@ -83,10 +83,10 @@ def test_a_country_without_a_pack_is_answered_from_the_conventions_and_a_part_be
         country: {
             p.passage_id.split("/")[0] for p in made.search(Request(query="stop sign", jurisdiction=country)).passages
         }
-        for country in ("ITA", "USA", "USA-CA", "USA-NV", "DEU")
+        for country in ("PRT", "USA", "USA-CA", "USA-NV", "DEU")
     }
     american = {"USA-CA-v1"}
-    assert found == {"ITA": {"VIENNA-v1"}, "USA": american, "USA-CA": american, "USA-NV": american, "DEU": {"DEU-v1"}}
+    assert found == {"PRT": {"VIENNA-v1"}, "USA": american, "USA-CA": american, "USA-NV": american, "DEU": {"DEU-v1"}}
 
 
 def test_what_holds_elsewhere_or_at_another_time_is_left_out_before_ranking() -> None:

@@ -214,7 +214,7 @@ def test_answers_made_without_retrieval_are_made_anew_once_it_is_there() -> None
 def test_a_country_without_a_pack_is_looked_up_in_all() -> None:
     with bus() as b:
         with_retrieval(b)
-        outcome = b.call("lookup_rule", {"query": "priority at a roundabout", "jurisdiction": "ITA"})
+        outcome = b.call("lookup_rule", {"query": "priority at a roundabout", "jurisdiction": "PRT"})
         answer = msgspec.convert(outcome.result, RulesAnswer)
         assert answer.citations
         assert "jurisdiction" in answer.degraded

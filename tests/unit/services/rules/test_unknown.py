@@ -17,7 +17,7 @@ from services.rules.service import SERVICE, RulesConfig
 from services.rules.signs.meaning import SignQuestion, careful_rank, interpret_sign
 
 BOOK, REFUSED = load_book([folder_of(name) for name in RulesConfig().packs])
-NOWHERE = [None, "ITA", "USA-NV"]
+NOWHERE = [None, "PRT", "USA-NV"]
 DEADLINE_S = 0.040
 ROADS = ("urban", "rural", "motorway", "dual_carriageway", "expressway", "living_street", None)
 
@@ -32,7 +32,7 @@ def known() -> list[str]:
 
 def test_all_national_packs_are_loaded_by_default() -> None:
     assert REFUSED == ()
-    assert {"DEU", "GBR", "FRA", "AUT", "NLD", "POL", "CHE", "BEL", "IRL", "USA-CA"} == set(known())
+    assert {"DEU", "GBR", "FRA", "AUT", "NLD", "POL", "CHE", "BEL", "IRL", "ITA", "USA-CA"} == set(known())
     assert [name for name, pack in BOOK.packs.items() if is_fallback(pack)] == ["VIENNA-v1"]
     assert "TEST-v1" not in BOOK.packs
 

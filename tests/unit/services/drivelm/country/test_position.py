@@ -36,12 +36,12 @@ def test_a_position_at_a_border_or_at_sea_tells_nothing() -> None:
 
 
 def test_in_a_country_without_known_signs_no_country_is_believed() -> None:
-    place = place_of(40.42, -3.70)
+    place = place_of(39.4, -8.2)
     assert place is not None
     where = CountryBelief.at_home("DEU").at_position(place.country)
     facts = surroundings(where, None, 0)
     assert where.believed is None
-    assert [(fact.kind, fact.reading, fact.believed) for fact in facts] == [("jurisdiction", "ESP", True)]
+    assert [(fact.kind, fact.reading, fact.believed) for fact in facts] == [("jurisdiction", "PRT", True)]
 
 
 @given(
@@ -56,7 +56,7 @@ def test_signs_overcome_a_position_that_is_wrong(country: str, code: str) -> Non
 
 @given(st.lists(st.sampled_from(("oncoming_left", "limit_board:50", "school", "national")), max_size=20))
 def test_in_a_country_without_known_signs_no_cue_tells_another(codes: list[str]) -> None:
-    where = CountryBelief.at_home("DEU").at_position("ESP")
+    where = CountryBelief.at_home("DEU").at_position("PRT")
     for track_id, code in enumerate(codes):
         cues = oncoming_cue(-3.0) if code == "oncoming_left" else cues_of(code)
         where = where.with_cue((code, track_id), cues, code)

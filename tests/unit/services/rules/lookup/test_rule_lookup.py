@@ -95,7 +95,7 @@ def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(
     assert "retrieval" in answer.degraded
 
 
-@pytest.mark.parametrize("here", ["DEU", "GBR", "ITA", None])
+@pytest.mark.parametrize("here", ["DEU", "GBR", "PRT", None])
 def test_what_retrieval_refuses_as_about_something_else_is_not_looked_for_by_words(
     book: RuleBook, here: str | None
 ) -> None:
