@@ -23,7 +23,7 @@ UNKNOWN_PART = 0.6
 """Factor where the country is known and only the law of some of its parts is loaded."""
 _ALPHA2 = {
     "DE": "DEU", "GB": "GBR", "UK": "GBR", "FR": "FRA", "NL": "NLD", "AT": "AUT", "PL": "POL", "CH": "CHE", "BE": "BEL",
-    "IE": "IRL", "IT": "ITA", "US": "USA",
+    "IE": "IRL", "IT": "ITA", "ES": "ESP", "US": "USA",
 }  # fmt: skip
 _CODE = re.compile(r"[A-Za-z]{2,3}(?:-[A-Za-z0-9]{1,3})?")
 

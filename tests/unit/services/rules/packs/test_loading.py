@@ -38,7 +38,7 @@ def test_great_britain_holds_80_provisions_and_120_signs() -> None:
     assert len(pack.signs) >= 120
 
 
-@pytest.mark.parametrize("name", ["BEL-v1", "IRL-v1", "ITA-v1"])
+@pytest.mark.parametrize("name", ["BEL-v1", "IRL-v1", "ITA-v1", "ESP-v1"])
 def test_later_packs_hold_70_provisions_100_signs_and_100_cases(name: str) -> None:
     pack = load(data(f"rulepacks/{name}"))
     assert len(pack.provisions) >= 70
