@@ -39,6 +39,8 @@ _TABLE: Mapping[Country, Jurisdiction] = MappingProxyType(
         "USA": Jurisdiction("mph", "right", frozenset(range(5, 90, 5)), "", ("en",), boards=True),
         "BEL": Jurisdiction("km/h", "right", _KMH - {130}, "white", ("nl", "fr"), by_signs=False),
         "IRL": Jurisdiction("km/h", "left", _IRISH, "white", ("en",), by_signs=False),
+        "ITA": Jurisdiction("km/h", "right", _KMH, "white", ("it",), by_signs=False),
+        "ESP": Jurisdiction("km/h", "right", _KMH - {130}, "white", ("es",), by_signs=False),
     }
 )
 JURISDICTIONS: Mapping[str, Jurisdiction] = MappingProxyType({str(country): row for country, row in _TABLE.items()})

@@ -16,6 +16,7 @@ from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
 PLACES = {
     "DEU": (50.11, 8.68), "AUT": (47.07, 15.44), "FRA": (47.32, 5.04), "NLD": (52.09, 5.12), "POL": (52.23, 21.01),
     "GBR": (52.48, -1.90), "CHE": (46.95, 7.45), "USA": (37.40, -122.08), "BEL": (50.46, 4.86), "IRL": (53.42, -7.94),
+    "ITA": (43.77, 11.25), "ESP": (40.42, -3.70),
 }  # fmt: skip
 
 
@@ -63,7 +64,10 @@ def test_in_a_country_without_known_signs_no_cue_tells_another(codes: list[str])
     assert where.believed is None
 
 
-@pytest.mark.parametrize(("country", "units", "side"), [("BEL", "km/h", "right"), ("IRL", "km/h", "left")])
+@pytest.mark.parametrize(
+    ("country", "units", "side"),
+    [("BEL", "km/h", "right"), ("IRL", "km/h", "left"), ("ITA", "km/h", "right"), ("ESP", "km/h", "right")],
+)
 def test_a_country_that_signs_do_not_tell_is_told_by_a_position_with_its_unit_and_side(
     country: str, units: str, side: str
 ) -> None:
@@ -81,11 +85,11 @@ def test_irish_signs_keep_ireland(codes: list[str]) -> None:
 
 
 @given(st.lists(st.sampled_from(("keep_left", "town_entry:white", "plate:when_wet:nl", "all_end", "national"))))
-def test_signs_alone_never_tell_belgium_or_ireland(codes: list[str]) -> None:
+def test_signs_alone_never_tell_a_country_that_they_do_not_tell(codes: list[str]) -> None:
     where = CountryBelief.at_home("")
     for track_id, code in enumerate(codes):
         where = where.with_cue((code, track_id), cues_of(code), code)
-        assert where.believed not in ("BEL", "IRL")
+        assert where.believed not in ("BEL", "IRL", "ITA", "ESP")
 
 
 def fix(country: str) -> GnssFix:
