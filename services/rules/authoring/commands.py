@@ -13,6 +13,7 @@ from services.rules.authoring import cases, diff, scaffold, show, validate
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import drafts
 from services.rules.errors import PackError
+from services.rules.packs.files import SIGNATURE
 from services.rules.packs.loading import content_hash, load
 from services.rules.packs.signature import Trust, sign
 
@@ -106,7 +107,18 @@ def _hash(flags: argparse.Namespace) -> int:
 
 
 def _seal(flags: argparse.Namespace) -> int:
-    return _each(flags.folders, lambda name: seal(_at(name)))
+    return _each(flags.folders, _sealed)
+
+
+def _sealed(name: str) -> str:
+    folder = _at(name)
+    signed = (folder / SIGNATURE).is_file()
+    found = seal(folder)
+    if signed and not (folder / SIGNATURE).exists():
+        _say(
+            f"{folder / SIGNATURE} signed another content and is removed; sign anew: drivemcp rulepack sign {folder} --key FILE"
+        )
+    return found
 
 
 def _import(flags: argparse.Namespace) -> int:

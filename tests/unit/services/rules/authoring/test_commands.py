@@ -229,13 +229,27 @@ def test_a_signed_pack_satisfies_who_demands_that_key_and_nobody_else(
     assert "not trusted" in capsys.readouterr().out
 
 
-def test_a_pack_that_was_changed_after_signing_is_refused_even_if_sealed(pack: Path, key: tuple[Path, str]) -> None:
+def test_a_pack_that_was_changed_after_signing_is_refused_even_if_sealed(
+    pack: Path, key: tuple[Path, str], capsys: Said
+) -> None:
     assert rulepack("sign", pack, "--key", key[0]) == 0
+    assert rulepack("seal", pack) == 0
+    assert "removed" not in capsys.readouterr().out, "the same content keeps its signature"
     set_limit(pack, "ita-speed-town", 100)
     assert rulepack("validate", pack) == 1
     assert rulepack("seal", pack) == 0
     rehash(pack)
     assert rulepack("validate", pack, "--key", key[1]) == 1
+
+
+def test_sealing_a_changed_pack_says_that_its_signature_is_gone(
+    pack: Path, key: tuple[Path, str], capsys: Said
+) -> None:
+    assert rulepack("sign", pack, "--key", key[0]) == 0
+    set_limit(pack, "ita-speed-town", 40, sealed=False)
+    assert rulepack("seal", pack) == 0
+    assert f"{pack / 'signature.json'} signed another content and is removed" in capsys.readouterr().out
+    assert not (pack / "signature.json").exists()
 
 
 def test_an_unsealed_pack_is_not_signed_and_a_bad_key_is_told(
