@@ -75,7 +75,7 @@ export const WORDS = {
     noData: "Sin datos", limitIs: "Límite {value} {unit}", assumed: "supuesto", unknown: "Límite desconocido",
     recommended: "aconsejada", advised: "Aconsejados {value} {unit}", speedIs: "Velocidad {value} {unit}",
     noSpeed: "Velocidad desconocida", over: "demasiado rápido", endSound: "tocar: quitar el sonido", fault: "Avería: {what}",
-    muted: "Sin sonido", why: "¿Por qué?", ask: "Preguntar", label: "Opinión", mute: "Callar", unmute: "Sonido",
+    muted: "Sin sonido", why: "Motivo", ask: "Preguntar", label: "Opinión", mute: "Callar", unmute: "Sonido",
     settings: "Ajustes", close: "Cerrar", whyNot: "Todavía no se ha dicho nada.", question: "Su pregunta", send: "Enviar",
     listen: "Hablar", listening: "Escucho …", thinking: "Un momento …", late: "Tarde", wrong: "No es así", thanks: "Gracias",
     noted: "Anotado para el último mensaje.", changed: "Guardado.", failed: "No ha funcionado: {why}", language: "Idioma",

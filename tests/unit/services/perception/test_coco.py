@@ -1,4 +1,4 @@
-"""COCO-style detectors of every layout that is told from the outputs, built here as small ONNX graphs."""
+"""COCO-style detectors of every layout, named, built here as small ONNX graphs."""
 
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from services.perception.detect.coco import cells
-from services.perception.detect.detector import DetectorError
+from services.perception.detect.detector import DetectorError, DetectorOptions
 from services.perception.detect.loading import load_detector
 
 onnx = pytest.importorskip("onnx", reason="onnx builds the models of these tests (extra `train`)")
@@ -55,6 +55,12 @@ def model(path: Path, rows: NDArray[Any], *, plane: int, divisor: float, side: i
     return path
 
 
+def named(layout: str) -> DetectorOptions:
+    """The option that names it."""
+    names = {"x": "yolox", "decoded": "yolox-decoded", "v5": "yolov5", "v8": "yolov8"}
+    return DetectorOptions(layout=names[layout])
+
+
 def one_car(layout: str, side: int = SIDE_PX) -> NDArray[Any]:
     """An output with one car at CENTRE_PX; in the layouts with objectness its class is certain."""
     count = cells(side)
@@ -80,7 +86,9 @@ LAYOUTS = [("x", 2, 255.0), ("decoded", 2, 255.0), ("v5", 0, 1.0), ("v8", 0, 1.0
 def test_each_layout_gives_the_box_in_the_pictures_own_pixels(
     tmp_path: Path, layout: str, plane: int, full_scale: float
 ) -> None:
-    detector = load_detector(model(tmp_path / "m.onnx", one_car(layout), plane=plane, divisor=full_scale))
+    detector = load_detector(
+        model(tmp_path / "m.onnx", one_car(layout), plane=plane, divisor=full_scale), named(layout)
+    )
     (found,) = detector.detect(RED)
     assert found.kind == "vehicle"
     assert found.centre_px == pytest.approx(CENTRE_PX, abs=0.01)
@@ -92,13 +100,15 @@ def test_each_layout_gives_the_box_in_the_pictures_own_pixels(
 
 @pytest.mark.parametrize(("layout", "plane", "full_scale"), LAYOUTS)
 def test_colours_are_given_in_the_layouts_order(tmp_path: Path, layout: str, plane: int, full_scale: float) -> None:
-    swapped = load_detector(model(tmp_path / "m.onnx", one_car(layout), plane=2 - plane, divisor=full_scale))
+    swapped = load_detector(
+        model(tmp_path / "m.onnx", one_car(layout), plane=2 - plane, divisor=full_scale), named(layout)
+    )
     assert all(found.score < 0.5 for found in swapped.detect(RED)), "no red is seen there, only the letterbox"
 
 
 def test_a_model_that_takes_any_size_is_given_640_pixels(tmp_path: Path) -> None:
     rows = one_car("v8", side=640)
-    detector = load_detector(model(tmp_path / "m.onnx", rows, plane=0, divisor=1.0, side="side"))
+    detector = load_detector(model(tmp_path / "m.onnx", rows, plane=0, divisor=1.0, side="side"), named("v8"))
     (found,) = detector.detect(RED)
     assert found.centre_px == pytest.approx((3.0, 4.2), abs=0.01), "96 pixels became 640"
 
@@ -107,7 +117,7 @@ def test_a_model_that_takes_any_size_is_given_640_pixels(tmp_path: Path) -> None
 def test_a_picture_thinner_than_a_pixel_of_the_models_input_is_looked_at(
     tmp_path: Path, height_px: int, width_px: int
 ) -> None:
-    detector = load_detector(model(tmp_path / "m.onnx", one_car("x"), plane=0, divisor=1.0))
+    detector = load_detector(model(tmp_path / "m.onnx", one_car("x"), plane=0, divisor=1.0), named("x"))
     detector.detect(np.zeros((height_px, width_px, 3), np.uint8))
 
 
@@ -123,7 +133,7 @@ def test_other_outputs_are_refused_by_name_and_shape(tmp_path: Path, shape: tupl
         [helper.make_tensor_value_info("output", kind, list(shape))],
     )
     onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8), str(path))
-    with pytest.raises(DetectorError, match=r"m\.onnx is no COCO-style detector that we know"):
+    with pytest.raises(DetectorError, match=r"m\.onnx is no detector COCO-style, with 80 classes, that we know"):
         load_detector(path)
 
 
