@@ -37,7 +37,7 @@ def _why(error: Exception) -> str:
     if not isinstance(error, CantoolsError) or (
         below and not any(isinstance(each, CantoolsError | textparser.Error) for each in below)
     ):
-        return "a number or a name in it is malformed, or it is none of DBC, ARXML, KCD and SYM"
+        return "a number or a name in it is malformed, or the file is no DBC, ARXML, KCD or SYM"
     return " ".join(str(error).split())
 
 

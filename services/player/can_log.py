@@ -92,9 +92,7 @@ def _factor(path: Path, name: str, unit: str) -> float:
 
 
 def open_log(path: Path, speed: SpeedSignal, channel: str) -> CanLog:
-    """The log's bus that carries the signal, its first 50,000 records looked at. Raises UserError where there is none, or a
-    choice of several.
-    """
+    """The log's bus that carries the signal, its first 50,000 records looked at. Raises UserError where no bus does, or several do."""
     check_log(path, "--can")
     log = CanLog(path)
     seen: Counter[str] = Counter()

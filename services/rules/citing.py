@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 
+from domain.languages import spoken_language
 from proto.rules import Citation, LegalAction, RulesAnswer
 from services.rules.book import is_fallback
 from services.rules.packs.format import Provision, Sign, Source
 from services.rules.packs.loading import Pack
-from services.rules.words import say, spoken_language
+from services.rules.words import say
 
 Cites = tuple[Citation, ...]
 

@@ -4,19 +4,11 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import get_args
 
-from proto.decision import Language
+from domain.languages import spoken_language
 
 FOLDER = Path(__file__).parent / "phrases"
-LANGUAGES: tuple[str, ...] = get_args(Language)
 MOST_NAMED = 3
-
-
-def spoken_language(language: str) -> str:
-    """One of ours: `de-AT` is German, what we do not speak becomes English."""
-    short = language.lower()[:2]
-    return short if short in LANGUAGES else "en"
 
 
 @cache

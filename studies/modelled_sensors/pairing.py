@@ -27,7 +27,7 @@ class Look(NamedTuple):
 
 
 class Stray(NamedTuple):
-    """A box of nothing. One of a motorcyclist, as of a person, is none: somebody is there."""
+    """A box of nothing. A box that takes a motorcyclist for a person does not count."""
 
     camera: str
     stamp_ns: int
@@ -78,7 +78,7 @@ def _is_of(thing: Thing, box: Box) -> bool:
 
 
 def _is_beside(truth: Truth, box: Box) -> bool:
-    """Whether a box may be of a road user who is so near that the model has no thing for him any more."""
+    """Whether a box may be of a road user so near that the model has no thing for it."""
     if box.kind not in STANDING or box.range_m is None or box.range_m > BESIDE_M:
         return False
     return any(abs(each.x_m) < BESIDE_M and abs(each.y_m) < BESIDE_M for each in truth.actors)

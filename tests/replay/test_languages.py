@@ -9,7 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from services.orchestrator.speech.wording import FOLDER, LANGUAGES
+from domain.languages import LANGUAGES
+from services.orchestrator.speech.wording import FOLDER
 from tests.replay.compare import outcomes
 from tests.replay.files import LOGS, Parts, read_lines
 from tests.replay.ticks import LoggedTick, decided_again

@@ -69,7 +69,7 @@ def _hazardous(numbers: Numbers, view: View, sightings: tuple[Sighting, ...], pr
 
 
 def _needs_braking(numbers: Numbers, profile: Profile) -> bool:
-    """Whether a vehicle needs more than comfortable braking: in a crawling queue a short time to collision is none to be told of."""
+    """Whether a vehicle needs more than comfortable braking: in a crawling queue every time to collision is short."""
     if numbers.track.kind != "vehicle" or crosses_over(numbers.track, None, across(profile)):
         return True
     need_mps2 = braking_needed_mps2(numbers.track, numbers.gap_m, numbers.closing_mps, profile.hazard_spare_m)

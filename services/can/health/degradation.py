@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import msgspec
 
+from domain.languages import spoken_language
 from proto.vehicle import Degradation, Indicator, SensorFault, Trend, VehicleHealth
 from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.health.indicators import (
@@ -151,7 +152,7 @@ def _loss(psi: Psi, value: float, *, unknown: bool) -> float:
 
 def advise(table: tuple[Psi, ...], assessment: Assessment, book: DtcBook, language: str) -> VehicleHealth:
     """The degradation in words, and what it does to speed and distance."""
-    degradation = assessment.degradation
+    degradation, language = assessment.degradation, spoken_language(language)
     raised = {each.name: each.value for each in degradation.indicators}
     texts = tuple(book.explain(code, language) for code in degradation.dtcs)
     steps = [psi.step for psi in table if raised.get(psi.name, 0.0) > 0.0]

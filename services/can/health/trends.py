@@ -11,9 +11,9 @@ import math
 import statistics
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, get_args
+from typing import NamedTuple
 
-from proto.decision import Language
+from domain.languages import LANGUAGES, spoken_language
 from proto.vehicle import Trend
 from services.can.health.ratios import TYRES
 
@@ -185,8 +185,7 @@ class Trends:
         self.found = tuple({trend.name: trend for trend in found}.values())
 
 
-_LANGUAGES: tuple[str, ...] = get_args(Language)
-"""The columns of the two tables below."""
+# The columns of both tables are the languages, in their order.
 _WHEELS = {
     "fl": (
         "front left",
@@ -279,7 +278,7 @@ _TEXTS: Mapping[str, tuple[str, ...]] = {
 
 def in_words(trend: Trend, language: str) -> str:
     """The trend as a driver is told it."""
-    column = _LANGUAGES.index(language) if language in _LANGUAGES else 0
+    column = LANGUAGES.index(spoken_language(language))
     kind, _, wheel = trend.name.rpartition("_")
     if kind == "slow_leak" and trend.minutes_left < FAST_MIN:
         kind = "leak_fast"

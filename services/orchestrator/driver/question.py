@@ -8,11 +8,11 @@ from typing import Any, Literal, cast
 
 import msgspec
 
+from domain.languages import LANGUAGES
 from proto.decision import Preferences
 from services.orchestrator.experts.routing import Call
 from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import sign_question
-from services.orchestrator.speech.wording import LANGUAGES
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.text import plain
 

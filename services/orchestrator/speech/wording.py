@@ -3,10 +3,11 @@
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
+from domain.languages import spoken_language
 from domain.units import convert, shown, told_distance, told_target
-from proto.decision import Language, Preferences
+from proto.decision import Preferences
 from proto.rules import LegalLimit
 from proto.scene import Unit
 from proto.speed_assistance import Face
@@ -15,14 +16,13 @@ from services.orchestrator.signs import border_evidence
 from services.orchestrator.text import plain
 
 FOLDER = Path(__file__).parent / "phrases"
-LANGUAGES: tuple[str, ...] = get_args(Language)
 Table = dict[str, dict[str, str]]
 
 
 @cache
 def phrases(language: str) -> Table:
     """The table of a language; English for one that has none."""
-    path = FOLDER / f"{language if language in LANGUAGES else 'en'}.toml"
+    path = FOLDER / f"{spoken_language(language)}.toml"
     table: Table = tomllib.loads(path.read_text(encoding="utf-8"))
     return table
 

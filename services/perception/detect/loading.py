@@ -121,8 +121,8 @@ def _layout(session: Any, side_px: int, path: Path, wanted: str) -> Layout:
         return LAYOUTS[wanted]
     shaped = [name for name, shapes in _SHAPES.items() if shape in shapes(cells(side_px))]
     if wanted or not shaped:
-        of_this = f"of the layout {wanted}" if wanted else "COCO-style, with 80 classes,"
-        raise DetectorError(f"{path} is no detector {of_this} that we know: its output has the shape {shape}")
+        kind = f"detector of the layout {wanted}" if wanted else "COCO-style detector"
+        raise DetectorError(f"{path} is no {kind} that we know: its output has the shape {shape}")
     found = [name for name in shaped if _means(outputs[LAYOUTS[name].full_scale], name, side_px)]
     if len(found) > 1:
         choices = " or ".join(f"{name} ({_picture(LAYOUTS[name])})" for name in found)

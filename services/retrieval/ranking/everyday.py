@@ -28,18 +28,23 @@ def matters() -> tuple[Matter, ...]:
 
 
 @lru_cache(512)
+def _spoken_of(text: str) -> tuple[tuple[Matter, tuple[str, ...]], ...]:
+    """The matters that a question speaks of, each with the parts that say it."""
+    found = ((matter, tuple(match.group() for match in matter.said.finditer(text))) for matter in matters())
+    return tuple((matter, parts) for matter, parts in found if parts)
+
+
 def law_words(text: str, language: str) -> str:
     """The law's words, in a language, for the matters that a question speaks of; empty where the table has none."""
-    return " ".join(matter.law[language] for matter in matters() if language in matter.law and matter.said.search(text))
+    return " ".join(matter.law[language] for matter, _ in _spoken_of(text) if language in matter.law)
 
 
 def matters_in(text: str) -> int:
     """How many matters of the table a question speaks of."""
-    return sum(matter.said.search(text) is not None for matter in matters())
+    return len(_spoken_of(text))
 
 
-@lru_cache(512)
 def said_words(text: str, language: str) -> str:
     """Those parts of a question that the table has words for in a language."""
-    found = [match.group() for m in matters() if language in m.law for match in m.said.finditer(text)]
+    found = [part for matter, parts in _spoken_of(text) if language in matter.law for part in parts]
     return " ".join(found).lower()

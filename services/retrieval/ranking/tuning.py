@@ -23,7 +23,7 @@ class Tuning(msgspec.Struct, frozen=True, kw_only=True):
 
     lambdas: dict[str, dict[str, float]]
     judges: dict[str, Judge] = {}
-    """By encoder; an encoder that nobody tuned has none, and answers every question."""
+    """By encoder; an encoder that was not tuned has no judge, and answers every question."""
     measured: dict[str, dict[str, float]] = {}
     """Mean reciprocal rank on the development questions, for the record."""
     packs: dict[str, str] = {}
@@ -34,7 +34,7 @@ class Tuning(msgspec.Struct, frozen=True, kw_only=True):
         return self.lambdas.get(encoder.partition("-")[0], {}).get(corpus, FALLBACK)
 
     def judge_for(self, encoder: str) -> Judge | None:
-        """By the name in an answer; None for an encoder that nobody tuned."""
+        """By the name in an answer; None for an encoder that was not tuned."""
         return self.judges.get(BM25_ALONE if encoder.startswith(BM25_ALONE) else encoder.partition("-")[0])
 
 

@@ -14,10 +14,11 @@ from services.rules.book import (
     is_fallback,
     normal_jurisdiction,
 )
-from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique, without_packs
+from services.rules.citing import cite, cite_ids, cite_sign, cited_in_doubt, unique, without_packs
 from services.rules.limits.limit_candidates import LimitCandidate
 from services.rules.limits.minimum_speed import minimum_speed
 from services.rules.limits.precedence import Verdict, decide
+from services.rules.packs.format import Provision
 from services.rules.packs.loading import Pack
 from services.rules.words import country, named_packs, part, say
 
@@ -101,12 +102,7 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         legal_action=_action(verdict),
         limit=limit,
         minimum=legal_limit(least[1].value, least[1].unit) if least is not None else None,
-        citations=unique(
-            [
-                *_citations(pack, verdict, lower, situation.language),
-                *(cite_ids(pack, (least[0].id,), situation.language) if least is not None else ()),
-            ]
-        ),
+        citations=_citations(pack, verdict, lower, least[0] if least is not None else None, situation.language),
         confidence=verdict.confidence * (STALE if weak else 1.0) * (PARTS_DIFFER if lower else 1.0),
         rulepack_version=pack.version,
         note=" ".join(notes),
@@ -168,7 +164,9 @@ def _basis(candidate: LimitCandidate | None) -> str:
     return _BASIS.get(candidate.basis, candidate.basis)
 
 
-def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language: str) -> tuple[Citation, ...]:
+def _citations(
+    pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], minimum: Provision | None, language: str
+) -> tuple[Citation, ...]:
     said = (verdict.candidate, *verdict.against, *verdict.replaced, *(each.candidate for each in lower))
     candidates = [candidate for candidate in said if candidate is not None]
     found: list[Citation] = []
@@ -176,6 +174,8 @@ def _citations(pack: Pack, verdict: Verdict, lower: tuple[Lower, ...], language:
         found.extend(cite_ids(pack, candidate.provisions, language))
         if candidate.sign in pack.signs:
             found.append(cite_sign(pack, pack.signs[candidate.sign], language))
+    if minimum is not None:
+        found.append(cite(pack, minimum, language))
     return unique(found)
 
 

@@ -4,9 +4,10 @@ from collections.abc import Mapping
 
 import msgspec
 
+from domain.languages import spoken_language
 from proto.rules import Passage, Retrieved, RulesAnswer, Situation
 from services.rules.lookup.rule_lookup import WITHOUT_RETRIEVAL, provision_of
-from services.rules.words import say, spoken_language
+from services.rules.words import say
 
 UNCONFIRMED = 0.95
 """Factor where retrieval answers but finds none of the provisions that the answer rests on."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import msgspec
 
+from domain.languages import spoken_language
 from domain.units import legal_limit, spoken, spoken_converted
 from proto.rules import LegalAction, LegalLimit, SignMeaning
 from proto.scene import Candidate, Unit
@@ -13,7 +14,7 @@ from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
 from services.rules.packs.format import Limit, Sign
 from services.rules.packs.loading import Pack
 from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, parse_reading
-from services.rules.words import country, named_packs, say, spoken_language, text_in
+from services.rules.words import country, named_packs, say, text_in
 
 FOREIGN_SIGN = 0.5
 """Factor for a sign that only the table of another country has."""

@@ -77,7 +77,7 @@ HEEDED_S = 10.0
 
 def _person_needs_mps2(state: State, way: Way) -> float:
     ego = state.world.ego.speed_mps
-    return kinematics.needed_mps2(ego.value, way.least_m - 1.0) if ego is not None else FIRM_MPS2 + 0.1
+    return kinematics.needed_mps2(ego.value, way.least_m - SPARE_M) if ego is not None else FIRM_MPS2 + 0.1
 
 
 def _person_urgency(state: State, way: Way) -> Urgency | None:

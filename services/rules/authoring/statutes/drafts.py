@@ -20,7 +20,7 @@ _ID = 90
 
 
 def import_statute(file: Path, folder: Path, prefix: str = "", jurisdiction: str = "") -> Statute:
-    """Add a statute to a pack, which is begun where there is none. Raises PackError."""
+    """Add a statute to a pack; a pack that does not exist is begun. Raises PackError."""
     statute = read_statute(file)
     place = jurisdiction or statute.jurisdiction or "ZZZ"
     if not (folder / "manifest.json").exists():

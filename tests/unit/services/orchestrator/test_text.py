@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from domain.languages import LANGUAGES
 from drivemcp.paths import data
-from services.orchestrator.speech.wording import LANGUAGES
 from services.orchestrator.text import MOST, sentences
 
 STEPS = tomllib.loads(data("vehicles/dtc.toml").read_text(encoding="utf-8"))["steps"].values()

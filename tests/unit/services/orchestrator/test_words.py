@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from domain.languages import LANGUAGES
 from domain.units import in_unit, limit_text, shown, told_target
 from proto.decision import Preferences
 from proto.rules import LegalLimit
 from proto.scene import COUNTRIES
 from services.orchestrator.driver.wishes import MOST, Given, admit, changed, remembered
-from services.orchestrator.speech.wording import FOLDER, LANGUAGES, decimal, from_country, in_country, say, toned
+from services.orchestrator.speech.wording import FOLDER, decimal, from_country, in_country, say, toned
 from services.orchestrator.text import plain
 from tests.unit.services.orchestrator.scenes import scenes
 from tests.unit.services.orchestrator.support import Drive, limit_sign, preferences

@@ -6,10 +6,11 @@ import tomllib
 import msgspec
 import pytest
 
+from domain.languages import LANGUAGES, spoken_language
 from services.rules import citing
 from services.rules.book import RuleBook
 from services.rules.lookup.evidence import questions
-from services.rules.words import FOLDER, LANGUAGES, country, say, spoken_language, text_in
+from services.rules.words import FOLDER, country, say, text_in
 
 
 def table(language: str) -> dict[str, dict[str, str]]:

@@ -276,3 +276,13 @@ def test_doubted_sensors_are_told_in_words(book: DtcBook, language: str) -> None
     assert "speed_mps" in advice.advice
     assert advice.safe_to_drive == "with_care"
     assert advice.sensor_faults == FAULTS[:1]
+
+
+@pytest.mark.parametrize(("asked", "spoken"), [("xx", "en"), ("", "en"), ("de-AT", "de")])
+@pytest.mark.parametrize("faults", [FAULTS[:1], ()])
+def test_a_language_that_is_not_spoken_becomes_english(
+    book: DtcBook, asked: str, spoken: str, faults: tuple[SensorFault, ...]
+) -> None:
+    answer = assess(TABLE, SOUND, (), book, Held(), faults)
+    told, expected = (degradation.advise(TABLE, answer, book, each).advice for each in (asked, spoken))
+    assert told == expected

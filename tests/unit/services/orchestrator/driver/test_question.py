@@ -5,13 +5,13 @@ from typing import Any
 import msgspec
 import pytest
 
+from domain.languages import LANGUAGES
 from proto.rules import RulesAnswer
 from proto.tools import Outcome
 from proto.vehicle import Degradation, DtcText
 from proto.weather import Conditions
 from services.orchestrator.driver.answer import Answer, answer
 from services.orchestrator.driver.question import LAW_QUERIES, calls_for, in_language, subject_of
-from services.orchestrator.speech.wording import LANGUAGES
 from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
