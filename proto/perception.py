@@ -20,6 +20,8 @@ class Box(msgspec.Struct, frozen=True, kw_only=True):
     track_id: int = 0
     range_m: float | None = None
     range_source: Literal["lidar", "ground", "size", "none"] = "none"
+    seen_through: bool = False
+    """LiDAR measured what lies behind a road user's box, and nothing at its range."""
 
 
 class Boxes(msgspec.Struct, frozen=True, kw_only=True):

@@ -2,6 +2,7 @@
 
 import math
 from bisect import bisect_right
+from dataclasses import replace
 from statistics import median
 from typing import NamedTuple
 
@@ -114,7 +115,7 @@ class Eye:
         spec = self.lens.camera
         sweeps = swept(measured, (spec.x_m, spec.y_m), truth.speed_mps, self._seed, self.camera, stamp_ns)
         boxes = [(each.detection, each.detection, each.range) for each in found]
-        return pipeline.understood(self.camera, stamp_ns, frame, self._camera, boxes, None, sweeps)
+        return pipeline.understood(self.camera, stamp_ns, frame, self._camera, boxes, lidar_used=True, sweeps=sweeps)
 
     def _detection(self, thing: Thing, finding: Finding, row: tuple[float, ...], stamp_ns: int) -> Detection | None:
         whose = f"{self.camera}/{thing.key}"
@@ -225,7 +226,8 @@ class Eye:
 
     def _ghost_range(self, detection: Detection, ghost: GhostBox) -> Range | None:
         if ghost.range_m is None:
-            return find_range(detection, self._camera, None)
+            seen = find_range(detection, self._camera, None)
+            return replace(seen, seen_through=ghost.seen_through) if seen is not None else None
         return Range(depth_m=ghost.range_m, sigma_m=LIDAR_SIGMA_M[1], source="lidar", returns=3)
 
     def _ghost_box(self, kind: ObjectClass, ghost: GhostBox, moved_px: float) -> Detection:

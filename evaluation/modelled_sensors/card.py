@@ -95,6 +95,8 @@ class GhostBox(msgspec.Struct, frozen=True, kw_only=True):
     score: float
     range_m: float | None
     """By LiDAR; None: it measured none."""
+    seen_through: bool = False
+    """LiDAR measured what lies behind it."""
 
 
 class Ghost(msgspec.Struct, frozen=True, kw_only=True):

@@ -112,9 +112,8 @@ class ModelledPerception:
         if seen.lanes is not None:
             self._node.publish(topics.LANES, seen.lanes, stamp_ns=stamp_ns)
         if seen.tracks is not None:
-            told = msgspec.structs.replace(seen.tracks, lidar_used=True)
-            self._node.publish(topics.TRACKS, told, stamp_ns=stamp_ns)
-            self._latest = self._node.clock.now_ns(), told
+            self._node.publish(topics.TRACKS, seen.tracks, stamp_ns=stamp_ns)
+            self._latest = self._node.clock.now_ns(), seen.tracks
 
 
 def weather_told(rows: tuple[LooksLike, ...], truth: Truth, seed: int) -> CameraWeather | None:

@@ -146,7 +146,12 @@ class Perception:
         straight = [camera.straight(detection) for detection in found]
         ranges = [find_range(each, camera, sweep, hiding(each, straight)) for each in straight]
         return self.understood(
-            camera_id, stamp_ns, frame.frame, camera, list(zip(found, straight, ranges, strict=True)), sweep
+            camera_id,
+            stamp_ns,
+            frame.frame,
+            camera,
+            list(zip(found, straight, ranges, strict=True)),
+            lidar_used=sweep is not None,
         )
 
     def understood(
@@ -156,7 +161,8 @@ class Perception:
         frame: int,
         camera: Camera,
         found: Sequence[tuple[Detection, Detection, Range | None]],
-        sweep: ProjectedSweep | None,
+        *,
+        lidar_used: bool,
         sweeps: Sweeps | None = None,
     ) -> Seen:
         """What follows from a picture's detections (as found, and undistorted) with their ranges.
@@ -167,7 +173,7 @@ class Perception:
         straight, ranges = [each for _, each, _ in found], [each for *_, each in found]
         others = self._others(camera_id, stamp_ns)
         weighed = [
-            replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, far, camera, sweep, others) else each
+            replace(each, score=DOUBTED_SHARE * each.score) if doubted(each, far, camera, others) else each
             for each, far in zip(straight, ranges, strict=True)
         ]
         owners = self._owners(camera_id, stamp_ns, weighed, ranges, camera, sweeps or self._sweeps(stamp_ns))
@@ -182,7 +188,7 @@ class Perception:
         if camera_id != self._primary(stamp_ns):
             return Seen(boxes=boxes)
         spread = camera.calibration.focal_spread
-        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame, spread, lidar_used=sweep is not None)
+        tracks, lanes = self._snapshot(camera_id, stamp_ns, frame, spread, lidar_used=lidar_used)
         return Seen(boxes=boxes, tracks=tracks, lanes=lanes)
 
     def _check_stamp(self, camera_id: str, stamp_ns: int) -> None:
@@ -373,4 +379,5 @@ def _box(detection: Detection, straight: Detection, found: Range | None, owner: 
         track_id=owner,
         range_m=distance_m(straight, found, camera) if found is not None else None,
         range_source=found.source if found is not None else "none",
+        seen_through=found is not None and found.seen_through,
     )

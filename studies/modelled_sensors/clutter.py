@@ -75,6 +75,7 @@ def _ghost(chain: Sequence[Stray], picture_s: float) -> Ghost:
             box=_edges(each.box),
             score=round(each.box.score, 3),
             range_m=_away(each.box) if each.box.range_source == "lidar" else None,
+            seen_through=each.box.seen_through,
         )
         for each, driven_m in zip(chain, accumulate(steps_m, initial=0.0), strict=True)
     )

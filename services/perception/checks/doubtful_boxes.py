@@ -16,10 +16,8 @@ from services.perception.range.box_range import (
     EDGE_PX,
     FURTHEST_M,
     STANDING,
-    ProjectedSweep,
     Range,
     ground_range,
-    seen_through,
 )
 from services.perception.range.camera import Camera, Floats
 from services.perception.range.sizes import PRIORS
@@ -39,14 +37,12 @@ TOO_TALL = 1.3
 """Times the tallest of its class: on a road that rises by one in a hundred, a person at 40 m seems 1.4 times as tall."""
 
 
-def doubted(
-    detection: Detection, found: Range | None, camera: Camera, sweep: ProjectedSweep | None, others: Sequence[Camera]
-) -> bool:
+def doubted(detection: Detection, found: Range | None, camera: Camera, others: Sequence[Camera]) -> bool:
     """Whether anything speaks against a road user's box (undistorted pixels); `others`: cameras whose pictures are fresh."""
     if found is None or detection.kind not in STANDING or found.source == "lidar":
         return False
     return (
-        (sweep is not None and seen_through(detection, sweep, found))
+        found.seen_through
         or too_tall(detection, camera)
         or (detection.height_px < SMALL_PX and seen_closer(detection, found, camera, others))
     )

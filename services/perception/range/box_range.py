@@ -70,6 +70,8 @@ class Range:
     returns: int = 0
     sides_m: tuple[float, float] | None = None
     """Where its returns begin and end across the camera's axis, to the right; None: they do not tell."""
+    seen_through: bool = False
+    """LiDAR measured what lies behind there, and nothing there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +117,8 @@ def find_range(
     nearest_m = 0.0 if hiding else nearest_possible_m(detection, camera)
     measured = lidar_range(detection, sweep.outside(hiding), seen, nearest_m) if sweep is not None else None
     if measured is None:
-        return seen
+        through = seen is not None and sweep is not None and _seen_through(detection, sweep, seen)
+        return replace(seen, seen_through=True) if seen is not None and through else seen
     shown_m = detection.width_px * measured.depth_m / camera.calibration.fx_px
     if detection.kind == "vehicle" and not hiding and shown_m >= SHOWN_M:
         return measured
@@ -215,9 +218,9 @@ def _sides(detection: Detection, sweep: ProjectedSweep, cluster: Floats) -> tupl
     return float(low), float(high)
 
 
-def seen_through(detection: Detection, sweep: ProjectedSweep, found: Range) -> bool:
-    """Whether returns come from well behind where the box's object is said to be, and none from there."""
-    if found.source == "lidar" or found.depth_m > LIDAR_SURE_M:
+def _seen_through(detection: Detection, sweep: ProjectedSweep, found: Range) -> bool:
+    """Whether returns come from well behind where the road user in the box is said to be, and none from there."""
+    if detection.kind not in STANDING or found.depth_m > LIDAR_SURE_M:
         return False
     depths = sweep.depths[_inside(detection, sweep.pixels)]
     edge = found.depth_m + max(AGREEMENT_SIGMAS * found.sigma_m, BEHIND_M)

@@ -9,7 +9,7 @@ import pytest
 from proto.sensors import Calibration
 from services.perception.checks.doubtful_boxes import doubted, left_to_another, rides, too_tall
 from services.perception.detect.detection import Detection
-from services.perception.range.box_range import ProjectedSweep, Range, find_range
+from services.perception.range.box_range import Range, find_range
 from services.perception.range.camera import Camera
 
 
@@ -52,11 +52,15 @@ def test_giants_are_doubted_where_the_camera_is_calibrated(box: Detection, giant
 
 
 def test_what_the_lidar_confirms_is_never_doubted() -> None:
-    tree = standing(110.0, 12.0, 5.0, "pedestrian")
+    tree, person = standing(110.0, 12.0, 5.0, "pedestrian"), standing(20.0, 1.0, 1.75, "pedestrian")
     seen = find_range(tree, FRONT, None)
+    near = find_range(person, FRONT, None)
     assert seen is not None
-    assert doubted(tree, seen, FRONT, None, [])
-    assert not doubted(tree, Range(depth_m=seen.depth_m, sigma_m=0.1, source="lidar"), FRONT, None, [TELE])
+    assert near is not None
+    assert doubted(tree, seen, FRONT, [])
+    assert doubted(person, replace(near, seen_through=True), FRONT, [])
+    assert not doubted(person, near, FRONT, [])
+    assert not doubted(tree, Range(depth_m=seen.depth_m, sigma_m=0.1, source="lidar"), FRONT, [TELE])
 
 
 def test_what_is_tiny_here_is_left_to_a_camera_that_looks_closer() -> None:
@@ -96,5 +100,5 @@ def test_signs_are_no_road_users_and_not_doubted_here() -> None:
     sign = standing(60.0, 4.0, 0.7, "sign", feet_m=2.0)
     found = find_range(sign, FRONT, None)
     assert found is not None
-    assert not doubted(sign, found, FRONT, ProjectedSweep.of(np.zeros((0, 3)), FRONT), [TELE])
+    assert not doubted(sign, found, FRONT, [TELE])
     assert not left_to_another(sign, found, FRONT, [TELE])

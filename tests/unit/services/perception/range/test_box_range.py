@@ -17,7 +17,6 @@ from services.perception.range.box_range import (
     ground_range,
     hiding,
     lidar_range,
-    seen_through,
     size_range,
 )
 from services.perception.range.camera import Camera, Floats
@@ -356,6 +355,8 @@ def test_lidar_that_passes_through_a_box_to_what_lies_behind_denies_it() -> None
     assert found is not None
     through = ProjectedSweep.of(wall(70.0, 6.0, 300, 1, 0.3, 6.0), CAMERA)
     nothing = ProjectedSweep.of(np.zeros((0, 3)), CAMERA)
-    assert seen_through(CAR, through, found)
-    assert not seen_through(CAR, nothing, found), "no returns say nothing: sky behind, rain, a dark coat"
-    assert not seen_through(CAR, ProjectedSweep.of(wall(REAR_M, 0.9, 40, 0), CAMERA), found)
+    assert find_range(CAR, CAMERA, through) == replace(found, seen_through=True)
+    assert find_range(CAR, CAMERA, nothing) == found, "no returns say nothing: sky behind, rain, a dark coat"
+    there = find_range(CAR, CAMERA, ProjectedSweep.of(wall(REAR_M, 0.9, 40, 0), CAMERA))
+    assert there is not None
+    assert not there.seen_through
