@@ -124,6 +124,15 @@ def _kerb(speed_mps: float) -> Plans:
     return {"walkers": (waiting,), "road": _road(1)}
 
 
+def _walks_up(speed_mps: float) -> Plans:
+    """The person comes from 3 m behind the kerb, and stops at it two seconds before the car is there."""
+    before_s = 2.0 + 3.0 / WALKS_MPS
+    ahead_m = max(before_s * speed_mps, EGO_LENGTH_M)
+    at_m = START_M + EGO_LENGTH_M + ahead_m + max(20.0, 2.0 * speed_mps)
+    person = CrosserPlan(at_m=at_m, walk_mps=WALKS_MPS, when_ego_within_m=ahead_m, walks_up_m=3.0)
+    return {"crossers": (person,), "road": _road(1)}
+
+
 def _to_contact(speed_mps: float) -> float:
     return gap_m(speed_mps) / speed_mps + 6.0
 
@@ -171,6 +180,11 @@ SCENES = _of(
     Scene(
         name="person at the kerb", kind="pass", plans=_kerb, seconds=_to_contact, quick=(50,),
         about="A person who stands half a metre behind the kerb.", speeds={30: None, 50: None, 60: None},
+    ),
+    Scene(
+        name="person who walks up to the kerb", kind="pass", plans=_walks_up, seconds=lambda v: 4.0 + max(2.0, 20.0 / v) + 6.0,
+        quick=(50,), about="An adult who walks 5 km/h towards the road and stops half a metre behind the kerb.",
+        speeds={30: None, 50: None, 60: None},
     ),
 )  # fmt: skip
 GROUNDS: tuple[Ground, ...] = ("dry", "wet", "weak brakes")

@@ -25,8 +25,8 @@ from services.arbiter.assessment.reading import Reading
 from services.arbiter.assessment.risk import Utilities, utilities
 from services.arbiter.braking import act, budget
 from services.arbiter.braking.act import Need, Permission
-from services.arbiter.braking.emergency import is_emergency, is_surely_last_moment
-from services.arbiter.braking.guard import Case, case, emergency_objections, objections
+from services.arbiter.braking.emergency import is_emergency, is_last_moment, is_surely_last_moment
+from services.arbiter.braking.guard import Case, case, emergency_objections, may_still_halt, objections
 from services.arbiter.braking.lasting import lasts, sighted, stands
 from services.arbiter.braking.own_hazards import ANSWERED, HAZARDS, seen_hazards
 from services.arbiter.braking.watching import watch
@@ -287,10 +287,11 @@ def _braked_for(
     if (suggests := _suggests(inputs)) is not None:
         return suggests(request, request_view(request), profile)
     own, ego = weighed.case.own, inputs.reading.view.ego_speed_mps
-    emergency = hard and not emergency_objections(weighed.case)
-    if own is None or ego is None or not (emergency or wants_act(weighed, state.adapted.delta)):
+    if own is None or ego is None:
         return None
-    return Suggested(own, ego)
+    emergency = hard and not emergency_objections(weighed.case)
+    early = may_still_halt(own.track, profile) and not is_last_moment(weighed.case, inputs.permission, profile)
+    return Suggested(own, ego) if emergency or (wants_act(weighed, state.adapted.delta) and not early) else None
 
 
 class _Said(NamedTuple):

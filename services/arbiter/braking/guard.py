@@ -82,6 +82,14 @@ def meets(track: Track, profile: Profile) -> bool:
     return track.clearance_m + track.sigma_y_m <= -profile.act_overlap_m
 
 
+def may_still_halt(track: Track, profile: Profile) -> bool:
+    """Whether a person on foot beside the way has room to halt before it, one standard deviation spared."""
+    if track.kind != "pedestrian" or track.clearance_m is None:
+        return False
+    needed_m = track.vy_mps * track.vy_mps / (2.0 * profile.person_stops_mps2)
+    return track.clearance_m - track.sigma_y_m - needed_m > profile.act_overlap_m
+
+
 def _undoubted(view: View, profile: Profile) -> tuple[Numbers, ...]:
     bounds = act_bounds(view, profile)
     return tuple(measure(t, view, bounds, profile) for t in view.actors if t.x_m > 0.0 and undoubted(t, profile))

@@ -40,7 +40,7 @@ class Person(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def crossing(self) -> bool:
         """Whether on the way over the road now."""
-        return self.mode == "crossing"
+        return self.mode == "crossing" and (self.plan is None or self.plan.walks_up_m is None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +92,8 @@ def _cross(person: Person, dt: float) -> Person:
     )
     if (moved.goal_d_m - moved.d_m) * person.across_mps > 0.0:
         return moved
+    if person.plan is not None and person.plan.walks_up_m is not None:
+        return replace(moved, mode="waiting", across_mps=0.0, plan=None)
     reach = (person.s_m - 60.0, person.s_m + 60.0)
     return replace(moved, mode="walking", across_mps=0.0, along_mps=1.3, turn_back_m=reach)
 
@@ -133,13 +135,14 @@ def _crosser(
 ) -> Person:
     side = near(plan.at_m) * (-1.0 if plan.side == "far" else 1.0)
     out = kerb(plan.at_m) + KERB_TO_WAITING_M
+    crosses = plan.walks_up_m is None
     return Person(
         number=number,
         look_seed=int(chance.integers(1, 10_000)),
         height_m=float(chance.uniform(1.5, 1.92)),
         s_m=plan.at_m,
-        d_m=side * out,
+        d_m=side * (out + (plan.walks_up_m or 0.0)),
         mode="waiting",
         plan=plan,
-        goal_d_m=-side * (out + DONE_AFTER_M),
+        goal_d_m=-side * (out + DONE_AFTER_M) if crosses else side * out,
     )

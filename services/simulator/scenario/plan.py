@@ -178,9 +178,11 @@ class WalkersPlan(_Plan, frozen=True, kw_only=True):
 
 
 class CrosserPlan(PlacedPlan, frozen=True, kw_only=True):
-    """Somebody who crosses: at a crossing in his time, or stepping out as a hazard when the ego is `when_ego_within_m`."""
+    """A person who crosses: at a crossing in his time, or stepping out as a hazard when the ego is `when_ego_within_m`."""
 
     side: Literal["near", "far"] = "near"
+    walks_up_m: Positive | None = None
+    """Comes from so far behind the kerb and stops at it; None: waits at the kerb and crosses."""
     walk_mps: Annotated[float, msgspec.Meta(gt=0, le=4)] = 1.4
     when_ego_within_m: Positive | None = None
     at_s: NonNegative | None = None

@@ -178,6 +178,30 @@ def test_a_person_beside_the_way_is_braked_for_too() -> None:
     assert acts(request(None, pedestrian=person))
 
 
+STOPS_M = 12.0**2 / (2.0 * 4.0)
+
+
+def on_foot(gap_m: float, clearance_m: float, vy_mps: float = 1.4) -> ArbitrationRequest:
+    """A person at walking pace towards the way of a car at 12 m/s."""
+    person = track(gap_m, kind="pedestrian", vy_mps=vy_mps, clearance_m=clearance_m, sigma_y_m=0.0)
+    return request(None, pedestrian=person)
+
+
+def test_a_person_with_room_to_halt_is_braked_for_at_the_last_moment_alone() -> None:
+    in_the_way, near, far = -0.5, 0.6, 1.0
+    assert [acts(on_foot(22.0, each)) for each in (in_the_way, near, far)] == [True, True, False]
+    assert [acts(on_foot(18.0, each)) for each in (in_the_way, near, far)] == [True, True, True]
+
+
+@given(gap_m=st.floats(0.5, 40.0), clearance_m=st.floats(-2.0, 4.0), vy_mps=st.floats(-4.0, 4.0))
+def test_room_to_halt_frees_nothing_that_waiting_would_lose(gap_m: float, clearance_m: float, vy_mps: float) -> None:
+    """`STOPS_M`: the way in which 4 m/s2, which the grant allows, end 12 m/s."""
+    beside, there = acts(on_foot(gap_m, clearance_m, vy_mps)), acts(on_foot(gap_m, -0.5))
+    assert there or not beside
+    if gap_m <= STOPS_M:
+        assert beside == there
+
+
 def test_stale_own_tracks_forbid_act() -> None:
     inputs = mirror(CRITICAL)
     assert not acts(CRITICAL, replace(inputs, reading=replace(inputs.reading, tracks_age_s=0.5)))
