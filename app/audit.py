@@ -15,7 +15,7 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.paths import own_state
 from services.logger.format import chain, signing, time_stamp
-from services.logger.memory import kept_files, kept_head
+from services.logger.memory import KeptHead, kept_files, kept_head
 from services.logger.verification import trust
 from services.logger.verification.report import UNSEALED, Report
 from services.logger.verification.verifier import verify
@@ -82,15 +82,17 @@ def _verify(flags: argparse.Namespace) -> int:
     key, last_head = _public_key(flags.key), _head(flags.expect_head)
     trusted, anchors = () if key else _trusted(flags.trust), _anchored(flags.anchors)
     roots = _roots(flags.tsa_root)
-    reports, stamps = list[Report](), list[tuple[time_stamp.Stamp, ...]]()
+    reports, stamps, kept = list[Report](), list[tuple[time_stamp.Stamp, ...]](), list[KeptHead]()
     paths = log_folder.named(flags.files)
     for path in paths:
-        expected = last_head if path == paths[-1] else ""
+        known = known_head(path, flags.memory)
+        expected = (last_head if path == paths[-1] else "") or known.head
         heads = anchors.heads.get(path.name, frozenset())
         tokens = _tokens(path)
         sought = frozenset(map(time_stamp.imprint_of, tokens.values()))
-        report = _verified(path, expected or _kept_head(path, flags.memory), key, heads, sought)
+        report = _verified(path, expected, key, heads, sought)
         reports.append(report)
+        kept.append(known)
         stamps.append(tuple(time_stamp.judge(name, token, report.stamped, roots) for name, token in tokens.items()))
     signers = [_signed_by(report, key, trusted) for report in reports]
     broken = [
@@ -104,8 +106,8 @@ def _verify(flags: argparse.Namespace) -> int:
     else:
         told_lines = [
             line
-            for path, report, signer, stamped in zip(paths, reports, signers, stamps, strict=True)
-            for line in (*lines(report, signer), *stamp_lines(path, report, stamped))
+            for path, report, signer, stamped, known in zip(paths, reports, signers, stamps, kept, strict=True)
+            for line in (*lines(report, signer, known), *stamp_lines(path, report, stamped))
         ]
         sys.stdout.write("\n".join([*told_lines, *broken]) + "\n")
     unclosed = flags.closed and not all(report.closed for report in reports)
@@ -226,13 +228,22 @@ def _verified(path: Path, expected_head: str, key: str, anchored: frozenset[str]
         raise UserError(f"{path} cannot be read: {error.strerror}") from None
 
 
-def lines(report: Report, signer: trust.Judgement) -> list[str]:
+def is_rewritten(report: Report, known: KeptHead) -> bool:
+    """Whether a log verifies by another key than memory knows it by, without the head that memory knows."""
+    return report.expected_head_missing and bool(known.key_id and report.key_id) and known.key_id != report.key_id
+
+
+def lines(report: Report, signer: trust.Judgement, known: KeptHead) -> list[str]:
     """A report in words."""
     counts = f"{report.messages} messages, {report.chained} chain records"
     if report.first_bad == UNSEALED:
         return [f"{report.file}: NOTHING VERIFIES: {report.size} bytes and no chain record"]
     if report.first_bad is not None:
         return [f"{report.file}: NOT AS WRITTEN: {report.first_bad}", f"  before that: {counts} verify"]
+    if is_rewritten(report, known):
+        return [
+            f"{report.file}: REWRITTEN: {counts} verify by key {report.key_id}, but memory knows this log by key {known.key_id}"
+        ]
     if report.expected_head_missing:
         return [f"{report.file}: TAIL LOST: {counts} verify, but the expected head is not among theirs"]
     state = "verified" if report.closed else "UNCLOSED, verified as far as it goes"
@@ -298,9 +309,9 @@ def _head(given: str | None) -> str:
     return (given or "").lower()
 
 
-def _kept_head(path: Path, memory: str | None) -> str:
-    """The newest head that memory keeps of a file; empty where there is no memory."""
-    return _ask_memory(path.resolve().parent, memory, lambda database: kept_head(database, path.name), "")
+def known_head(path: Path, memory: str | None = None) -> KeptHead:
+    """The newest head that memory keeps of a file: the memory that was named, or the one beside the folder of logs."""
+    return _ask_memory(path.resolve().parent, memory, lambda database: kept_head(database, path.name), KeptHead())
 
 
 def _ask_memory(folder: Path, memory: str | None, question: Callable[[Path], T], otherwise: T) -> T:

@@ -18,7 +18,7 @@ from app.drive.precheck import check_port, check_voice, trusted, vehicle_of
 from app.drive.screen import Screen
 from app.drive.stack import Stack, StackPlan, folder_for
 from app.drive.summary import Summary, Tally
-from app.drive.words import live_line, spoken_line, summary_lines
+from app.drive.words import end_line, live_line, spoken_line, summary_lines
 from drivemcp.config import settings_of
 from drivemcp.files.modes import others_denied
 from drivemcp.node import Node
@@ -163,6 +163,7 @@ def _watch(stack: Stack, tally: Tally, screen: Screen, stop: threading.Event, *,
         screen.live(live_line(tally, screen.width()))
         if tally.ended and ended_s is None:
             ended_s = time.monotonic()
+            screen.say(end_line(tally, keep=keep))
         if ended_s is not None and not keep and time.monotonic() - ended_s > 0.5:
             break
     screen.end_live()

@@ -39,6 +39,17 @@ def spoken_line(time_s: float, advisory: Advisory) -> str:
     return f"{time_s:5.1f} s   {advisory.kind} {advisory.urgency:8}{words}"
 
 
+def end_line(tally: Tally, *, keep: bool) -> str:
+    """That the drive is over, why, and what becomes of the stack."""
+    state = tally.scenario
+    why = "the drive is over"
+    if state is not None and state.problem:
+        why = f"the drive broke off: {state.problem}"
+    elif state is not None and state.time_s < state.duration_s - 1.0:
+        why = f"the route is over after {state.time_s:.0f} s; {state.duration_s:.0f} s were asked for"
+    return f"{why}; the stack stays up until Ctrl-C" if keep else why
+
+
 def _said(tally: Tally) -> str:
     if not tally.spoken:
         return "nothing said yet"

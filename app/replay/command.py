@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from app.audit import broken_links, gone_files
+from app.audit import broken_links, gone_files, known_head
 from app.replay.again import Again, AtHand, UnknownProfile, decide_again, side_by_side, traces
 from app.replay.whatif import Change, Otherwise, otherwise
 from drivemcp.commands import Subparsers
@@ -84,8 +84,12 @@ def command(flags: argparse.Namespace) -> int:
 
 def _unsound(paths: list[Path], given: list[str]) -> list[str]:
     """Where a drive's log is not as it was written; what is decided from one that is not proves nothing."""
-    reports = [verify(path) for path in paths]
-    changed = [f"{one.file} is not as it was written: {one.first_bad}" for one in reports if not one.intact]
+    reports = [verify(path, expected_head=known_head(path).head) for path in paths]
+    changed = [
+        f"{one.file} is not as it was written: {one.first_bad or 'it lacks the head that memory knows'}"
+        for one in reports
+        if not one.intact
+    ]
     return [*changed, *broken_links(reports), *gone_files(given)]
 
 

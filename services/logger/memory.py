@@ -11,7 +11,7 @@ import threading
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 from urllib.parse import quote
 
 import msgspec
@@ -217,11 +217,18 @@ def _trace_row(row: tuple[Any, ...]) -> TraceRow:
     )
 
 
-def kept_head(database: Path, file: str) -> str:
-    """The newest head of a log file that a memory keeps, read without touching it; empty without one. Raises sqlite3.Error."""
+class KeptHead(NamedTuple):
+    """A head of a log file, and the key that signed it; empty: no head is kept."""
+
+    head: str = ""
+    key_id: str = ""
+
+
+def kept_head(database: Path, file: str) -> KeptHead:
+    """The newest head of a log file that a memory keeps, read without touching it. Raises sqlite3.Error."""
     with closing(_read_only(database)) as db:
-        row = db.execute("SELECT head FROM heads WHERE file = ? ORDER BY n DESC LIMIT 1", (file,)).fetchone()
-    return str(row[0]) if row else ""
+        row = db.execute("SELECT head, key_id FROM heads WHERE file = ? ORDER BY n DESC LIMIT 1", (file,)).fetchone()
+    return KeptHead(*map(str, row)) if row else KeptHead()
 
 
 def kept_files(database: Path) -> frozenset[str]:

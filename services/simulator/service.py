@@ -45,6 +45,8 @@ class SimulatorConfig(ServiceConfig, frozen=True, kw_only=True):
     seconds: float | None = None
     """How long; unset: what the scenario says; 0: to the end of the route."""
     autostart: bool = True
+    again: bool = False
+    """Where a drive comes to its end, another begins with the next seed, until it is stopped. Not in lockstep."""
     cameras: tuple[str, ...] = ("front", "tele")
     lidar: bool = True
     lidar_at_crossings: bool = False
@@ -78,6 +80,7 @@ class Simulator:
         self._starting: threading.Thread | None = None
         self._stop = threading.Event()
         self._wanted = 0
+        self._driven: tuple[Scenario, int, float] | None = None
         self.problem = ""
         try:
             self._faults = tuple(map(read_fault, config.faults))
@@ -92,14 +95,20 @@ class Simulator:
             self._halt()
             self._stop.clear()
             self.problem = ""
+            self._driven = scenario, seed, seconds
             self._wanted += 1
             wanted = self._wanted
+            drive = (scenario, seed, seconds, wanted)
             self._starting = threading.Thread(
-                target=self._prepare, args=(scenario, seed, seconds, wanted), name="simulator-start", daemon=True
+                target=self._prepare, args=(*drive, self._starting), name="simulator-start", daemon=True
             )
             self._starting.start()
 
-    def _prepare(self, scenario: Scenario, seed: int, seconds: float, wanted: int) -> None:
+    def _prepare(
+        self, scenario: Scenario, seed: int, seconds: float, wanted: int, before: threading.Thread | None
+    ) -> None:
+        if before is not None:
+            before.join()  # one thread at a time speaks to the cameras
         try:
             self._set_off(scenario, seed, seconds, wanted)
         except StudioError as error:
@@ -243,6 +252,11 @@ class Simulator:
                 message = type(frames)(frames=tuple(answers))
                 self._node.publish(topics.CAN_RX, message, id=self._config.can_bus, stamp_ns=now_ns)
 
+    def _go_round(self) -> None:
+        assert self._driven is not None
+        scenario, seed, seconds = self._driven
+        self.begin(scenario, seed + 1, seconds)
+
     def state(self) -> ScenarioState:
         """Where the drive stands."""
         drive = self._drive
@@ -261,6 +275,9 @@ class Simulator:
         if isinstance(drive, RealTime) and not drive.alive and not drive.completed and not self.problem:
             self.problem = BROKE_OFF
             self._node.log.error(self.problem)
+        if self._config.again and isinstance(drive, RealTime) and not drive.alive and drive.session.finished:
+            self._go_round()
+            return
         driving = drive.alive if isinstance(drive, RealTime) else drive is not None and not drive.session.finished
         if not driving:
             self._node.publish(topics.SCENARIO, self.state())

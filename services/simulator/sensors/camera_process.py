@@ -67,13 +67,23 @@ class Studio:
         return len(self._waiting)
 
     def load(self, scene: Scene) -> None:
-        """Show a scene's world; returns when every camera has drawn it once. Raises StudioError."""
+        """Show a scene's world; returns when every camera has drawn it once. Raises StudioError.
+
+        Pictures still on order are of the world before, and are thrown away.
+        """
         self._send(scene)
+        reply: Picture | str = self._reply()
+        while isinstance(reply, Picture):
+            reply = self._reply()
+        self._waiting.clear()
+        self._made.clear()
+        if reply:
+            raise StudioError(reply)
+
+    def _reply(self) -> Any:
         if not self._pipe.poll(OPEN_WITHIN_S):
             raise StudioError(f"the cameras were not ready within {OPEN_WITHIN_S:.0f} s")
-        reply = self._receive()
-        if isinstance(reply, str) and reply:
-            raise StudioError(reply)
+        return self._receive()
 
     def order(self, order: Order) -> None:
         """Ask for a picture of a scene of the loaded world."""

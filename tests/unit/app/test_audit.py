@@ -189,6 +189,22 @@ def test_a_head_kept_in_memory_settles_a_lost_tail(tmp_path: Path, signer: signi
     assert _run(str(path)) == 1
 
 
+def test_a_log_that_was_written_anew_with_another_key_is_called_rewritten(
+    tmp_path: Path, signer: signing.Signer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, stranger = tmp_path / "logs" / "t.mcap", signing.load_or_make(tmp_path / "stranger")
+    path.parent.mkdir()
+    memory = MemoryStore(tmp_path / "memory.sqlite")
+    memory.add_head(write(path, signer).head, 3)
+    memory.close()
+    path.unlink()
+    write(path, stranger)
+    assert _run(str(path)) == 1
+    told = capsys.readouterr().out
+    assert "REWRITTEN" in told
+    assert f"memory knows this log by key {signer.key_id}" in told
+
+
 @pytest.mark.parametrize("gone", ["1.mcap", "2.mcap", "3.mcap"])
 @pytest.mark.parametrize("named", [".", "logs"])
 def test_a_log_that_is_gone_is_told_by_name_where_its_folder_was_named(

@@ -15,6 +15,7 @@ from proto.decision import TraceRecord
 from proto.health import ChainHead
 from services.arbiter.profiles import profile
 from services.logger.memory import MemoryStore
+from services.logger.verification.verifier import verify
 from services.rules.book import load_book
 from tests.unit.app.replay.drive import drive, write_log
 
@@ -141,6 +142,21 @@ def test_a_log_that_was_tampered_with_does_not_pass(log: Path, tmp_path: Path) -
     (tmp_path / "t.mcap").write_bytes(raw)
     assert _run(str(tmp_path / "t.mcap")) == 1
     assert _run("--delta", "0.0", str(tmp_path / "t.mcap")) == 1, "nor does what is supposed of it"
+
+
+def test_a_log_that_lacks_the_head_that_memory_knows_does_not_pass(
+    recorded: list[TraceRecord], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "logs" / "log.mcap"
+    log.parent.mkdir()
+    write_log(log, recorded, tmp_path / "secrets")
+    assert _run(str(log)) == 0
+    memory = MemoryStore(tmp_path / "memory.sqlite")
+    memory.add_head(ChainHead(file=log.name, records=10_000, head_sha256="f" * 64), 3)
+    memory.close()
+    assert verify(log).intact, "the file alone does not tell a cut from a crash"
+    assert _run(str(log)) == 1
+    assert "it lacks the head that memory knows" in capsys.readouterr().err
 
 
 def test_a_drive_of_which_a_file_is_missing_does_not_pass(

@@ -83,9 +83,9 @@ def test_the_newest_signed_head_of_a_file_is_kept_until_the_file_is_retired(
         head = ChainHead(file="t.mcap", records=n, head_sha256=f"{n:064x}", signature="s", key_id="k")
         memory.add_head(head, n)
     memory.add_traces([_row(1)])
-    assert kept_head(tmp_path / "memory.sqlite", "t.mcap") == head.head_sha256
+    assert kept_head(tmp_path / "memory.sqlite", "t.mcap").head == head.head_sha256
     memory.forget_file("t.mcap")
-    assert kept_head(tmp_path / "memory.sqlite", "t.mcap") == ""
+    assert kept_head(tmp_path / "memory.sqlite", "t.mcap").head == ""
     assert memory.find_traces(TraceQuery()) == ()
 
 

@@ -101,7 +101,7 @@ def test_the_signed_head_goes_onto_the_bus_and_into_memory(tmp_path: Path) -> No
     (path,) = log_folder.logs(tmp_path / "logs")
     assert head.signature
     assert verify(path, expected_head=head.head_sha256).intact
-    kept = kept_head(tmp_path / "memory.sqlite", path.name)
+    kept = kept_head(tmp_path / "memory.sqlite", path.name).head
     assert kept == verify(path).head
     drive = MemoryStore(tmp_path / "memory.sqlite").recall("drive", path.name)
     assert [one.value["closed"] for one in drive] == [True, False]

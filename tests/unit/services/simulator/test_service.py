@@ -89,6 +89,16 @@ def test_tools_start_and_stop_a_drive(file: str) -> None:
         stack.wait_for(topics.SCENARIO, lambda state: not state.running)
 
 
+def test_a_drive_goes_round_with_the_next_seed_until_it_is_stopped(file: str) -> None:
+    with bus() as stack:
+        states = stack.collect(topics.SCENARIO)
+        stack.start(SERVICE, config(file, seconds=1.0, seed=3, again=True))
+        states.wait(lambda state: state.running and state.seed == 5, 30.0)
+        assert stack.call("stop_scenario").status == "ok"
+        after = len(states.messages)
+        assert not any(state.running for state in states.wait_count(after + 3)[after + 1 :])
+
+
 def test_starting_an_unknown_scenario_is_a_tool_error(file: str) -> None:
     with bus() as stack:
         stack.start(SERVICE, config(file, autostart=False))
@@ -230,6 +240,21 @@ def test_the_studio_draws_what_is_ordered_and_leaves_what_is_too_late() -> None:
         late = studio.take(2, 30.0)
         assert late is not None
         assert not late.jpeg
+    finally:
+        studio.close()
+
+
+def test_a_picture_on_order_is_no_answer_to_the_next_world() -> None:
+    world = World(scenario(), 1)
+    studio = open_studio(world)
+    try:
+        for number in (1, 2, 3):
+            studio.order(Order(number, "front", world.step().scene))
+        studio.load(World(scenario(), 2).scene())
+        assert studio.waiting == 0
+        studio.order(Order(1, "front", world.step().scene))
+        assert studio.take(1, 30.0) is not None
+        assert studio.take(2) is None, "a picture of the world before"
     finally:
         studio.close()
 
