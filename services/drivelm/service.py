@@ -23,8 +23,8 @@ from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
 from services.drivelm.cameras import Calibrations, RecentFrames
-from services.drivelm.country.country_belief import oncoming_cue, seen_to_come
-from services.drivelm.country.position import Placing
+from services.drivelm.country.country_belief import CountryBelief, oncoming_cue, seen_to_come
+from services.drivelm.country.position import Journey, Placing
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import answering as reader_of_graphs
@@ -134,7 +134,7 @@ class Bindings:
         self.boxes: dict[str, tuple[int, Boxes]] = {}
         """The last of each camera, with the stamp of their picture."""
         self.graph: SceneGraph | None = None
-        self.placing = Placing()
+        self.placing, self.journey = Placing(), Journey()
         node.detail["backend"] = self.front_end.backend.name
         node.subscribe(topics.CAMERA, self.on_frame)
         node.subscribe(topics.CALIBRATION, self.on_calibration)
@@ -189,8 +189,14 @@ class Bindings:
             self.front_end.believe(where)
 
     def on_position(self, message: GnssFix, info: Received[GnssFix]) -> None:
-        """Positions that lie in one country for some seconds tell it, whatever signs told; near a border none does."""
+        """Positions that lie in one country for some seconds tell it, whatever signs told; near a border none does.
+
+        Where the car goes on at a place that it cannot have driven to, what signs told of the country before counts no more.
+        """
         self.placing = self.placing.after(message, info.stamp_ns)
+        self.journey = self.journey.after(message, info.stamp_ns)
+        if self.journey.elsewhere:
+            self.front_end.believe(CountryBelief.at_home(self.config.home))
         if self.placing.told:
             self.front_end.believe(self.front_end.country_belief.at_position(self.placing.told))
 

@@ -1,7 +1,8 @@
 """The country at a position on earth, by the borders that the package countrycheck holds."""
 
+import math
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from countrycheck import CountryCheck
 
@@ -57,3 +58,38 @@ class Placing(NamedTuple):
     def told(self) -> str:
         """The country that the fixes tell; empty: none yet."""
         return self.country if self.last_ns - self.since_ns >= STEADY_NS else ""
+
+
+LEAP_M, FASTEST_MPS = 1_000.0, 100.0
+"""A fix further from the one before than the first, beside what the second drives, is a leap."""
+
+
+class Journey(NamedTuple):
+    """The last fix in the map's frame, and the leap that later fixes have yet to confirm."""
+
+    last: GnssFix | None = None
+    last_ns: int = 0
+    left: GnssFix | None = None
+    """The fix before the leap."""
+    leapt_ns: int = 0
+
+    def after(self, fix: GnssFix, now_ns: int) -> Self:
+        """With one more fix; one that is no number, or from before the last, is passed over."""
+        if not all(map(math.isfinite, (fix.x_m, fix.y_m))) or (self.last is not None and now_ns <= self.last_ns):
+            return self
+        there = self._replace(last=fix, last_ns=now_ns)
+        if self.left is not None and _reaches(self.left, self.leapt_ns, fix, now_ns):
+            return there._replace(left=None)
+        if self.last is not None and not _reaches(self.last, self.last_ns, fix, now_ns):
+            return there._replace(left=self.left or self.last, leapt_ns=now_ns)
+        return there._replace(left=None) if self.elsewhere else there
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the car went on for some seconds at a place that it cannot have driven to: a ferry, or another drive."""
+        return self.left is not None and self.last_ns - self.leapt_ns >= STEADY_NS
+
+
+def _reaches(before: GnssFix, before_ns: int, fix: GnssFix, now_ns: int) -> bool:
+    apart_m = math.dist((before.x_m, before.y_m), (fix.x_m, fix.y_m))
+    return apart_m <= LEAP_M + FASTEST_MPS * (now_ns - before_ns) / 1e9

@@ -1,5 +1,6 @@
 """A position on earth tells the country, and is overcome by signs."""
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,7 +9,7 @@ from drivemcp.testing import bus
 from proto import topics
 from proto.sensors import GnssFix
 from services.drivelm.country.country_belief import CountryBelief, cues_of, oncoming_cue
-from services.drivelm.country.position import Placing, place_of
+from services.drivelm.country.position import Journey, Placing, place_of
 from services.drivelm.country.surroundings import surroundings
 from services.drivelm.service import SERVICE, DrivelmConfig
 from services.drivelm.vocabulary.jurisdictions import JURISDICTIONS
@@ -126,3 +127,46 @@ def test_fixes_on_the_bus_end_the_home_setting() -> None:
         )
         units = [fact.reading for fact in told.facts if fact.kind == "units"]
         assert units == ["mph"]
+
+
+def leaps(places: list[tuple[float, float]], period_s: float = 0.5) -> int:
+    """How often such fixes, so long apart, say that the car is elsewhere."""
+    journey, found = Journey(), 0
+    for k, (x_m, y_m) in enumerate(places):
+        fix = GnssFix(x_m=x_m, y_m=y_m, heading_rad=0.0, sigma_m=2.0)
+        journey = journey.after(fix, round((k + 1) * period_s * 1e9))
+        found += journey.elsewhere
+    return found
+
+
+def test_a_car_that_goes_on_elsewhere_is_told_once_and_a_jump_of_the_receiver_never() -> None:
+    there, here = [(4_000.0 + 10.0 * k, 0.0) for k in range(10)], [(5.0 * k, 0.0) for k in range(20)]
+    assert leaps([*there, *here]) == 1
+    assert leaps([*there, *here, *there]) == 2
+    assert leaps([*there[:5], *here[:4], *there[5:], *there]) == 0, "back after two seconds"
+    assert leaps([*there, (0.0, 0.0), *there, (float("nan"), 0.0), *there]) == 0
+
+
+@given(st.lists(st.tuples(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0)), max_size=60))
+def test_driving_is_no_leap(steps: list[tuple[float, float]]) -> None:
+    x_m, y_m, places = 0.0, 0.0, []
+    for dx_m, dy_m in steps:
+        x_m, y_m = x_m + dx_m, y_m + dy_m
+        places.append((x_m, y_m))
+    assert leaps(places) == 0
+
+
+def test_another_drive_does_not_begin_in_the_country_of_the_last() -> None:
+    with bus() as b:
+        facts = b.collect(topics.FACTS)
+        b.start(SERVICE, DrivelmConfig(home="DEU"))
+        start_ns = b.probe.clock.now_ns()
+
+        def drive(at: GnssFix, from_s: float) -> None:
+            for tenth in range(40):
+                b.probe.publish(topics.GNSS, at, stamp_ns=start_ns + round((from_s + tenth / 10) * 1e9))
+
+        drive(msgspec.structs.replace(fix("GBR"), x_m=5_000.0), 0.0)
+        facts.wait(lambda m: any(f.kind == "units" and f.reading == "mph" for f in m.facts))
+        drive(GnssFix(x_m=0.0, y_m=0.0, heading_rad=0.0, sigma_m=5.0), 4.0)
+        facts.wait(lambda m: any(f.kind == "units" and f.reading == "km/h" for f in m.facts))
