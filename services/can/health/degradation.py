@@ -216,13 +216,13 @@ _SENSORS = {
     "es": "No es fiable, porque otros sensores lo contradicen: {}. Hágalo revisar.",
 }
 _PARTLY = {
-    "en": "Part of the vehicle's health cannot be read: {}.",
-    "de": "Ein Teil des Fahrzeugzustands ist nicht lesbar: {}.",
-    "fr": "Une partie de l'état du véhicule n'est pas lisible : {}.",
-    "nl": "Een deel van de toestand van de auto is niet te lezen: {}.",
-    "pl": "Części stanu samochodu nie można odczytać: {}.",
-    "it": "Una parte dello stato dell'auto non si può leggere: {}.",
-    "es": "Una parte del estado del coche no se puede leer: {}.",
+    "en": "Part of the car's health cannot be read.",
+    "de": "Ein Teil des Fahrzeugzustands ist nicht lesbar.",
+    "fr": "Une partie de l'état du véhicule n'est pas lisible.",
+    "nl": "Een deel van de toestand van de auto is niet te lezen.",
+    "pl": "Części stanu samochodu nie można odczytać.",
+    "it": "Una parte dello stato dell'auto non si può leggere.",
+    "es": "Una parte del estado del coche no se puede leer.",
 }
 
 
@@ -235,5 +235,5 @@ def _advice(steps: list[str], from_codes: list[str], degradation: Degradation, b
         named = dict.fromkeys(fault.field for fault in degradation.sensor_faults)
         texts.append(_SENSORS[language].format(", ".join(named)))
     if degradation.unknown:
-        texts.append(_PARTLY[language].format(", ".join(degradation.unknown)))
+        texts.append(_PARTLY[language])
     return " ".join(texts) if texts else _FINE[language]

@@ -121,6 +121,7 @@ FACES: dict[str, Face] = {
     "give_way": "give_way", "junction": "give_way", "go": "green_light",
     "vehicle_stop_now": "car_fault", "vehicle_stop_soon": "car_fault", "vehicle_with_care": "car_fault",
     "vehicle_leave": "car_fault", "vehicle_ok": "car_fault", "vehicle_trend": "car_fault", "vehicle_sensor": "car_fault",
+    "vehicle_unread": "car_fault",
     "overspeed": "limit", "limit": "limit", "limit_plate": "limit", "limit_advisory": "limit_advisory",
     "limit_ahead": "limit_ahead", "zone_ahead": "limit_ahead", "slow_ahead": "limit_ahead", "border": "border",
     "foreign": "sign", "deep_water": "deep_water", "ice": "ice", "water": "slippery", "slippery": "slippery",

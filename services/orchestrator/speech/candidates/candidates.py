@@ -63,7 +63,7 @@ def _vehicle(state: State, target: Target, events: dict[str, Event]) -> Iterator
         why=("fault", "slow") if slow else ("fault",),
         hazard="vehicle_fault" if drive_on == "stop_now" else "",
         first_since_ns=event.since_ns,
-        again_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor") else None,
+        again_s=REPEAT_MILD_S if phrase in ("vehicle_trend", "vehicle_sensor", "vehicle_unread") else None,
         confidence=health.confidence if health is not None else 0.7,
         names=tuple(event.detail.split()),
         asked_mps=target.mps,
@@ -108,10 +108,11 @@ def _slow_for_a_motorway(state: State, target: Target) -> bool:
 
 
 def _ahead_of_the_lamp(car: Degradation | None) -> str:
-    """The phrase where nothing but a trend or a doubted sensor is to be told."""
+    """The phrase where nothing but a trend, a doubted sensor or what cannot be read is to be told."""
     if car is None or car.dtcs or car.warning_lamps or any(each.name != "sensors_faulty" for each in car.indicators):
         return ""
-    return "vehicle_trend" if car.trends else "vehicle_sensor" if car.sensor_faults else ""
+    told = (("vehicle_trend", car.trends), ("vehicle_sensor", car.sensor_faults), ("vehicle_unread", car.unknown))
+    return next((phrase for phrase, found in told if found), "")
 
 
 # -- the law -----------------------------------------------------------------------------------------------------------
