@@ -59,7 +59,7 @@ $(VENV)/.full: $(VENV)/.made $(PROJECTS)
 
 demo: $(VENV)/.demo
 	@scripts/system-packages $(BIN)/python
-	@$(BIN)/drivemcp up --scenario urb-rain --seconds 60 $(ARGS)
+	@$(BIN)/drivemcp up --scenario urb-rain --seconds 60 --report $(ARGS)
 
 install: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python

@@ -228,6 +228,19 @@ def _verified(path: Path, expected_head: str, key: str, anchored: frozenset[str]
         raise UserError(f"{path} cannot be read: {error.strerror}") from None
 
 
+def checked_lines(paths: Sequence[Path]) -> tuple[bool, list[str]]:
+    """Whether a drive's logs are as they were written, and what is to be said of each, by this user's trust file."""
+    known = [known_head(path) for path in paths]
+    reports = [
+        _verified(path, head.head, "", frozenset(), frozenset()) for path, head in zip(paths, known, strict=True)
+    ]
+    trusted = _trusted(None)
+    signers = [_signed_by(report, "", trusted) for report in reports]
+    broken = [*broken_links(reports), *gone_files([str(path) for path in paths])]
+    told = [line for row in zip(reports, signers, known, strict=True) for line in lines(*row)]
+    return not broken and all(report.intact for report in reports), [*told, *broken]
+
+
 def is_rewritten(report: Report, known: KeptHead) -> bool:
     """Whether a log verifies by another key than memory knows it by, without the head that memory knows."""
     return report.expected_head_missing and bool(known.key_id and report.key_id) and known.key_id != report.key_id

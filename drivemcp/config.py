@@ -106,6 +106,22 @@ def assign(raw: dict[str, Any], setting: str) -> None:
     raw[last] = value
 
 
+NOT_SETTINGS = frozenset({"vehicle", "bus", "out_dir", "heartbeat_file", "log_level"})
+"""Where a service runs, not how: these differ from drive to drive."""
+MOST_TOLD = 2000
+
+
+def changed_settings(config: ServiceConfig) -> str:
+    """The settings that are not their defaults, as JSON of at most `MOST_TOLD` characters; empty: all are."""
+    fields = [each for each in msgspec.structs.fields(config) if each.name not in NOT_SETTINGS]
+    changed = {each.name: value for each in fields if (value := getattr(config, each.name)) != _default(each)}
+    return msgspec.json.encode(changed).decode()[:MOST_TOLD] if changed else ""
+
+
+def _default(field: msgspec.structs.FieldInfo) -> Any:
+    return field.default_factory() if field.default_factory is not msgspec.NODEFAULT else field.default
+
+
 def settings_of(pairs: Sequence[str]) -> dict[str, dict[str, Any]]:
     """`service.key=value` settings by service; further dots descend. Raises ConfigError."""
     found: dict[str, dict[str, Any]] = {}

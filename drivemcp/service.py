@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import msgspec
 
 from drivemcp.bus.session import Bus, open_bus
-from drivemcp.config import ServiceConfig, load_config
+from drivemcp.config import ServiceConfig, changed_settings, load_config
 from drivemcp.errors import BusError, DriveMcpError, UserError
 from drivemcp.files.modes import deny_others
 from drivemcp.node import Node
@@ -40,6 +40,8 @@ class Service(Generic[C]):
     def start(self, bus: Bus, config: C, *, authorize: Authorize | None = None) -> Node:
         """Build on a bus and announce. A failure closes what was begun and is passed on."""
         node = Node(bus, self.name, config, authorize=authorize or authorize_by_grant(config))
+        if told := changed_settings(config):
+            node.detail["settings"] = told
         try:
             self.build(config, node)
             node.open()

@@ -19,6 +19,8 @@ from app.drive.screen import Screen
 from app.drive.stack import Stack, StackPlan, folder_for
 from app.drive.summary import Summary, Tally
 from app.drive.words import end_line, live_line, spoken_line, summary_lines
+from app.replay.again import AtHand
+from app.report.command import write_report
 from drivemcp.config import settings_of
 from drivemcp.files.modes import others_denied
 from drivemcp.node import Node
@@ -37,6 +39,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speak", action="store_true", help="speak aloud on this machine (espeak-ng, or cockpit.speech_command)"
     )
+    parser.add_argument("--report", action="store_true", help="write the drive's report at the end (drivemcp report)")
     parser.add_argument("--keep", action="store_true", help="leave the stack up at the end, until Ctrl-C")
     parser.add_argument("--vehicle", default="", metavar="NAME", help="name on the bus; one of its own by default")
     parser.add_argument("--json", action="store_true", help="the summary as JSON, as the last line")
@@ -129,6 +132,8 @@ def _drive(
     _print(summary, screen, as_json=flags.json)
     for line in closing:
         screen.say(line())
+    if flags.report and logs:
+        screen.say(f"report: {write_report(logs, None, AtHand())}")
     if state.complaint:
         sys.stderr.write(f"drivemcp: the log does not verify: {state.complaint}\n")
     if state.trouble:

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import msgspec
@@ -12,23 +12,17 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
-from domain.pictures import may_be_unpacked
+from app.pictures import FONT, Image, draw_boxes, jpeg_of, unpacked
 from drivemcp.errors import UserError
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Boxes
 from proto.rules import LegalLimit
 
-Image = np.ndarray[Any, np.dtype[np.uint8]]
 BANNER_PX, LINE_PX, MOST_LINES = 84, 18, 3
 RATE_HZ = 10.0
 CHARACTER_PX = 5.6
 """Of the banner's letters, in the mean of a line of reasons (5.1 to 5.5), and a little room."""
-_COLOURS = {
-    "vehicle": (80, 200, 255), "pedestrian": (80, 120, 255), "sign": (255, 160, 80), "panel": (255, 200, 120),
-    "light": (120, 255, 120),
-}  # fmt: skip
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class Logged(NamedTuple):
@@ -90,30 +84,18 @@ def annotated(logs: Iterable[Path]) -> Iterator[Image]:
     for record in records:
         if record.topic != "sensor/camera/front":
             continue
-        jpeg = jpeg_of(record.data)
-        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if may_be_unpacked(jpeg) else None
+        bgr = unpacked(jpeg_of(record.data))
         if bgr is None:
             continue
         now = advice.get(record.stamp_ns)
         said = now if now is not None and now.kind != "SILENT" else said
-        yield draw(np.asarray(bgr, np.uint8), boxes.get(record.stamp_ns), now, said)
-
-
-def jpeg_of(data: bytes) -> bytes:
-    """The JPEG inside a logged picture, whatever wraps it: from its start to its end marker; empty where there is none."""
-    start, end = data.find(b"\xff\xd8\xff"), data.rfind(b"\xff\xd9")
-    return data[start : end + 2] if 0 <= start < end else b""
+        yield draw(bgr, boxes.get(record.stamp_ns), now, said)
 
 
 def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory | None) -> Image:
     """The picture with boxes, above a banner with the decision and the last thing said."""
     picture = bgr.copy()
-    for box in boxes.boxes if boxes else ():
-        colour = _COLOURS.get(box.kind, (255, 255, 255))
-        corner = (int(box.x0_px), int(box.y0_px))
-        cv2.rectangle(picture, corner, (int(box.x1_px), int(box.y1_px)), colour, 1, cv2.LINE_AA)
-        label = f"{box.kind} {box.track_id or ''}" + (f" {box.range_m:.0f} m" if box.range_m is not None else "")
-        cv2.putText(picture, label, (corner[0], max(10, corner[1] - 3)), _FONT, 0.38, colour, 1, cv2.LINE_AA)
+    draw_boxes(picture, boxes)
     _show_limit(picture, now.legal_limit if now else None)
     banner = np.full((BANNER_PX, picture.shape[1], 3), 24, np.uint8)
     first = (
@@ -122,7 +104,7 @@ def draw(bgr: Image, boxes: Boxes | None, now: Advisory | None, said: Advisory |
     second = f"{said.directive} ({said.justification})" if said else "nothing said yet"
     for number, text in enumerate([first, *lines_of(second, picture.shape[1])]):
         place = (10, 20 + LINE_PX * number)
-        cv2.putText(banner, text, place, _FONT, 0.42, (235, 235, 235), 1, cv2.LINE_AA)
+        cv2.putText(banner, text, place, FONT, 0.42, (235, 235, 235), 1, cv2.LINE_AA)
     return np.vstack([picture, banner])
 
 
@@ -145,10 +127,10 @@ def _show_limit(picture: Image, limit: LegalLimit | None) -> None:
 
 def _centred(picture: Image, text: str, centre: tuple[int, int], scale: float) -> None:
     """Dark letters with a light edge, so that they are read on any ground."""
-    (width, height), _ = cv2.getTextSize(text, _FONT, scale, 2)
+    (width, height), _ = cv2.getTextSize(text, FONT, scale, 2)
     place = (centre[0] - width // 2, centre[1] + height // 2)
-    cv2.putText(picture, text, place, _FONT, scale, WHITE, 4, cv2.LINE_AA)
-    cv2.putText(picture, text, place, _FONT, scale, DARK, 2, cv2.LINE_AA)
+    cv2.putText(picture, text, place, FONT, scale, WHITE, 4, cv2.LINE_AA)
+    cv2.putText(picture, text, place, FONT, scale, DARK, 2, cv2.LINE_AA)
 
 
 def lines_of(text: str, width_px: int) -> list[str]:

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -15,6 +15,8 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.paths import data, has_data
 from proto.decision import TraceRecord
+from services.arbiter.decide import Inputs
+from services.arbiter.explain import explain
 from services.logger.verification.verifier import verify
 from services.logger.writing.log_folder import named
 from services.rules.book import RuleBook, load_book
@@ -49,6 +51,7 @@ def register(subparsers: Subparsers) -> None:
         type=Path,
         help="a profile of the drive's that is not shipped",
     )
+    parser.add_argument("--tick", type=int, help="this tick alone, with what would have changed its decision")
     parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
     parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
     parser.set_defaults(run=command)
@@ -65,6 +68,8 @@ def command(flags: argparse.Namespace) -> int:
     unsound = [*_unsound(paths, flags.files), *_unsound(others, flags.against)]
     for complaint in unsound:
         sys.stderr.write(f"drivemcp: {complaint}\n")
+    if flags.tick is not None:
+        return max(_one(traces(paths), flags.tick, at_hand), int(bool(unsound)))
     if change != Change():
         return max(_suppose(traces(paths), change, at_hand, flags), int(bool(unsound)))
     ticks = list(side_by_side(traces(paths), traces(others)) if others else decide_again(traces(paths), at_hand))
@@ -80,6 +85,31 @@ def command(flags: argparse.Namespace) -> int:
     else:
         _tell(ticks, counts, everything=flags.all)
     return int(counts["different"] > 0 or counts["identical"] == 0 or bool(unsound))
+
+
+def _one(log: Iterable[TraceRecord], number: int, at_hand: AtHand) -> int:
+    """One tick decided again, and explained."""
+    kept: list[TraceRecord] = []
+
+    def passed() -> Iterator[TraceRecord]:
+        for trace in log:
+            kept[:] = [trace]
+            yield trace
+
+    for again in decide_again(passed(), at_hand):
+        if again.tick != number:
+            continue
+        trace = kept[0]
+        _say(f"tick {number}: {again.status}{f' ({again.why})' if again.why else ''}")
+        _say(
+            "; ".join(map(str, again.differences))
+            or f"{trace.advisory.kind}: {trace.advisory.directive or 'nothing said'}"
+        )
+        if trace.request is not None and again.status != "undecidable":
+            profile = at_hand.of(trace.decision.profile, trace.decision.profile_sha256)
+            _say(explain(trace.request, msgspec.convert(trace.decision.own, Inputs), profile).text)
+        return int(again.status != "identical")
+    raise UserError(f"--tick {number}: the log has no such tick")
 
 
 def _unsound(paths: list[Path], given: list[str]) -> list[str]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from drivemcp.config import ServiceConfig, load_config
+from drivemcp.config import ServiceConfig, changed_settings, load_config
 from drivemcp.errors import ConfigError
 
 
@@ -37,3 +37,9 @@ def test_settings_within_their_bounds_are_taken() -> None:
     config = load_config(ServiceConfig, None, ["vehicle=car-7", "tool_workers=1", "max_pending_calls=0"])
     assert (config.vehicle, config.tool_workers, config.max_pending_calls) == ("car-7", 1, 0)
     assert load_config(ServiceConfig, None, ["bus.connect_timeout_s=0.5"]).bus.connect_timeout_s == 0.5
+
+
+def test_a_service_tells_the_settings_that_are_not_their_defaults() -> None:
+    assert changed_settings(ServiceConfig()) == ""
+    assert changed_settings(ServiceConfig(vehicle="car-7", out_dir="/x")) == "", "where it runs is no setting"
+    assert changed_settings(ServiceConfig(tool_workers=7)) == '{"tool_workers":7}'

@@ -136,8 +136,8 @@ def drive(ticks: int, profile: Profile = PROFILE) -> list[TraceRecord]:
     return traces
 
 
-def write_log(path: Path, traces: Sequence[TraceRecord], secrets: Path) -> None:
-    """The traces as a closed log."""
+def write_log(path: Path, traces: Sequence[TraceRecord], secrets: Path, before: Sequence[Record] = ()) -> None:
+    """The traces as a closed log, other records before them."""
     signer = signing.load_or_make(secrets)
     file = LogFile(DiskFile(path), Origin(file=path.name, vehicle="ego", public_key=signer.public_hex), signer)
     records = [
@@ -151,7 +151,7 @@ def write_log(path: Path, traces: Sequence[TraceRecord], secrets: Path) -> None:
         )
         for i, trace in enumerate(traces)
     ]
-    file.append(records, now_ns=0)
+    file.append([*before, *records], now_ns=0)
     file.append([], now_ns=0, closed=True)
     file.finish()
     file.release()

@@ -324,9 +324,7 @@ def test_where_water_makes_it_too_slow_it_is_told_then_and_once_though_the_targe
 
 def test_a_car_that_falls_silent_is_not_told_as_a_fault_of_the_car() -> None:
     drive = driven(Degradation(h=0.0, brake_envelope=1.0))
-    drive.ask.table["vehicle_health"] = lambda a: health(
-        0.3, safe_to_drive="with_care", advice="Part of it is silent."
-    )
+    drive.ask.table["vehicle_health"] = lambda a: health(0.3, safe_to_drive="with_care", advice="Part of it is silent.")
     drive.car = Degradation(h=0.3, brake_envelope=None, unknown=("abs_fault", "tyre_pressure"))
     drive.ticks(60)
     said = [each for each in drive.spoken() if "car" in each.lower()]

@@ -1,0 +1,1 @@
+"""The report of a drive: one page that a person reads afterwards and an auditor trusts."""
