@@ -1,7 +1,9 @@
 """What msgspec leaves unsaid: the values that a field takes, beside the one that it does not."""
 
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
 
@@ -31,6 +33,22 @@ def choices(error: Exception, kind: Any) -> str:
     null = ", or null where it is not known" if None in values else ""
     listed = ", ".join(sorted(msgspec.json.encode(value).decode() for value in values - {None}))
     return f": give one of {listed}{null}" if listed else ""
+
+
+def fields(error: Exception, kind: Any) -> tuple[str, ...]:
+    """The fields of the object that an error is about; of a union those of all its members."""
+    said = str(error)
+    path = said.rpartition(" - at `$")[2].removesuffix("`") if " - at `$" in said else ""
+    here = _Place(_type(kind), path, keys=False).here
+    return tuple(
+        sorted({each.encode_name for one in here if isinstance(one, inspect.StructType) for each in one.fields})
+    )
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """`write "lorry"` for `lory`, with up to three words; empty where none is near."""
+    found = get_close_matches(word, tuple(known), 3, 0.6)
+    return f"write {' or '.join(json.dumps(each, ensure_ascii=False) for each in found)}" if found else ""
 
 
 class _Place:

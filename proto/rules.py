@@ -21,7 +21,10 @@ VehicleClass = Literal[
 `car_snow_chains` is a car of which `snow_chains` holds.
 """
 MonthDay = Annotated[
-    str, msgspec.Meta(pattern=r"^(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$", description="for example 11-15")
+    str,
+    msgspec.Meta(
+        pattern=r"^(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$", description="for example 11-15", examples=["11-15"]
+    ),
 ]
 
 

@@ -120,7 +120,10 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
 
 def read_pack(folder: Path) -> tuple[Text, ...]:
     """All texts of one pack, without those of the pack it extends. Raises CorpusError."""
-    content = read_content(folder)  # once: what is checked is what is indexed
+    found = read_content(folder)  # once: what is checked is what is indexed
+    for name, why in found.refused.items():
+        raise CorpusError(f"{folder / name}: {why}")
+    content = found.files
     manifest = _decoded(folder, content, "manifest.json", Manifest)
     provisions = _entries(folder, content, "provisions.json")
     signs = _entries(folder, content, "signs.json")

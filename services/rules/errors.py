@@ -9,17 +9,18 @@ from drivemcp.errors import UserError
 
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True):
-    """One thing that is wrong: where, and what."""
+    """One thing that is wrong: where, what, and what to do."""
 
     file: Path
     line: int = 0
     """From 1; 0 where the file has no such place."""
     field: str = ""
     message: str
+    remedy: str
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}" if self.line else f"{self.file}"
-        return f"{place}: {self.field}: {self.message}" if self.field else f"{place}: {self.message}"
+        return ": ".join(part for part in (place, self.field, f"{self.message}; {self.remedy}") if part)
 
 
 class PackError(UserError):

@@ -8,11 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from drivemcp.files.packfiles import read_regular
 from services.retrieval.corpus import Text, digest
 from services.retrieval.encoding.encoders import Encoder, Vectors
 
 BATCH = 16
 FOLDER = "embeddings"
+MAX_BYTES = 256 << 20
+"""Of the stored rows of one pack."""
 
 
 def stored_path(folder: Path, encoder: str) -> Path:
@@ -23,7 +26,7 @@ def stored_path(folder: Path, encoder: str) -> Path:
 def read_stored(folder: Path, encoder: str, texts: tuple[Text, ...]) -> Vectors | None:
     """The stored rows, or None where there are none, they were made of other texts, or some are no numbers."""
     try:
-        content = stored_path(folder, encoder).read_bytes()
+        content = read_regular(stored_path(folder, encoder), MAX_BYTES)
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             if str(stored["digest"]) != digest(texts):
                 return None

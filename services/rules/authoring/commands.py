@@ -30,7 +30,7 @@ def register(subparsers: Subparsers) -> None:
         "Exit status: 0 well, 1 the pack is not right, 2 the command was not.",
     )
     kinds = parser.add_subparsers(metavar="COMMAND", required=True)
-    new = _command(kinds, "new", _new, "start a pack: a copy of TEST-v1, or one that extends another")
+    new = _command(kinds, "new", _new, "start a pack: a copy of TEST-v1 as drafts, or one that extends another")
     new.add_argument("folder", metavar="FOLDER", type=Path)
     new.add_argument("--jurisdiction", metavar="CODE", help="ISO 3166 alpha-3, for example ITA or USA-NV")
     new.add_argument("--title", default="")
@@ -87,7 +87,8 @@ def _folders(parser: argparse.ArgumentParser) -> None:
 
 def _new(flags: argparse.Namespace) -> int:
     scaffold.scaffold(flags.folder, flags.jurisdiction, flags.title, flags.extends)
-    return _say(f"{flags.folder} is made; edit it, then: drivemcp rulepack seal {flags.folder}")
+    drafts = "" if flags.extends else " of drafts, which no service loads"
+    return _say(f"{flags.folder} is made{drafts}; edit it, then: drivemcp rulepack seal {flags.folder}")
 
 
 def _validate(flags: argparse.Namespace) -> int:

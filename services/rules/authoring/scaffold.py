@@ -1,4 +1,4 @@
-"""A new pack: a copy of TEST-v1 under another name and country, or an empty one that extends another."""
+"""A new pack: a copy of TEST-v1 under another name and country, all drafts, or an empty one that extends another."""
 
 import json
 import re
@@ -18,7 +18,7 @@ _PLACE = re.compile(r"[A-Z]{3}(-[A-Z0-9]{1,3})?")
 
 
 def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", extends: str = "") -> None:
-    """Write a pack that loads and passes its cases. Raises PackError where there is something already."""
+    """Write a pack: drafts, or nothing yet beside what it extends. Raises PackError where there is something already."""
     if not _ID.fullmatch(folder.name):
         raise PackError(f"{folder.name!r} is no name for a pack: letters, digits, dots and hyphens, as in DEU-v1")
     if folder.exists():
@@ -45,7 +45,7 @@ def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", ext
 
 
 def _copied(folder: Path, place: str) -> None:
-    """The template's content with its ids and its country renamed: the cases hold as they stand."""
+    """The template's content with its ids and its country renamed, as drafts: it is no country's law."""
     prefix = place[:3].lower()
     for path in (*(data(TEMPLATE) / name for name in FILES[1:]), *(data(TEMPLATE) / "sources").glob("*.md")):
         text = re.sub(r"\btest-(?=[a-z])", f"{prefix}-", path.read_text(encoding="utf-8"))
@@ -57,6 +57,8 @@ def _copied(folder: Path, place: str) -> None:
         )
         target = folder / ("sources" if path.suffix == ".md" else "") / path.name
         target.write_text(text, encoding="utf-8")
+    for name in ("provisions.json", "signs.json"):
+        write_json(folder / name, [{**entry, "draft": True} for entry in _json(folder / name)])
 
 
 def _json(path: Path) -> Any:

@@ -22,11 +22,13 @@ def paragraphs(text: str) -> dict[str, tuple[str, int, int]]:
 def seal(folder: Path) -> str:
     """Rewrite offsets, excerpts and the hash of a pack in place; the new hash. Raises PackError."""
     files = read_files(folder)
+    for problem in files.unread():
+        raise PackError(str(problem))
     for file, key, prefix in (("provisions.json", "id", ""), ("signs.json", "code", "sign:")):
         entries = _content(files, file, list[dict[str, Any]])
         for index, entry in enumerate(entries):
             if not isinstance(entry.get(key), str) or not isinstance(entry.get("sources"), list):
-                problem = files.problem(file, (index,), f"needs {key} and sources")
+                problem = files.problem(file, (index,), f"has no {key} or no sources", "add both")
                 raise PackError(str(problem))
             _relocate(files, entry, prefix + entry[key])
         write_json(folder / file, entries)
@@ -50,10 +52,14 @@ def _relocate(files: Files, entry: dict[str, Any], name: str) -> None:
     for source in entry["sources"]:
         document = source.get("document") if isinstance(source, dict) else None
         if document not in files.content:
-            raise PackError(f"{files.folder}: [{name}] cites {document!r}, which is no document of this pack")
+            raise PackError(
+                f"{files.folder}: [{name}] cites {document!r}, which is no document of this pack; name one of sources/"
+            )
         text = files.text(document)
         if name not in (found := paragraphs(text)):
-            raise PackError(f"{files.folder / document}: no heading ends in [{name}]")
+            raise PackError(
+                f"{files.folder / document}: no heading ends in [{name}]; write one above its text: ## SECTION [{name}]"
+            )
         section, source["start"], source["end"] = found[name]
         source["excerpt"] = text[source["start"] : source["end"]]
     entry["section"] = section

@@ -6,12 +6,15 @@ from typing import get_type_hints
 
 import msgspec
 
+from drivemcp.choices import nearest
+from drivemcp.files.packfiles import SOURCES
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from services.rules.authoring.seal import paragraphs
 from services.rules.errors import Problem
 from services.rules.packs.files import Files, decoded, decoded_list, read_files
 from services.rules.packs.format import Case, Manifest, Provision, Sign
 from services.rules.packs.loading import examine
+from services.rules.packs.remedies import remedy_for
 from services.rules.packs.signature import Trust
 from services.rules.signs.meaning import SignQuestion
 
@@ -29,8 +32,9 @@ def validated(folder: Path, trust: Trust | None = None) -> tuple[Problem, ...]:
 def _names(files: Files) -> Iterator[Problem]:
     manifest, _ = decoded(files, "manifest.json", Manifest)
     if manifest is not None and manifest.id != files.folder.absolute().name:
+        message = f"{manifest.id!r} is not the folder's name, by which others find it"
         yield files.problem(
-            "manifest.json", ("id",), f"{manifest.id!r} is not the folder's name, by which others find it"
+            "manifest.json", ("id",), message, f"write {files.folder.absolute().name!r}, or rename the folder"
         )
 
 
@@ -41,12 +45,15 @@ def _paragraphs(files: Files) -> Iterator[Problem]:
     if wrong or wrong_signs:
         return
     used = {entry.id for entry in provisions if entry} | {f"sign:{entry.code}" for entry in signs if entry}
-    for name in sorted(name for name in files.content if name.startswith("sources/")):
+    for name in sorted(name for name in files.content if name.startswith(SOURCES)):
         text = files.text(name)
         for entry, (_, start, _) in paragraphs(text).items():
             if entry not in used:
                 line = text.count("\n", 0, start) - 1
-                yield Problem(file=files.folder / name, line=line, message=f"nothing is called [{entry}]")
+                remedy = nearest(entry, used) or "give it an entry in provisions.json or signs.json, or remove the text"
+                yield Problem(
+                    file=files.folder / name, line=line, message=f"nothing is called [{entry}]", remedy=remedy
+                )
 
 
 def _cases(files: Files) -> Iterator[Problem]:
@@ -59,12 +66,16 @@ def _cases(files: Files) -> Iterator[Problem]:
         known = set(kind.__struct_fields__)
         for field in case.ask:
             if field not in known:
-                yield files.problem("cases.json", (index, "ask", field), "there is no such fact", case.name)
+                remedy = nearest(field, known) or f"remove it, or write one of {', '.join(sorted(known))}"
+                yield files.problem("cases.json", (index, "ask", field), "there is no such fact", remedy, case.name)
         try:
             msgspec.convert(case.ask, kind)
         except msgspec.ValidationError as error:
-            yield files.problem("cases.json", (index, "ask"), str(error), case.name)
-        answered = set(get_type_hints(SignMeaning if case.tool == "interpret_sign" else RulesAnswer))
+            yield files.problem("cases.json", (index, "ask"), str(error), remedy_for(error, kind), case.name)
+        answered = EXPECTED | set(get_type_hints(SignMeaning if case.tool == "interpret_sign" else RulesAnswer))
         for field in case.expect:
-            if field not in answered | EXPECTED:
-                yield files.problem("cases.json", (index, "expect", field), "no answer has this field", case.name)
+            if field not in answered:
+                remedy = nearest(field, answered) or f"remove it, or write one of {', '.join(sorted(answered))}"
+                yield files.problem(
+                    "cases.json", (index, "expect", field), "no answer has this field", remedy, case.name
+                )

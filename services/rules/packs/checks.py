@@ -4,12 +4,15 @@ from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import PurePosixPath
 
+from drivemcp.choices import nearest
+from drivemcp.files.packfiles import SOURCES
 from services.rules.errors import Problem
 from services.rules.packs.files import Files
 from services.rules.packs.format import Extends, Manifest, Provision, Sign, Source
 
+_DRAFT = "is a draft, and no pack with a draft is loaded"
 KINDS = ["guidance", "sign_table", "statute"]
-_DAY = "is no date of the form 2025-01-31"
+_DATE = "write it as in 2025-01-31"
 
 
 def version_numbers(text: str) -> tuple[int, int, int] | None:
@@ -23,27 +26,30 @@ def version_numbers(text: str) -> tuple[int, int, int] | None:
 def check_manifest(files: Files, manifest: Manifest) -> Iterator[Problem]:
     """Version, dates, languages, order of precedence, plausible limits."""
 
-    def wrong(field: str, message: str) -> Problem:
-        return files.problem("manifest.json", (field,), message)
+    def wrong(field: str, message: str, remedy: str) -> Problem:
+        return files.problem("manifest.json", (field,), message, remedy)
 
     if version_numbers(manifest.version) is None:
-        yield wrong("version", f"{manifest.version!r} is no version of the form 1.2.3")
+        yield wrong("version", f"{manifest.version!r} is no version", "write it as in 1.2.3")
     begin, until = _day(manifest.effective_from), _day(manifest.effective_until or "9999-12-31")
     if begin is None:
-        yield wrong("effective_from", f"{manifest.effective_from!r} {_DAY}")
+        yield wrong("effective_from", f"{manifest.effective_from!r} is no date", _DATE)
     if until is None:
-        yield wrong("effective_until", f"{manifest.effective_until!r} {_DAY}")
+        yield wrong("effective_until", f"{manifest.effective_until!r} is no date", _DATE)
     elif begin is not None and until < begin:
-        yield wrong("effective_until", f"{manifest.effective_until} lies before effective_from")
+        message = f"{manifest.effective_until} lies before effective_from"
+        yield wrong("effective_until", message, "give a later day, or null where no end is known")
     if not manifest.languages:
-        yield wrong("languages", "must not be empty")
+        yield wrong("languages", "is empty", "name the languages of the texts, the law's own first")
     if sorted(manifest.precedence) != KINDS:
-        yield wrong("precedence", "must order statute, sign_table and guidance, each once")
+        message = "does not order statute, sign_table and guidance, each once"
+        yield wrong("precedence", message, "write all three, the one that counts most first")
     if not manifest.plausible_limits:
-        yield wrong("plausible_limits", "must not be empty")
+        yield wrong("plausible_limits", "is empty", "give each type of road its lowest and highest limit")
     for road, (low, high) in manifest.plausible_limits.items():
         if low > high:
-            yield files.problem("manifest.json", ("plausible_limits", road), f"{low:g} lies above {high:g}")
+            message = f"{low:g} lies above {high:g}"
+            yield files.problem("manifest.json", ("plausible_limits", road), message, "write the lower limit first")
 
 
 def check_twice(files: Files, name: str, key: str, entries: Sequence[object]) -> Iterator[Problem]:
@@ -52,7 +58,8 @@ def check_twice(files: Files, name: str, key: str, entries: Sequence[object]) ->
     for index, entry in enumerate(entries):
         if (found := getattr(entry, key, None)) is not None:
             if found in seen:
-                yield files.problem(name, (index, key), f"{found!r} stands there twice")
+                remedy = f"remove one of them, or give it another {key}"
+                yield files.problem(name, (index, key), f"{found!r} stands there twice", remedy)
             seen.add(found)
 
 
@@ -62,18 +69,22 @@ def check_provisions(files: Files, entries: Sequence[Provision | None], manifest
         if entry is None:
             continue
         if entry.draft:
-            message = "is a draft: restate the text in your own words, give it effects, then remove this line"
-            yield files.problem("provisions.json", (index, "draft"), message, entry.id)
+            remedy = "restate your country's law in your own words, give it effects, then remove this line; or remove the entry"
+            yield files.problem("provisions.json", (index, "draft"), _DRAFT, remedy, entry.id)
         elif not entry.effects:
-            yield files.problem("provisions.json", (index, "effects"), "at least one is needed", entry.id)
+            remedy = "give at least one: what the text demands"
+            yield files.problem("provisions.json", (index, "effects"), "is empty", remedy, entry.id)
         yield from check_sources(files, "provisions.json", index, entry.id, entry.sources)
         for at, effect in enumerate(entry.effects):
             part = getattr(getattr(effect, "when", None), "subdivision", None)
             if part is not None and manifest is not None and part[:3] != manifest.jurisdiction[:3]:
                 path = (index, "effects", at, "when", "subdivision")
-                yield files.problem("provisions.json", path, f"{part} is no part of {manifest.jurisdiction}", entry.id)
+                message = f"{part} is no part of {manifest.jurisdiction}"
+                remedy = f"write it as in {manifest.jurisdiction[:3]}-XX"
+                yield files.problem("provisions.json", path, message, remedy, entry.id)
             if manifest is not None and (unit := getattr(effect, "unit", manifest.units)) != manifest.units:
-                yield files.problem("provisions.json", (index, "effects", at, "unit"), _unit(unit, manifest), entry.id)
+                field = (index, "effects", at, "unit")
+                yield files.problem("provisions.json", field, *_unit(unit, manifest), entry.id)
 
 
 def check_signs(files: Files, entries: Sequence[Sign | None], manifest: Manifest | None) -> Iterator[Problem]:
@@ -81,32 +92,41 @@ def check_signs(files: Files, entries: Sequence[Sign | None], manifest: Manifest
     for index, entry in enumerate(entries):
         if entry is None:
             continue
+        if entry.draft:
+            remedy = "make it your country's sign, then remove this line; or remove the entry"
+            yield files.problem("signs.json", (index, "draft"), _DRAFT, remedy, entry.code)
         if not entry.meaning:
-            yield files.problem("signs.json", (index, "meaning"), "at least one language is needed", entry.code)
+            remedy = "say in at least one language what the sign means"
+            yield files.problem("signs.json", (index, "meaning"), "is empty", remedy, entry.code)
         if manifest is not None and entry.unit not in (None, manifest.units):
-            yield files.problem("signs.json", (index, "unit"), _unit(entry.unit, manifest), entry.code)
+            yield files.problem("signs.json", (index, "unit"), *_unit(entry.unit, manifest), entry.code)
         if entry.plate is not None and entry.plate.type == "vehicle" and not entry.plate.classes:
-            message = "a plate about vehicles must say which"
-            yield files.problem("signs.json", (index, "plate", "classes"), message, entry.code)
+            message = "a plate about vehicles does not say which"
+            path = (index, "plate", "classes")
+            yield files.problem("signs.json", path, message, "list the classes of vehicle", entry.code)
         yield from check_sources(files, "signs.json", index, entry.code, entry.sources)
 
 
 def check_sources(files: Files, name: str, index: int, shown: str, sources: tuple[Source, ...]) -> Iterator[Problem]:
     """What is cited stands at its offsets in a document of this pack."""
     if not sources:
-        yield files.problem(name, (index, "sources"), "at least one is needed", shown)
+        remedy = "give at least one: the document in which the text stands"
+        yield files.problem(name, (index, "sources"), "is empty", remedy, shown)
     for at, source in enumerate(sources):
         path = (index, "sources", at)
         inside = PurePosixPath(source.document)
         if ".." in inside.parts or inside.is_absolute():
-            yield files.problem(name, path, f"document {source.document!r} lies outside the pack", shown)
-        elif source.document not in files.content or not source.document.startswith("sources/"):
-            yield files.problem(name, path, f"there is no document {source.document!r} (sources/*.md)", shown)
+            message = f"document {source.document!r} lies outside the pack"
+            yield files.problem(name, path, message, "put it into sources/ and name it so", shown)
+        elif source.document not in files.content or not source.document.startswith(SOURCES):
+            known = [document for document in files.content if document.startswith(SOURCES)]
+            message = f"there is no document {source.document!r}"
+            remedy = nearest(source.document, known) or f"write it, or name one of {', '.join(known) or 'sources/*.md'}"
+            yield files.problem(name, path, message, remedy, shown)
         elif not source.excerpt or files.text(source.document)[source.start : source.end] != source.excerpt:
             where = f"characters {source.start} to {source.end} of {source.document}"
-            yield files.problem(
-                name, path, f"{where} are not the excerpt (after an edit: drivemcp rulepack seal)", shown
-            )
+            message = f"{where} are not the excerpt"
+            yield files.problem(name, path, message, f"after an edit run: drivemcp rulepack seal {files.folder}", shown)
 
 
 def check_references(files: Files, entries: Sequence[Sign | None], known: set[str]) -> Iterator[Problem]:
@@ -115,7 +135,8 @@ def check_references(files: Files, entries: Sequence[Sign | None], known: set[st
         for at, name in enumerate(entry.provisions if entry is not None else ()):
             if name not in known:
                 shown = entry.code if entry is not None else ""
-                yield files.problem("signs.json", (index, "provisions", at), f"no provision {name!r}", shown)
+                remedy = nearest(name, known) or "name one of provisions.json, or remove it"
+                yield files.problem("signs.json", (index, "provisions", at), f"no provision {name!r}", remedy, shown)
 
 
 def check_parent(files: Files, wanted: Extends, parent: Manifest) -> Iterator[Problem]:
@@ -123,22 +144,25 @@ def check_parent(files: Files, wanted: Extends, parent: Manifest) -> Iterator[Pr
     have, need = version_numbers(parent.version), version_numbers(wanted.version)
     if have is None or need is None or have[0] != need[0] or have < need:
         message = f"needs {wanted.id} {wanted.version}, found {parent.version}"
-        yield files.problem("manifest.json", ("extends",), message)
+        remedy = "name the version that is there, and look whether this pack still fits to it"
+        yield files.problem("manifest.json", ("extends",), message, remedy)
     if parent.id != wanted.id:
-        yield files.problem("manifest.json", ("extends", "id"), f"that folder holds {parent.id}")
+        remedy = "name that, or give the folder its own pack's name"
+        yield files.problem("manifest.json", ("extends", "id"), f"that folder holds {parent.id}", remedy)
 
 
 def check_hash(files: Files, manifest: Manifest) -> Iterator[Problem]:
     """The manifest names the content's hash."""
     found = files.sha256()
     if found != manifest.content_sha256:
-        said = f"says {manifest.content_sha256[:12]}, the content has {found[:12]}"
-        message = f"{said}; after an intended change run: drivemcp rulepack seal {files.folder}"
-        yield files.problem("manifest.json", ("content_sha256",), message)
+        message = f"says {manifest.content_sha256[:12]}, the content has {found[:12]}"
+        remedy = f"after an intended change run: drivemcp rulepack seal {files.folder}"
+        yield files.problem("manifest.json", ("content_sha256",), message, remedy)
 
 
-def _unit(unit: str | None, manifest: Manifest) -> str:
-    return f"{unit} is not the unit of {manifest.jurisdiction}, {manifest.units}"
+def _unit(unit: str | None, manifest: Manifest) -> tuple[str, str]:
+    message = f"{unit} is not the unit of {manifest.jurisdiction}, {manifest.units}"
+    return message, f"write {manifest.units}, or the unit of the country in manifest.json"
 
 
 def _day(text: str) -> date | None:

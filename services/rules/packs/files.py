@@ -2,16 +2,17 @@
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
 
-from drivemcp.choices import choices
 from drivemcp.errors import MALFORMED
-from drivemcp.files.packfiles import FILES, content_sha256, read_content
+from drivemcp.files.packfiles import FILES, SOURCES, content_sha256, read_content
 from services.rules.errors import PackError, Problem
 from services.rules.packs import json_positions
+from services.rules.packs.remedies import remedy_for
 
 SIGNATURE = "signature.json"
 _BYTE = re.compile(r"\(byte (\d+)\)")
@@ -20,23 +21,43 @@ T = TypeVar("T")
 
 
 class Files(msgspec.Struct, frozen=True):
-    """Content by name relative to the folder; a file that cannot be read is absent."""
+    """Content by name relative to the folder, and why a file that is there was not read."""
 
     folder: Path
     content: dict[str, bytes]
+    refused: dict[str, str] = {}
 
     def text(self, name: str) -> str:
         """A file as text."""
         return self.content[name].decode("utf-8", errors="replace")
 
-    def problem(self, name: str, path: json_positions.Path, message: str, shown: str = "") -> Problem:
+    def problem(self, name: str, path: json_positions.Path, message: str, remedy: str, shown: str = "") -> Problem:
         """A problem at a JSON path of a file; `shown` is added to the path for people: an entry's id."""
         field = json_positions.written(path) + (f" ({shown})" if shown else "")
         line = json_positions.line_of(self.text(name), path) if name in self.content else 0
-        return Problem(file=self.folder / name, line=line, field=field, message=message)
+        return Problem(file=self.folder / name, line=line, field=field, message=message, remedy=remedy)
+
+    def unread(self) -> Iterator[Problem]:
+        """Files that are there and were not read, and documents that are no text."""
+        for name in self.refused:
+            yield self.absent(name)
+        for name in self.content:
+            if name.startswith(SOURCES) and "\ufffd" in (text := self.text(name)):
+                line = text.count("\n", 0, text.index("\ufffd")) + 1
+                remedy = "save the file as UTF-8"
+                yield Problem(file=self.folder / name, line=line, message="is no UTF-8 here", remedy=remedy)
+
+    def absent(self, name: str) -> Problem:
+        """Why there is no content of this name."""
+        message, _, remedy = self.refused.get(name, "is not there; put it there, as in rulepacks/TEST-v1").partition(
+            "; "
+        )
+        return Problem(file=self.folder / name, message=message, remedy=remedy)
 
     def sha256(self) -> str:
         """The content's hash. Raises PackError where a file cannot be read or decoded."""
+        for problem in self.unread():
+            raise PackError(str(problem))
         return content_sha256({name: self._value(name) for name in FILES}, self.content)
 
     def _value(self, name: str) -> Any:
@@ -48,7 +69,8 @@ class Files(msgspec.Struct, frozen=True):
 
 def read_files(folder: Path) -> Files:
     """Everything that belongs to a pack."""
-    return Files(folder, read_content(folder, (SIGNATURE,)))
+    found = read_content(folder, (SIGNATURE,))
+    return Files(folder, found.files, found.refused)
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -59,7 +81,7 @@ def write_json(path: Path, content: Any) -> None:
 def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...]]:
     """A file as a value of a type, or None and what is wrong."""
     if name not in files.content:
-        return None, (Problem(file=files.folder / name, message="cannot be read: is it there?"),)
+        return None, (files.absent(name),)
     try:
         return msgspec.json.decode(files.content[name], type=kind), ()
     except MALFORMED as error:
@@ -83,12 +105,11 @@ def decoded_list(files: Files, name: str, kind: type[T]) -> tuple[list[T | None]
 def _malformed(
     files: Files, name: str, error: Exception, kind: Any, below: json_positions.Path = (), entry: object = None
 ) -> Problem:
-    said = str(error)
+    said, remedy = str(error), remedy_for(error, kind)
     if (at := _BYTE.search(said)) is not None:
         line = files.content[name].count(b"\n", 0, int(at[1])) + 1
-        return Problem(file=files.folder / name, line=line, message=said)
+        return Problem(file=files.folder / name, line=line, message=said, remedy=remedy)
     place = _PATH.search(said)
     path = below + (json_positions.parsed(place[1]) if place else ())
     shown = str(entry.get("id") or entry.get("code") or entry.get("name") or "") if isinstance(entry, dict) else ""
-    message = said[: place.start()] if place else said
-    return files.problem(name, path, f"{message}{choices(error, kind)}", shown[:80])
+    return files.problem(name, path, said[: place.start()] if place else said, remedy, shown[:80])

@@ -13,17 +13,31 @@ RoadType = Literal["urban", "rural", "motorway", "dual_carriageway", "living_str
 Lane = Literal["left", "middle", "right", "bus", "hard_shoulder"]
 Texts = dict[str, str]
 """One text by language code."""
-PackId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9.-]{0,63}$", description="also the name of its folder")]
-Version = Annotated[str, Meta(pattern=r"^[0-9]+\.[0-9]+\.[0-9]+$", description="semantic version")]
-Day = Annotated[str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$", description="ISO 8601 date")]
+PackId = Annotated[
+    str,
+    Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9.-]{0,63}$", description="also the name of its folder", examples=["ITA-v1"]),
+]
+Version = Annotated[str, Meta(pattern=r"^[0-9]+\.[0-9]+\.[0-9]+$", description="semantic version", examples=["1.2.3"])]
+Day = Annotated[
+    str, Meta(pattern=r"^[0-9]{4}-[0-9]{2}-[0-9]{2}$", description="ISO 8601 date", examples=["2025-01-31"])
+]
 Place = Annotated[
     str,
-    Meta(pattern=r"^[A-Z]{3}(-[A-Z0-9]{1,3})?$", description="ISO 3166-1 alpha-3, a part as in ISO 3166-2 behind it"),
+    Meta(
+        pattern=r"^[A-Z]{3}(-[A-Z0-9]{1,3})?$",
+        description="ISO 3166-1 alpha-3, a part as in ISO 3166-2 behind it",
+        examples=["ITA", "USA-CA"],
+    ),
 ]
 Hash = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$", description="SHA-256, written by `drivemcp rulepack seal`")]
-Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$", examples=["ita-speed-town"])]
 Code = Annotated[
-    str, Meta(pattern=r"^[A-Za-z0-9_]+(:[A-Za-z0-9_.]+){0,3}$", description="as the sign readers write it")
+    str,
+    Meta(
+        pattern=r"^[A-Za-z0-9_]+(:[A-Za-z0-9_.]+){0,3}$",
+        description="as the sign readers write it",
+        examples=["no_entry", "plate:when_wet"],
+    ),
 ]
 Speed = Annotated[float, Meta(gt=0, le=300)]
 Offset = Annotated[int, Meta(ge=0, description="characters from the beginning of the document")]
@@ -174,7 +188,7 @@ class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     topics: Texts = {}
     """Words people use of the subject and the text does not; searched, never cited."""
     draft: bool = False
-    """Imported and not yet restated: no pack with a draft in it is loaded."""
+    """Copied or imported and not yet restated: no pack with a draft in it is loaded."""
 
 
 class Plate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -205,6 +219,8 @@ class Sign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     plate: Plate | None = None
     note: Texts = {}
     aliases: tuple[str, ...] = ()
+    draft: bool = False
+    """As of a provision."""
 
 
 class Case(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

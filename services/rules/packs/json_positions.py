@@ -2,21 +2,20 @@
 
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 
 Path = tuple[str | int, ...]
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\]:,]|[^\s{}\[\]:,"]+', re.S)
+_DEEPEST = 16
+"""No field of a pack lies deeper; what does is not looked for."""
 _PART = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
 
 
 def line_of(text: str, path: Path) -> int:
     """The line (from 1) of the value at a path, or of the deepest part of the path that is there."""
-    best, offset = -1, 0
-    for found, start in _places(text):
-        if len(found) > best and found == path[: len(found)]:
-            best, offset = len(found), start
-            if best == len(path):
-                break
-    return text.count("\n", 0, offset) + 1
+    found = _index(text)
+    deepest = next(path[:depth] for depth in range(len(path), -1, -1) if path[:depth] in found)
+    return text.count("\n", 0, found[deepest]) + 1
 
 
 def written(path: Path) -> str:
@@ -28,6 +27,15 @@ def parsed(text: str) -> Path:
     """The path of msgspec's `$[3].sources[0].start`; what lies below `[...]`, a key that is not named, is left out."""
     named = text.removeprefix("$").partition("[...]")[0]
     return tuple(int(index) if index else name for name, index in _PART.findall(named))
+
+
+@lru_cache(maxsize=4)
+def _index(text: str) -> dict[Path, int]:
+    """Where the value at each path begins; of a name that stands twice the first."""
+    found: dict[Path, int] = {}
+    for path, start in _places(text):
+        found.setdefault(path, start)
+    return found
 
 
 def _places(text: str) -> Iterator[tuple[Path, int]]:
@@ -53,10 +61,8 @@ def _places(text: str) -> Iterator[tuple[Path, int]]:
             continue
         if naming:
             frames[-1:] = [word[1:-1]]
+        if (naming or (frames and isinstance(frames[-1], int))) and len(frames) <= _DEEPEST:
             yield tuple(frames), token.start()
-            continue
-        if frames and isinstance(frames[-1], int):
-            yield tuple(frames), token.start()
-        if word in "{[":
+        if not naming and word in "{[":
             frames.append("" if word == "{" else 0)
             naming = word == "{"

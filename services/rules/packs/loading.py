@@ -5,6 +5,7 @@ from pathlib import Path
 import msgspec
 
 from drivemcp.errors import MALFORMED
+from drivemcp.files.packfiles import FILES, read_regular
 from drivemcp.paths import data, has_data
 from proto.rules import RulepackInfo
 from services.rules.errors import PackError, Problem, refused
@@ -107,7 +108,8 @@ def examine(
     provisions, wrong_provisions = decoded_list(files, "provisions.json", Provision)
     signs, wrong_signs = decoded_list(files, "signs.json", Sign)
     cases, wrong_cases = decoded_list(files, "cases.json", Case)
-    problems = [*found, *wrong_provisions, *wrong_signs, *wrong_cases]
+    unread = tuple(problem for problem in files.unread() if problem.file.name not in FILES)
+    problems = [*unread, *found, *wrong_provisions, *wrong_signs, *wrong_cases]
     problems += checks.check_twice(files, "provisions.json", "id", provisions)
     problems += checks.check_twice(files, "signs.json", "code", signs)
     problems += checks.check_provisions(files, provisions, manifest)
@@ -119,7 +121,7 @@ def examine(
     problems += wrong_parent
     if manifest is not None:
         problems += checks.check_manifest(files, manifest)
-        if not (found or wrong_provisions or wrong_signs or wrong_cases):
+        if not (unread or found or wrong_provisions or wrong_signs or wrong_cases):
             problems += checks.check_hash(files, manifest)
         problems += check_signature(files, manifest, trust or Trust())
     if problems:
@@ -139,7 +141,7 @@ def extended_folders(folder: Path) -> tuple[Path, ...]:
     found: list[Path] = []
     while len(found) < MAX_FAMILY:
         try:
-            manifest = msgspec.json.decode((folder / "manifest.json").read_bytes(), type=_Extending)
+            manifest = msgspec.json.decode(read_regular(folder / "manifest.json"), type=_Extending)
         except (OSError, *MALFORMED):
             break
         if manifest.extends is None or (above := parent_folder(folder, manifest.extends.id)) in found:
@@ -178,7 +180,8 @@ def _parent(
     line = (*seen, manifest.id)
     if manifest.extends.id in line:
         circle = " -> ".join((*line, manifest.extends.id))
-        return None, [files.problem("manifest.json", ("extends",), f"{circle} goes in a circle")]
+        remedy = "let one of them extend no other"
+        return None, [files.problem("manifest.json", ("extends",), f"{circle} goes in a circle", remedy)]
     parent, problems = examine(parent_folder(files.folder, manifest.extends.id), trust, line)
     if parent is None:
         return None, list(problems)

@@ -36,6 +36,8 @@ def sign(folder: Path, private: str) -> Signature:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     files = read_files(folder)
+    for problem in files.unread():
+        raise PackError(str(problem))
     manifest, problems = decoded(files, "manifest.json", Manifest)
     if problems:
         raise PackError(str(problems[0]))
@@ -71,9 +73,14 @@ def signed(manifest: Manifest) -> bytes:
 
 def check_signature(files: Files, manifest: Manifest, trust: Trust) -> Iterator[Problem]:
     """A signature that is there must hold; with `required` it must be there, and by a trusted key."""
+    sign_again = f"sign it again: drivemcp rulepack sign {files.folder} --key FILE"
     if SIGNATURE not in files.content:
-        if trust.required:
-            yield Problem(file=files.folder / SIGNATURE, message="a signature is required, and there is none")
+        if trust.required and SIGNATURE not in files.refused:
+            yield Problem(
+                file=files.folder / SIGNATURE,
+                message="a signature is required, and there is none",
+                remedy=sign_again.replace(" again", ""),
+            )
         return
     found, problems = decoded(files, SIGNATURE, Signature)
     yield from problems
@@ -81,11 +88,18 @@ def check_signature(files: Files, manifest: Manifest, trust: Trust) -> Iterator[
         return
     about = (found.pack_id, found.version, found.content_sha256)
     if about != (manifest.id, manifest.version, manifest.content_sha256):
-        yield files.problem(SIGNATURE, ("content_sha256",), "signs another content; sign again, or remove the file")
+        yield files.problem(
+            SIGNATURE, ("content_sha256",), "signs another content", f"{sign_again}, or remove the file"
+        )
     elif not _holds(found, manifest):
-        yield files.problem(SIGNATURE, ("signature",), "does not hold: it was altered, or is not this key's")
+        yield files.problem(
+            SIGNATURE, ("signature",), "does not hold: it was altered, or is not this key's", sign_again
+        )
     elif trust.required and found.public_key not in trust.keys:
-        yield files.problem(SIGNATURE, ("public_key",), f"key {key_id(found.public_key)} is not trusted here")
+        message = f"key {key_id(found.public_key)} is not trusted here"
+        yield files.problem(
+            SIGNATURE, ("public_key",), message, "sign it with a trusted key, or name this key as trusted"
+        )
 
 
 def _holds(found: Signature, manifest: Manifest) -> bool:

@@ -6,7 +6,7 @@ import unicodedata
 from pathlib import Path
 from typing import Any
 
-from drivemcp.files.packfiles import FILES
+from drivemcp.files.packfiles import FILES, read_regular
 from drivemcp.paths import data
 from services.rules.authoring.scaffold import TEMPLATE
 from services.rules.authoring.seal import seal
@@ -106,6 +106,6 @@ def _line(text: str) -> str:
 
 def _json(path: Path) -> Any:
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"))
+        return json.loads(read_regular(path).decode("utf-8-sig"))
     except (OSError, ValueError) as error:
         raise PackError(f"{path}: {error}") from None

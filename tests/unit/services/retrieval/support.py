@@ -33,7 +33,7 @@ class WordEncoder:
 
 def seal(folder: Path) -> None:
     """Write the hash of what is there now into the manifest."""
-    content = read_content(folder)
+    content = read_content(folder).files
     values = {name: json.loads(content[name]) for name in FILES}
     manifest = values["manifest.json"] | {"content_sha256": content_sha256(values, content)}
     (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from services.rules.authoring.scaffold import scaffold
+from services.rules.authoring.seal import seal
 from services.rules.packs.loading import content_hash
 
 
@@ -13,6 +15,14 @@ def edit(path: Path, change: Callable[[Any], Any]) -> None:
     content = json.loads(path.read_text(encoding="utf-8"))
     changed = change(content)
     path.write_text(json.dumps(content if changed is None else changed, ensure_ascii=False, indent=1), encoding="utf-8")
+
+
+def adopted(folder: Path, jurisdiction: str | None = None, extends: str = "") -> None:
+    """A new pack whose drafts are taken for law as they stand."""
+    scaffold(folder, jurisdiction, extends=extends)
+    for name in ("provisions.json", "signs.json"):
+        edit(folder / name, lambda entries: [{k: v for k, v in e.items() if k != "draft"} for e in entries])
+    seal(folder)
 
 
 def rehash(folder: Path) -> None:

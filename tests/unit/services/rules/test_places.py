@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from proto.rules import RightOfWayQuestion, Situation
-from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.limits.limit_answer import applicable_limit
 from services.rules.right_of_way import right_of_way
 from services.rules.signs.meaning import careful_rank
-from tests.unit.services.rules.editing import edit, rehash, set_limit
+from tests.unit.services.rules.editing import adopted, edit, rehash, set_limit
 
 TOWN = Situation(road_type="urban", wet=False, snow=False, visibility_m=300.0, time_of_day_h=12.0)
 
@@ -23,12 +22,12 @@ TOWN = Situation(road_type="urban", wet=False, snow=False, visibility_m=300.0, t
 def nation(tmp_path_factory: pytest.TempPathFactory) -> RuleBook:
     """Italy with 50 in town, one region of it with 60, and another country that extends Italy."""
     home = tmp_path_factory.mktemp("packs")
-    scaffold(home / "ITA-v1", "ITA")
-    scaffold(home / "ITA-88-v1", "ITA-88")
+    adopted(home / "ITA-v1", "ITA")
+    adopted(home / "ITA-88-v1", "ITA-88")
     set_limit(home / "ITA-88-v1", "ita-speed-town", 60)
     edit(home / "ITA-88-v1" / "manifest.json", lambda m: m.update(extends={"id": "ITA-v1", "version": "1.0.0"}))
     rehash(home / "ITA-88-v1")
-    scaffold(home / "SMR-v1", "SMR", extends="ITA-v1")
+    adopted(home / "SMR-v1", "SMR", extends="ITA-v1")
     book, refused = load_book([home / "ITA-v1", home / "ITA-88-v1", home / "SMR-v1"])
     assert refused == ()
     return book

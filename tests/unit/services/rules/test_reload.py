@@ -16,12 +16,11 @@ from proto.topics import HEALTH, LOG
 from services.retrieval.service import SERVICE as RETRIEVAL
 from services.retrieval.service import RetrievalConfig
 from services.rules import service
-from services.rules.authoring.scaffold import scaffold
 from services.rules.authoring.seal import seal
 from services.rules.packs.loading import load
 from services.rules.packs.signature import sign
 from services.rules.service import SERVICE, RulesConfig
-from tests.unit.services.rules.editing import rehash, set_limit
+from tests.unit.services.rules.editing import adopted, rehash, set_limit
 
 TOWN = {"jurisdiction": "ZZZ", "road_type": "urban", "visibility_m": 200.0, "wet": False, "snow": False}
 SOON_S = 0.02
@@ -29,7 +28,7 @@ SOON_S = 0.02
 
 @pytest.fixture
 def pack(tmp_path: Path) -> Path:
-    scaffold(tmp_path / "A-v1")
+    adopted(tmp_path / "A-v1")
     return tmp_path / "A-v1"
 
 

@@ -12,14 +12,13 @@ from hypothesis import strategies as st
 
 from drivemcp.paths import data
 from proto.rules import Circumstance, RightOfWayQuestion, RulesAnswer
-from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.packs.format import RightOfWay
 from services.rules.packs.loading import Pack
 from services.rules.right_of_way import CROSSINGS, right_of_way
 from services.rules.service import RulesConfig
 from services.rules.signs.meaning import careful_rank
-from tests.unit.services.rules.editing import edit, rehash
+from tests.unit.services.rules.editing import adopted, edit, rehash
 
 BOOK = load_book([data(f"rulepacks/{name}") for name in ("DEU-v1", "DEU-v1-VSL", "GBR-v1")])[0]
 SHIPPED = load_book([data(f"rulepacks/{name}") for name in RulesConfig().packs])[0]
@@ -167,7 +166,7 @@ def asked(trigger: str, demands: Demands, question: RightOfWayQuestion) -> Rules
     """What a pack answers with further provisions on a trigger, each of a kind and with an action."""
     with TemporaryDirectory() as name:
         folder = Path(name) / "A-v1"
-        scaffold(folder)
+        adopted(folder)
 
         def add(provisions: list[dict[str, Any]]) -> None:
             for at, (kind, action) in enumerate(demands):

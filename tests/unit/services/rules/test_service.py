@@ -13,9 +13,8 @@ from proto.topics import HEALTH
 from services.retrieval.service import SERVICE as RETRIEVAL
 from services.retrieval.service import RetrievalConfig
 from services.rules import service
-from services.rules.authoring.scaffold import scaffold
 from services.rules.service import SERVICE, RulesConfig
-from tests.unit.services.rules.editing import edit, rehash
+from tests.unit.services.rules.editing import adopted, edit, rehash
 
 URBAN = {"jurisdiction": "DEU", "road_type": "urban", "visibility_m": 200.0, "wet": False, "segment_id": "s1"}
 TOOLS = {"lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"}
@@ -182,7 +181,7 @@ def test_an_old_pack_is_told_to_the_driver_in_its_language_and_lowers_confidence
 
 def test_a_pack_that_has_run_out_is_noticed_by_the_clock(tmp_path: Path) -> None:
     pack = tmp_path / "ITA-v1"
-    scaffold(pack, "ITA")
+    adopted(pack, "ITA")
     edit(pack / "manifest.json", lambda m: m.update(effective_until="2025-06-30"))
     rehash(pack)
     for settings, degraded in (({}, True), ({"today": "2025-06-30"}, False), ({"lockstep": True}, False)):
@@ -221,8 +220,8 @@ def test_a_country_without_a_pack_is_looked_up_in_all() -> None:
 
 
 def test_the_law_that_a_pack_inherits_from_another_nation_is_found_beside_retrieval(tmp_path: Path) -> None:
-    scaffold(tmp_path / "ITA-v1", "ITA")
-    scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
+    adopted(tmp_path / "ITA-v1", "ITA")
+    adopted(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
     packs = (str(tmp_path / "ITA-v1"), str(tmp_path / "SMR-v1"))
     with bus() as b:
         b.start(RETRIEVAL, RetrievalConfig(packs=packs, encoder="none"))

@@ -9,20 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from proto.rules import Situation
-from services.rules.authoring.scaffold import scaffold
 from services.rules.book import load_beside, load_book
 from services.rules.limits.limit_answer import applicable_limit
 from services.rules.packs.loading import Pack
 from services.rules.packs.signature import Trust
 from services.rules.shelf import Change, Shelf
-from tests.unit.services.rules.editing import edit, rehash, set_limit
+from tests.unit.services.rules.editing import adopted, edit, rehash, set_limit
 
 TOWN = Situation(jurisdiction="ZZZ", road_type="urban", wet=False, snow=False, visibility_m=300.0, time_of_day_h=12.0)
 
 
 @pytest.fixture
 def pack(tmp_path: Path) -> Path:
-    scaffold(tmp_path / "A-v1")
+    adopted(tmp_path / "A-v1")
     return tmp_path / "A-v1"
 
 
@@ -109,7 +108,7 @@ def test_a_mended_version_is_taken_up(pack: Path) -> None:
 def test_a_pack_that_was_not_there_at_the_start_is_taken_up_when_it_comes(tmp_path: Path) -> None:
     shelf = Shelf((tmp_path / "A-v1",))
     assert len(shelf.refused) == 1
-    scaffold(tmp_path / "A-v1")
+    adopted(tmp_path / "A-v1")
     change = looked(shelf)
     assert change is not None
     assert change.versions[0][0] == ""
@@ -117,7 +116,7 @@ def test_a_pack_that_was_not_there_at_the_start_is_taken_up_when_it_comes(tmp_pa
 
 
 def test_a_changed_parent_changes_the_pack_that_extends_it(pack: Path, tmp_path: Path) -> None:
-    scaffold(tmp_path / "B-v1", extends="A-v1")
+    adopted(tmp_path / "B-v1", extends="A-v1")
     shelf = Shelf((tmp_path / "B-v1",))
     set_limit(pack, "zzz-speed-town", 40)
     assert looked(shelf) is not None
@@ -139,7 +138,7 @@ def test_whatever_is_written_only_what_was_sealed_is_ever_answered(steps: list[t
 
     with TemporaryDirectory() as name:
         folder = Path(name) / "A-v1"
-        scaffold(folder)
+        adopted(folder)
         shelf, expected = Shelf((folder,)), 50.0
         for value, sealed in steps:
             set_limit(folder, "zzz-speed-town", value, sealed=sealed)
@@ -151,8 +150,8 @@ def test_whatever_is_written_only_what_was_sealed_is_ever_answered(steps: list[t
 
 
 def test_the_manifest_may_name_another_parent_later(pack: Path, tmp_path: Path) -> None:
-    scaffold(tmp_path / "B-v1", extends="A-v1")
-    scaffold(tmp_path / "C-v1")
+    adopted(tmp_path / "B-v1", extends="A-v1")
+    adopted(tmp_path / "C-v1")
     shelf = Shelf((tmp_path / "B-v1",))
     edit(tmp_path / "B-v1" / "manifest.json", lambda m: m["extends"].update(id="C-v1"))
     rehash(tmp_path / "B-v1")
@@ -175,7 +174,7 @@ def test_a_second_pack_of_the_same_id_is_refused_by_name_and_the_first_answers(p
 
 
 def test_a_pack_that_takes_the_id_of_another_is_refused_and_both_stay_as_they_were(pack: Path, tmp_path: Path) -> None:
-    scaffold(tmp_path / "B-v1", "YYY")
+    adopted(tmp_path / "B-v1", "YYY")
     shelf = Shelf((pack, tmp_path / "B-v1"))
     before = shelf.edition
     edit(tmp_path / "B-v1" / "manifest.json", lambda m: m.update(id="A-v1"))

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from services.rules.authoring.scaffold import scaffold
+from tests.unit.services.rules.editing import adopted
 
 
 @pytest.fixture
 def pack(tmp_path: Path) -> Path:
-    scaffold(tmp_path / "ITA-v1", "ITA")
+    adopted(tmp_path / "ITA-v1", "ITA")
     return tmp_path / "ITA-v1"

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from drivemcp.cli import run
 from drivemcp.paths import data
+from services.retrieval.corpus import CorpusError, read_pack
+from services.rules.book import load_book
 from services.rules.packs.loading import load
-from tests.unit.services.rules.editing import edit, rehash, set_limit
+from tests.unit.services.rules.editing import adopted, edit, rehash, set_limit
 
 Said = pytest.CaptureFixture[str]
 
@@ -20,9 +22,25 @@ def rulepack(*arguments: object) -> int:
     return run(["rulepack", *map(str, arguments)])
 
 
-def test_a_new_pack_is_right_and_passes_its_cases(tmp_path: Path, capsys: Said) -> None:
+def test_a_new_pack_is_drafts_alone_and_no_service_loads_it(tmp_path: Path, capsys: Said) -> None:
     folder = tmp_path / "ITA-v1"
     assert rulepack("new", folder, "--jurisdiction", "ITA", "--title", "Italy") == 0
+    assert "drafts" in capsys.readouterr().out
+    assert rulepack("validate", folder) == 1
+    told = capsys.readouterr().out.splitlines()
+    entries = [entry for name in ("provisions", "signs") for entry in json.loads((folder / f"{name}.json").read_text())]
+    assert len(told) == len(entries) > 60
+    assert all("is a draft" in line for line in told)
+    book, refused = load_book([folder])
+    assert not book.packs
+    assert "is a draft" in refused[0]
+    with pytest.raises(CorpusError, match="is a draft"):
+        read_pack(folder)
+
+
+def test_a_pack_whose_drafts_are_taken_for_law_is_right_and_passes_its_cases(tmp_path: Path, capsys: Said) -> None:
+    folder = tmp_path / "ITA-v1"
+    adopted(folder, "ITA")
     assert rulepack("validate", folder) == 0
     assert rulepack("test", folder) == 0
     assert "76 of 76 cases hold" in capsys.readouterr().out
@@ -148,8 +166,7 @@ def test_show_lists_a_pack_and_shows_one_entry_with_text_and_offsets(capsys: Sai
 
 def test_diff_says_what_changed_for_a_driver(pack: Path, tmp_path: Path, capsys: Said) -> None:
     other = tmp_path / "later" / "ITA-v1"
-    assert rulepack("new", other, "--jurisdiction", "ITA") == 0
-    capsys.readouterr()
+    adopted(other, "ITA")
     assert rulepack("diff", pack, other) == 0
     assert capsys.readouterr().out == "nothing changed\n"
     set_limit(other, "ita-speed-town", 30)
@@ -186,7 +203,7 @@ def test_diff_says_what_changed_for_a_driver(pack: Path, tmp_path: Path, capsys:
 
 def test_diff_tells_what_may_raise_a_limit_without_changing_one(pack: Path, tmp_path: Path, capsys: Said) -> None:
     other = tmp_path / "later" / "ITA-v1"
-    assert rulepack("new", other, "--jurisdiction", "ITA") == 0
+    adopted(other, "ITA")
 
     def change(provisions: list[dict[str, Any]]) -> None:
         by_id = {p["id"]: p for p in provisions}
@@ -285,7 +302,7 @@ def test_no_altered_signature_holds(field: str, at: int) -> None:
 
 
 def test_a_parent_must_be_signed_too(tmp_path: Path, key: tuple[Path, str], capsys: Said) -> None:
-    assert rulepack("new", tmp_path / "ITA-v1", "--jurisdiction", "ITA") == 0
+    adopted(tmp_path / "ITA-v1", "ITA")
     folder = tmp_path / "ITA-R"
     assert rulepack("new", folder, "--extends", "ITA-v1") == 0
     assert rulepack("sign", folder, "--key", key[0]) == 0

@@ -6,10 +6,10 @@ import pytest
 
 from drivemcp.files.packfiles import folder_of
 from proto.rules import Passage, Retrieved
-from services.rules.authoring.scaffold import scaffold
 from services.rules.book import RuleBook, load_book
 from services.rules.lookup.rule_lookup import UNJUDGED, corpus_for, lookup_rule
 from services.rules.service import RulesConfig
+from tests.unit.services.rules.editing import adopted
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +84,8 @@ def test_a_name_that_only_other_packs_have_is_left_out(every_book: RuleBook) -> 
 def test_where_retrieval_knows_only_texts_of_others_the_law_is_found_by_words(
     others: tuple[Passage, ...], tmp_path: Path
 ) -> None:
-    scaffold(tmp_path / "ITA-v1", "ITA")
-    scaffold(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
+    adopted(tmp_path / "ITA-v1", "ITA")
+    adopted(tmp_path / "SMR-v1", "SMR", extends="ITA-v1")
     book = load_book([tmp_path / "SMR-v1", folder_of("VIENNA-v1")])[0]
     query = "speed limit in built-up areas"
     answer = lookup_rule(book, query, "SMR", "en", retrieved(*others), 3)
