@@ -157,14 +157,15 @@ Circumstance = Literal[
 """What the ego does, or meets, that a law may demand something by; entering: from a property or a road that is no road of its own."""
 
 
+Light = Literal["red", "red_amber", "amber", "green", "off", "amber_flashing", "flashing_red", "green_arrow"]
+
+
 class RightOfWayQuestion(msgspec.Struct, frozen=True, kw_only=True):
     """A junction as seen: signs and light that face the ego, what the ego does there, and whether there are other road users."""
 
     jurisdiction: str | None = None
     signs: tuple[str, ...] = ()
-    light: (
-        Literal["red", "red_amber", "amber", "green", "off", "amber_flashing", "flashing_red", "green_arrow"] | None
-    ) = None
+    light: Light | None = None
     """`green_arrow`: one that points the ego's way."""
     circumstances: tuple[Circumstance, ...] = ()
     pedestrians_on_crossing: bool | None = None

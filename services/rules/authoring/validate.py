@@ -10,6 +10,7 @@ from drivemcp.choices import nearest
 from drivemcp.files.packfiles import SOURCES
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from services.rules.authoring.seal import paragraphs
+from services.rules.authoring.vocabulary import check_words
 from services.rules.errors import Problem
 from services.rules.packs.files import Files, decoded, decoded_list, read_files
 from services.rules.packs.format import Case, Manifest, Provision, Sign
@@ -26,11 +27,14 @@ def validated(folder: Path, trust: Trust | None = None) -> tuple[Problem, ...]:
     """What is wrong, in the order of the files; none: the pack loads and its parts fit together."""
     _, problems = examine(folder, trust)
     files = read_files(folder)
-    return (*problems, *_names(files), *_paragraphs(files), *_cases(files))
-
-
-def _names(files: Files) -> Iterator[Problem]:
     manifest, _ = decoded(files, "manifest.json", Manifest)
+    provisions, _ = decoded_list(files, "provisions.json", Provision)
+    signs, _ = decoded_list(files, "signs.json", Sign)
+    words = check_words(files, manifest, provisions, signs)
+    return (*problems, *_names(files, manifest), *words, *_paragraphs(files), *_cases(files))
+
+
+def _names(files: Files, manifest: Manifest | None) -> Iterator[Problem]:
     if manifest is not None and manifest.id != files.folder.absolute().name:
         message = f"{manifest.id!r} is not the folder's name, by which others find it"
         yield files.problem(

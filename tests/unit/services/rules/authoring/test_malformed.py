@@ -57,6 +57,7 @@ def effect(change: Callable[[Any], Any]) -> Break:
     return changed("provisions.json", lambda p: change(p[0]["effects"]))
 
 
+YIELD = {"type": "right_of_way", "action": "yield"}
 LIMIT = {"type": "limit", "value": 50, "unit": "km/h"}
 MALFORMED: dict[str, tuple[Break, str, str]] = {
     "a pipe": (piped("signs.json"), "signs.json", "no regular file; remove it"),
@@ -154,6 +155,31 @@ MALFORMED: dict[str, tuple[Break, str, str]] = {
     ),
     "a case that expects nothing": (
         changed("cases.json", lambda c: c[0]["expect"].update(limt=3)), "cases.json", r"; write \"limit\"",
+    ),
+    "an unknown light": (
+        effect(lambda e: e.append(YIELD | {"trigger": "light:gren"})), "provisions.json", r"\.trigger .*; write \"light:green\"",
+    ),
+    "an unknown sign of a trigger": (
+        effect(lambda e: e.append(YIELD | {"trigger": "sign:stopp"})), "provisions.json", r"; write \"sign:stop\"",
+    ),
+    "an unknown way to read signs": (
+        effect(lambda e: e.append({"type": "condition", "what": "posted_limt"})), "provisions.json",
+        r"\.what .*; write \"posted_limit\".*, or other:posted_limt",
+    ),
+    "an unknown prohibition": (
+        effect(lambda e: e.append({"type": "prohibition", "what": "overtakin"})), "provisions.json", r"; write \"overtaking\"",
+    ),
+    "an unknown sign of a prohibition": (
+        effect(lambda e: e.append({"type": "prohibition", "what": "entry", "sign": "no_entri"})), "provisions.json",
+        r"\.sign .*; write \"no_entry\"",
+    ),
+    "an unknown sign": (changed("signs.json", lambda s: s[0].update(code="limt")), "signs.json", r"\.code .*; write \"limit\""),
+    "an unknown language": (
+        changed("manifest.json", lambda m: m["languages"].append("ita")), "manifest.json", "; write one of two letters, as in .*it",
+    ),
+    "a text in another language": (
+        changed("signs.json", lambda s: s[0]["meaning"].update(it="Limite")), "signs.json",
+        r"\.meaning\.it .*; write one of en, de, fr, or name it",
     ),
     "no signature": (written("signature.json", b"{}"), "signature.json", "; add 'pack_id'"),
 }  # fmt: skip
