@@ -9,7 +9,7 @@ from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.packfiles import folder_of
 from drivemcp.terminal import own_terminal
-from services.rules.authoring import cases, diff, scaffold, show, validate
+from services.rules.authoring import cases, diff, diff_page, scaffold, show, validate
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import drafts
 from services.rules.errors import PackError
@@ -46,6 +46,7 @@ def register(subparsers: Subparsers) -> None:
     compare = _command(kinds, "diff", _diff, "say in words what changed for a driver")
     compare.add_argument("old", metavar="OLD")
     compare.add_argument("new", metavar="NEW")
+    compare.add_argument("--html", metavar="FILE", type=Path, help="write a page of both side by side, for a lawyer")
     _folders(_command(kinds, "test", _test, "ask a pack's own cases"))
     shown = _command(kinds, "show", _show, "list a pack, or show one provision or sign in full")
     shown.add_argument("folder", metavar="FOLDER", help=_FOLDER)
@@ -148,7 +149,13 @@ def _sign(flags: argparse.Namespace) -> int:
 
 
 def _diff(flags: argparse.Namespace) -> int:
-    found = diff.differences(load(_at(flags.old)), load(_at(flags.new)))
+    old, new = load(_at(flags.old)), load(_at(flags.new))
+    if flags.html is not None:
+        try:
+            flags.html.write_text(diff_page.page(old, new), encoding="utf-8")
+        except OSError as error:
+            raise UserError(f"cannot write {flags.html}: {error.strerror}") from None
+    found = diff.differences(old, new)
     for part in found:
         _say(f"{part.heading}\n" + "\n".join(f"  {line}" for line in part.lines))
     return _say("nothing changed") if not found else 0

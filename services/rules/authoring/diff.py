@@ -28,6 +28,8 @@ _ABOUT = {
     "effective_until": "in force until",
     "precedence": "order of precedence",
 }
+WARNED = ("RAISED", "OTHER LIMITS MAY HOLD")
+"""Stand in lines about what raises a limit, or may."""
 _SPEEDS, _CONDUCT, _READING = (Limit, Advisory, Minimum), (Prohibition, Duty, RightOfWay), (Condition,)
 
 
@@ -58,11 +60,11 @@ def _manifest(old: Pack, new: Pack) -> Iterator[str]:
     for field, words in _ABOUT.items():
         before, now = getattr(old.manifest, field), getattr(new.manifest, field)
         if before != now:
-            yield f"{words}: {_plain(before)} is now {_plain(now)}"
+            yield f"{words}: {plain(before)} is now {plain(now)}"
     for road in sorted({*old.manifest.plausible_limits, *new.manifest.plausible_limits}):
         spans = [pack.manifest.plausible_limits.get(road) for pack in (old, new)]
         if spans[0] != spans[1]:
-            yield f"limits believed of a doubtful sign, {road}: {_plain(spans[0])} is now {_plain(spans[1])}"
+            yield f"limits believed of a doubtful sign, {road}: {plain(spans[0])} is now {plain(spans[1])}"
 
 
 def _kinds(old: Mapping[str, Provision], new: Mapping[str, Provision]) -> Iterator[str]:
@@ -70,7 +72,7 @@ def _kinds(old: Mapping[str, Provision], new: Mapping[str, Provision]) -> Iterat
     for name, provision in new.items():
         if name in old and old[name].kind != provision.kind:
             was, now = spaced(old[name].kind), spaced(provision.kind)
-            yield f"{was} is now {now}, so that OTHER LIMITS MAY HOLD: {name} ({provision.section})"
+            yield f"{was} is now {now}, so that {WARNED[1]}: {name} ({provision.section})"
 
 
 def _effects(old: Pack, new: Pack, wanted: tuple[type[Effect], ...]) -> Iterator[str]:
@@ -102,7 +104,7 @@ def _keyed(pack: Pack, wanted: tuple[type[Effect], ...]) -> dict[tuple[str, str,
 def _changed(was: Effect, now: Effect) -> str:
     if isinstance(was, Limit | Advisory | Minimum) and isinstance(now, Limit | Advisory | Minimum):
         up = to_mps(now.value, now.unit) > to_mps(was.value, was.unit)
-        return f"{'RAISED' if up else 'lowered'} from {value(was)}: {said(now)}"
+        return f"{WARNED[0] if up else 'lowered'} from {value(was)}: {said(now)}"
     return f"changed from {value(was) or 'nothing'}: {said(now)}"
 
 
@@ -121,7 +123,7 @@ def _sign(was: Sign, now: Sign) -> Iterator[str]:
     for field in ("national", "action", "effect", "unit", "values", "plate", "shape"):
         before, after = getattr(was, field), getattr(now, field)
         if before != after:
-            yield f"{field}: {_plain(before)} is now {_plain(after)}"
+            yield f"{field}: {plain(before)} is now {plain(after)}"
     for language in sorted({*was.meaning, *now.meaning}):
         if was.meaning.get(language) != now.meaning.get(language):
             yield f"meaning ({language}) is now: {now.meaning.get(language, 'nothing')}"
@@ -143,7 +145,8 @@ def _meaning(sign: Sign) -> str:
     return sign.meaning.get("en") or next(iter(sign.meaning.values()), "")
 
 
-def _plain(found: object) -> str:
+def plain(found: object) -> str:
+    """A value of a field for people."""
     if found is None or found == ():
         return "nothing"
     if isinstance(found, tuple):
