@@ -148,6 +148,8 @@ class SignMeaning(msgspec.Struct, frozen=True, kw_only=True):
     confidence: float
     rulepack_version: str
     note: str = ""
+    binds: tuple[VehicleClass, ...] = ()
+    """The classes of vehicle that the sign may bind, where it does not bind all."""
 
 
 Circumstance = Literal[

@@ -55,6 +55,7 @@ def offer(node: Node) -> None:
         plates: tuple[str, ...] = (),
         candidates: tuple[dict[str, Any], ...] = (),
         home_unit: str = "km/h",
+        vehicle_class: str | None = None,
     ) -> SignMeaning:
         """Nothing: there is no sign table."""
         return SignMeaning(

@@ -13,7 +13,7 @@ from drivemcp.registry import registered
 from drivemcp.runtime.grants import public_key
 from drivemcp.service import Service
 from proto.health import ServiceLog
-from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation
+from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation, VehicleClass
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
 from services.rules.book import is_fallback, normal_jurisdiction
@@ -281,10 +281,12 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
         plates: tuple[str, ...] = (),
         candidates: tuple[Candidate, ...] = (),
         home_unit: Unit = "km/h",
+        vehicle_class: VehicleClass | None = None,
     ) -> SignMeaning:
         """What a sign means in this country, in the driver's language, with its national number and the law behind it.
 
-        With several candidate readings the most careful one is answered and the others are named.
+        With several candidate readings the most careful one is answered and the others are named. A sign that binds some classes of
+        vehicle alone (`binds`) is answered for `vehicle_class`; where that is not given the sign is taken to bind, and the note says so.
         """
         book = _now(shelf).book
         question = meaning.SignQuestion(
@@ -294,6 +296,7 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
             plates=plates,
             candidates=candidates,
             home_unit=home_unit,
+            vehicle_class=vehicle_class,
         )
         return meaning.interpret_sign(book, question)
 

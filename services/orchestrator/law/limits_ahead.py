@@ -113,4 +113,5 @@ def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:
             {"reading": c.reading, "confidence": int(c.confidence * 10) / 10} for c in others if c.confidence > 0
         ],
         "home_unit": state.preferences.unit,
+        "vehicle_class": state.preferences.vehicle.vehicle_class,
     }

@@ -7,18 +7,21 @@ import msgspec
 
 from domain.languages import spoken_language
 from domain.units import legal_limit, spoken, spoken_converted
-from proto.rules import LegalAction, LegalLimit, SignMeaning
+from proto.rules import LegalAction, LegalLimit, SignMeaning, VehicleClass
 from proto.scene import Candidate, Unit
 from services.rules.book import STALE, UNKNOWN_COUNTRY, UNKNOWN_PART, RuleBook, is_fallback, normal_jurisdiction
 from services.rules.citing import cite_ids, cite_sign, cited_in_doubt, unique
-from services.rules.packs.format import Limit, Sign
+from services.rules.packs.format import Limit, Sign, When
 from services.rules.packs.loading import Pack
 from services.rules.signs.sign_codes import CANDIDATE_FLOOR, Reading, parse_reading
+from services.rules.signs.vehicle_signs import BINDINGS, Binding
 from services.rules.words import country, named_packs, say, text_in
 
 FOREIGN_SIGN = 0.5
 """Factor for a sign that only the table of another country has."""
 UNUSUAL_VALUE = 0.5
+PRESUMED = 0.8
+"""Factor where a sign is taken to bind the vehicle, which is not known."""
 SHOWN = (5.0, 140.0)
 """What a sign can show as a limit, in its own unit; any other number is none."""
 CAREFUL: tuple[LegalAction, ...] = (
@@ -28,6 +31,7 @@ CAREFUL: tuple[LegalAction, ...] = (
 """Actions, the most careful first."""
 
 
+_EVERYBODY = Binding(action="none")
 _CODE = re.compile(r"[A-Za-z_]{1,24}(?::[A-Za-z0-9_.]{1,16}){0,2}")
 """Of this form are the readers' codes; a text of another form is not repeated to the driver."""
 
@@ -41,6 +45,8 @@ class SignQuestion(msgspec.Struct, frozen=True, kw_only=True):
     plates: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     home_unit: Unit = "km/h"
+    vehicle_class: VehicleClass | None = "car"
+    """None: not known."""
 
 
 def interpret_sign(book: RuleBook, question: SignQuestion) -> SignMeaning:
@@ -134,45 +140,63 @@ def _unknown(question: SignQuestion, text: str, packs: Sequence[Pack]) -> SignMe
 def _meaning(
     book: RuleBook, pack: Pack, sign: Sign, question: SignQuestion, text: str, reading: Reading, *, foreign: bool
 ) -> SignMeaning:
-    language, limit = question.language, _limit(pack, sign, reading, question.jurisdiction)
+    language, limit = question.language, _limit(pack, sign, reading, question)
+    binding, bound, why = _bound(sign, question)
     confidence = (FOREIGN_SIGN if foreign else 1.0) * (STALE if book.weaknesses(pack) else 1.0)
     if sign.values and reading.value not in sign.values:
         confidence *= UNUSUAL_VALUE
+    confidence *= PRESUMED if why else 1.0
     return SignMeaning(
         reading=text,
         national_code=_national(sign, reading),
         meaning=_filled(sign, reading, language, pack.manifest.units),
         language=spoken_language(language),
-        legal_action=sign.action,
+        legal_action=min(sign.action, binding.action, key=careful_rank) if bound else sign.action,
         limit=limit,
         citations=(cite_sign(pack, sign, language), *cite_ids(pack, sign.provisions, language)),
         confidence=confidence,
         rulepack_version=pack.version,
-        note=" ".join(_notes(pack, sign, question, limit, foreign=foreign)),
+        note=" ".join([*([say(why, language)] if why else []), *_notes(pack, sign, question, limit, foreign=foreign)]),
+        binds=(*binding.surely, *binding.perhaps),
     )
 
 
-def _limit(pack: Pack, sign: Sign, reading: Reading, here: str | None) -> LegalLimit | None:
+def _bound(sign: Sign, question: SignQuestion) -> tuple[Binding, bool, str]:
+    """Whom the sign binds, whether it is taken to bind this vehicle, and the phrase that says why in doubt."""
+    binding, mine = BINDINGS.get(sign.code, _EVERYBODY), question.vehicle_class
+    if binding is _EVERYBODY or mine in binding.surely:
+        return binding, binding is not _EVERYBODY, ""
+    if mine is None:
+        return binding, True, "class_unknown"
+    return (binding, True, "class_perhaps") if mine in binding.perhaps else (binding, False, "")
+
+
+def _limit(pack: Pack, sign: Sign, reading: Reading, question: SignQuestion) -> LegalLimit | None:
     if sign.effect in ("limit", "zone"):
         shown = reading.value is not None and SHOWN[0] <= reading.value <= SHOWN[1]
         return legal_limit(reading.value, sign.unit or pack.manifest.units) if shown and reading.value else None
     road = {"town": "urban", "road": "motorway", "calm": "living_street"}.get(sign.effect or "")
-    return _default_of(pack, road, normal_jurisdiction(here)) if road else None
+    return _default_of(pack, road, question) if road else None
 
 
-def _default_of(pack: Pack, road: str, here: str | None) -> LegalLimit | None:
-    """The lowest limit the law sets for a car on this type of road in this part of the country."""
+def _default_of(pack: Pack, road: str, question: SignQuestion) -> LegalLimit | None:
+    """The lowest limit the law sets for a car, or for this class of vehicle, on this type of road in this part of the country."""
+    here = normal_jurisdiction(question.jurisdiction)
+    mine = None if question.vehicle_class == "car" else question.vehicle_class
     found = [
         legal_limit(effect.value, effect.unit)
         for provision in pack.provisions.values()
         for effect in provision.effects
         if isinstance(effect, Limit)
-        and effect.when.road_types == (road,)
+        and (_of_a_car(effect.when, road) or (mine in effect.when.vehicle_classes and road in effect.when.road_types))
         and effect.when.subdivision in (None, here)
         and effect.when.posted_below is None
-        and (not effect.when.vehicle_classes or "car" in effect.when.vehicle_classes)
     ]
     return min(found, key=lambda limit: limit.mps) if found else None
+
+
+def _of_a_car(when: When, road: str) -> bool:
+    return when.road_types == (road,) and (not when.vehicle_classes or "car" in when.vehicle_classes)
 
 
 def _national(sign: Sign, reading: Reading) -> str:

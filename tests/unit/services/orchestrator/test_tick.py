@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from proto.decision import TraceRecord
+from proto.rules import VehicleFacts
 from proto.sensors import StopLine
 from services.orchestrator.state import State, digest
 from services.orchestrator.tick import redecide, state_of, trace_of
@@ -21,6 +22,7 @@ from tests.unit.services.orchestrator.support import (
     fact,
     limit_answer,
     limit_sign,
+    preferences,
 )
 
 
@@ -170,6 +172,7 @@ def test_a_doubted_sign_slows_down_gently_and_carries_its_candidates_into_the_qu
     drive.tick(doubted("limit:80", ("limit:60", 0.3), distance_m=60.0))
     query = next(call for call in drive.ask.calls if call.tool == "interpret_sign")
     assert [c["reading"] for c in query.arguments["candidates"]] == ["limit:80", "limit:60"]
+    assert query.arguments["vehicle_class"] == "car"
     targets = [drive.target_mps]
     for _ in range(30):
         drive.tick(doubted("limit:80", ("limit:60", 0.3), distance_m=40.0))
@@ -177,6 +180,13 @@ def test_a_doubted_sign_slows_down_gently_and_carries_its_candidates_into_the_qu
     steps = [a - b for a, b in zip([before, *targets], targets, strict=False)]
     assert max(steps) <= 0.7 * 0.1 + 1e-9
     assert targets[-1] == pytest.approx(before - 0.7 * 3.1, abs=0.05)
+
+
+def test_a_sign_is_asked_for_the_drivers_class_of_vehicle() -> None:
+    drive = Drive(road="rural", preferences=preferences(vehicle=VehicleFacts(vehicle_class="lorry")))
+    drive.tick(doubted("limit:80", ("limit:60", 0.3), distance_m=60.0))
+    (query,) = [call for call in drive.ask.calls if call.tool == "interpret_sign"]
+    assert query.arguments["vehicle_class"] == "lorry"
 
 
 def test_in_bad_weather_a_doubt_comes_down_no_faster_and_is_scaled_once() -> None:

@@ -1,14 +1,18 @@
 """Signs explained in the driver's language, foreign ones as foreign, doubtful ones the careful way."""
 
+from typing import get_args
+
 import pytest
 
 from drivemcp.paths import data
-from proto.rules import PostedLimit, Situation
+from proto.rules import PostedLimit, SignMeaning, Situation, VehicleClass
 from proto.scene import Candidate
+from services.rules.authoring.vocabulary import vocabulary
 from services.rules.book import RuleBook, load_book
 from services.rules.limits.limit_answer import applicable_limit
-from services.rules.signs.meaning import SignQuestion, find_sign, interpret_sign
+from services.rules.signs.meaning import SignQuestion, careful_rank, find_sign, interpret_sign
 from services.rules.signs.sign_codes import parse_reading
+from services.rules.signs.vehicle_signs import BINDINGS
 from services.simulator.signart.catalogue import CODES
 
 
@@ -130,3 +134,59 @@ def test_a_number_with_a_sign_of_its_own_is_told_as_that_sign() -> None:
     )
     assert (own.national_code, family.national_code) == ("F4a", "ZC43 (70)")
     assert [meaning.limit.value for meaning in (own, family) if meaning.limit] == [30.0, 70.0]
+
+
+LORRY_SIGNS = {"no_lorries": "no_entry", "no_overtaking_lorries": "no_overtaking", "height_limit:3.8": "no_entry"}
+
+
+def for_class(book: RuleBook, reading: str, vehicle: VehicleClass | None, country: str = "DEU") -> SignMeaning:
+    return interpret_sign(book, SignQuestion(reading=reading, jurisdiction=country, vehicle_class=vehicle))
+
+
+@pytest.mark.parametrize("reading", LORRY_SIGNS)
+def test_a_sign_for_lorries_binds_a_lorry_and_no_car(book: RuleBook, reading: str) -> None:
+    car, lorry = for_class(book, reading, "car"), for_class(book, reading, "lorry")
+    assert (car.legal_action, car.note) == ("none", "")
+    assert lorry.legal_action == LORRY_SIGNS[reading]
+    assert "lorry" in lorry.binds == car.binds
+    assert "car" not in lorry.binds
+
+
+@pytest.mark.parametrize("reading", LORRY_SIGNS)
+def test_where_the_class_is_not_known_such_a_sign_is_taken_to_bind_and_says_so(book: RuleBook, reading: str) -> None:
+    unknown = for_class(book, reading, None)
+    assert unknown.legal_action == LORRY_SIGNS[reading]
+    assert unknown.confidence < for_class(book, reading, "car").confidence
+    assert "certain vehicles alone" in unknown.note
+
+
+def test_what_mass_or_size_decides_is_taken_to_bind_and_left_to_the_driver_to_compare(book: RuleBook) -> None:
+    doubtful: tuple[tuple[VehicleClass, str], ...] = (
+        ("lorry", "height_limit:3.8"), ("van", "no_lorries"), ("bus", "weight_limit:7.5"),
+    )  # fmt: skip
+    for vehicle, reading in doubtful:
+        found = for_class(book, reading, vehicle)
+        assert found.legal_action == "no_entry"
+        assert "mass, size or use" in found.note
+
+
+@pytest.mark.parametrize("vehicle", [None, *get_args(VehicleClass)])
+def test_no_class_makes_any_sign_of_any_pack_less_careful_than_its_entry(vehicle: VehicleClass | None) -> None:
+    packs = [path.parent for path in data("rulepacks").glob("*/manifest.json") if path.parent.name != "TEST-v1"]
+    every, refused = load_book(packs)
+    assert not refused
+    for pack in every.packs.values():
+        for sign in pack.signs.values():
+            found = for_class(every, sign.code, vehicle, pack.manifest.jurisdiction)
+            assert careful_rank(found.legal_action) <= careful_rank(sign.action)
+            unknown = for_class(every, sign.code, None, pack.manifest.jurisdiction)
+            assert careful_rank(unknown.legal_action) <= careful_rank(found.legal_action)
+
+
+def test_every_code_of_the_table_is_a_sign_of_some_pack() -> None:
+    assert set(BINDINGS) <= set(vocabulary().signs)
+
+
+def test_a_sign_of_a_road_tells_a_lorry_its_own_limit(book: RuleBook) -> None:
+    limits = [for_class(book, "motorway", vehicle, "GBR").limit for vehicle in ("car", "lorry", None)]
+    assert [limit and limit.value for limit in limits] == [70.0, 60.0, 70.0]
