@@ -30,6 +30,9 @@ _ABOUT = {
 }
 WARNED = ("RAISED", "OTHER LIMITS MAY HOLD")
 """Stand in lines about what raises a limit, or may."""
+_MAY = f", so that {WARNED[1]}"
+_OF_LIMITS = ("effect", "unit", "plate")
+"""Fields of a sign by which it sets, ends or narrows a limit."""
 _SPEEDS, _CONDUCT, _READING = (Limit, Advisory, Minimum), (Prohibition, Duty, RightOfWay), (Condition,)
 
 
@@ -60,7 +63,7 @@ def _manifest(old: Pack, new: Pack) -> Iterator[str]:
     for field, words in _ABOUT.items():
         before, now = getattr(old.manifest, field), getattr(new.manifest, field)
         if before != now:
-            yield f"{words}: {plain(before)} is now {plain(now)}"
+            yield f"{words}: {plain(before)} is now {plain(now)}{_MAY if field in ('units', 'precedence') else ''}"
     for road in sorted({*old.manifest.plausible_limits, *new.manifest.plausible_limits}):
         spans = [pack.manifest.plausible_limits.get(road) for pack in (old, new)]
         if spans[0] != spans[1]:
@@ -72,7 +75,7 @@ def _kinds(old: Mapping[str, Provision], new: Mapping[str, Provision]) -> Iterat
     for name, provision in new.items():
         if name in old and old[name].kind != provision.kind:
             was, now = spaced(old[name].kind), spaced(provision.kind)
-            yield f"{was} is now {now}, so that {WARNED[1]}: {name} ({provision.section})"
+            yield f"{was} is now {now}{_MAY}: {name} ({provision.section})"
 
 
 def _effects(old: Pack, new: Pack, wanted: tuple[type[Effect], ...]) -> Iterator[str]:
@@ -84,7 +87,7 @@ def _effects(old: Pack, new: Pack, wanted: tuple[type[Effect], ...]) -> Iterator
         if was is None and becomes is not None:
             yield f"new: {said(becomes)}{where}"
         elif was is not None and becomes is None:
-            yield f"gone: {said(was)}{where}"
+            yield f"gone: {said(was)}{where}{_MAY if isinstance(was, Limit) else ''}"
         elif was is not None and becomes is not None and value(was) != value(becomes):
             yield f"{_changed(was, becomes)}{where}"
 
@@ -116,14 +119,14 @@ def _signs(old: Mapping[str, Sign], new: Mapping[str, Sign]) -> Iterator[str]:
             yield from (f"{code} ({sign.national}): {line}" for line in _sign(old[code], sign))
     for code, sign in old.items():
         if code not in new:
-            yield f"gone: {code} ({sign.national}): {_meaning(sign)}"
+            yield f"gone: {code} ({sign.national}): {_meaning(sign)}{_MAY if sign.effect else ''}"
 
 
 def _sign(was: Sign, now: Sign) -> Iterator[str]:
     for field in ("national", "action", "effect", "unit", "values", "plate", "shape"):
         before, after = getattr(was, field), getattr(now, field)
         if before != after:
-            yield f"{field}: {plain(before)} is now {plain(after)}"
+            yield f"{field}: {plain(before)} is now {plain(after)}{_MAY if field in _OF_LIMITS else ''}"
     for language in sorted({*was.meaning, *now.meaning}):
         if was.meaning.get(language) != now.meaning.get(language):
             yield f"meaning ({language}) is now: {now.meaning.get(language, 'nothing')}"

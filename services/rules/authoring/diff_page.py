@@ -33,15 +33,14 @@ _FIELDS = {
 
 
 def page(old: Pack, new: Pack) -> str:
-    """The whole page; its only links lead to places on it."""
+    """The whole page, without any link."""
     html = Element("html", lang="en")
     head, body = SubElement(html, "head"), SubElement(html, "body")
     SubElement(head, "meta", charset="utf-8")
     SubElement(head, "meta", name="viewport", content="width=device-width, initial-scale=1")
     policy = {"http-equiv": "Content-Security-Policy", "content": "default-src 'none'; style-src 'unsafe-inline'"}
     SubElement(head, "meta", policy)
-    title = f"{old.version} and {new.version}"
-    _text(head, "title", title)
+    _text(head, "title", f"{old.version} and {new.version}")
     _text(head, "style", _STYLE.read_text(encoding="utf-8"))
     _text(body, "h1", "What changes in a rulepack")
     _sides(body, old, new)
@@ -75,12 +74,8 @@ def _summary(body: Element, old: Pack, new: Pack) -> None:
     lines = [line for part in found for line in part.lines]
     warned = sum(any(word in line for word in WARNED) for line in lines)
     _text(body, "h2", "In words")
-    told = (
-        f"{len(lines)} changes for a driver; {warned} raise a limit or may."
-        if lines
-        else "Nothing changes for a driver."
-    )
-    _text(body, "p", told, **({"class": "warned"} if warned else {}))
+    told = f"{len(lines)} changes for a driver; {warned} raise a limit or may."
+    _text(body, "p", told if lines else "Nothing changes for a driver.", **({"class": "warned"} if warned else {}))
     for part in found:
         _text(body, "h3", part.heading)
         listed = SubElement(body, "ul")
@@ -154,7 +149,10 @@ def _add(cell: Element, tag: str, text: str) -> None:
 
 
 def _rows(entry: Entry) -> Rows:
-    rows: Rows = {(spaced(field), ""): plain(getattr(entry, field)) for field in _FIELDS[type(entry)]}
+    said_of = {
+        field: plain(found) for field in _FIELDS[type(entry)] if (found := getattr(entry, field)) not in (None, ())
+    }
+    rows: Rows = {(spaced(field), ""): text for field, text in said_of.items()}
     if isinstance(entry, Manifest):
         spans = entry.plausible_limits
         return rows | {(f"limits believed, {spaced(road)}", ""): plain(span) for road, span in spans.items()}

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import msgspec
 
 from drivemcp.choices import nearest
-from drivemcp.files.packfiles import SOURCES
+from drivemcp.files.packfiles import FILES, SOURCES
 from proto.rules import RightOfWayQuestion, RulesAnswer, SignMeaning, Situation
 from services.rules.authoring.seal import paragraphs
 from services.rules.authoring.vocabulary import check_words
 from services.rules.errors import Problem
 from services.rules.packs.files import Files, decoded, decoded_list, read_files
 from services.rules.packs.format import Case, Manifest, Provision, Sign
+from services.rules.packs.json_positions import repeated
 from services.rules.packs.loading import examine
 from services.rules.packs.remedies import remedy_for
 from services.rules.packs.signature import Trust
@@ -31,7 +32,8 @@ def validated(folder: Path, trust: Trust | None = None) -> tuple[Problem, ...]:
     provisions, _ = decoded_list(files, "provisions.json", Provision)
     signs, _ = decoded_list(files, "signs.json", Sign)
     words = check_words(files, manifest, provisions, signs)
-    return (*problems, *_names(files, manifest), *words, *_paragraphs(files), *_cases(files))
+    twice = (problem for name in FILES for problem in _twice(files, name))
+    return (*problems, *twice, *_names(files, manifest), *words, *_paragraphs(files), *_cases(files))
 
 
 def _names(files: Files, manifest: Manifest | None) -> Iterator[Problem]:
@@ -40,6 +42,14 @@ def _names(files: Files, manifest: Manifest | None) -> Iterator[Problem]:
         yield files.problem(
             "manifest.json", ("id",), message, f"write {files.folder.absolute().name!r}, or rename the folder"
         )
+
+
+def _twice(files: Files, name: str) -> Iterator[Problem]:
+    """Of a name that stands twice in one object JSON takes the last without a word."""
+    if decoded(files, name, Any)[1]:
+        return
+    for path in repeated(files.text(name)):
+        yield files.problem(name, path, "stands twice, and the last one counts", "remove one of them")
 
 
 def _paragraphs(files: Files) -> Iterator[Problem]:

@@ -1,6 +1,7 @@
 """Where in a JSON file a field stands: the line of a path such as `[3].sources[0].start`."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -16,6 +17,12 @@ def line_of(text: str, path: Path) -> int:
     found = _index(text)
     deepest = next(path[:depth] for depth in range(len(path), -1, -1) if path[:depth] in found)
     return text.count("\n", 0, found[deepest]) + 1
+
+
+def repeated(text: str) -> tuple[Path, ...]:
+    """Paths of names that stand twice in one object: the last one counts."""
+    counts = Counter(path for path, _ in _places(text))
+    return tuple(path for path, count in counts.items() if count > 1)
 
 
 def written(path: Path) -> str:

@@ -212,6 +212,7 @@ def test_diff_tells_what_may_raise_a_limit_without_changing_one(pack: Path, tmp_
         by_id["ita-speed-calm"]["effects"][0]["when"].pop("announced")
 
     edit(other / "provisions.json", change)
+    edit(other / "signs.json", lambda s: s[0].pop("effect") and None)
     rehash(other)
     capsys.readouterr()
     assert rulepack("diff", pack, other) == 0
@@ -219,7 +220,9 @@ def test_diff_tells_what_may_raise_a_limit_without_changing_one(pack: Path, tmp_
     for line in (
         "statute is now guidance, so that OTHER LIMITS MAY HOLD: ita-speed-town (Test Act § 1 (1))",
         "gone: how signs are read: temporary over permanent [ita-temporary-first]",
-        "gone: limit, whatever a sign shows, 20 km/h in living streets, only from the road's own sign on [ita-speed-calm]",
+        "gone: limit, whatever a sign shows, 20 km/h in living streets, only from the road's own sign on [ita-speed-calm], "
+        "so that OTHER LIMITS MAY HOLD",
+        "limit (T 1-{value}): effect: limit is now nothing, so that OTHER LIMITS MAY HOLD",
         "new: limit, whatever a sign shows, 20 km/h in living streets [ita-speed-calm]",
     ):
         assert line in said, said
