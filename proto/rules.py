@@ -28,6 +28,29 @@ MonthDay = Annotated[
 ]
 
 
+PlaceText = Annotated[
+    str, msgspec.Meta(max_length=60, pattern=r"^[^\x00-\x1f\x7f-\x9f{}<>]*$", description="a few plain words")
+]
+
+
+class PlaceName(msgspec.Struct, frozen=True, kw_only=True):
+    """How one language names a country, or a part of one. A form that is empty is not known."""
+
+    name: Annotated[PlaceText, msgspec.Meta(min_length=1)]
+    """Alone: `Netherlands`."""
+    inside: PlaceText = ""
+    """`in the Netherlands`."""
+    out_of: PlaceText = ""
+    """`from the Netherlands`."""
+    said: PlaceText = ""
+    """In a sentence, where it is not as alone: `the Netherlands`."""
+
+    @property
+    def in_a_sentence(self) -> str:
+        """`the Netherlands`."""
+        return self.said or self.name
+
+
 class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
     """A limit as a sign shows it, and how it was seen."""
 
@@ -133,6 +156,8 @@ class RulesAnswer(msgspec.Struct, frozen=True, kw_only=True):
     """`posted`, `gantry`, `zone`, `conditional`, `default`, `advisory`, `lookup`, `unknown`"""
     degraded: tuple[str, ...] = ()
     """What was missing: `retrieval`, `encoder`, `stale_rulepack`, `jurisdiction`."""
+    place: PlaceName | None = None
+    """Of `applicable_limit`: the country that was asked about, in the language of the question; None: no pack names it."""
 
 
 class SignMeaning(msgspec.Struct, frozen=True, kw_only=True):

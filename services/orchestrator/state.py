@@ -9,7 +9,7 @@ import msgspec
 from domain.units import KM_PER_MILE
 from proto.decision import Preferences
 from proto.observed import value_of
-from proto.rules import PostedLimit, RulesAnswer, SignMeaning
+from proto.rules import PlaceName, PostedLimit, RulesAnswer, SignMeaning
 from proto.scene import Candidate, Unit
 from proto.speech import Memory, News
 from proto.tools import Effect
@@ -204,12 +204,22 @@ class Lost(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """The least that it asked for in that time; None: nothing."""
 
 
+class ToldPlace(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """What the Rules call a country in one language."""
+
+    code: str
+    language: str
+    name: PlaceName
+
+
 class Held(msgspec.Struct, frozen=True, kw_only=True):
     """The last word of each expert; it bounds the target until a better one replaces it."""
 
     legal: RulesAnswer | None = None
     legal_key: str = ""
     """The question that it answered."""
+    places: tuple[ToldPlace, ...] = ()
+    """The countries of the last answers by name, the newest last."""
     legal_ns: int = 0
     """When it was answered."""
     conditions: Conditions | None = None

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import msgspec
 
-from proto.rules import RulepackInfo
+from domain.languages import spoken_language
+from drivemcp.files.place_names import installed, named
+from proto.rules import PlaceName, RulepackInfo
 from services.rules.errors import PackError
+from services.rules.packs.checks import FALLBACK
 from services.rules.packs.format import Manifest
 from services.rules.packs.loading import Pack, load, parse_version
 from services.rules.packs.signature import Trust
@@ -17,8 +20,6 @@ STALE = 0.5
 """Factor on the confidence under a pack older than the vehicle's configuration expects, or not in force today."""
 UNKNOWN_COUNTRY = 0.3
 FOREIGN_LAW = 0.3
-FALLBACK = "XXX"
-"""Jurisdiction of the pack for where the country is unknown, or none is loaded for it: a code that ISO gives to no country."""
 UNKNOWN_PART = 0.6
 """Factor where the country is known and only the law of some of its parts is loaded."""
 _ALPHA2 = {
@@ -58,7 +59,14 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
 
     def expected_of(self, pack: Pack) -> str:
         """The version the configuration expects of the first pack of the family that is older."""
-        return next((f"{m.id} {self.expected[m.id]}" for m in pack.line if self._older(m)), "")
+        return next((self.expected[m.id] for m in pack.line if self._older(m)), "")
+
+    def name_of(self, place: str, language: str) -> PlaceName | None:
+        """What a country or a part of one is called: by its own packs, by another that is loaded, by one that is installed."""
+        loaded = [manifest for pack in self.packs.values() for manifest in pack.line if place in manifest.names]
+        loaded.sort(key=lambda manifest: manifest.jurisdiction[:3] != place[:3])
+        names = loaded[0].names[place] if loaded else installed().get(place, {})
+        return named(names, spoken_language(language))
 
     def infos(self) -> tuple[RulepackInfo, ...]:
         """What is loaded."""

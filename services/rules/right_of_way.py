@@ -62,9 +62,9 @@ def right_of_way(book: RuleBook, question: RightOfWayQuestion) -> RulesAnswer:
     if known:
         degraded = (*chosen.degraded, "jurisdiction")
         return msgspec.structs.replace(chosen, confidence=chosen.confidence * UNKNOWN_PART, degraded=degraded)
-    named = named_packs([pack.manifest.id for pack in packs], question.language)
+    named = named_packs(book, packs, question.language)
     what = (
-        say("no_law_here", question.language, country=country(here, question.language), packs=named)
+        say("no_law_here", question.language, country=country(book, here, question.language), packs=named)
         if here
         else say("country_unknown", question.language, packs=named)
     )

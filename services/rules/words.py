@@ -6,6 +6,9 @@ from functools import cache
 from pathlib import Path
 
 from domain.languages import spoken_language
+from services.rules.book import RuleBook
+from services.rules.packs.format import Manifest
+from services.rules.packs.loading import Pack
 
 FOLDER = Path(__file__).parent / "phrases"
 MOST_NAMED = 3
@@ -22,23 +25,32 @@ def say(key: str, language: str, **values: str) -> str:
     return _table(spoken_language(language))["said"][key].format(**values)
 
 
-def country(code: str, language: str) -> str:
-    """A country's name; its code where we have no name for it, `?` where that is no code."""
-    return _table(spoken_language(language))["country"].get(code[:3]) or _code(code[:3])
+def country(book: RuleBook, code: str, language: str) -> str:
+    """A country's name in a sentence; `this country` where no pack names it."""
+    return _place(book, code[:3], language, "a_country")
 
 
-def part(code: str, language: str) -> str:
-    """The name of a part of a country; its code where we have no name for it."""
-    return _table(spoken_language(language))["part"].get(code, code)
+def part(book: RuleBook, code: str, language: str) -> str:
+    """The name of a part of a country in a sentence."""
+    return _place(book, code, language, "a_part")
 
 
-def named_packs(ids: Sequence[str], language: str) -> str:
-    """Packs by name; how many, where they are too many to be named."""
-    return ", ".join(ids) if len(ids) <= MOST_NAMED else say("packs", language, count=str(len(ids)))
+def named_packs(book: RuleBook, packs: Sequence[Pack], language: str) -> str:
+    """Packs by their places; how many, where they are too many to be named."""
+    if len(packs) > MOST_NAMED:
+        return say("packs", language, count=str(len(packs)))
+    return ", ".join(dict.fromkeys(place(book, pack.manifest, language) for pack in packs))
 
 
-def _code(text: str) -> str:
-    return text if text.isascii() and text.isalpha() else "?"
+def place(book: RuleBook, manifest: Manifest, language: str) -> str:
+    """Whose law a pack is, by name."""
+    known = book.name_of(manifest.jurisdiction, language)
+    return known.in_a_sentence if known is not None else country(book, manifest.jurisdiction, language)
+
+
+def _place(book: RuleBook, code: str, language: str, otherwise: str) -> str:
+    known = book.name_of(code, language)
+    return known.in_a_sentence if known is not None else say(otherwise, language)
 
 
 def text_in(texts: Mapping[str, str], language: str) -> str:

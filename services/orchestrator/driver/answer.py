@@ -19,10 +19,10 @@ from services.orchestrator.speech.wording import (
     distance,
     drive,
     evidence_in_words,
-    from_country,
     grip_word,
-    in_country,
     phrases,
+    place_name,
+    reading_words,
     say,
     speed,
     word,
@@ -203,7 +203,7 @@ def _sign(asked: _Asked) -> Told:
     preferences = asked.state.preferences
     lines = [asked.say("sign", meaning=meaning.meaning.rstrip("."))]
     if not sign.believed and sign.candidates:
-        names = word(preferences, "or").join(c.reading for c in sign.candidates[:3])
+        names = word(preferences, "or").join(reading_words(asked.state, c.reading) for c in sign.candidates[:3])
         lines.append(asked.say("unsure", candidates=names))
     if meaning.limit is not None:
         lines.append(asked.say("sign_limit", limit=limit_text(meaning.limit, preferences.unit)))
@@ -223,15 +223,13 @@ def _units(asked: _Asked) -> Told:
         return Told((asked.say("units_unknown"), _limit_line(asked)), 0.3)
     named = [name for name, pattern in _ASKED_UNIT.items() if pattern.search(asked.question)]
     phrase = "units" if len(named) != 1 else "units_yes" if named[0] == unit else "units_no"
-    lines = [asked.say(phrase, in_country=in_country(asked.state.preferences, here.value), unit=unit)]
+    lines = [asked.say(phrase, in_country=place_name(asked.state, here.value).inside, unit=unit)]
     if here.assumed:
         lines.append(asked.say("assumed"))
     if signs.former_jurisdiction:
         told = evidence_in_words(asked.state.preferences, here.evidence)
         phrase = "switched_told" if told else "switched"
-        lines.append(
-            asked.say(phrase, former=from_country(asked.state.preferences, signs.former_jurisdiction), evidence=told)
-        )
+        lines.append(asked.say(phrase, former=place_name(asked.state, signs.former_jurisdiction).out_of, evidence=told))
     sure = min(here.confidence, _confidence(answered, 0.4))
     return Told((*lines, _limit_line(asked)), sure, _cited(answered, asked.law))
 
@@ -251,7 +249,9 @@ def _why_changed(asked: _Asked) -> str:
     if newest is not None and newest.since_ns == signs.changed_ns:
         ago = f"{(asked.state.now_ns - newest.since_ns) / 1e9:.0f}"
         return asked.say("changed_sign", ago=ago, limit=spoken(newest.posted.value, newest.posted.unit))
-    return asked.say("changed_ended", reading=signs.ended[-1]) if signs.ended else asked.say("changed_none")
+    if not signs.ended:
+        return asked.say("changed_none")
+    return asked.say("changed_ended", reading=reading_words(asked.state, signs.ended[-1]))
 
 
 def _lamp(asked: _Asked) -> Told:

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 
-from proto.rules import RulesAnswer, SignMeaning
+from domain.languages import spoken_language
+from proto.rules import PlaceName, RulesAnswer, SignMeaning
 from proto.tools import Effect, Outcome
 from proto.vehicle import VehicleHealth
 from proto.weather import Conditions
@@ -14,7 +15,7 @@ from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import PLACES
 from services.orchestrator.observations.validity import EXPERT_VALID_NS, VALID_NS, fresh_ns, newer, sane_health
 from services.orchestrator.signs.limits import SURE
-from services.orchestrator.state import Cached, Held, Limiter, State
+from services.orchestrator.state import Cached, Held, Limiter, State, ToldPlace
 from services.orchestrator.text import plain
 from services.orchestrator.world.car_faults import worse
 from services.orchestrator.world.conditions import no_better, sane_conditions, settle
@@ -91,11 +92,27 @@ def _take_one(held: Held, state: State, outcome: Outcome) -> Held:
 
 
 def _legal(held: Held, state: State, outcome: Outcome, answer: RulesAnswer) -> Held:
-    key = rules_question.key(outcome.arguments)
+    key, held = rules_question.key(outcome.arguments), _named(held, outcome, answer.place)
     doubtful = answer.confidence < SURE / 2.0 and held.legal is not None and _raises(held.legal, answer)
     if doubtful or not rules_question.sane_limit(answer) or key != rules_question.todays_key(state):
         return held  # the last: a late answer to another question than today's
     return msgspec.structs.replace(held, legal=answer, legal_key=key, legal_ns=state.now_ns)
+
+
+def _named(held: Held, outcome: Outcome, place: PlaceName | None) -> Held:
+    """A country's name, kept for as long as it may be spoken of: the one behind the last border too, in two languages."""
+    asked = outcome.arguments.get("situation")
+    code = asked.get("jurisdiction") if isinstance(asked, dict) else None
+    if place is None or not isinstance(asked, dict) or not isinstance(code, str):
+        return held
+    told = ToldPlace(code=code, language=spoken_language(str(asked.get("language", ""))), name=place)
+    if told in held.places:
+        return held
+    others = tuple(each for each in held.places if (each.code, each.language) != (told.code, told.language))
+    return msgspec.structs.replace(held, places=(*others, told)[-MOST_PLACES:])
+
+
+MOST_PLACES = 4
 
 
 def _raises(before: RulesAnswer, after: RulesAnswer) -> bool:

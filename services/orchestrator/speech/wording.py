@@ -7,12 +7,14 @@ from typing import Any
 
 from domain.languages import spoken_language
 from domain.units import convert, shown, told_distance, told_target
+from drivemcp.files.place_names import installed, named
 from proto.decision import Preferences
-from proto.rules import LegalLimit
+from proto.rules import LegalLimit, PlaceName
 from proto.scene import Unit
 from proto.speed_assistance import Face
 from proto.weather import Conditions
 from services.orchestrator.signs import border_evidence
+from services.orchestrator.state import State
 from services.orchestrator.text import plain
 
 FOLDER = Path(__file__).parent / "phrases"
@@ -82,19 +84,22 @@ def units_name(preferences: Preferences, unit: str) -> str:
     return phrases(preferences.language)["units"].get(unit, unit)
 
 
-def country_name(preferences: Preferences, code: str) -> str:
-    """The country by name; its code where the table has none."""
-    return phrases(preferences.language)["country"].get(code, code)
+def place_name(state: State, code: str) -> PlaceName:
+    """A country in the driver's language: as the Rules told it, else as the installed packs do, else as `this country`."""
+    language = spoken_language(state.preferences.language)
+    told = next((each.name for each in state.held.places if (each.code, each.language) == (code, language)), None)
+    known = told or named(installed().get(code, {}), language)
+    unnamed = PlaceName(**phrases(language)["a_country"])
+    if known is None:
+        return unnamed
+    inside, out_of = known.inside or unnamed.inside, known.out_of or unnamed.out_of
+    return PlaceName(name=known.name, inside=inside, out_of=out_of, said=known.said)
 
 
-def in_country(preferences: Preferences, code: str) -> str:
-    """`in the Netherlands`; the code where the table has none."""
-    return phrases(preferences.language)["in_country"].get(code, code)
-
-
-def from_country(preferences: Preferences, code: str) -> str:
-    """`from the Netherlands`; the code where the table has none."""
-    return phrases(preferences.language)["from_country"].get(code, code)
+def reading_words(state: State, reading: str) -> str:
+    """A sign as readers write it; of a border the country's name."""
+    head, _, place = reading.partition(":")
+    return place_name(state, place).name if head == "border" else reading
 
 
 def plate_words(preferences: Preferences, plates: tuple[str, ...]) -> str:

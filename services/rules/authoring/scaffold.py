@@ -5,7 +5,10 @@ import re
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from drivemcp.files.packfiles import FILES
+from drivemcp.files.place_names import installed
 from drivemcp.paths import data
 from services.rules.authoring.seal import seal
 from services.rules.errors import PackError
@@ -29,12 +32,11 @@ def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", ext
         raise PackError(f"{place!r} is no ISO 3166 alpha-3 code, as in DEU or USA-CA")
     manifest = _json(data(TEMPLATE) / "manifest.json")
     manifest |= {"id": folder.name, "jurisdiction": place, "title": title or folder.name, "version": "1.0.0"}
+    manifest["names"] = {} if parent else names_of(place)
     (folder / "sources").mkdir(parents=True)
     if parent is None:
         _copied(folder, place)
     else:
-        import msgspec
-
         kept = ("units", "traffic_side", "languages", "precedence", "plausible_limits")
         manifest |= {key: msgspec.to_builtins(getattr(parent, key)) for key in kept}
         manifest["extends"] = {"id": parent.id, "version": parent.version}
@@ -42,6 +44,12 @@ def scaffold(folder: Path, jurisdiction: str | None = None, title: str = "", ext
             write_json(folder / name, [])
     write_json(folder / "manifest.json", manifest)
     seal(folder)
+
+
+def names_of(place: str) -> dict[str, Any]:
+    """What an installed pack calls the country, for a new pack's manifest; nothing where none names it."""
+    named = installed().get(place[:3])
+    return {place[:3]: msgspec.to_builtins(named)} if named else {}
 
 
 def _copied(folder: Path, place: str) -> None:

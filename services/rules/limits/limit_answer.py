@@ -20,7 +20,7 @@ from services.rules.limits.minimum_speed import minimum_speed
 from services.rules.limits.precedence import Verdict, decide
 from services.rules.packs.format import Provision
 from services.rules.packs.loading import Pack
-from services.rules.words import country, named_packs, part, say
+from services.rules.words import country, named_packs, part, place, say
 
 
 class Lower(msgspec.Struct, frozen=True, kw_only=True):
@@ -36,18 +36,20 @@ def lower_in_parts(pack: Pack, situation: Situation, here: Verdict) -> tuple[Low
         return ()
     most = here.candidate.mps if here.candidate is not None else float("inf")
     found = []
-    for place in _parts(pack):
-        there = decide(pack, msgspec.structs.replace(situation, jurisdiction=place)).candidate
+    for name in _parts(pack):
+        there = decide(pack, msgspec.structs.replace(situation, jurisdiction=name)).candidate
         if there is not None and there.mps < most:
-            found.append(Lower(place=place, candidate=there))
+            found.append(Lower(place=name, candidate=there))
     return tuple(found)
 
 
-def said_of_parts(lower: tuple[Lower, ...], language: str) -> list[str]:
+def said_of_parts(book: RuleBook, lower: tuple[Lower, ...], language: str) -> list[str]:
     """One sentence for each limit, with the parts that have it."""
     by_limit: dict[str, list[str]] = {}
     for each in lower:
-        by_limit.setdefault(spoken(each.candidate.value, each.candidate.unit), []).append(part(each.place, language))
+        by_limit.setdefault(spoken(each.candidate.value, each.candidate.unit), []).append(
+            part(book, each.place, language)
+        )
     joined = say("and", language)
     return [say("part_lower", language, parts=joined.join(parts), limit=limit) for limit, parts in by_limit.items()]
 
@@ -75,11 +77,13 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
         return without_packs("unknown", "no_limit_known", known.language)
     answers = [(pack, _answer(book, pack, known)) for pack in packs]
     chosen = min(answers, key=_strictness)[1]
+    if known.jurisdiction is not None:
+        chosen = msgspec.structs.replace(chosen, place=book.name_of(known.jurisdiction[:3], known.language))
     if known.road_type is None or known.jurisdiction is None or foreign:
         chosen = assuming(chosen, posted=bool(known.posted))
     if known.jurisdiction is None or foreign:
-        return _doubted(chosen, answers, known, foreign)
-    return chosen if book.covers(known.jurisdiction) else _part_unknown(chosen, packs, known)
+        return _doubted(book, chosen, answers, known, foreign)
+    return chosen if book.covers(known.jurisdiction) else _part_unknown(book, chosen, packs, known)
 
 
 def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
@@ -94,7 +98,7 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
         said = " ".join(_sentences(situation, verdict, candidate))
     notes = [
         said,
-        *said_of_parts(lower, situation.language),
+        *said_of_parts(book, lower, situation.language),
         *(_weakness(name, book, pack, situation.language) for name in weak),
     ]
     least = minimum_speed(pack, situation, limit.mps if limit is not None else None)
@@ -118,12 +122,12 @@ def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, float]:
 
 
 def _doubted(
-    chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation, foreign: bool
+    book: RuleBook, chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation, foreign: bool
 ) -> RulesAnswer:
     language = situation.language
-    packs = named_packs([pack.manifest.id for pack, _ in answers], language)
+    packs = named_packs(book, [pack for pack, _ in answers], language)
     if foreign:
-        why = say("no_law_here", language, country=country(situation.jurisdiction or "", language), packs=packs)
+        why = say("no_law_here", language, country=country(book, situation.jurisdiction or "", language), packs=packs)
     else:
         why = say("country_unknown", language, packs=packs)
     return msgspec.structs.replace(
@@ -136,10 +140,9 @@ def _doubted(
     )
 
 
-def _part_unknown(chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
-    why = say(
-        "part_unknown", situation.language, packs=named_packs([pack.manifest.id for pack in packs], situation.language)
-    )
+def _part_unknown(book: RuleBook, chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
+    language = situation.language
+    why = say("part_unknown", language, packs=named_packs(book, packs, language))
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * UNKNOWN_PART,
@@ -194,4 +197,5 @@ def _sentences(situation: Situation, verdict: Verdict, candidate: LimitCandidate
 
 
 def _weakness(name: str, book: RuleBook, pack: Pack, language: str) -> str:
-    return say(name, language, have=f"{pack.manifest.id} {pack.manifest.version}", want=book.expected_of(pack))
+    named = place(book, pack.manifest, language)
+    return say(name, language, country=named, have=pack.manifest.version, want=book.expected_of(pack))

@@ -41,6 +41,7 @@ def check_manifest(files: Files, manifest: Manifest) -> Iterator[Problem]:
         yield wrong("effective_until", message, "give a later day, or null where no end is known")
     if not manifest.languages:
         yield wrong("languages", "is empty", "name the languages of the texts, the law's own first")
+    yield from _check_names(files, manifest)
     if sorted(manifest.precedence) != KINDS:
         message = "does not order statute, sign_table and guidance, each once"
         yield wrong("precedence", message, "write all three, the one that counts most first")
@@ -50,6 +51,31 @@ def check_manifest(files: Files, manifest: Manifest) -> Iterator[Problem]:
         if low > high:
             message = f"{low:g} lies above {high:g}"
             yield files.problem("manifest.json", ("plausible_limits", road), message, "write the lower limit first")
+
+
+FALLBACK = "XXX"
+"""Jurisdiction of the pack for where the country is unknown, or none is loaded for it: a code that ISO gives to no country."""
+ALWAYS = "en"
+"""The language that stands in for one that a text has not."""
+
+
+def _check_names(files: Files, manifest: Manifest) -> Iterator[Problem]:
+    """The pack's own country and its parts, each in English too; the fallback may name countries that have no pack."""
+    own = manifest.jurisdiction[:3]
+
+    def wrong(path: tuple[str, ...], message: str, remedy: str) -> Problem:
+        return files.problem("manifest.json", ("names", *path), message, remedy)
+
+    if manifest.names and own not in manifest.names:
+        yield wrong((), f"{own} itself is not named", f"name {own} as well")
+    for place, by_language in manifest.names.items():
+        if place[:3] != own and manifest.jurisdiction != FALLBACK:
+            yield wrong((place,), f"{place} is no part of {own}", f"name {own} and its parts alone")
+        if ALWAYS not in by_language:
+            yield wrong((place,), f"has no name in English ({ALWAYS})", "add one: other languages fall back to it")
+        for language, name in by_language.items():
+            if "-" not in place and not (name.inside and name.out_of):
+                yield wrong((place, language), "lacks inside or out_of", "write both, as in `in Germany` and `from Germany`")
 
 
 def check_twice(files: Files, name: str, key: str, entries: Sequence[object]) -> Iterator[Problem]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from proto.rules import LegalAction, MonthDay, VehicleClass
+from proto.rules import LegalAction, MonthDay, PlaceName, VehicleClass
 from proto.scene import Unit
 
 Kind = Literal["statute", "sign_table", "guidance"]
@@ -65,6 +65,8 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     units: Unit
     traffic_side: Literal["left", "right"]
     languages: tuple[str, ...]
+    names: Annotated[dict[Place, Annotated[dict[str, PlaceName], Meta(max_length=40)]], Meta(max_length=100)] = {}
+    """By place and language: what the country, and each part that is told, is called. Drivers hear no code."""
     precedence: tuple[Kind, ...]
     plausible_limits: dict[RoadType, tuple[Speed, Speed]]
     """Per type of road the lowest and the highest limit, in `units`, that a doubtful reading may be believed to be."""

@@ -56,10 +56,20 @@ def interpret_sign(book: RuleBook, question: SignQuestion) -> SignMeaning:
     chosen = min(range(len(meanings)), key=lambda index: (_care(meanings[index]), -readings[index][1]))
     meaning, confidence = meanings[chosen], readings[chosen][1]
     cited = unique(citation for at in (chosen, *range(len(meanings))) for citation in meanings[at].citations)
-    others = [reading for index, (reading, _) in enumerate(readings) if index != chosen and _CODE.fullmatch(reading)]
+    others = [
+        _without_place(book, reading, question.language)
+        for index, (reading, _) in enumerate(readings)
+        if index != chosen and _CODE.fullmatch(reading)
+    ]
     note = " ".join([meaning.note, say("maybe_sign", question.language, others=", ".join(others)) if others else ""])
     sure = meaning.confidence * min(1.0, max(0.0, confidence))
     return msgspec.structs.replace(meaning, confidence=sure, note=note.strip(), citations=cited)
+
+
+def _without_place(book: RuleBook, reading: str, language: str) -> str:
+    """A code as readers write it; of a border the country's name."""
+    head, _, place = reading.partition(":")
+    return country(book, place.upper(), language) if head == "border" else reading
 
 
 def careful_rank(action: LegalAction) -> int:
@@ -94,15 +104,15 @@ def _interpret(book: RuleBook, question: SignQuestion, text: str) -> SignMeaning
     ]
     if not found:
         return _unknown(question, text, own or others[-1:])
-    return found[0][1] if own else _doubted(found, here, question.language)
+    return found[0][1] if own else _doubted(book, found, here, question.language)
 
 
-def _doubted(found: list[tuple[Pack, SignMeaning]], here: str | None, language: str) -> SignMeaning:
+def _doubted(book: RuleBook, found: list[tuple[Pack, SignMeaning]], here: str | None, language: str) -> SignMeaning:
     """Where nobody knows whose sign it is: the most careful of all meanings, of equals the fallback's."""
     chosen = min(found, key=lambda each: (*_care(each[1]), not is_fallback(each[0])))[1]
-    packs = named_packs([pack.manifest.id for pack, _ in found], language)
+    packs = named_packs(book, [pack for pack, _ in found], language)
     why = (
-        say("no_law_here", language, country=country(here, language), packs=packs)
+        say("no_law_here", language, country=country(book, here, language), packs=packs)
         if here
         else say("country_unknown", language, packs=packs)
     )
@@ -149,14 +159,14 @@ def _meaning(
     return SignMeaning(
         reading=text,
         national_code=_national(sign, reading),
-        meaning=_filled(sign, reading, language, pack.manifest.units),
+        meaning=_filled(book, sign, reading, language, pack.manifest.units),
         language=spoken_language(language),
         legal_action=min(sign.action, binding.action, key=careful_rank) if bound else sign.action,
         limit=limit,
         citations=(cite_sign(pack, sign, language), *cite_ids(pack, sign.provisions, language)),
         confidence=confidence,
         rulepack_version=pack.version,
-        note=" ".join([*([say(why, language)] if why else []), *_notes(pack, sign, question, limit, foreign=foreign)]),
+        note=" ".join([*([say(why, language)] if why else []), *_notes(book, pack, sign, question, limit, foreign=foreign)]),
         binds=(*binding.surely, *binding.perhaps),
     )
 
@@ -203,18 +213,20 @@ def _national(sign: Sign, reading: Reading) -> str:
     return sign.national.replace("{value}", "" if reading.value is None else f"{reading.value:g}").rstrip("-")
 
 
-def _filled(sign: Sign, reading: Reading, language: str, units: Unit) -> str:
+def _filled(book: RuleBook, sign: Sign, reading: Reading, language: str, units: Unit) -> str:
     value = "?" if reading.value is None else f"{reading.value:g}"
     text = text_in(sign.meaning, language).replace("{value}", value).replace("{unit}", sign.unit or units)
-    return text.replace("{country}", country(reading.word.upper(), language)) if reading.word else text
+    return text.replace("{country}", country(book, reading.word.upper(), language)) if reading.word else text
 
 
-def _notes(pack: Pack, sign: Sign, question: SignQuestion, limit: LegalLimit | None, *, foreign: bool) -> list[str]:
+def _notes(
+    book: RuleBook, pack: Pack, sign: Sign, question: SignQuestion, limit: LegalLimit | None, *, foreign: bool
+) -> list[str]:
     language, here = question.language, normal_jurisdiction(question.jurisdiction)
     notes: list[str] = []
     if foreign and here:
-        there = country(pack.manifest.jurisdiction, language)
-        notes.append(say("foreign", language, here=country(here, language), there=there))
+        there = country(book, pack.manifest.jurisdiction, language)
+        notes.append(say("foreign", language, here=country(book, here, language), there=there))
     if sign.note:
         notes.append(text_in(sign.note, language))
     for plate in question.plates:

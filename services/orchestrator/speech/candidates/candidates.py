@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from domain.units import legal_limit, limit_text
 from proto.decision import Event
 from proto.messages import ROWS, WEIGHT, Kind
-from proto.rules import LegalLimit
+from proto.rules import LegalLimit, RulesAnswer
 from proto.speech import News
 from proto.vehicle import Degradation, VehicleHealth
 from proto.weather import Conditions
@@ -17,13 +17,13 @@ from services.orchestrator.speech.candidates.limits_ahead import ahead, approach
 from services.orchestrator.speech.candidates.road_users_and_stops import give_way, go, lead, person, stop
 from services.orchestrator.speech.wording import (
     advised_number,
-    country_name,
     drive,
     evidence_in_words,
     few,
-    from_country,
     limit_number,
+    place_name,
     plate_words,
+    reading_words,
     say,
     speed,
     unit_name,
@@ -165,6 +165,7 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
     lower = lowest(limits_ahead(state), limit)  # the words allow no more than a sign in sight does
     shown = legal_limit(lower.value, lower.unit) if lower is not None else limit if target.law.told else None
     rules, told = _border_rules(state, shown), evidence_in_words(preferences, here.evidence)
+    named = place_name(state, here.value)
     side = state.signs.traffic_side
     keeps = word(preferences, side.value) if side is not None and side.value in ("left", "right") else ""
     yield Candidate(
@@ -173,8 +174,8 @@ def _border(state: State, target: Target, events: dict[str, Event]) -> Iterator[
         phrase="border" if rules else "border_open",
         urgency="advice",
         values={
-            "country": country_name(preferences, here.value),
-            "from_country": from_country(preferences, here.value),
+            "country": named.name,
+            "from_country": named.out_of,
             "rules": rules,
             "evidence": told,
             "unit": say(preferences, "justification", "border_unit", unit=unit) if (unit := _unit_here(state)) else "",
@@ -325,6 +326,12 @@ def _number_and_plate(state: State, sign: SignAhead) -> dict[str, str]:
     return {"limit": number, "plate": plate_words(state.preferences, sign.plates)}
 
 
+def _shown(state: State, reading: str) -> str:
+    """What stands on a sign that may read so: the number, of a border the country."""
+    words = reading_words(state, reading)
+    return words if words != reading else reading.partition(":")[2] or reading
+
+
 def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[Candidate]:
     event = events.get("uncertain_sign")
     if event is None or not any(bound.why == "doubt" for bound in target.bounds):
@@ -332,13 +339,13 @@ def _doubt(state: State, target: Target, events: dict[str, Event]) -> Iterator[C
     sign = next((s for s in state.signs.ahead if not s.believed and f"track {s.track_id}" == event.detail), None)
     if sign is None or sign.distance_m is None or sign.distance_m > 25.0:
         return  # it may still become readable; the target comes down meanwhile
-    names = word(state.preferences, "or").join(c.reading.partition(":")[2] or c.reading for c in sign.candidates[:3])
+    names = word(state.preferences, "or").join(_shown(state, c.reading) for c in sign.candidates[:3])
     yield Candidate(
         kind=Kind.DOUBT,
         news=News(track_id=sign.track_id),
         phrase="doubt",
         urgency="advice",
-        values={"candidates": names or sign.reading},
+        values={"candidates": names or _shown(state, sign.reading)},
         asked_mps=target.told_mps,
         why=("doubt",),
         confidence=1.0 - sign.confidence,
@@ -466,11 +473,15 @@ def _old_rules(state: State, target: Target, events: dict[str, Event]) -> Iterat
         news=News(what=pack),
         phrase="old_rules",
         urgency="info",
-        values={"pack": stale.rulepack_version.partition("#")[0].replace("@", " ")},
+        values={"pack": f"{place_name(state, state.signs.country or '').in_a_sentence}, {_version(stale)}"},
         why=("old_rules",),
         first_since_ns=0,
         confidence=stale.confidence,
     )
+
+
+def _version(answer: RulesAnswer) -> str:
+    return answer.rulepack_version.partition("#")[0].partition("@")[2]
 
 
 STALE = "stale_rulepack"

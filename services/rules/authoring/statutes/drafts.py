@@ -8,7 +8,7 @@ from typing import Any
 
 from drivemcp.files.packfiles import FILES, read_regular
 from drivemcp.paths import data
-from services.rules.authoring.scaffold import TEMPLATE
+from services.rules.authoring.scaffold import TEMPLATE, names_of
 from services.rules.authoring.seal import seal
 from services.rules.authoring.statutes import akomantoso, clml, gii
 from services.rules.authoring.statutes.statute import Section, Statute, local, parse
@@ -84,6 +84,7 @@ def _provision(name: str, section: Section, document: str, language: str) -> dic
 def _begin(folder: Path, statute: Statute, place: str) -> None:
     manifest = _json(data(TEMPLATE) / "manifest.json")
     manifest |= {"id": folder.name, "title": statute.title, "jurisdiction": place, "version": "0.1.0"}
+    manifest["names"] = names_of(place)
     manifest |= {"languages": [statute.language], "disclaimer": _NOTE.removeprefix("> ")}
     (folder / "sources").mkdir(parents=True, exist_ok=True)
     for name in FILES[1:]:

@@ -37,7 +37,7 @@ def test_it_is_told_once_in_the_drivers_language(language: str) -> None:
 
 def test_the_notice_names_the_pack_and_other_advice_does_not() -> None:
     drive = driven(20)
-    naming = [t.advisory for _, _, t in drive.history if "DEU-v1 1.0.0" in t.advisory.justification]
+    naming = [t.advisory for _, _, t in drive.history if "(Germany, 1.0.0)" in t.advisory.justification]
     spoken = [advisory for advisory in naming if advisory.kind != "SILENT"]
     assert [advisory.directive for advisory in spoken] == [TOLD["en"]]
 
@@ -65,7 +65,7 @@ def test_on_the_bus_it_is_spoken_once_and_the_advice_is_less_sure(tmp_path: Path
         road = Road(b)
         here = (fact("jurisdiction", "DEU"), fact("units", "km/h"), fact("road_type", "urban"))
         told = road.until(*here, want=TOLD["en"])
-        assert "DEU-v1-VSL" in told.justification
+        assert "The rulepack (Germany, " in told.justification
         assert told.confidence <= 0.5
         later = [road.step(*here) for _ in range(100)]
         assert [each for each in later if each.directive == TOLD["en"] and each.kind != "SILENT"] == []

@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 
 from domain.languages import LANGUAGES
 from domain.units import in_unit, limit_text, shown, told_target
+from drivemcp.files.place_names import installed
 from proto.decision import Preferences
-from proto.rules import LegalLimit
+from proto.rules import LegalLimit, PlaceName
 from proto.scene import COUNTRIES
 from services.orchestrator.driver.wishes import MOST, Given, admit, changed, remembered
-from services.orchestrator.speech.wording import FOLDER, decimal, from_country, in_country, say, toned
+from services.orchestrator.speech.wording import FOLDER, decimal, place_name, reading_words, say, toned
+from services.orchestrator.state import Held, State, ToldPlace
 from services.orchestrator.text import plain
 from tests.unit.services.orchestrator.scenes import scenes
 from tests.unit.services.orchestrator.support import Drive, limit_sign, preferences
@@ -51,17 +53,50 @@ def test_a_directive_is_at_most_six_words_and_an_alarm_at_most_three(language: s
         assert said <= (3 if name.endswith("_alarm") else 6), (language, name)
 
 
+def speaking(language: str) -> State:
+    return State(preferences=preferences(language=language))
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_country_has_its_name_and_its_forms(language: str) -> None:
-    for section in ("country", "in_country", "from_country"):
-        assert table(language)[section].keys() >= COUNTRIES, (language, section)
+    for code in COUNTRIES:
+        named = installed()[code][language]
+        assert named.name
+        assert named.inside.lower() != named.name.lower()
+        assert named.out_of not in ("", named.inside)
 
 
 def test_a_country_is_named_as_a_person_says_it() -> None:
-    german, polish, french = (preferences(language=each) for each in ("de", "pl", "fr"))
-    assert in_country(german, "CHE") == "in der Schweiz"
-    assert (in_country(polish, "FRA"), from_country(polish, "CHE")) == ("we Francji", "ze Szwajcarii")
-    assert (in_country(french, "NLD"), from_country(french, "DEU")) == ("aux Pays-Bas", "d'Allemagne")
+    german, polish, french = (speaking(each) for each in ("de", "pl", "fr"))
+    assert place_name(german, "CHE").inside == "in der Schweiz"
+    assert (place_name(polish, "FRA").inside, place_name(polish, "CHE").out_of) == ("we Francji", "ze Szwajcarii")
+    assert (place_name(french, "NLD").inside, place_name(french, "DEU").out_of) == ("aux Pays-Bas", "d'Allemagne")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_code_stands_in_for_the_name_of_a_country_that_no_pack_names(language: str) -> None:
+    unnamed = place_name(speaking(language), "QQQ")
+    for words in (
+        unnamed.name,
+        unnamed.inside,
+        unnamed.out_of,
+        unnamed.in_a_sentence,
+        reading_words(speaking(language), "border:QQQ"),
+    ):
+        assert words
+        assert "QQQ" not in words
+
+
+def test_a_border_is_read_as_its_country_and_every_other_sign_as_its_code() -> None:
+    assert [reading_words(speaking("de"), each) for each in ("border:NLD", "limit:80")] == ["Niederlande", "limit:80"]
+
+
+def test_what_the_rules_call_a_country_goes_before_what_the_installed_packs_do() -> None:
+    told = ToldPlace(code="BEL", language="de", name=PlaceName(name="Atlantis", inside="auf Atlantis"))
+    state = State(preferences=preferences(language="de"), held=Held(places=(told,)))
+    assert (place_name(state, "BEL").inside, place_name(state, "NLD").name) == ("auf Atlantis", "Niederlande")
+    assert place_name(state, "BEL").out_of == "aus einem anderen Land"
+    assert place_name(State(preferences=preferences(language="fr"), held=state.held), "BEL").name == "Belgique"
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -46,7 +46,8 @@ def test_a_pack_older_than_expected_lowers_confidence_and_says_so(expected: dict
     assert stale.limit == fresh.limit
     assert stale.confidence == pytest.approx(0.5 * fresh.confidence)
     assert stale.degraded == ("stale_rulepack",)
-    assert next(iter(expected)) in stale.note
+    assert "The rulepack (Germany, " in stale.note
+    assert f"is older than the expected {next(iter(expected.values()))}." in stale.note
 
 
 def test_a_pack_as_new_as_expected_does_not_lower_confidence() -> None:

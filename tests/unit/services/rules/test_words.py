@@ -6,7 +6,7 @@ import tomllib
 import msgspec
 import pytest
 
-from domain.languages import LANGUAGES, spoken_language
+from domain.languages import LANGUAGES
 from services.rules import citing
 from services.rules.book import RuleBook
 from services.rules.lookup.evidence import questions
@@ -34,7 +34,13 @@ def test_a_sentence_is_told_in_the_drivers_language_and_in_english_where_it_is_n
     assert say("default", "nl", limit="50 km/h") == "Algemene limiet hier 50 km/h."
     assert say("default", "it-CH", limit="50 km/h") == "Limite generale qui 50 km/h."
     assert say("default", "fi", limit="50 km/h") == "General limit 50 km/h here."
-    assert (country("POL", "es"), spoken_language("es-ES")) == ("Polonia", "es")
+
+
+def test_a_country_is_named_in_the_drivers_language_by_its_pack_or_an_installed_one(book: RuleBook) -> None:
+    assert [country(book, "DEU", each) for each in ("es-ES", "fr", "fi")] == ["Alemania", "Allemagne", "Germany"]
+    assert "POL" not in {pack.manifest.jurisdiction for pack in book.packs.values()}
+    assert country(book, "POL", "es") == "Polonia"
+    assert country(book, "QQQ", "de") == "dieses Land"
 
 
 @pytest.mark.parametrize(("language", "told"), [("nl", "n"), ("pl", "p"), ("it", "i"), ("es", "s"), ("de", "e")])
