@@ -14,7 +14,7 @@ from services.retrieval.encoding.embeddings import embed, read_stored
 from services.retrieval.encoding.encoders import Encoder, Vectors
 from services.retrieval.encoding.question_vectors import QuestionVectors
 from services.retrieval.encoding.reranking import CANDIDATES, LATE_RERANKER, Reranking
-from services.retrieval.ranking.everyday import law_words, matters_in
+from services.retrieval.ranking.everyday import law_words, matters_in, names_a_sign
 from services.retrieval.ranking.filters import Filter
 from services.retrieval.ranking.index import EngineAway, Index
 from services.retrieval.ranking.judging import LOOKED_AT, Facts, observed
@@ -191,7 +191,10 @@ class Library:
         """The best passages of the country asked about; without a vector by BM25 in memory. Raises EngineAway."""
         indexes = _asked(state, request)
         found = [passage for index in indexes for passage in self._ranked_in(state, index, request, words, vector)]
-        return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
+        if request.corpus == "all" and names_a_sign(words):
+            found = [_ahead(passage) if passage.kind == "sign_table" else passage for passage in found]
+        wanted = max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES)
+        return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))[: wanted * len(indexes)]
 
     def _ranked_in(
         self, state: State, index: Index, request: Request, words: str, vector: Vectors | None
@@ -208,7 +211,7 @@ class Library:
             ),
             lambda_for=lambda corpus: self._tuning.lambda_for(state.status, corpus),
             floor=state.vectors.encoder.floor if state.vectors else 0.0,
-            limit=max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES),
+            limit=max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES) + BEHIND,
         )
 
     def _read(self, folders: Collection[Path], before: Mapping[Path, tuple[Text, ...]]) -> dict[Path, tuple[Text, ...]]:
@@ -243,6 +246,16 @@ class Library:
 def for_encoder(words: str) -> str:
     """A question with the law's words for its matters, in English: the encoders know no brands and little dialect."""
     return f"{words} {law_words(words, 'en')}".strip()
+
+
+BEHIND = 10
+"""So many passages more are ranked than are asked for: a sign's entry may come from behind."""
+SIGN_LEAD = 0.05
+"""Added to the score of a sign's own entry where the question names a sign: statutes on a matter have more of its words."""
+
+
+def _ahead(passage: Passage) -> Passage:
+    return msgspec.structs.replace(passage, score=min(1.0, passage.score + SIGN_LEAD))
 
 
 def _asked(state: State, request: Request) -> list[Index]:

@@ -44,6 +44,17 @@ def matters_in(text: str) -> int:
     return len(_spoken_of(text))
 
 
+_SIGN = re.compile(
+    r"\b(?:signs?|\w*schild(?:er)?|verkehrszeichen|zeichen|signal|panneaux?|panonceaux?|\w*bord(?:en|je)?|znak\w*|segnal[ei]|cartell[oi]|señal(?:es)?)\b",
+    re.IGNORECASE,
+)
+
+
+def names_a_sign(text: str) -> bool:
+    """Whether a question says that it is about a sign."""
+    return _SIGN.search(text) is not None
+
+
 def said_words(text: str, language: str) -> str:
     """Those parts of a question that the table has words for in a language."""
     found = [part for matter, parts in _spoken_of(text) if language in matter.law for part in parts]
