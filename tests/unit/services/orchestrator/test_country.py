@@ -8,19 +8,23 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Decision, Preferences
+from proto.rules import PlaceName, RulesAnswer
 from services.orchestrator.law.limits_ahead import limits_ahead
 from services.orchestrator.signs.border_evidence import items, kept
 from services.orchestrator.signs.limits import in_force
+from services.orchestrator.speech.wording import place_name
 from services.orchestrator.state import State
 from services.orchestrator.tick import Ticked, trace_of
 from tests.unit.robustness.hostile import hostile
 from tests.unit.services.orchestrator.support import (
+    EXPERTS,
     FEW,
     KMH,
     Drive,
     Played,
     end_sign,
     fact,
+    limit_answer,
     limit_sign,
     locally,
     replace,
@@ -54,6 +58,33 @@ def test_where_a_sign_ahead_shows_less_the_border_tells_that_and_not_the_country
 def test_it_is_said_in_the_drivers_language() -> None:
     _, ticked = changed(preferences=Preferences(language="de"))
     assert "Erkannt an: Art der Schilder (3,0), Straßenseite des Verkehrs (6,5)" in ticked.advisory.justification
+
+
+ATLANTIS = {
+    "en": PlaceName(name="Atlantis", inside="on Atlantis", out_of="from Atlantis"),
+    "fr": PlaceName(name="Atlantide", inside="en Atlantide", out_of="d'Atlantide"),
+}
+
+
+def called(arguments: dict[str, Any]) -> RulesAnswer:
+    """The law of a pack that calls its country Atlantis, in English and French; other countries it does not name."""
+    asked = arguments["situation"]
+    place = ATLANTIS.get(asked["language"], ATLANTIS["en"]) if asked["jurisdiction"] == "GBR" else None
+    return limit_answer(20, "mph", place=place)
+
+
+@pytest.mark.parametrize(("language", "name"), [("en", "Atlantis"), ("fr", "Atlantide"), ("pl", "Atlantis")])
+def test_a_country_is_announced_by_the_name_that_its_pack_gives_it(language: str, name: str) -> None:
+    experts = Played({**EXPERTS, "applicable_limit": called})
+    _, ticked = changed(ask=experts, preferences=Preferences(language=language))
+    assert ticked.advisory.directive.split()[0].rstrip(":") == name
+
+
+def test_the_country_left_behind_keeps_the_name_that_its_pack_gave_it() -> None:
+    drive, _ = changed(ask=Played({**EXPERTS, "applicable_limit": called}))
+    drive.tick(fact("jurisdiction", "DEU", text=TOLD), fact("units", "km/h"), fact("traffic_side", "right"))
+    assert place_name(drive.state, "GBR").out_of == "from Atlantis"
+    assert place_name(drive.state, "DEU").out_of == "from Germany"
 
 
 def test_a_number_that_may_be_miles_is_told_with_its_border_and_no_sooner() -> None:

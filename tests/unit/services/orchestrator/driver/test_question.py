@@ -16,6 +16,7 @@ from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
     conditions,
+    end_sign,
     fact,
     health,
     limit_answer,
@@ -158,6 +159,19 @@ def test_are_we_in_mph_now() -> None:
     )
     assert "48 km/h" in told.text
     assert asked(drive, "Are we in km/h?").text.startswith("No: we are in Great Britain")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_answer_shows_the_code_of_a_country(language: str) -> None:
+    drive = Drive(preferences=preferences(language=language))
+    drive.tick(fact("jurisdiction", "DEU"), fact("units", "km/h"))
+    drive.tick(limit_sign("limit:80"))
+    drive.tick(end_sign("border:GBR"))
+    drive.ticks(3)
+    texts = [asked(drive, question).text for question in ("Are we in mph now?", "Why did the limit drop?", "mph?")]
+    told = [*texts, *drive.spoken(), *(t.advisory.justification for _, _, t in drive.history)]
+    assert texts[0]
+    assert [text for text in told if "DEU" in text or "GBR" in text] == []
 
 
 def test_why_did_the_limit_drop() -> None:
