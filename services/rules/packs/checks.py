@@ -75,7 +75,9 @@ def _check_names(files: Files, manifest: Manifest) -> Iterator[Problem]:
             yield wrong((place,), f"has no name in English ({ALWAYS})", "add one: other languages fall back to it")
         for language, name in by_language.items():
             if "-" not in place and not (name.inside and name.out_of):
-                yield wrong((place, language), "lacks inside or out_of", "write both, as in `in Germany` and `from Germany`")
+                yield wrong(
+                    (place, language), "lacks inside or out_of", "write both, as in `in Germany` and `from Germany`"
+                )
 
 
 def check_twice(files: Files, name: str, key: str, entries: Sequence[object]) -> Iterator[Problem]:

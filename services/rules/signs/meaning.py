@@ -166,7 +166,9 @@ def _meaning(
         citations=(cite_sign(pack, sign, language), *cite_ids(pack, sign.provisions, language)),
         confidence=confidence,
         rulepack_version=pack.version,
-        note=" ".join([*([say(why, language)] if why else []), *_notes(book, pack, sign, question, limit, foreign=foreign)]),
+        note=" ".join(
+            [*([say(why, language)] if why else []), *_notes(book, pack, sign, question, limit, foreign=foreign)]
+        ),
         binds=(*binding.surely, *binding.perhaps),
     )
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from proto.decision import ArbitrationRequest, Decision, Preferences
+from proto.decision import ArbitrationRequest, Decision, Language, Preferences
 from proto.rules import PlaceName, RulesAnswer
 from services.orchestrator.law.limits_ahead import limits_ahead
 from services.orchestrator.signs.border_evidence import items, kept
@@ -74,7 +74,7 @@ def called(arguments: dict[str, Any]) -> RulesAnswer:
 
 
 @pytest.mark.parametrize(("language", "name"), [("en", "Atlantis"), ("fr", "Atlantide"), ("pl", "Atlantis")])
-def test_a_country_is_announced_by_the_name_that_its_pack_gives_it(language: str, name: str) -> None:
+def test_a_country_is_announced_by_the_name_that_its_pack_gives_it(language: Language, name: str) -> None:
     experts = Played({**EXPERTS, "applicable_limit": called})
     _, ticked = changed(ask=experts, preferences=Preferences(language=language))
     assert ticked.advisory.directive.split()[0].rstrip(":") == name
