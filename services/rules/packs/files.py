@@ -83,6 +83,7 @@ def decoded(files: Files, name: str, kind: Any) -> tuple[Any, tuple[Problem, ...
     if name not in files.content:
         return None, (files.absent(name),)
     try:
+        msgspec.json.decode(files.content[name])  # a value of a type is decoded without what the type does not know
         return msgspec.json.decode(files.content[name], type=kind), ()
     except MALFORMED as error:
         return None, (_malformed(files, name, error, kind),)
