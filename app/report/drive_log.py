@@ -15,6 +15,7 @@ from drivemcp.errors import MALFORMED
 from proto import topics
 from proto.perception import Boxes
 from services.logger.format.reader import Logged, messages
+from services.logger.writing.withheld import TOPIC as WITHHELD
 
 CAMERA = "sensor/camera/front"
 HELD = 40
@@ -68,6 +69,8 @@ class DriveLog:
     troubles: list[str] = field(default_factory=list)
     """Warnings and errors of the services, the first of them."""
     more_troubles: int = 0
+    withheld: int = 0
+    """Messages that the log left out for privacy."""
     unread: Counter[str] = field(default_factory=Counter)
     """Messages by topic that this version cannot read."""
 
@@ -136,6 +139,11 @@ class _Records(msgspec.Struct, frozen=True):
     records: tuple[_Record, ...] = ()
 
 
+class _Withheld(msgspec.Struct, frozen=True):
+    count: int = 0
+
+
+_WITHHELD = msgspec.json.Decoder(_Withheld)
 _CALLS = msgspec.json.Decoder(_Records)
 
 
@@ -148,6 +156,8 @@ def _take(log: DriveLog, logged: Logged, pictures: _Held, boxes: _Held) -> None:
             boxes.add(logged.stamp_ns, found)
     elif name == topics.TRACE.name:
         _add_tick(log, logged.data, pictures, boxes)
+    elif name == WITHHELD:
+        log.withheld += _WITHHELD.decode(logged.data).count
     elif name.startswith("health/"):
         health = _HEALTH.decode(logged.data)
         log.health[health.service] = health

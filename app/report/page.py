@@ -26,7 +26,7 @@ def page(log: DriveLog, at_hand: AtHand) -> str:
         "counts": counts,
         "sound": sound,
         "verification": lines,
-        "plot": timeline.timeline(log.ticks, counts.unit),
+        "plot": None if log.withheld else timeline.timeline(log.ticks, counts.unit),
         "size": (timeline.WIDTH, timeline.HEIGHT, timeline.LEFT, timeline.RIGHT, timeline.TOP, timeline.BOTTOM),
         "stories": story.stories(log, at_hand),
         "degraded": story.degraded_by(log.ticks),

@@ -4,7 +4,7 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 
@@ -26,6 +26,7 @@ from services.logger.writing.log_folder import Retention
 from services.logger.writing.recorder import HeadKeeper, PictureGate, Pictures, Recorder
 from services.logger.writing.time_stamps import TimeStamps
 from services.logger.writing.topic_formats import LOGGED
+from services.logger.writing.withheld import Withholding
 from services.logger.writing.writer import LogWriter, WriterSettings
 
 T = TypeVar("T")
@@ -60,6 +61,9 @@ class LoggerConfig(ServiceConfig, frozen=True, kw_only=True):
     max_total_mb: Bound = 20_000.0
     max_age_days: Bound = 0.0
     queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=65_536.0)] = 64.0
+    privacy: Literal["full", "minimal"] = "full"
+    """`minimal`: no continuous record of speed, place and limit; what is left out is hashed. Each tick that spoke or braked is kept;
+    pictures are kept around those alone, and no recording is written."""
     view: ViewSettings = ViewSettings()
 
 
@@ -93,13 +97,14 @@ def build(config: LoggerConfig, node: Node) -> None:
     recorder = Recorder(
         memory=memory,
         pictures=PictureGate(
-            config.pictures,
+            "events" if config.privacy == "minimal" and config.pictures == "all" else config.pictures,
             before_ns=int(config.pictures_before_s * 1e9),
             after_ns=int(config.pictures_after_s * 1e9),
         ),
         show=view.offer if view else lambda topic, record: None,
         warn=node.log.warning,
         keepers=keepers,
+        withholding=Withholding(signer.withholding_key()) if config.privacy == "minimal" else None,
     )
     writer = LogWriter(
         _writer_settings(config, log_dir),
@@ -114,7 +119,7 @@ def build(config: LoggerConfig, node: Node) -> None:
     if memory is not None:
         _offer_tools(node, memory)
     node.every(1.0, lambda: _report(node, log_dir, recorder, writer, view))
-    node.on_close(lambda: _close(node, writer, view, memory, keepers))
+    node.on_close(lambda: _close(node, recorder, writer, view, memory, keepers))
 
 
 def _take(
@@ -200,8 +205,14 @@ def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, vi
 
 
 def _close(
-    node: Node, writer: LogWriter, view: ViewPipe | None, memory: MemoryStore | None, keepers: Sequence[HeadKeeper]
+    node: Node,
+    recorder: Recorder,
+    writer: LogWriter,
+    view: ViewPipe | None,
+    memory: MemoryStore | None,
+    keepers: Sequence[HeadKeeper],
 ) -> None:
+    recorder.end()
     if node.unhandled:
         writer.missed(node.unhandled, "the logger was ended before it had taken them in")
     if not writer.close():
@@ -279,6 +290,9 @@ def _open_memory(path: Path, node: Node) -> MemoryStore | None:
 
 def _start_view(config: LoggerConfig, node: Node) -> ViewPipe | None:
     settings = config.view
+    if config.privacy == "minimal" and (settings.mode == "file" or settings.recording):
+        node.log.warning("privacy is minimal: no recording of the drive is written")
+        settings = msgspec.structs.replace(settings, recording="", mode="off" if settings.mode == "file" else "web")
     if settings.mode == "off":
         return None
     if settings.mode == "file" and not settings.recording:

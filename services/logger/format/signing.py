@@ -29,6 +29,11 @@ class Signer:
         self.public_hex = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
         self.key_id = key_id(self.public_hex)
 
+    def withholding_key(self) -> bytes:
+        """32 bytes that only the holder of the private key knows: for hashes of what a log leaves out."""
+        raw = self._key.private_bytes(Encoding.Raw, PrivateFormat.Raw, NoEncryption())
+        return hashlib.sha256(b"drivemcp withheld 1\0" + raw).digest()
+
     def sign(self, data: bytes) -> str:
         """The signature, hex."""
         return self._key.sign(data).hex()

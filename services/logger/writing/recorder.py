@@ -20,6 +20,7 @@ from services.logger.format.container import writable_ns
 from services.logger.memory import MemoryStore, TraceRow, trace_row
 from services.logger.writing.log_file import Record
 from services.logger.writing.topic_formats import record
+from services.logger.writing.withheld import Withholding, is_kept
 
 Pictures = Literal["all", "events", "none"]
 MAX_WAITING = 256
@@ -76,8 +77,11 @@ class Recorder:
         show: Callable[[str, Record], None],
         warn: Callable[[str], None],
         keepers: Sequence[HeadKeeper] = (),
+        withholding: Withholding | None = None,
     ) -> None:
         self._keepers = keepers
+        self._withholding = withholding
+        """Where the log keeps no continuous record of the way driven."""
         self._memory, self._pictures, self._show, self._warn = memory, pictures, show, warn
         self._lock = threading.Lock()
         self._rows: list[TraceRow] = []
@@ -116,11 +120,20 @@ class Recorder:
             self._told(
                 self.misstamped, name, f"message {sequence} has stamp {stamp_ns} and is logged with {written_ns}"
             )
+        self._show(topic.name, made)
+        if self._withholding is not None and not is_kept(topic, message):
+            for over in self._withholding.take(made):
+                self.put(over)
+            return
         for one in self._pictures.offer(made) if topic.logged == "foxglove_image" else (made,):
             self.put(one)
-        self._show(topic.name, made)
         if topic.name == topics.TRACE.name and isinstance(message, TraceRecord):
             self._note(message, now_ns)
+
+    def end(self) -> None:
+        """No more comes: what was left out since the last hash is told."""
+        for over in self._withholding.rest() if self._withholding is not None else ():
+            self.put(over)
 
     def sealed(self, head: ChainHead, n: int) -> None:
         """A flush is in the file: its head and its traces go to memory; its first and last make an entry of the drive.

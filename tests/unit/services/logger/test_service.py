@@ -1,5 +1,6 @@
 """The logger on a real bus."""
 
+import hmac
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,15 +21,20 @@ from proto.health import ServiceLog
 from proto.sensors import CameraFrame, CanFrame, CanFrames
 from proto.topics import Topic
 from proto.vehicle import Ego
+from services.logger.format import signing
 from services.logger.format.reader import Logged, messages
 from services.logger.memory import MemoryStore, kept_head
 from services.logger.service import SERVICE, LoggerConfig
 from services.logger.verification import trust
 from services.logger.verification.verifier import verify
+from services.logger.view.settings import ViewSettings
 from services.logger.writing import anchor, log_folder
 from services.logger.writing.recorder import Recorder
 from services.logger.writing.topic_formats import LOGGED, json_form
+from services.logger.writing.withheld import TOPIC, Withheld
 from tests.unit.services.logger.conftest import trace_of
+
+replace = msgspec.structs.replace
 
 
 def _logged(b: TestBus, folder: Path, publish: Sequence[tuple[Topic[Any], msgspec.Struct, str | None]]) -> list[Logged]:
@@ -261,3 +267,38 @@ def test_heads_that_cannot_be_anchored_stand_in_the_health_and_cost_no_record(tm
         node.close()
     assert str(nowhere) in health.detail["anchor_trouble"]
     assert verify(*log_folder.logs(tmp_path / "logs")).closed
+
+
+def test_a_private_log_keeps_what_was_told_and_hashes_the_rest(tmp_path: Path) -> None:
+    spoken = trace_of(7)
+    silent = replace(
+        spoken, decision=replace(spoken.decision, kind="SILENT"), advisory=replace(spoken.advisory, kind="SILENT")
+    )
+    egos = [Ego(speed_mps=10.0 + k) for k in range(30)]
+    config = LoggerConfig(
+        out_dir=str(tmp_path), secret_dir=str(tmp_path / "keys"), flush_ms=10, privacy="minimal",
+        view=ViewSettings(mode="file"),
+    )  # fmt: skip
+    with bus() as b:
+        node = b.start(SERVICE, config)
+        for ego in egos:
+            b.probe.publish(topics.EGO, ego, stamp_ns=42)
+        for trace in (silent, spoken):
+            b.probe.publish(topics.TRACE, trace, stamp_ns=42)
+        b.wait_for(topics.CHAIN, lambda head: head.records > 0)
+        node.close()
+    (path,) = log_folder.logs(tmp_path / "logs")
+    report, logged = verify(path), list(messages(path))
+    assert report.closed
+    assert report.intact
+    assert [one.data for one in logged if one.name == "trace"] == [msgspec.json.encode(spoken)]
+    assert not [one for one in logged if one.name in ("can/ego", "advisory")]
+    assert not list(tmp_path.glob("*.rrd"))
+    told = {w.topic: w for one in logged if one.name == TOPIC for w in [msgspec.json.decode(one.data, type=Withheld)]}
+    assert {topic: each.count for topic, each in told.items()} == {"can/ego": len(egos), "trace": 1}
+    expected = hmac.new(signing.load_or_make(tmp_path / "keys").withholding_key(), digestmod="sha256")
+    for ego in egos:
+        data = msgspec.json.encode(ego)
+        expected.update(len(data).to_bytes(8, "little") + data)
+    assert told["can/ego"].hmac_sha256 == expected.hexdigest()
+    assert "16.0" not in path.read_bytes().decode("latin-1")
