@@ -15,6 +15,7 @@ from urllib.parse import quote
 
 import rerun_cli  # type: ignore[import-untyped]
 
+from services.logger.view.page import Page
 from services.logger.view.settings import ViewSettings
 
 READY_S = 15.0
@@ -32,6 +33,9 @@ class Server:
         self._bind = settings.bind
         self._port = settings.port or free_port(settings.bind)
         self._web_port = settings.web_port or free_port(settings.bind)
+        self._own_port = free_port(settings.bind)
+        """Of Rerun's own page, which is not told."""
+        self._page: Page | None = None
         self._memory_mb = settings.memory_mb
         self._scratch = tempfile.TemporaryDirectory(prefix="drivemcp-view-")
         self._process: subprocess.Popen[bytes] | None = None
@@ -51,7 +55,7 @@ class Server:
         return "127.0.0.1" if self._bind in ("0.0.0.0", "::", "") else self._bind
 
     def __enter__(self) -> Self:
-        for port in (self._port, self._web_port):
+        for port in (self._port, self._web_port, self._own_port):
             require_free(self._bind, port)
         binary = str(Path(rerun_cli.__file__).parent / "rerun")
         # settings of its own: analytics are off here, and the user's are left alone
@@ -62,17 +66,21 @@ class Server:
         self._process = subprocess.Popen(
             [
                 binary, "--serve-web", "--bind", self._bind, "--port", str(self._port),
-                "--web-viewer-port", str(self._web_port), "--server-memory-limit", f"{self._memory_mb}MB",
+                "--web-viewer-port", str(self._own_port), "--server-memory-limit", f"{self._memory_mb}MB",
             ],
             env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
             preexec_fn=_die_with_parent if sys.platform == "linux" else None,
         )  # fmt: skip
         self._wait_ready(self._process)
+        own, source = (f"http://{self._host}:{port}" for port in (self._own_port, self._port))
+        self._page = Page(self._bind, self._web_port, own, source).__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._page is not None:
+            self._page.__exit__()
         if self._process is not None:
             self._process.terminate()
             try:
@@ -80,11 +88,13 @@ class Server:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait(3.0)
+            if self._process.stderr is not None:
+                self._process.stderr.close()
         self._scratch.cleanup()
 
     def _wait_ready(self, process: "subprocess.Popen[bytes]") -> None:
         deadline_s = time.monotonic() + READY_S
-        for port in (self._port, self._web_port):
+        for port in (self._port, self._own_port):
             while not _accepts(self._host, port):
                 if process.poll() is not None or time.monotonic() > deadline_s:
                     process.kill()
