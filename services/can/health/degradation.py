@@ -14,6 +14,7 @@ import msgspec
 from domain.languages import spoken_language
 from proto.vehicle import Degradation, Indicator, SensorFault, Trend, VehicleHealth
 from services.can.diagnostics.trouble_codes import DtcBook
+from services.can.health import sensor_words
 from services.can.health.indicators import (
     BUS_SILENT_WEIGHT,
     CODE_PSI,
@@ -232,7 +233,7 @@ def _advice(steps: list[str], from_codes: list[str], degradation: Degradation, b
     said += [in_words(trend, language) for trend in degradation.trends]
     texts = list(dict.fromkeys(said))
     if degradation.sensor_faults:
-        named = dict.fromkeys(fault.field for fault in degradation.sensor_faults)
+        named = dict.fromkeys(sensor_words.in_words(fault.field, language) for fault in degradation.sensor_faults)
         texts.append(_SENSORS[language].format(", ".join(named)))
     if degradation.unknown:
         texts.append(_PARTLY[language])

@@ -12,6 +12,7 @@ from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.health import degradation
 from services.can.health.degradation import Assessment, Held, assess
 from services.can.health.indicators import BRAKES, LAMPS, MEASURED, SOFTNESS, TYRES, table
+from services.can.health.sensor_words import in_words
 from services.can.profiles.profile import load_profile
 
 TABLE = table((2.4, 2.4, 2.6, 2.6))
@@ -273,7 +274,8 @@ def test_what_a_convicted_sensor_made_us_believe_is_forgotten_and_nothing_else(b
 def test_doubted_sensors_are_told_in_words(book: DtcBook, language: str) -> None:
     answer = assess(TABLE, SOUND, (), book, Held(), FAULTS[:1])
     advice = degradation.advise(TABLE, answer, book, language)
-    assert "speed_mps" in advice.advice
+    assert in_words("speed_mps", language) in advice.advice
+    assert "_mps" not in advice.advice
     assert advice.safe_to_drive == "with_care"
     assert advice.sensor_faults == FAULTS[:1]
 
