@@ -49,5 +49,5 @@ def test_a_lying_sensor_is_invalid_in_the_ego_and_named_in_the_health_however_fr
     assert "yaw_rate_radps" in ego.invalid
     assert ego.speed_mps is not None
     advice = degradation.advise(one.table, one.assessment, book, "de")
-    assert "yaw_rate_radps" in advice.advice
+    assert "Drehrate" in advice.advice
     assert advice.safe_to_drive == "with_care"
