@@ -21,8 +21,8 @@ from proto.scene import Facts, Unit
 from proto.tools import Outcome
 from proto.topics import Topic
 from services.orchestrator.advisor import advisor_of
-from services.orchestrator.driver.answer import Answer
-from services.orchestrator.driver.question import in_language
+from services.orchestrator.driver.answer import Answer, answer_of_told
+from services.orchestrator.driver.question import in_language, subject_of
 from services.orchestrator.driver.wishes import Given, admit, changed, remembered
 from services.orchestrator.events import new, out_of_bounds
 from services.orchestrator.experts.ask import ARBITER_DEADLINE_MS, BUDGET_MS, LEAST_MS, within_budget
@@ -149,6 +149,8 @@ class Orchestrator:
         self._feedback: list[Feedback] = []
         self._given = Given()
         self._query = ""
+        self._told: Advisory | None = None
+        """What was spoken last."""
         self._acknowledged = False
         self._preferences: Preferences | None = config.preferences
         self._method = Method(name=config.method, settings=config.method_settings)
@@ -193,6 +195,8 @@ class Orchestrator:
         self._ticked_ns = seen.now_ns
         advisory = self._timed(ticked, seen, ask)
         self._node.publish(topics.ADVISORY, advisory)
+        if advisory.kind != "SILENT":
+            self._told = advisory
         self._node.publish(topics.SPEED_ASSISTANCE, ticked.assistance)
         self._node.publish(topics.WORLD, ticked.world)
         number = ticked.state.tick
@@ -292,7 +296,10 @@ class Orchestrator:
         """Answer from the running drive."""
         with self._lock:
             self._query = plain(question)
-        return self._advisor.answer(question, in_language(self.state, language), _AskedOutsideATick(self._node))
+        state = in_language(self.state, language)
+        if subject_of(question) == "told":
+            return answer_of_told(self._told, state)
+        return self._advisor.answer(question, state, _AskedOutsideATick(self._node))
 
     def acknowledge(self) -> None:
         """End the sound of an overspeed from the next tick on; what is shown stays."""

@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeVar
 import msgspec
 
 from domain.units import limit_text, spoken
+from proto.decision import Advisory
 from proto.rules import Citation, RulesAnswer, SignMeaning
 from proto.tools import Outcome
 from proto.vehicle import VehicleHealth
@@ -319,6 +320,25 @@ def _law(asked: _Asked) -> Told:
     return Told((plain(law.note, 600) or asked.say("nothing"),), law.confidence, law.citations)
 
 
+def answer_of_told(told: Advisory | None, state: State) -> Answer:
+    """What the driver was told last, with its reasons and where they stand."""
+    preferences = state.preferences
+    if told is None:
+        text = say(preferences, "ask", "told_none")
+    else:
+        text = say(preferences, "ask", "told", directive=told.directive.rstrip(".!"), reasons=told.justification)
+    return Answer(
+        text=text.strip(),
+        subject="told",
+        citations=told.citations[:MOST_CITATIONS] if told is not None else (),
+        confidence=told.confidence if told is not None else 1.0,
+        target_mps=target(state).told_mps,
+        tools=(),
+        language=preferences.language,
+        degraded=degraded(state, ()),
+    )
+
+
 _TELL: dict[Subject, Callable[[_Asked], Told]] = {
-    "sign": _sign, "units": _units, "change": _change, "lamp": _lamp, "limit": _limit, "law": _law
+    "sign": _sign, "units": _units, "change": _change, "lamp": _lamp, "limit": _limit, "law": _law, "told": _law,
 }  # fmt: skip

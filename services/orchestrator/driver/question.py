@@ -16,7 +16,7 @@ from services.orchestrator.law.limits_ahead import sign_question
 from services.orchestrator.state import SignAhead, State
 from services.orchestrator.text import plain
 
-Subject = Literal["sign", "units", "change", "lamp", "limit", "law"]
+Subject = Literal["sign", "units", "change", "lamp", "limit", "law", "told"]
 DEADLINE_MS = 250.0
 
 
@@ -53,6 +53,7 @@ ASKED: dict[Subject, tuple[str, ...]] = {
     "lamp": ("vehicle_health", "read_dtcs", "lookup_rule"),
     "limit": ("applicable_limit", "assess_weather"),
     "law": ("lookup_rule",),
+    "told": ("lookup_rule",),
 }
 """The tools that a question about a subject asks."""
 
@@ -116,7 +117,7 @@ def _lookups(subject: Subject, question: str, state: State) -> list[dict[str, An
     """In the driver's language, and in English: not every country's law is there in every language."""
     languages = dict.fromkeys((state.preferences.language, "en"))
     queries = {each: LAW_QUERIES[each].get(subject, "") for each in languages if each in LAW_QUERIES}
-    if subject == "law":
+    if subject in ("law", "told"):
         queries = {state.preferences.language: question}
     return [
         {"query": plain(query, 400), "jurisdiction": state.signs.country, "language": language}

@@ -97,9 +97,11 @@ def place_name(state: State, code: str) -> PlaceName:
 
 
 def reading_words(state: State, reading: str) -> str:
-    """A sign as readers write it; of a border the country's name."""
-    head, _, place = reading.partition(":")
-    return place_name(state, place).name if head == "border" else reading
+    """A sign in words: its number, of a border the country's name, else the code that readers write, without its marks."""
+    head, _, tail = reading.partition(":")
+    if head == "border":
+        return place_name(state, tail).name
+    return tail if tail.replace(".", "", 1).isdecimal() else reading.replace("_", " ").replace(":", " ")
 
 
 def plate_words(preferences: Preferences, plates: tuple[str, ...]) -> str:

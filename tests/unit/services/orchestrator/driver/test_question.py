@@ -6,12 +6,13 @@ import msgspec
 import pytest
 
 from domain.languages import LANGUAGES
-from proto.rules import RulesAnswer
+from proto.rules import Citation, RulesAnswer
 from proto.tools import Outcome
 from proto.vehicle import Degradation, DtcText
 from proto.weather import Conditions
-from services.orchestrator.driver.answer import Answer, answer
+from services.orchestrator.driver.answer import Answer, answer, answer_of_told
 from services.orchestrator.driver.question import LAW_QUERIES, calls_for, in_language, subject_of
+from services.orchestrator.speech.wording import reading_words
 from tests.unit.services.orchestrator.support import (
     Drive,
     Expert,
@@ -288,3 +289,47 @@ def test_an_answer_is_told_in_the_drivers_language(language: str, said: str) -> 
 def test_every_language_has_its_queries_for_the_law() -> None:
     assert LAW_QUERIES.keys() == set(LANGUAGES)
     assert {tuple(sorted(queries)) for queries in LAW_QUERIES.values()} == {("change", "lamp", "units")}
+
+
+@pytest.mark.parametrize(
+    ("question", "subject"),
+    [
+        ("Why was I told to slow down?", "told"),
+        ("Warum langsamer?", "told"),
+        ("Pourquoi ralentir ?", "told"),
+        ("Waarom moet ik langzamer rijden?", "told"),
+        ("Dlaczego mam zwolnić?", "told"),
+        ("Perché devo rallentare?", "told"),
+        ("¿Por qué debo reducir la velocidad?", "told"),
+        ("Is it safe to drive on?", "lamp"),
+        ("Kann ich weiterfahren?", "lamp"),
+        ("¿Puedo seguir conduciendo?", "lamp"),
+        ("Why did the limit drop?", "change"),
+    ],
+)
+def test_what_was_said_and_whether_to_drive_on_are_understood(question: str, subject: str) -> None:
+    assert subject_of(question) == subject
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_was_told_last_is_told_again_with_its_reasons_and_its_law(language: str) -> None:
+    drive = Drive()
+    drive.tick(fact("sign", "limit:50", track_id=2, distance_m=20.0))
+    state = in_language(drive.state, language)
+    before = answer_of_told(None, state)
+    assert before.text
+    assert before.language == language
+    cited = Citation(document="DEU-v1/x.md", start=0, end=4, excerpt="text", section="§ 3")
+    said = msgspec.structs.replace(
+        drive.history[-1][2].advisory, directive="70 ahead", justification="A limit of 70 begins.", citations=(cited,)
+    )
+    told = answer_of_told(said, state)
+    assert "70 ahead" in told.text
+    assert "A limit of 70 begins." in told.text
+    assert told.citations == (cited,)
+
+
+def test_a_doubted_reading_is_told_by_its_number_and_not_by_its_code() -> None:
+    state = Drive().state
+    assert reading_words(state, "limit:30") == "30"
+    assert reading_words(state, "no_entry") == "no entry"
