@@ -1,6 +1,6 @@
 """Events, fused advice, safety metrics, the decision, actuation and the trace of a tick."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -222,6 +222,12 @@ class Feedback(msgspec.Struct, frozen=True, kw_only=True):
     note: str = ""
 
 
+Part = Annotated[
+    str,
+    msgspec.Meta(pattern=r"^([A-Z]{3}-[A-Z0-9]{1,3})?$", description="a part of a country, as USA-TX; empty: unknown"),
+]
+
+
 class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     """How the driver wants to be spoken to."""
 
@@ -238,6 +244,8 @@ class Preferences(msgspec.Struct, frozen=True, kw_only=True):
     muted: bool = False
     vehicle: VehicleFacts = VehicleFacts()
     """Of car, trailer and driver, what limits hang on."""
+    part: Part = ""
+    """Where the drive is and the law of parts of a country differs. It counts while that country is believed."""
 
 
 class TraceRecord(msgspec.Struct, frozen=True, kw_only=True):

@@ -14,7 +14,7 @@ from drivemcp.node import Node
 from drivemcp.runtime.codehash import code_hash
 from drivemcp.service import Service
 from proto import topics
-from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Language, Preferences
+from proto.decision import Advisory, ArbitrationRequest, Decision, Feedback, Language, Part, Preferences
 from proto.perception import Tracks
 from proto.rules import VehicleFacts
 from proto.scene import Facts, Unit
@@ -340,7 +340,7 @@ class Orchestrator:
         with self._lock:
             # What the driver has said in this drive already comes before what was kept.
             if kept is not None and self.state.preferences == self._config.preferences and self._preferences is None:
-                self._preferences = kept
+                self._preferences = msgspec.structs.replace(kept, part=self.state.preferences.part)
 
     def _remember(self, kind: str, key: str, value: dict[str, Any]) -> None:
         if "remember" in self._node.catalogue():
@@ -402,6 +402,7 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
             VehicleFacts | None,
             msgspec.Meta(description="class, trailer, masses, probationary licence: all of them anew"),
         ] = None,
+        part: Part | None = None,
     ) -> Preferences:
         """How the driver wants to be spoken to, and what limits hang on, from the next message on; absent fields stay as they are."""
         return orchestrator.prefer(
@@ -414,6 +415,7 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
             tolerance_low=tolerance_low,
             tolerance_high=tolerance_high,
             vehicle=vehicle,
+            part=part,
         )
 
     @node.tool(deadline_ms=200, read_only=False)

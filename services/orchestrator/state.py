@@ -355,6 +355,12 @@ class State(msgspec.Struct, frozen=True, kw_only=True):
         """The type of road by signs or map; empty: unknown."""
         return value_of(self.world.environment.road_type) or ""
 
+    @property
+    def place(self) -> str | None:
+        """Whose law is asked for: the country's, or that of the part of it that the driver has named; None: unknown."""
+        country, part = self.signs.country, self.preferences.part
+        return part if country is not None and part.startswith(f"{country}-") else country
+
 
 def digest(state: State) -> str:
     """SHA-256 of the state as canonical JSON."""

@@ -61,6 +61,8 @@ class Entry(msgspec.Struct, frozen=True):
     kind: Kind = "sign_table"
     topics: dict[str, str] = {}
     effects: tuple[Effect, ...] = ()
+    replaces: tuple[str, ...] = ()
+    """Provisions of the pack that is extended, in whose place this one stands."""
     draft: bool = False
     """Imported and not yet restated: the publisher's words, which nobody is to be told."""
 
@@ -88,6 +90,7 @@ class Text(msgspec.Struct, frozen=True, kw_only=True):
     rulepack_version: str
     topics: str = ""
     road_types: frozenset[str] = frozenset()
+    replaces: tuple[str, ...] = ()
     effective: tuple[str, str | None] = ("", None)
     """ISO dates, first and last day."""
 
@@ -153,6 +156,7 @@ def _texts(manifest: Manifest, entries: list[Entry], corpus: Corpus) -> tuple[Te
             jurisdiction=manifest.jurisdiction,
             topics=entry.topics.get(source.language, ""),
             road_types=entry.road_types,
+            replaces=entry.replaces,
             effective=(manifest.effective_from, manifest.effective_until),
             rulepack_version=f"{manifest.id}@{manifest.version}#{manifest.content_sha256[:12]}",
         )

@@ -194,7 +194,9 @@ class Library:
         if request.corpus == "all" and names_a_sign(words):
             found = [_ahead(passage) if passage.kind == "sign_table" else passage for passage in found]
         wanted = max(request.k, LOOKED_AT if self._reranking is None else CANDIDATES)
-        return sorted(found, key=lambda passage: (-passage.score, passage.passage_id))[: wanted * len(indexes)]
+        ordered = sorted(found, key=lambda passage: (-passage.score, passage.passage_id))
+        once = {passage.passage_id: passage for passage in reversed(ordered)}
+        return list(once.values())[::-1][: wanted * len(indexes)]
 
     def _ranked_in(
         self, state: State, index: Index, request: Request, words: str, vector: Vectors | None
@@ -259,11 +261,16 @@ def _ahead(passage: Passage) -> Passage:
 
 
 def _asked(state: State, request: Request) -> list[Index]:
-    """The index of the country; where it has none, of the conventions; where nothing is known of the country, all."""
-    country = (request.jurisdiction or "")[:3].upper()
-    if not country:
+    """The index of the part of the country, else of the country, else of all its parts; else of the conventions.
+
+    Where nothing is known of the country, all.
+    """
+    place = (request.jurisdiction or "").upper()
+    if not place:
         return list(state.indexes.values())
-    return [state.indexes[code] for code in (country, FALLBACK) if code in state.indexes][:1]
+    own = next((state.indexes[code] for code in (place, place[:3]) if code in state.indexes), None)
+    parts = [index for code, index in state.indexes.items() if code.startswith(f"{place[:3]}-")]
+    return [own] if own is not None else parts or [state.indexes[code] for code in (FALLBACK,) if code in state.indexes]
 
 
 def _facts(state: State, request: Request, found: Sequence[Passage]) -> Facts:
@@ -281,12 +288,22 @@ def _alone(folder: Path, texts: tuple[Text, ...], others: Mapping[Path, tuple[Te
 
 
 def _by_jurisdiction(packs: Mapping[Path, tuple[Text, ...]]) -> dict[str, list[Text]]:
-    """Texts by country; a later pack's text replaces one of the same name and language of an earlier one."""
+    """Texts by country, and by part of one with those of its country that the part's do not replace.
+
+    A later pack's text replaces one of the same name and language of an earlier one.
+    """
     found: dict[str, dict[tuple[str, str], Text]] = {}
     for texts in packs.values():
         for text in texts:
-            found.setdefault(text.jurisdiction[:3], {})[(text.name, text.language)] = text
-    return {jurisdiction: list(texts.values()) for jurisdiction, texts in found.items()}
+            found.setdefault(text.jurisdiction, {})[(text.name, text.language)] = text
+    return {place: [*_inherited(found, place), *texts.values()] for place, texts in found.items()}
+
+
+def _inherited(found: Mapping[str, Mapping[tuple[str, str], Text]], place: str) -> list[Text]:
+    own = found[place]
+    gone = {name for text in own.values() for name in (text.name, *text.replaces)}
+    above = found.get(place[:3], {}) if place[:3] != place else {}
+    return [text for text in above.values() if text.name not in gone]
 
 
 def _embedded(

@@ -42,10 +42,12 @@ class RuleBook(msgspec.Struct, frozen=True, kw_only=True):
         """The packs that answer: those of the place, its country and its parts. All, if it is unknown.
 
         One that another extends is left out where the other surely applies: not where a part's law may not be the one here.
+        A base comes before the packs of the parts that stand on it.
         """
         fitting = [pack for pack in self.packs.values() if _may_apply(pack, jurisdiction)]
         replaced = {name for pack in fitting for name in pack.family[1:] if self._replaces(pack, name, jurisdiction)}
-        return tuple(pack for pack in fitting if pack.manifest.id not in replaced)
+        left = (pack for pack in fitting if pack.manifest.id not in replaced)
+        return tuple(sorted(left, key=lambda pack: not pack.manifest.base))
 
     def covers(self, jurisdiction: str | None) -> bool:
         """Whether one of the packs is surely that of the place: its country's, or its part's."""
@@ -96,12 +98,16 @@ def is_fallback(pack: Pack) -> bool:
 
 def _applies(pack: Pack, jurisdiction: str | None) -> bool:
     law = pack.manifest.jurisdiction
-    return jurisdiction is not None and (jurisdiction == law or jurisdiction.startswith(f"{law}-"))
+    return (
+        jurisdiction is not None
+        and not pack.manifest.base
+        and (jurisdiction == law or jurisdiction.startswith(f"{law}-"))
+    )
 
 
 def _may_apply(pack: Pack, jurisdiction: str | None) -> bool:
     law = pack.manifest.jurisdiction
-    return not jurisdiction or _applies(pack, jurisdiction) or law.startswith(f"{jurisdiction}-")
+    return not jurisdiction or jurisdiction == law or _applies(pack, jurisdiction) or law.startswith(f"{jurisdiction}-")
 
 
 def load_book(

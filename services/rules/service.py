@@ -48,7 +48,7 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
 
     packs: tuple[str, ...] = (
         "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "BEL-v1",
-        "IRL-v1", "ITA-v1", "ESP-v1", "USA-CA-v1", "VIENNA-v1",
+        "IRL-v1", "ITA-v1", "ESP-v1", "USA-v1", "USA-CA-v1", "VIENNA-v1",
     )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders."""
     require_signature: bool = False
@@ -233,7 +233,7 @@ def _describe(node: Node, shelf: Shelf) -> None:
 
 
 def _warm_up(edition: Edition, found: _Evidence, languages: tuple[str, ...]) -> None:
-    places = [pack.manifest.jurisdiction[:3] for pack in edition.book.packs.values() if not is_fallback(pack)]
+    places = [pack.manifest.jurisdiction for pack in edition.book.packs.values() if not is_fallback(pack)]
     for country in dict.fromkeys((*places, None)):
         for language in languages:
             for query in evidence.questions(language):
@@ -333,7 +333,7 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
 def _country(edition: Edition, jurisdiction: str | None) -> str | None:
     """Whose passages are asked for: all countries' where this one is unknown or has no pack."""
     normal = normal_jurisdiction(jurisdiction)
-    return normal[:3] if normal and edition.book.for_jurisdiction(normal) else None
+    return normal if normal and edition.book.for_jurisdiction(normal) else None
 
 
 SERVICE = Service("rules", RulesConfig, build)

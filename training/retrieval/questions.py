@@ -4,7 +4,7 @@ Which of the two a question serves is decided by the hash of its words, so that 
 """
 
 import hashlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from pathlib import Path
 from typing import Literal
 
@@ -59,13 +59,13 @@ def read_questions(packs: Mapping[Path, tuple[Text, ...]]) -> tuple[Question, ..
     )
 
 
-def _read(path: Path, jurisdiction: str, known: Collection[tuple[str, str]]) -> Iterator[Question]:
+def _read(path: Path, jurisdiction: str, known: Set[tuple[str, str]]) -> Iterator[Question]:
     try:
         found = msgspec.json.decode(path.read_bytes(), type=list[Question])
     except MALFORMED as error:
         raise CorpusError(f"{path}: {error}") from None
     for at, question in enumerate(found):
-        missing = [name for name in question.expect if (jurisdiction, name) not in known]
+        missing = [name for name in question.expect if not known & {(jurisdiction, name), (jurisdiction[:3], name)}]
         if missing:
             raise CorpusError(
                 f"{path}: [{at}].expect: no provision or sign {missing[0]!r} in the packs of {jurisdiction}"

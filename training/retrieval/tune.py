@@ -47,8 +47,8 @@ def folders() -> tuple[Path, ...]:
     """The packs that travel with the program, of the countries for which there are questions."""
     every = tuple(sorted(path.parent for path in data("rulepacks").glob("*/manifest.json")))
     packs = Library(every, Tuning(lambdas={}), status=ABSENT).packs
-    asked_about = {question.jurisdiction for question in read_questions(packs)}
-    return tuple(folder for folder, texts in packs.items() if texts and texts[0].jurisdiction in asked_about)
+    asked_about = {question.jurisdiction[:3] for question in read_questions(packs)}
+    return tuple(folder for folder, texts in packs.items() if texts and texts[0].jurisdiction[:3] in asked_about)
 
 
 def names(library: Library, question: Question) -> list[str]:

@@ -120,7 +120,7 @@ def _lookups(subject: Subject, question: str, state: State) -> list[dict[str, An
     if subject in ("law", "told"):
         queries = {state.preferences.language: question}
     return [
-        {"query": plain(query, 400), "jurisdiction": state.signs.country, "language": language}
+        {"query": plain(query, 400), "jurisdiction": state.place, "language": language}
         for language, query in queries.items()
     ]
 

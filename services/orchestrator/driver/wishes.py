@@ -19,13 +19,14 @@ def changed(before: Preferences, **fields: Any) -> Preferences:
 def remembered(result: dict[str, Any] | None) -> Preferences | None:
     """The newest preferences in an answer of `recall`; None where there are none or they are damaged.
 
-    Mute ends with its drive: switched off, a warning is on again at the next start.
+    Mute ends with its drive: switched off, a warning is on again at the next start. So does the part of the country: the next drive may
+    begin elsewhere.
     """
     try:
         kept = msgspec.convert((result or {})["entries"][0]["value"], Preferences)
     except (LookupError, TypeError, msgspec.ValidationError):
         return None
-    return msgspec.structs.replace(kept, muted=False)
+    return msgspec.structs.replace(kept, muted=False, part="")
 
 
 class Given(msgspec.Struct, frozen=True, kw_only=True):

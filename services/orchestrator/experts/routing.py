@@ -137,7 +137,7 @@ def _junction(state: State) -> dict[str, Any] | None:
     # An unseen person is not an absent one: only a tick with tracks can say so.
     person = pedestrian(state.world) is not None or (None if state.world.actors is None else False)
     question = RightOfWayQuestion(
-        jurisdiction=state.signs.country,
+        jurisdiction=state.place,
         signs=signs,
         light=light,  # type: ignore[arg-type]
         pedestrians_on_crossing=person,
@@ -150,7 +150,7 @@ def _new_law(state: State) -> dict[str, Any] | None:
     if state.signs.country is None:
         return None
     query = "speed limits, units and side of the road in this country"
-    return {"query": query, "jurisdiction": state.signs.country, "language": state.preferences.language}
+    return {"query": query, "jurisdiction": state.place, "language": state.preferences.language}
 
 
 JUNCTION_SIGNS = frozenset({"stop", "yield", "priority_road", "priority_here", "crossing"})

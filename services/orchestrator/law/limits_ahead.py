@@ -106,7 +106,7 @@ def sign_question(state: State, sign: SignAhead) -> dict[str, Any]:
     others = () if sign.believed else sign.candidates
     return {
         "reading": sign.reading,
-        "jurisdiction": state.signs.country,
+        "jurisdiction": state.place,
         "language": state.preferences.language,
         "plates": list(sign.plates),
         "candidates": [

@@ -21,7 +21,7 @@ def situation(state: State) -> Situation:
     signs, conditions, environment = state.signs, state.held.conditions, state.world.environment
     posted = tuple(_coarse(limit.posted) for limit in in_force(signs))
     asked = Situation(
-        jurisdiction=signs.country,
+        jurisdiction=state.place,
         road_type=cast(RoadType, state.road) if state.road in ROAD_TYPES else None,
         posted=posted,
         # what was ended is out of `posted` already; a limit seen since must not fall to an end sign that came before it

@@ -91,6 +91,7 @@ def conditions(when: When) -> str:
         hours,
         f"from {when.period[0]} to {when.period[1]}" if when.period else "",
         f"on {', '.join(when.roads)}" if when.roads else "",
+        f"off roads numbered {', '.join(when.not_roads)}" if when.not_roads else "",
         *(FLAGS[name][not getattr(when, name)] for name in FLAGS if getattr(when, name) is not None),
         *(
             f"with a {name} above {above_t:g} t"

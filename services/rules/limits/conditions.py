@@ -1,6 +1,7 @@
 """Whether a condition of the law holds here: yes, no, or it may (a fact is unknown). What may hold is applied."""
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Literal
 
@@ -10,6 +11,8 @@ from services.rules.signs.sign_codes import hours_of, parse_reading, within_hour
 
 Holds = Literal["yes", "maybe", "no"]
 HOURS_OF_DAY = 24.0
+_NUMBERED = re.compile(r"([A-Z]+)-?[0-9]{1,4}[A-Z]?")
+"""A road's number, as `US 290`, `I-10` and `SR 99N` are written without spaces."""
 
 
 FLAGS = ("wet", "snow", "lit", "divided", "snow_chains", "novice", "electric", "plate_100")
@@ -31,6 +34,7 @@ def unknown_facts(when: When, situation: Situation) -> tuple[str, ...]:
 def _judged(when: When, situation: Situation) -> Iterator[tuple[str, Holds]]:
     yield "road", _road(when, situation)
     yield "road_name", _member(tuple(_plain(road) for road in when.roads), _plain(situation.road_name) or None)
+    yield "road_name", _off_roads(when.not_roads, situation.road_name)
     yield "vehicle", _class(when.vehicle_classes, situation)
     for name in FLAGS:
         yield name, _flag(getattr(when, name), _fact(situation, name))
@@ -61,6 +65,16 @@ def _class(allowed: tuple[str, ...], situation: Situation) -> Holds:
 
 def _plain(road: str | None) -> str:
     return "".join((road or "").split()).upper()
+
+
+def _off_roads(letters: tuple[str, ...], road: str | None) -> Holds:
+    """No road with one of these letters before its number; one without a number may be renamed where it has one."""
+    if not letters:
+        return "yes"
+    known = _NUMBERED.fullmatch(_plain(road))
+    if known is None:
+        return "maybe"
+    return "no" if known[1] in letters else "yes"
 
 
 def usable(number: float | None) -> float | None:

@@ -83,7 +83,7 @@ def applicable_limit(book: RuleBook, situation: Situation) -> RulesAnswer:
         chosen = assuming(chosen, posted=bool(known.posted))
     if known.jurisdiction is None or foreign:
         return _doubted(book, chosen, answers, known, foreign)
-    return chosen if book.covers(known.jurisdiction) else _part_unknown(book, chosen, packs, known)
+    return chosen if book.covers(known.jurisdiction) else _part_unknown(book, chosen, answers, known)
 
 
 def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
@@ -115,10 +115,11 @@ def _answer(book: RuleBook, pack: Pack, situation: Situation) -> RulesAnswer:
     )
 
 
-def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, float]:
-    """The lowest limit first; of equals the fallback's, which is meant for doubt."""
+def _strictness(found: tuple[Pack, RulesAnswer]) -> tuple[float, bool, bool, float]:
+    """The lowest limit first; of equals the fallback's, then that of a base, which are meant for doubt."""
     pack, answer = found
-    return (answer.limit.mps if answer.limit else float("inf"), not is_fallback(pack), answer.confidence)
+    base = pack.manifest.base
+    return (answer.limit.mps if answer.limit else float("inf"), not is_fallback(pack), not base, answer.confidence)
 
 
 def _doubted(
@@ -140,15 +141,25 @@ def _doubted(
     )
 
 
-def _part_unknown(book: RuleBook, chosen: RulesAnswer, packs: tuple[Pack, ...], situation: Situation) -> RulesAnswer:
+def _part_unknown(
+    book: RuleBook, chosen: RulesAnswer, answers: list[tuple[Pack, RulesAnswer]], situation: Situation
+) -> RulesAnswer:
     language = situation.language
-    why = say("part_unknown", language, packs=named_packs(book, packs, language))
+    why = say("part_unknown", language, packs=named_packs(book, [pack for pack, _ in answers], language))
+    raised = [part(book, pack.manifest.jurisdiction, language) for pack, answer in answers if _above(answer, chosen)]
+    raises = say("part_raises", language, parts=", ".join(raised)) if raised else ""
     return msgspec.structs.replace(
         chosen,
         confidence=chosen.confidence * UNKNOWN_PART,
-        note=f"{chosen.note} {why}",
+        minimum=None,
+        note=f"{chosen.note} {why} {raises}".strip(),
         degraded=(*chosen.degraded, "jurisdiction"),
     )
+
+
+def _above(answer: RulesAnswer, chosen: RulesAnswer) -> bool:
+    """Whether the part's law allows more, if the car is there."""
+    return chosen.limit is not None and (answer.limit is None or answer.limit.mps > chosen.limit.mps)
 
 
 def _action(verdict: Verdict) -> LegalAction:

@@ -167,6 +167,19 @@ def check_references(files: Files, entries: Sequence[Sign | None], known: set[st
                 yield files.problem("signs.json", (index, "provisions", at), f"no provision {name!r}", remedy, shown)
 
 
+def check_replaced(files: Files, entries: Sequence[Provision | None], inherited: set[str]) -> Iterator[Problem]:
+    """What is replaced is there to be replaced, and by one provision alone."""
+    by: dict[str, str] = {}
+    for index, entry in enumerate(entries):
+        for at, name in enumerate(entry.replaces if entry is not None else ()):
+            shown, path = entry.id if entry is not None else "", (index, "replaces", at)
+            if name not in inherited:
+                yield files.problem("provisions.json", path, f"no inherited provision {name!r}", shown)
+            elif name in by:
+                yield files.problem("provisions.json", path, f"{name!r} is replaced by {by[name]!r} already", shown)
+            by[name] = shown
+
+
 def check_parent(files: Files, wanted: Extends, parent: Manifest) -> Iterator[Problem]:
     """The pack that is extended is the one it was written against, or a later one of the same major version."""
     have, need = version_numbers(parent.version), version_numbers(wanted.version)

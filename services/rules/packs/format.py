@@ -71,6 +71,8 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     plausible_limits: dict[RoadType, tuple[Speed, Speed]]
     """Per type of road the lowest and the highest limit, in `units`, that a doubtful reading may be believed to be."""
     extends: Extends | None = None
+    base: bool = False
+    """Whether no place has this law alone: what the parts of a country share, and the most careful of what differs."""
     disclaimer: str = ""
 
 
@@ -88,6 +90,8 @@ class When(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Days of the year, first and last; over the turn of the year where the second is earlier."""
     roads: tuple[Annotated[str, Meta(max_length=16)], ...] = ()
     """Roads by number, as signs write it: `A 10`."""
+    not_roads: tuple[Annotated[str, Meta(pattern=r"^[A-Z]{1,4}$")], ...] = ()
+    """Letters before the number of roads on which it does not hold: `US` excepts `US 290`. A road of unknown number may be any."""
     lit: bool | None = None
     divided: bool | None = None
     snow_chains: bool | None = None
@@ -187,6 +191,8 @@ class Provision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     effects: tuple[Effect, ...]
     url: str = ""
     """Official address of the provision, where there is one."""
+    replaces: tuple[Name, ...] = ()
+    """Provisions of the pack that is extended, in whose place this one stands; inherited signs name this one then."""
     topics: Texts = {}
     """Words people use of the subject and the text does not; searched, never cited."""
     draft: bool = False

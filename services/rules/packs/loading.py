@@ -1,5 +1,6 @@
 """Rulepacks from their folders: read, checked, merged with the pack they extend. Errors name file, line and field."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
@@ -118,6 +119,7 @@ def examine(
     known = {entry.id for entry in provisions if entry is not None} | set(parent.provisions if parent else ())
     if not wrong_provisions and not wrong_parent:  # otherwise a reference may be right
         problems += checks.check_references(files, signs, known)
+        problems += checks.check_replaced(files, provisions, set(parent.provisions if parent else ()))
     problems += wrong_parent
     if manifest is not None:
         problems += checks.check_manifest(files, manifest)
@@ -189,10 +191,18 @@ def _parent(
 
 
 def _merged(child: Pack, parent: Pack) -> Pack:
+    """What is replaced is not inherited, and signs that named it name what stands in its place."""
+    instead = {old: provision.id for provision in child.provisions.values() for old in provision.replaces}
+    inherited = {name: provision for name, provision in parent.provisions.items() if name not in instead}
     return msgspec.structs.replace(
         child,
-        provisions={**parent.provisions, **child.provisions},
-        signs={**parent.signs, **child.signs},
-        origin={**parent.origin, **child.origin},
+        provisions={**inherited, **child.provisions},
+        signs={**{code: _renamed(sign, instead) for code, sign in parent.signs.items()}, **child.signs},
+        origin={**{name: tag for name, tag in parent.origin.items() if name not in instead}, **child.origin},
         extended=parent.line,
     )
+
+
+def _renamed(sign: Sign, instead: Mapping[str, str]) -> Sign:
+    named = tuple(dict.fromkeys(instead.get(name, name) for name in sign.provisions))
+    return sign if named == sign.provisions else msgspec.structs.replace(sign, provisions=named)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from proto.decision import ArbitrationRequest, Decision, Language, Preferences
 from proto.rules import PlaceName, RulesAnswer
+from services.orchestrator.law import rules_question
 from services.orchestrator.law.limits_ahead import limits_ahead
 from services.orchestrator.signs.border_evidence import items, kept
 from services.orchestrator.signs.limits import in_force
@@ -44,6 +45,16 @@ def test_the_advice_at_a_border_says_what_told_of_it() -> None:
     assert ticked.advisory.directive.startswith("Great Britain")
     told = "Told by kind of signs (3.0), side of traffic (6.5), language of a plate (2.0)."
     assert told in ticked.advisory.justification
+
+
+@pytest.mark.parametrize(("part", "asked"), [("", "GBR"), ("GBR-WLS", "GBR-WLS"), ("USA-TX", "GBR")])
+def test_the_law_is_asked_of_the_part_that_the_driver_named_while_its_country_is_believed(
+    part: str, asked: str
+) -> None:
+    drive, _ = changed(preferences=Preferences(part=part))
+    assert drive.state.place == asked
+    assert rules_question.situation(drive.state).jurisdiction == asked
+    assert drive.state.signs.country == "GBR"
 
 
 def test_where_a_sign_ahead_shows_less_the_border_tells_that_and_not_the_countrys_own_limit() -> None:

@@ -172,7 +172,8 @@ def test_damaged_memories_are_none(result: dict[str, object] | None) -> None:
 
 
 def test_kept_preferences_come_back_and_mute_does_not() -> None:
-    assert remembered({"entries": [{"value": {"language": "de", "muted": True}}]}) == Preferences(language="de")
+    kept = {"language": "de", "muted": True, "part": "USA-TX"}
+    assert remembered({"entries": [{"value": kept}]}) == Preferences(language="de")
 
 
 def test_feedback_counts_now_and_then_only() -> None:

@@ -89,6 +89,24 @@ def test_a_country_without_a_pack_is_answered_from_the_conventions_and_a_part_be
     assert found == {"PRT": {"VIENNA-v1"}, "USA": american, "USA-CA": american, "USA-NV": american, "DEU": {"DEU-v1"}}
 
 
+def test_a_part_with_a_pack_is_answered_from_it_and_from_what_it_leaves_of_its_countrys() -> None:
+    names = ("USA-v1", "USA-CA-v1", "VIENNA-v1")
+    made = Library(tuple(data(f"rulepacks/{name}") for name in names), Tuning(lambdas={}), status=ABSENT)
+
+    def found(query: str, place: str | None) -> list[str]:
+        return [
+            p.passage_id for p in made.search(Request(query=query, jurisdiction=place, language="en", k=20)).passages
+        ]
+
+    assert "USA-CA-v1/usa-ca-school-bus/en" in found("school bus", "USA-CA")
+    assert "USA-v1/usa-school-bus/en" not in found("school bus", "USA-CA")
+    assert "USA-v1/usa-fed-hours/en" in found("hours of service, rest break", "USA-CA")
+    for place in ("USA", "USA-NV"):
+        assert {name.partition("/")[0] for name in found("school bus", place)} == {"USA-v1"}
+    everywhere = found("hours of service, rest break", None)
+    assert everywhere.count("USA-v1/usa-fed-hours/en") == 1
+
+
 def test_what_holds_elsewhere_or_at_another_time_is_left_out_before_ranking() -> None:
     made = Library(FOLDERS, Tuning(lambdas={}), status=ABSENT)
     asked = Request(query="limit in built-up areas", jurisdiction="DEU", language="en", k=20)

@@ -61,7 +61,7 @@ SITUATIONS = st.builds(
     time_of_day_h=st.sampled_from([None, 3.0, 4.9, 6.0, 12.0, 19.0, 22.0, 23.0]),
     zone=st.sampled_from([None, 20.0, 30.0]),
     candidates=st.lists(CANDIDATES, max_size=2).map(tuple),
-    road_name=st.sampled_from([None, "A 1", "A12"]),
+    road_name=st.sampled_from([None, "A 1", "A12", "US 290", "SR 20", "Main Street"]),
     **{name: st.sampled_from([True, False, None]) for name in ("lit", "divided", "novice", "electric", "plate_100")},
     snow_chains=st.sampled_from([True, False, None]),
     **{name: st.sampled_from([None, 0.5, 0.75, 1.0, 3.5, 3.6, 40.0]) for name in ("trailer_t", "combination_t")},

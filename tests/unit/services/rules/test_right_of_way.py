@@ -126,8 +126,8 @@ def test_a_sign_without_a_trigger_demands_what_its_entry_says(
 @pytest.mark.parametrize("light", ["red", "red_amber", "amber", "flashing_red"])
 def test_no_law_lets_a_driver_go_at_red_or_amber(light: Any, pack: Pack) -> None:
     found = on_a_clear_road(pack, light=light, signs=("priority_road",))
-    california = pack.manifest.jurisdiction == "USA-CA" and light == "amber"  # a warning that red comes, CVC 21452
-    assert found.legal_action == ("proceed_with_care" if california else "stop")
+    warns = pack.manifest.jurisdiction.startswith("USA") and light == "amber"  # that red comes: CVC 21452, VTL 1111(b)
+    assert found.legal_action == ("proceed_with_care" if warns else "stop")
 
 
 def test_a_flashing_amber_light_leaves_the_signs_in_force() -> None:

@@ -182,6 +182,48 @@ def test_a_pack_that_needs_a_newer_parent_is_refused(copy_pack: Copy) -> None:
         load(folder)
 
 
+@pytest.mark.parametrize(
+    ("replaces", "message"),
+    [
+        ((["deu-no-such-thing"], []), r"\[0\]\.replaces\[0\].*no inherited provision 'deu-no-such-thing'"),
+        (
+            (["deu-speed-urban"], ["deu-speed-urban"]),
+            r"\[1\]\.replaces\[0\].*'deu-speed-urban' is replaced by '.*' already",
+        ),
+    ],
+)
+def test_what_is_replaced_must_be_inherited_and_is_replaced_once(
+    copy_pack: Copy, replaces: tuple[list[str], list[str]], message: str
+) -> None:
+    copy_pack("DEU-v1")
+    folder = copy_pack("DEU-v1-VSL")
+
+    def change(provisions: list[dict[str, Any]]) -> None:
+        for provision, names in zip(provisions, replaces, strict=False):
+            provision["replaces"] = names
+
+    edit(folder / "provisions.json", change)
+    rehash(folder)
+    with pytest.raises(PackError, match=message):
+        load(folder)
+
+
+def test_what_is_replaced_is_not_inherited_and_inherited_signs_name_its_successor(copy_pack: Copy) -> None:
+    copy_pack("DEU-v1")
+    folder = copy_pack("DEU-v1-VSL")
+    stop = load(folder).signs["stop"].provisions[0]
+    edit(folder / "provisions.json", lambda p: p[0].update(replaces=[stop]))
+    rehash(folder)
+    pack = load(folder)
+    own = json.loads((folder / "provisions.json").read_text("utf-8"))[0]["id"]
+    assert own in pack.signs["stop"].provisions
+    assert stop not in pack.provisions
+    assert stop not in pack.origin
+    assert not any(
+        stop in sign.provisions for code, sign in pack.signs.items() if pack.origin[f"sign:{code}"] != pack.version
+    )
+
+
 def test_packs_that_extend_each_other_are_refused(copy_pack: Copy) -> None:
     parent, child = copy_pack("DEU-v1"), copy_pack("DEU-v1-VSL")
     edit(parent / "manifest.json", lambda m: m.update(extends={"id": "DEU-v1-VSL", "version": "1.0.0"}))
