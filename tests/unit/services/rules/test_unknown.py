@@ -32,9 +32,22 @@ def known() -> list[str]:
 
 def test_all_national_packs_are_loaded_by_default() -> None:
     assert REFUSED == ()
-    assert {"DEU", "GBR", "FRA", "AUT", "NLD", "POL", "CHE", "BEL", "IRL", "ITA", "ESP", "USA", "USA-CA"} == set(
-        known()
-    )
+    assert {
+        "DEU",
+        "GBR",
+        "FRA",
+        "AUT",
+        "NLD",
+        "POL",
+        "CHE",
+        "BEL",
+        "IRL",
+        "ITA",
+        "ESP",
+        "USA",
+        "USA-CA",
+        "USA-NY",
+    } == set(known())
     assert [name for name, pack in BOOK.packs.items() if is_fallback(pack)] == ["VIENNA-v1"]
     assert "TEST-v1" not in BOOK.packs
 
