@@ -46,6 +46,7 @@ def test_all_national_packs_are_loaded_by_default() -> None:
         "ESP",
         "USA",
         "USA-CA",
+        "USA-TX",
         "USA-NY",
     } == set(known())
     assert [name for name, pack in BOOK.packs.items() if is_fallback(pack)] == ["VIENNA-v1"]
