@@ -48,7 +48,7 @@ class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
 
     packs: tuple[str, ...] = (
         "DEU-v1", "DEU-v1-VSL", "GBR-v1", "FRA-v1", "AUT-v1", "NLD-v1", "POL-v1", "CHE-v1", "BEL-v1",
-        "IRL-v1", "ITA-v1", "ESP-v1", "USA-v1", "USA-CA-v1", "USA-NY-v1", "USA-TX-v1", "USA-FL-v1", "VIENNA-v1",
+        "IRL-v1", "ITA-v1", "ESP-v1", "USA-v1", "USA-CA-v1", "USA-NY-v1", "USA-TX-v1", "USA-FL-v1", "USA-WA-v1", "VIENNA-v1",
     )  # fmt: skip
     """Names below `rulepacks/`, or paths of folders."""
     require_signature: bool = False

@@ -26,12 +26,14 @@ LIMITS = {  # by road as in ROADS: without a sign, the number of the road unknow
     "USA-NY": (25, 55, 55, 55, 55, 15),
     "USA-TX": (30, 60, 60, 60, 60, 15),
     "USA-FL": (30, 55, 55, 55, 55, 15),
+    "USA-WA": (25, 50, 50, 50, 60, 15),
 }
 LOWER = {  # what a class is held to whatever a sign shows
     "USA": {"car_trailer": 55, "van_trailer": 55, "lorry": 55, "lorry_trailer": 55, "lorry_light": 60},
     "USA-CA": {"car_trailer": 55, "van_trailer": 55, "lorry": 55, "lorry_trailer": 55},
+    "USA-WA": {"car_trailer": 60, "van_trailer": 60, "lorry_light": 60, "lorry": 60, "lorry_trailer": 60},
 }
-HIGHEST = {"USA": 65, "USA-CA": 70, "USA-NY": 65, "USA-TX": 85, "USA-FL": 70}
+HIGHEST = {"USA": 65, "USA-CA": 70, "USA-NY": 65, "USA-TX": 85, "USA-FL": 70, "USA-WA": 75}
 CLASSES = tuple(each for each in get_args(VehicleClass) if each != "car_snow_chains")
 FAIR = Situation(wet=False, snow=False, visibility_m=300.0, home_unit="mph")
 SITUATIONS = st.builds(

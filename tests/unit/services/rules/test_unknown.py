@@ -46,6 +46,7 @@ def test_all_national_packs_are_loaded_by_default() -> None:
         "ESP",
         "USA",
         "USA-CA",
+        "USA-WA",
         "USA-FL",
         "USA-TX",
         "USA-NY",
