@@ -174,9 +174,11 @@ def check_replaced(files: Files, entries: Sequence[Provision | None], inherited:
         for at, name in enumerate(entry.replaces if entry is not None else ()):
             shown, path = entry.id if entry is not None else "", (index, "replaces", at)
             if name not in inherited:
-                yield files.problem("provisions.json", path, f"no inherited provision {name!r}", shown)
+                remedy = nearest(name, inherited) or "name a provision of the pack that is extended, or remove it"
+                yield files.problem("provisions.json", path, f"no inherited provision {name!r}", remedy, shown)
             elif name in by:
-                yield files.problem("provisions.json", path, f"{name!r} is replaced by {by[name]!r} already", shown)
+                message = f"{name!r} is replaced by {by[name]!r} already"
+                yield files.problem("provisions.json", path, message, "remove it from one of the two", shown)
             by[name] = shown
 
 
