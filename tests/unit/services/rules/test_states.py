@@ -15,7 +15,7 @@ from services.rules.limits.limit_answer import applicable_limit
 from services.rules.lookup.rule_lookup import lookup_rule
 from services.rules.right_of_way import right_of_way
 from services.rules.signs.meaning import SignQuestion, careful_rank, interpret_sign
-
+from services.rules.words import part
 
 BOOK, REFUSED = load_book([*sorted(data("rulepacks").glob("USA-*v1")), data("rulepacks/VIENNA-v1")])
 STATES = sorted({p.manifest.jurisdiction for p in BOOK.packs.values() if p.manifest.jurisdiction.startswith("USA-")})
