@@ -14,6 +14,9 @@ SERIES: tuple[tuple[str, str, tuple[int, int, int]], ...] = (
 )
 """Entity, legend, colour."""
 
+_NO_LEGEND = rrb.PlotLegend(visible=False)
+"""It lies over the lines; the title names the colours."""
+
 
 def blueprint() -> rrb.Blueprint:
     """The layout that a viewer opens with."""
@@ -22,10 +25,18 @@ def blueprint() -> rrb.Blueprint:
         rrb.Spatial2DView(origin="camera/tele", name="Tele"),
     )
     curves = rrb.Vertical(
-        rrb.TimeSeriesView(origin="speed", name="Speed, limit, target (km/h)"),
-        rrb.TimeSeriesView(origin="risk", name="Risk r, and the margin that ACT takes"),
-        rrb.TimeSeriesView(origin="times", name="Time to collision, headway (s)"),
-        rrb.TimeSeriesView(origin="latency", name="Tool latency (ms)"),
+        rrb.TimeSeriesView(
+            origin="speed", name="km/h: speed (blue), limit (red), target (green)", plot_legend=_NO_LEGEND
+        ),
+        rrb.TimeSeriesView(
+            origin="risk", name="Risk r (red), the margin that ACT takes (grey)", plot_legend=_NO_LEGEND
+        ),
+        rrb.TimeSeriesView(
+            origin="times", name="s: time to collision (amber), headway (blue), up to 20", plot_legend=_NO_LEGEND
+        ),
+        rrb.TimeSeriesView(
+            origin="latency", name="Tool latency (ms); a line under the mouse names its tool", plot_legend=_NO_LEGEND
+        ),
     )
     bird = rrb.Spatial2DView(
         origin="bird",

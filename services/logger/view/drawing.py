@@ -16,6 +16,7 @@ from proto.tools import CallRecords
 from proto.topics import Topic
 from proto.vehicle import Ego
 from services.logger.view.blueprint import blueprint, name_series
+from services.logger.view.labels import readable
 
 M = TypeVar("M", bound=msgspec.Struct)
 KMH = 3.6
@@ -80,7 +81,8 @@ class Drawing:
 
     def _boxes(self, message: Boxes) -> None:
         array = [[box.x0_px, box.y0_px, box.x1_px, box.y1_px] for box in message.boxes]
-        labels = [self._label(box.kind, box.track_id, box.range_m) for box in message.boxes]
+        told = [self._label(box.kind, box.track_id, box.range_m) for box in message.boxes]
+        labels = readable(message.boxes, told)
         colors = [_COLORS.get(box.kind, _WHITE) for box in message.boxes]
         boxes = rr.Boxes2D(array=array, array_format=rr.Box2DFormat.XYXY, labels=labels, colors=colors)
         self._stream.log(f"camera/{message.camera}/boxes", boxes if array else rr.Clear(recursive=False))
