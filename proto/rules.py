@@ -129,6 +129,20 @@ class Citation(msgspec.Struct, frozen=True, kw_only=True):
     provision: str = ""
 
 
+class CitedParagraph(msgspec.Struct, frozen=True, kw_only=True):
+    """The answer of the tool `cited_paragraph`: what stands where a citation points."""
+
+    citation: Citation
+    language: str
+    rulepack_version: str
+
+
+class CitablePlaces(msgspec.Struct, frozen=True, kw_only=True):
+    """The answer of the tool `citable_places`: packs, a pack's documents, or a document's offsets."""
+
+    places: tuple[str, ...]
+
+
 class LegalLimit(msgspec.Struct, frozen=True, kw_only=True):
     """A limit as posted beside SI."""
 

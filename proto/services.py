@@ -24,8 +24,12 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
     module: str = ""
 
 
-RESERVED: Mapping[str, tuple[str, ...]] = MappingProxyType({"arbitrate": ("orchestrator",)})
-"""Tools that only these services may call: part of the pipeline, and no question for others."""
+GATEWAYS = ("gateway", "gateway-stdio")
+"""The service, and what `drivemcp mcp` joins as."""
+RESERVED: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"arbitrate": ("orchestrator",), "cited_paragraph": GATEWAYS, "citable_places": GATEWAYS}
+)
+"""Tools that only these services may call: part of the pipeline, or what the gateway makes resources and pictures of."""
 
 SERVICES: tuple[ServiceRow, ...] = (
     ServiceRow(
@@ -71,7 +75,15 @@ SERVICES: tuple[ServiceRow, ...] = (
     ServiceRow(
         name="rules",
         extra="rules",
-        tools=("lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"),
+        tools=(
+            "lookup_rule",
+            "interpret_sign",
+            "applicable_limit",
+            "right_of_way",
+            "list_rulepacks",
+            "cited_paragraph",
+            "citable_places",
+        ),
         calls=("retrieval",),
         step_order=46,
     ),

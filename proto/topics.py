@@ -194,7 +194,7 @@ DEGRADATION = Topic(
     rate_hz=2,
     max_age_ms=2500,
     publishers=("can", "player"),
-    readers=("weather", "orchestrator", "arbiter", "logger"),
+    readers=("weather", "orchestrator", "arbiter", "logger", "gateway"),
 )
 CONDITIONS = Topic(
     name="weather/conditions",
@@ -210,7 +210,7 @@ WORLD = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("orchestrator",),
-    readers=("logger", "can"),
+    readers=("logger", "can", "gateway"),
     encoding="json",
     logged="never",
 )

@@ -1,4 +1,4 @@
-"""The official SDK's low-level server over the bus: lists what the catalogue holds, calls what is in it."""
+"""The official SDK's low-level server over the bus: tools from the catalogue, resources, prompts, and what changes."""
 
 from typing import Any
 
@@ -6,11 +6,20 @@ import anyio.to_thread
 import msgspec
 from mcp import types
 from mcp.server import ServerRequestContext
-from mcp.server.lowlevel import Server
+from mcp.server.lowlevel import NotificationOptions, Server
+from mcp.server.models import InitializationOptions
+from mcp.server.subscriptions import ResourceUpdated
 from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
 from proto.tools import INVALID_PARAMS, Outcome, ToolEntry
+from services.gateway.changes import RESOURCES, TOOLS, Changes
+from services.gateway.completion import Completion
+from services.gateway.drives import Drives
+from services.gateway.offered import Offered, callable_tools
+from services.gateway.prompts import Prompts
+from services.gateway.resources import Resources
+from services.gateway.seen import Seen
 
 _META = "drivemcp/tool"
 
@@ -42,28 +51,41 @@ def as_result(outcome: Outcome) -> types.CallToolResult:
 
 GRACE_MS = 2000.0
 """Added to a tool's own deadline: a client at the gateway drives no tick, and a slow answer still serves it."""
+LOOK_S, REPORTS_S = 0.5, 5.0
+"""How often it is looked whether tools, and reports, have come or gone."""
 _INSTRUCTIONS = (
     "Tools of a running DriveMCP vehicle: traffic law with citations, weather and traction, CAN and diagnostics, the scene as "
     "seen, decisions and their reasons. Tools whose capability is `actuation` are refused without a grant."
 )
 
 
-def _offered(node: Node) -> dict[str, ToolEntry]:
-    """The catalogue without what only services may call."""
-    return {name: entry for name, entry in node.catalogue().items() if not entry.meta.callers}
+class GatewayServer(Server[Any]):
+    """Says in every revision that its lists change."""
+
+    def create_initialization_options(
+        self, notification_options: NotificationOptions | None = None, *args: Any, **others: Any
+    ) -> InitializationOptions:
+        """What a session begins with."""
+        changes = notification_options or NotificationOptions(tools_changed=True, resources_changed=True)
+        return super().create_initialization_options(changes, *args, **others)
 
 
-def make_server(node: Node) -> Server[Any]:
-    """A server bound to a node that watches the bus."""
+def make_server(node: Node, changes: Changes, drives: Drives) -> GatewayServer:
+    """A server bound to a node that watches the bus; `changes` tells its clients what happens there."""
+    offered = Offered(node)
+    seen = Seen(node, lambda uri, urgent: changes.tell(ResourceUpdated(uri=uri), urgent=urgent))
+    resources = Resources(node, seen, drives)
+    prompts = Prompts(resources)
+    _follow(node, offered, drives, changes)
 
     async def list_tools(
         _: ServerRequestContext[Any], __: types.PaginatedRequestParams | None
     ) -> types.ListToolsResult:
-        entries = sorted(_offered(node).values(), key=lambda entry: entry.name)
-        return types.ListToolsResult(tools=[as_tool(entry) for entry in entries], ttl_ms=1000, cache_scope="private")
+        tools = [as_tool(entry) for entry in offered.tools()]
+        return types.ListToolsResult(tools=tools, ttl_ms=1000, cache_scope="private")
 
     async def call_tool(_: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
-        entry = _offered(node).get(params.name)
+        entry = callable_tools(node).get(params.name)
         if entry is None:
             raise MCPError(INVALID_PARAMS, f"no tool {params.name[:80]!r}")
         limit_ms = entry.meta.deadline_ms + GRACE_MS
@@ -72,6 +94,36 @@ def make_server(node: Node) -> Server[Any]:
         )
         return as_result(outcome)
 
-    return Server(
-        "drivemcp", version="0.1.0", instructions=_INSTRUCTIONS, on_list_tools=list_tools, on_call_tool=call_tool
+    server = GatewayServer(
+        "drivemcp",
+        version="0.1.0",
+        instructions=_INSTRUCTIONS,
+        lifespan=changes.running,
+        on_list_tools=list_tools,
+        on_call_tool=call_tool,
+        on_list_resources=resources.listed,
+        on_list_resource_templates=resources.templates,
+        on_read_resource=resources.read,
+        on_subscribe_resource=changes.older.subscribe,
+        on_unsubscribe_resource=changes.older.unsubscribe,
+        on_subscriptions_listen=changes.listen,
+        on_list_prompts=prompts.listed,
+        on_get_prompt=prompts.get,
+        on_completion=Completion(seen, resources, drives).complete,
     )
+    server.middleware.append(changes.older.notice)
+    return server
+
+
+def _follow(node: Node, offered: Offered, drives: Drives, changes: Changes) -> None:
+    """Tell clients when tools come and go, and when a report has been written."""
+    names: list[tuple[str, ...]] = [()]
+
+    def look_at_reports() -> None:
+        found = drives.names()
+        if found != names[0]:
+            names[0] = found
+            changes.tell(RESOURCES)
+
+    node.every(LOOK_S, lambda: changes.tell(TOOLS) if offered.look() else None)
+    node.every(REPORTS_S, look_at_reports)

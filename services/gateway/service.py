@@ -1,24 +1,39 @@
 """Serves MCP over streamable HTTP: on loopback freely, anywhere else only with a token."""
 
 import hmac
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
 
 from drivemcp.http.limits import App, with_token
 from drivemcp.http.serving import LOOPBACK, HttpConfig, listen, serve, token_of
 from drivemcp.node import Node
 from drivemcp.service import Service
+from services.gateway.changes import Changes
+from services.gateway.drives import Drives
 from services.gateway.server import make_server
 
 
 class GatewayConfig(HttpConfig, frozen=True, kw_only=True):
     """Where to listen, and what one client may take."""
 
+    max_sessions: Annotated[int, msgspec.Meta(ge=1, le=10_000)] = 64
+    """Of clients that speak a revision before 2026-07-28; later ones have none."""
+    session_idle_s: Annotated[float, msgspec.Meta(gt=0.0, le=86_400.0)] = 600.0
+    """Such a session ends after so long without a request or an open stream."""
+
 
 def build(config: GatewayConfig, node: Node) -> None:
     """Listen in a thread of its own. Raises ConfigError on a taken port, or on a public address without a token."""
     token = token_of(config)
     node.watch_services()
-    app = make_server(node).streamable_http_app(
-        json_response=True, stateless_http=True, host=config.host, transport_security=_security(config)
+    changes = Changes()
+    app = make_server(node, changes, Drives(Path(config.out_dir).absolute().parent)).streamable_http_app(
+        host=config.host,
+        transport_security=_security(config),
+        max_sessions=config.max_sessions,
+        session_idle_timeout=config.session_idle_s,
     )
     wanted = f"Bearer {token}".encode()
 
@@ -26,6 +41,7 @@ def build(config: GatewayConfig, node: Node) -> None:
         return with_token(app, lambda given: hmac.compare_digest(given, wanted)) if token else app
 
     node.detail["mcp"] = f"{serve(node, config, listen(config), app, guard)}/mcp"
+    node.on_close(changes.close)  # before the server ends: closers run from the last to the first
 
 
 def _security(config: GatewayConfig):  # type: ignore[no-untyped-def]

@@ -1,8 +1,9 @@
 """`drivemcp mcp`: the running stack as an MCP server over stdio, for clients that start their servers themselves."""
 
 import argparse
+from pathlib import Path
 
-from drivemcp.client import join
+from drivemcp.client import join, read_stack
 from drivemcp.commands import Subparsers
 from drivemcp.node import Node
 
@@ -22,15 +23,24 @@ def command(flags: argparse.Namespace) -> int:
     with join(flags.connect, flags.vehicle, name="gateway-stdio") as node:
         node.watch_services()
         node.client.discover()
-        anyio.run(_serve, node)
+        anyio.run(_serve, node, _drives(flags.connect))
     return 0
 
 
-async def _serve(node: Node) -> None:
+def _drives(connect: str | None) -> Path | None:
+    """Where the running stack keeps its drives; None: it runs elsewhere."""
+    stack = read_stack()
+    here = stack is not None and connect in (None, stack.endpoint)
+    return Path(stack.folder).parent if stack is not None and here else None
+
+
+async def _serve(node: Node, drives: Path | None) -> None:
     from mcp.server.stdio import stdio_server
 
+    from services.gateway.changes import Changes
+    from services.gateway.drives import Drives
     from services.gateway.server import make_server
 
-    server = make_server(node)
+    server = make_server(node, Changes(), Drives(drives))
     async with stdio_server() as (read, write):
         await server.run(read, write, server.create_initialization_options())

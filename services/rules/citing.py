@@ -1,9 +1,9 @@
 """Citations: a provision or sign of a pack as document, offsets and excerpt, in the driver's language where it is written in it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 from domain.languages import spoken_language
-from proto.rules import Citation, LegalAction, RulesAnswer
+from proto.rules import Citation, CitedParagraph, LegalAction, RulesAnswer
 from services.rules.book import is_fallback
 from services.rules.packs.format import Provision, Sign, Source
 from services.rules.packs.loading import Pack
@@ -36,6 +36,45 @@ def _cited(pack: Pack, name: str, language: str) -> Citation | None:
     return cite_sign(pack, pack.signs[code], language) if kind == "sign" and code in pack.signs else None
 
 
+def paragraph_at(packs: Mapping[str, Pack], document: str, offset: int) -> CitedParagraph | None:
+    """The text that a citation of `document` at `offset` points at, or the one that holds this character; None: there is none.
+
+    The pack's id is compared without regard to case: clients write the first part of an address small.
+    """
+    wanted, _, below = document.partition("/")
+    for pack in packs.values():
+        for name, entry, source in _sources(pack):
+            here = source.document == below and source.start <= offset < source.end
+            if here and _origin(pack, name).casefold() == wanted.casefold():
+                kind = entry.kind if isinstance(entry, Provision) else "sign_table"
+                citation = _citation(pack, name, entry.section, kind, source)
+                return CitedParagraph(citation=citation, language=source.language, rulepack_version=pack.origin[name])
+    return None
+
+
+def places(packs: Mapping[str, Pack], document: str) -> tuple[str, ...]:
+    """What can be cited: ids of packs; below a pack its documents; in a document the offsets of its texts."""
+    wanted, _, below = document.partition("/")
+    ids, documents, offsets = set[str](), set[str](), set[int]()
+    for pack in packs.values():
+        for name, _, source in _sources(pack):
+            origin = _origin(pack, name)
+            ids.add(origin)
+            if origin.casefold() == wanted.casefold():
+                documents.add(source.document)
+                offsets |= {source.start} if source.document == below else set()
+    if not wanted:
+        return tuple(sorted(ids))
+    return tuple(map(str, sorted(offsets))) if below else tuple(sorted(documents))
+
+
+def _sources(pack: Pack) -> Iterator[tuple[str, Provision | Sign, Source]]:
+    for name, provision in pack.provisions.items():
+        yield from ((name, provision, source) for source in provision.sources)
+    for code, sign in pack.signs.items():
+        yield from ((f"sign:{code}", sign, source) for source in sign.sources)
+
+
 def cited_in_doubt(chosen: Cites, answers: Iterable[tuple[Pack, Cites]]) -> tuple[Citation, ...]:
     """Where nobody knows whose law it is: the answer's own citations, then the fallback's, then the other packs'."""
     ordered = sorted(answers, key=lambda answer: not is_fallback(answer[0]))
@@ -62,9 +101,8 @@ def _source(sources: tuple[Source, ...], language: str) -> Source:
 
 
 def _citation(pack: Pack, name: str, section: str, kind: str, source: Source) -> Citation:
-    origin = pack.origin[name].partition("@")[0]
     return Citation(
-        document=f"{origin}/{source.document}",
+        document=f"{_origin(pack, name)}/{source.document}",
         start=source.start,
         end=source.end,
         excerpt=source.excerpt,
@@ -72,3 +110,7 @@ def _citation(pack: Pack, name: str, section: str, kind: str, source: Source) ->
         kind=kind,  # type: ignore[arg-type]
         provision=name,
     )
+
+
+def _origin(pack: Pack, name: str) -> str:
+    return pack.origin[name].partition("@")[0]

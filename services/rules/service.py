@@ -13,9 +13,20 @@ from drivemcp.registry import registered
 from drivemcp.runtime.grants import public_key
 from drivemcp.service import Service
 from proto.health import ServiceLog
-from proto.rules import Retrieved, RightOfWayQuestion, RulepackInfo, RulesAnswer, SignMeaning, Situation, VehicleClass
+from proto.rules import (
+    CitablePlaces,
+    CitedParagraph,
+    Retrieved,
+    RightOfWayQuestion,
+    RulepackInfo,
+    RulesAnswer,
+    SignMeaning,
+    Situation,
+    VehicleClass,
+)  # fmt: skip
 from proto.scene import Candidate, Unit
 from proto.topics import LOG
+from services.rules import citing
 from services.rules.book import is_fallback, normal_jurisdiction
 from services.rules.limits import limit_answer
 from services.rules.lookup import evidence, rule_lookup
@@ -33,6 +44,7 @@ RETRIEVAL_DEADLINE_MS = 22.0
 WARM_UP_DEADLINE_MS = 500.0
 WARM_UP_PERIOD_S = 1.0
 MAX_QUERY = 500
+MAX_PLACES = 1000
 
 Reading = Annotated[str, msgspec.Meta(max_length=64, description="sign code as read, for example limit:80 or stop")]
 Jurisdiction = Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3, for example DEU; GBR-WLS for a part")]
@@ -41,6 +53,11 @@ Language = Annotated[
 ]
 Query = Annotated[str, msgspec.Meta(max_length=MAX_QUERY, description="the question in the driver's words")]
 Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="how many passages are cited at most")]
+
+Document = Annotated[
+    str, msgspec.Meta(max_length=200, description="as citations name it, for example DEU-v1/sources/signs.en.md")
+]
+Offset = Annotated[int, msgspec.Meta(ge=0, le=10_000_000, description="characters from the document's beginning")]
 
 
 class RulesConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -177,6 +194,7 @@ def build(config: RulesConfig, node: Node) -> None:
     _offer_limits(node, shelf, found)
     _offer_signs(node, shelf)
     _offer_lookup(node, shelf, found)
+    _offer_citations(node, shelf)
     if not node.lockstep:
         node.every(WARM_UP_PERIOD_S, lambda: _warm_up(shelf.edition, found, config.languages))
         if config.reload_s > 0:
@@ -328,6 +346,21 @@ def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
     def list_rulepacks() -> tuple[RulepackInfo, ...]:
         """The rulepacks that are loaded: version, content hash, units, side of traffic, dates."""
         return shelf.edition.book.infos()
+
+
+def _offer_citations(node: Node, shelf: Shelf) -> None:
+    @node.tool(deadline_ms=40)
+    def cited_paragraph(document: Document, offset: Offset) -> CitedParagraph:
+        """The text that a citation points at: the provision or sign of a loaded rulepack that holds this character."""
+        found = citing.paragraph_at(shelf.edition.book.packs, document, offset)
+        if found is None:
+            raise ToolFailed(f"no loaded rulepack has a text at character {offset} of {document!r}")
+        return found
+
+    @node.tool(deadline_ms=40)
+    def citable_places(document: Document = "") -> CitablePlaces:
+        """What can be cited: rulepacks without a document, the documents of `PACK`, the offsets in `PACK/sources/x.md`."""
+        return CitablePlaces(places=citing.places(shelf.edition.book.packs, document)[:MAX_PLACES])
 
 
 def _country(edition: Edition, jurisdiction: str | None) -> str | None:

@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from drivemcp.bus.session import wait_settled
+from drivemcp.node import Node
 from drivemcp.testing import TestBus, bus
 from proto.rules import RulesAnswer
 from proto.topics import HEALTH
@@ -17,7 +18,15 @@ from services.rules.service import SERVICE, RulesConfig
 from tests.unit.services.rules.editing import adopted, edit, rehash
 
 URBAN = {"jurisdiction": "DEU", "road_type": "urban", "visibility_m": 200.0, "wet": False, "segment_id": "s1"}
-TOOLS = {"lookup_rule", "interpret_sign", "applicable_limit", "right_of_way", "list_rulepacks"}
+TOOLS = {
+    "lookup_rule",
+    "interpret_sign",
+    "applicable_limit",
+    "right_of_way",
+    "list_rulepacks",
+    "cited_paragraph",
+    "citable_places",
+}
 
 
 def limit(on: TestBus, **changes: Any) -> RulesAnswer:
@@ -248,3 +257,30 @@ def test_an_unsigned_junction_is_answered_over_the_bus() -> None:
         outcome = b.call("right_of_way", {"question": {"jurisdiction": "DEU"}})
         assert outcome.result is not None
         assert outcome.result["legal_action"] == "yield"
+
+
+def test_every_citation_leads_the_gateway_to_its_own_text_and_no_other_caller(tmp_path: Path) -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        gateway = b.node("gateway")
+        cited = limit(b).citations
+        assert cited
+        for citation in cited:
+            asked = {"document": citation.document, "offset": citation.start}
+            found = b.call("cited_paragraph", asked, caller=gateway)
+            assert found.result is not None
+            assert found.result["citation"]["excerpt"] == citation.excerpt
+            small = {**asked, "document": citation.document.replace("DEU", "deu")}
+            assert b.call("cited_paragraph", small, caller=gateway).result == found.result
+            assert str(citation.start) in _places(b, gateway, citation.document)
+            assert citation.document in {f"DEU-v1/{name}" for name in _places(b, gateway, "DEU-v1")}
+        assert "DEU-v1" in _places(b, gateway, "")
+        none = b.call("cited_paragraph", {"document": "DEU-v1/../../secret", "offset": 0}, caller=gateway)
+        assert (none.status, none.result) == ("tool_error", None)
+        assert b.call("cited_paragraph", asked).status == "protocol_error"
+
+
+def _places(b: TestBus, gateway: Node, document: str) -> tuple[str, ...]:
+    found = b.call("citable_places", {"document": document}, caller=gateway)
+    assert found.result is not None
+    return tuple(found.result["places"])
