@@ -27,7 +27,12 @@ class ServiceRow(msgspec.Struct, frozen=True, kw_only=True):
 GATEWAYS = ("gateway", "gateway-stdio")
 """The service, and what `drivemcp mcp` joins as."""
 RESERVED: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"arbitrate": ("orchestrator",), "cited_paragraph": GATEWAYS, "citable_places": GATEWAYS}
+    {
+        "arbitrate": ("orchestrator",),
+        "cited_paragraph": GATEWAYS,
+        "citable_places": GATEWAYS,
+        "decided_picture": GATEWAYS,
+    }
 )
 """Tools that only these services may call: part of the pipeline, or what the gateway makes resources and pictures of."""
 
@@ -70,7 +75,13 @@ SERVICES: tuple[ServiceRow, ...] = (
     ),
     ServiceRow(name="weather", extra="weather", tools=("assess_weather",), step_order=20),
     ServiceRow(name="perception", extra="perception", tools=("list_tracks",), step_order=30, memory_mb=600),
-    ServiceRow(name="drivelm", extra="drivelm", tools=("ask_scene", "describe_scene"), step_order=40, memory_mb=700),
+    ServiceRow(
+        name="drivelm",
+        extra="drivelm",
+        tools=("ask_scene", "describe_scene", "decided_picture"),
+        step_order=40,
+        memory_mb=700,
+    ),
     ServiceRow(name="retrieval", extra="retrieval", tools=("retrieve",), step_order=45, memory_mb=900),
     ServiceRow(
         name="rules",

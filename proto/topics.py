@@ -220,7 +220,7 @@ ADVISORY = Topic(
     rate_hz=10,
     max_age_ms=500,
     publishers=("orchestrator",),
-    readers=("simulator", "logger", "gateway", "cockpit", "evaluation"),
+    readers=("simulator", "drivelm", "logger", "gateway", "cockpit", "evaluation"),
     encoding="json",
 )
 SPEED_ASSISTANCE = Topic(

@@ -12,8 +12,9 @@ from mcap.exceptions import McapError
 from mcap.records import Channel, Message
 from mcap.stream_reader import StreamReader
 
-from app.pictures import FONT, Image, draw_boxes, jpeg_of, unpacked
+from app.pictures import jpeg_of, unpacked
 from drivemcp.errors import UserError
+from drivemcp.pictures import FONT, Image, draw_boxes
 from proto import topics
 from proto.decision import Advisory
 from proto.perception import Boxes

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import msgspec
 
-from app.pictures import draw_boxes, packed, unpacked
+from app.pictures import unpacked
 from app.replay.again import AtHand, UnknownProfile
 from app.report.drive_log import DriveLog, Spoken
 from app.report.ticks import Citation, Tick
 from app.report.timeline import FACTORS
 from drivemcp.errors import MALFORMED
+from drivemcp.pictures import draw_boxes, packed
 from proto.decision import TraceRecord
 from services.arbiter.decide import Inputs
 from services.arbiter.explain import Flip, smallest_flips

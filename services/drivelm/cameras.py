@@ -81,15 +81,21 @@ class RecentFrames:
         if jpeg is None:
             self.missed += 1
             return None
-        return _decoded(jpeg)
+        return decoded(jpeg)
+
+    def jpeg(self, camera: str, stamp_ns: int) -> bytes | None:
+        """The bytes of that very instant's picture, as they came; None where they are not here."""
+        frames = self._frames.get(camera)
+        return None if frames is None else frames.get(stamp_ns)
 
     def newest(self, camera: str) -> Picture | None:
         """The newest picture; None before the first one. Safe to call from any thread."""
         frames = self._frames.get(camera)
         kept = list(frames.copy().values()) if frames is not None else []
-        return _decoded(kept[-1]) if kept else None
+        return decoded(kept[-1]) if kept else None
 
 
-def _decoded(jpeg: bytes) -> Picture | None:
-    decoded = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if may_be_unpacked(jpeg) else None
-    return None if decoded is None else np.asarray(decoded, np.uint8)
+def decoded(jpeg: bytes) -> Picture | None:
+    """The pixels, RGB; None for what is no picture."""
+    picture = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR_RGB) if may_be_unpacked(jpeg) else None
+    return None if picture is None else np.asarray(picture, np.uint8)

@@ -1,10 +1,12 @@
 """drivelm: wires the front end to the bus; nothing is decided here."""
 
+import base64
 import hashlib
 import time
 from typing import Annotated, Literal, TypeVar
 
 import msgspec
+import numpy as np
 
 from drivemcp.bus.received import Received
 from drivemcp.config import ServiceConfig
@@ -12,6 +14,7 @@ from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.inference import chosen
 from drivemcp.node import Node
 from drivemcp.paths import data
+from drivemcp.pictures import draw_boxes, packed_within
 from drivemcp.registry import registered
 from drivemcp.service import Service
 from proto import topics
@@ -22,10 +25,11 @@ from proto.topics import Topic
 from services.drivelm.backends import load
 from services.drivelm.backends.backend import EmbeddedBackend
 from services.drivelm.backends.config import OpenaiConfig, TransformersConfig
-from services.drivelm.cameras import Calibrations, RecentFrames
+from services.drivelm.cameras import Calibrations, RecentFrames, decoded
 from services.drivelm.country.country_belief import CountryBelief, oncoming_cue, seen_to_come
 from services.drivelm.country.position import Journey, Placing
 from services.drivelm.country.surroundings import surroundings
+from services.drivelm.decided import DecidedFrames
 from services.drivelm.front_end import FrontEnd, Sighting
 from services.drivelm.graph import answering as reader_of_graphs
 from services.drivelm.graph.nodes import RecentFacts
@@ -36,6 +40,7 @@ from services.drivelm.ocr.lettering import Lettering, load_lettering
 from services.drivelm.reading.reader import Reader
 
 M = TypeVar("M", bound=msgspec.Struct)
+MOST_PICTURE_BYTES = 200_000
 
 
 class DrivelmConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -77,6 +82,9 @@ class SceneAnswer(msgspec.Struct, frozen=True, kw_only=True):
     answer: str
     score: float
     layer: str
+    camera: str = ""
+    frame: int = 0
+    """The picture that was answered from."""
     method: str = "extractive: a sentence of the scene graph, chosen by shared words"
 
 
@@ -85,6 +93,15 @@ class SceneDescription(msgspec.Struct, frozen=True, kw_only=True):
 
     description: str
     graph: SceneGraph
+
+
+class DecidedPicture(msgspec.Struct, frozen=True, kw_only=True):
+    """A picture with its boxes drawn, at most 200 kB of JPEG."""
+
+    jpeg_base64: str
+    camera: str
+    frame: int
+    stamp_ns: int
 
 
 def load_reader(config: DrivelmConfig) -> EmbeddedBackend:
@@ -129,6 +146,7 @@ class Bindings:
         free = not node.lockstep
         lettering = load_lettering(names=config.read_names and free, plates=config.read_plates and free)
         node.on_close(lettering.close)
+        self.decided = DecidedFrames(self.frames, config.graph_camera)
         self.front_end = front_end or load_front_end(config, node, lettering)
         self.facts = RecentFacts()
         self.boxes: dict[str, tuple[int, Boxes]] = {}
@@ -143,11 +161,13 @@ class Bindings:
         node.subscribe(topics.LANES, self.on_lanes)
         node.subscribe(topics.GNSS, self.on_position)
         node.subscribe(topics.EGO)
+        node.subscribe(topics.ADVISORY, lambda message, _: self.decided.decide(message))
         node.every(0.1, self.settle)
         node.every(1.0, self.say_surroundings)
         node.every(1.0, self.say_graph)
         node.tool(deadline_ms=60)(self.ask_scene)
         node.tool(deadline_ms=60)(self.describe_scene)
+        node.tool(deadline_ms=250)(self.decided_picture)
         if config.whole_prompts:
             registered("drivemcp.whole_prompts", "answer_prompt", "drivelm.whole_prompts")(self)
 
@@ -171,6 +191,7 @@ class Bindings:
     def on_boxes(self, message: Boxes, info: Received[Boxes]) -> None:
         started = time.perf_counter()
         self.boxes[message.camera] = info.stamp_ns, message
+        self.decided.saw(message, info.stamp_ns)
         sighting = Sighting(
             camera=message.camera,
             stamp_ns=info.stamp_ns,
@@ -251,8 +272,11 @@ class Bindings:
         Nothing is composed that the graph does not hold. Where it has no fitting sentence it says so, score 0. Fails where
         the camera or perception has been silent for a second.
         """
-        found = reader_of_graphs.ask(self._graph(), question)
-        return SceneAnswer(answer=found.text, score=found.score, layer=found.layer, method=found.method)
+        graph = self._graph()
+        found = reader_of_graphs.ask(graph, question)
+        return SceneAnswer(
+            answer=found.text, score=found.score, layer=found.layer, method=found.method, camera=graph.camera, frame=graph.frame
+        )  # fmt: skip
 
     def describe_scene(self) -> SceneDescription:
         """Describe the scene ahead in words, with the graph of objects, questions and answers behind them.
@@ -261,6 +285,27 @@ class Bindings:
         """
         graph = self._graph()
         return SceneDescription(description=graph.description, graph=graph)
+
+    def decided_picture(self, tick: int | None = None, frame: int | None = None) -> DecidedPicture:
+        """The picture that a tick was decided on, or that of a number, with its boxes drawn.
+
+        Kept for a second, and in memory for the last messages to the driver.
+        """
+        found = (
+            self.decided.of_tick(tick) if tick is not None else self.decided.of_frame(-1 if frame is None else frame)
+        )
+        picture = decoded(found.jpeg) if found is not None else None
+        if found is None or picture is None:
+            raise ToolFailed("no picture of it is kept")
+        shown = np.ascontiguousarray(picture[..., ::-1])  # blue first, as OpenCV draws and packs
+        draw_boxes(shown, found.boxes)
+        jpeg = packed_within(shown, MOST_PICTURE_BYTES)
+        return DecidedPicture(
+            jpeg_base64=base64.b64encode(jpeg).decode("ascii"),
+            camera=found.boxes.camera,
+            frame=found.boxes.frame,
+            stamp_ns=found.stamp_ns,
+        )
 
     def _graph(self) -> SceneGraph:
         graph = self.graph

@@ -16,6 +16,7 @@ from proto.tools import INVALID_PARAMS, Outcome, ToolEntry
 from services.gateway.changes import RESOURCES, TOOLS, Changes
 from services.gateway.completion import Completion
 from services.gateway.drives import Drives
+from services.gateway.images import picture_of
 from services.gateway.offered import Offered, callable_tools
 from services.gateway.prompts import Prompts
 from services.gateway.resources import Resources
@@ -70,7 +71,7 @@ class GatewayServer(Server[Any]):
         return super().create_initialization_options(changes, *args, **others)
 
 
-def make_server(node: Node, changes: Changes, drives: Drives) -> GatewayServer:
+def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = True) -> GatewayServer:
     """A server bound to a node that watches the bus; `changes` tells its clients what happens there."""
     offered = Offered(node)
     seen = Seen(node, lambda uri, urgent: changes.tell(ResourceUpdated(uri=uri), urgent=urgent))
@@ -92,7 +93,10 @@ def make_server(node: Node, changes: Changes, drives: Drives) -> GatewayServer:
         outcome = await anyio.to_thread.run_sync(
             lambda: node.call(params.name, params.arguments or {}, deadline_ms=limit_ms)
         )
-        return as_result(outcome)
+        result = as_result(outcome)
+        if images:
+            result.content += await anyio.to_thread.run_sync(picture_of, node, outcome)
+        return result
 
     server = GatewayServer(
         "drivemcp",

@@ -22,14 +22,16 @@ class GatewayConfig(HttpConfig, frozen=True, kw_only=True):
     """Of clients that speak a revision before 2026-07-28; later ones have none."""
     session_idle_s: Annotated[float, msgspec.Meta(gt=0.0, le=86_400.0)] = 600.0
     """Such a session ends after so long without a request or an open stream."""
+    images: bool = True
+    """Whether answers on the scene and on decisions come with their picture."""
 
 
 def build(config: GatewayConfig, node: Node) -> None:
     """Listen in a thread of its own. Raises ConfigError on a taken port, or on a public address without a token."""
     token = token_of(config)
     node.watch_services()
-    changes = Changes()
-    app = make_server(node, changes, Drives(Path(config.out_dir).absolute().parent)).streamable_http_app(
+    changes, drives = Changes(), Drives(Path(config.out_dir).absolute().parent)
+    app = make_server(node, changes, drives, images=config.images).streamable_http_app(
         host=config.host,
         transport_security=_security(config),
         max_sessions=config.max_sessions,

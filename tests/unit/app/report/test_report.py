@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.pictures import Image, draw_boxes, jpeg_of, unpacked
+from app.pictures import jpeg_of, unpacked
 from app.replay.again import AtHand
 from app.report.drive_log import DriveLog, Spoken, read_drive
 from app.report.page import page
@@ -20,6 +20,7 @@ from app.report.story import flip_in_words
 from app.report.ticks import Advisory, Inputs, Limit, Tick, Told
 from app.report.timeline import HEIGHT, WIDTH, timeline
 from drivemcp.cli import run
+from drivemcp.pictures import Image, draw_boxes
 from proto.decision import TraceRecord
 from proto.health import ServiceHealth
 from proto.perception import Box, Boxes

@@ -1,18 +1,25 @@
 """The service on a real in-process bus: pictures and boxes in, facts, graph and tool answers out."""
 
+import base64
 from contextlib import suppress
+from typing import Any
 
 import cv2
+import msgspec
 import numpy as np
 
+from app.pictures import unpacked
+from drivemcp.bus.session import wait_settled
 from drivemcp.testing import Collected, TestBus, bus
 from proto import topics
+from proto.decision import Advisory
 from proto.perception import Box, Boxes, Track, Tracks
 from proto.scene import Fact, SceneGraph
 from proto.sensors import CameraFrame
 from proto.vehicle import Ego
 from services.drivelm.service import SERVICE, DrivelmConfig
 from services.simulator.signart import draw_face
+from tests.golden.make import sample
 from tests.unit.services.drivelm.approach import NS, TELE, box_at
 
 
@@ -110,3 +117,33 @@ def test_tracks_and_motion_that_fell_silent_are_in_no_graph() -> None:
             until_shown(b, graphs)
         assert "30 m ahead" not in graphs.messages[-1].description
         assert not [qa for qa in graphs.messages[-1].qa if qa.layer == "behavior" and "fast" in qa.answer]
+
+
+def test_the_picture_that_was_decided_on_is_shown_with_its_boxes_and_that_of_a_message_for_longer() -> None:
+    with bus() as b:
+        b.start(SERVICE)
+        gateway = b.node("gateway")
+        for number in range(30):
+            stamp_ns = b.probe.clock.now_ns()
+            frame = CameraFrame(jpeg=_picture(45.0 - number / 2), width_px=640, height_px=360, frame=number)
+            b.probe.publish(topics.CAMERA, frame, id="front", stamp_ns=stamp_ns)
+            b.probe.publish(topics.BOXES, Boxes(camera="front", frame=number, boxes=(CAR,)), stamp_ns=stamp_ns)
+            told = msgspec.structs.replace(
+                sample(Advisory), tick=number, snapshot_stamp_ns=stamp_ns, kind="SPEAK" if number == 3 else "SILENT"
+            )
+            b.probe.publish(topics.ADVISORY, told, stamp_ns=stamp_ns)
+
+        def shown(**which: int) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
+            found = b.call("decided_picture", which, caller=gateway)
+            return None if found.result is None else unpacked(base64.b64decode(found.result["jpeg_base64"]))
+
+        assert wait_settled(lambda: shown(tick=29) is not None, 10.0)
+        newest, message = shown(frame=29), shown(tick=3)
+        assert message is not None
+        assert newest is not None
+        assert newest.shape == (360, 640, 3)
+        edge = newest[155:195, 300].astype(int)
+        assert (edge.max(axis=1) - edge.min(axis=1)).mean() > 60, "the box is drawn in its colour"
+        assert shown(tick=4) is None
+        assert shown(frame=4) is None
+        assert b.call("decided_picture", {"tick": 3}).status == "protocol_error"
