@@ -11,6 +11,8 @@ INVALID_PARAMS = -32602
 INTERNAL_ERROR = -32603
 BUSY = -32000
 DENIED = -32001
+CANCELLED = "cancelled by the caller"
+"""The error of a call that its caller gave up."""
 
 
 class Effect(msgspec.Struct, frozen=True, kw_only=True):
@@ -67,6 +69,10 @@ class CallHead(msgspec.Struct, frozen=True, kw_only=True):
     proto_major: int = 1
     confirmation: str = ""
     grant: str = ""
+    traceparent: str = ""
+    """Of the trace that the call belongs to (W3C Trace Context); empty: none."""
+    cancels: bool = False
+    """No call, but the end of one: that of `call_id`. Its deadline is past, so that a server that does not know this field runs nothing."""
 
 
 class CallResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -120,6 +126,7 @@ class CallRecord(msgspec.Struct, frozen=True, kw_only=True):
     arguments_sha256: str
     result_sha256: str = ""
     error: str = ""
+    traceparent: str = ""
 
 
 class CallRecords(msgspec.Struct, frozen=True, kw_only=True):

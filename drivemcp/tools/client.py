@@ -1,11 +1,9 @@
 """Calls tools: in parallel, each with its deadline, never raising. Names are checked against the catalogue before any key is made."""
 
 import hashlib
-import itertools
 import logging
 import threading
 import time
-import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from queue import Empty, SimpleQueue
@@ -15,10 +13,22 @@ import msgspec
 
 from drivemcp.bus.session import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
+from drivemcp.tools.pending import Cancellation, Pending
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, is_chunk, tool_key
 from proto.services import OWNERS
-from proto.tools import BUSY, CallHead, CallRecord, CallResult, CallStatus, Catalogue, Outcome, ProtocolError, ToolEntry
+from proto.tools import (
+    BUSY,
+    CANCELLED,
+    CallHead,
+    CallRecord,
+    CallResult,
+    CallStatus,
+    Catalogue,
+    Outcome,
+    ProtocolError,
+    ToolEntry,
+)
 
 _CATALOGUE = msgspec.json.Decoder(Catalogue)
 _RESULT = msgspec.json.Decoder(CallResult)
@@ -33,64 +43,7 @@ LOCKSTEP_BOUND_MS = 20_000.0
 QUERY_TIMEOUT_S = LOCKSTEP_BOUND_MS / 1e3 + LATE_GRACE_S
 DEFAULT_MODELLED_MS = 4.0
 
-_CALLER = uuid.uuid4().hex[:12]
-_NUMBERS = itertools.count(1)
 Ask = tuple[str, Mapping[str, Any] | msgspec.Struct, float]
-
-
-class _Pending:
-    """One call under way."""
-
-    __slots__ = (
-        "arguments",
-        "call_id",
-        "collected",
-        "deadline_ns",
-        "done",
-        "ended",
-        "limit_ms",
-        "payload",
-        "reply",
-        "sent_ns",
-        "server",
-        "tool",
-        "until_s",
-    )
-
-    def __init__(
-        self,
-        tool: str,
-        server: str,
-        arguments: Any,
-        payload: bytes,
-        sent_ns: int,
-        deadline_ms: float,
-        ended: "SimpleQueue[None]",
-    ) -> None:
-        self.tool = tool
-        self.server = server
-        self.arguments = arguments
-        self.payload = payload
-        self.call_id = f"{_CALLER}-{next(_NUMBERS)}"
-        self.sent_ns = sent_ns
-        self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
-        self.until_s = time.monotonic() + deadline_ms / 1e3  # the same for our own wait, whatever becomes of the clock
-        self.ended = ended
-        self.reply: Reply | None = None
-        self.done = False
-        self.collected = False
-        self.limit_ms = 0.0
-        """The deadline asked for."""
-
-    def end(self, reply: Reply | None) -> None:
-        """The answer is in, or there will be none."""
-        self.reply = reply
-        self.done = True
-        self.ended.put(None)
-
-    def finished(self) -> bool:
-        """Whether `end` was called, on the bus's thread."""
-        return self.done
 
 
 class ToolClient:
@@ -118,7 +71,7 @@ class ToolClient:
         self._lock = threading.Lock()
         self._tools: dict[str, ToolEntry] = {}
         self._queriers: dict[str, tuple[str, Querier]] = {}
-        self._waiting: set[_Pending] = set()
+        self._waiting: set[Pending] = set()
         self._alive: set[str] = set()
         self._called: set[str] = set()
         self._late: deque[Outcome] = deque(maxlen=64)
@@ -148,11 +101,27 @@ class ToolClient:
         done.wait(timeout_s + 0.2)
         return self.catalogue()
 
-    def call_all(self, asks: Iterable[Ask], *, grant: str = "", confirmation: str = "") -> list[Outcome]:
+    def call_all(
+        self,
+        asks: Iterable[Ask],
+        *,
+        grant: str = "",
+        confirmation: str = "",
+        traceparent: str = "",
+        cancellation: Cancellation | None = None,
+    ) -> list[Outcome]:
         """Issue all calls, then collect: the slowest decides, each has its own deadline (ms). One outcome per ask, in order."""
         ended: SimpleQueue[None] = SimpleQueue()
-        started = [self._start(tool, arguments, limit, ended, grant, confirmation) for tool, arguments, limit in asks]
-        return [self._collect(item) if isinstance(item, _Pending) else item for item in started]
+        context = CallHead(
+            call_id="",
+            caller=self._caller,
+            deadline_ns=0,
+            grant=grant,
+            confirmation=confirmation,
+            traceparent=traceparent,
+        )
+        started = [self._start(tool, arguments, limit, ended, context, cancellation) for tool, arguments, limit in asks]
+        return [self._collect(item) if isinstance(item, Pending) else item for item in started]
 
     def late(self) -> list[Outcome]:
         """Replies that came after their deadline since the last look, with their age."""
@@ -224,9 +193,9 @@ class ToolClient:
         arguments: Mapping[str, Any] | msgspec.Struct,
         limit_ms: float,
         ended: "SimpleQueue[None]",
-        grant: str,
-        confirmation: str,
-    ) -> "_Pending | Outcome":
+        context: CallHead,
+        cancellation: Cancellation | None,
+    ) -> Pending | Outcome:
         try:
             payload = _ARGUMENTS.encode(arguments)
         except UnicodeEncodeError:
@@ -236,20 +205,28 @@ class ToolClient:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
         server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
-        pending = _Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, ended)
-        pending.limit_ms = limit_ms
-        head = CallHead(
-            call_id=pending.call_id,
-            caller=self._caller,
-            deadline_ns=pending.deadline_ns,
-            grant=grant,
-            confirmation=confirmation,
-        )
+        pending = Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, ended)
+        pending.limit_ms, pending.traceparent = limit_ms, context.traceparent
+        head = msgspec.structs.replace(context, call_id=pending.call_id, deadline_ns=pending.deadline_ns)
         self._waiting.add(pending)
         with self._lock:
             self._called.add(server)
         querier.get(payload, _HEAD.encode(head), lambda reply: self._on_reply(pending, reply))
+        if cancellation is not None:
+            cancellation.bind(lambda: self._cancel(pending, querier))
         return pending
+
+    def _cancel(self, pending: Pending, querier: Querier) -> None:
+        """End a call here, and tell its server."""
+        if pending.done or pending.collected:
+            return
+        pending.cancelled = True
+        querier.get(
+            b"",
+            _HEAD.encode(CallHead(call_id=pending.call_id, caller=self._caller, deadline_ns=0, cancels=True)),
+            _ignore,
+        )
+        pending.end(None)
 
     def _querier(self, tool: str) -> tuple[str, Querier] | None:
         known = self._queriers.get(tool)
@@ -276,7 +253,7 @@ class ToolClient:
         self._fetch(catalogue_key(self._vehicle), lambda: None, DISCOVERY_TIMEOUT_S)
         return self.catalogue()
 
-    def _on_reply(self, pending: _Pending, reply: Reply | None) -> None:
+    def _on_reply(self, pending: Pending, reply: Reply | None) -> None:
         if pending.done:
             return  # a tool has one server: its first reply is the answer
         now_ns = self._now_ns()
@@ -288,7 +265,7 @@ class ToolClient:
             return
         pending.end(reply)
 
-    def _collect(self, pending: _Pending) -> Outcome:
+    def _collect(self, pending: Pending) -> Outcome:
         while not pending.finished():
             try:  # a token for each of the batch's calls that has ended, whichever it was
                 pending.ended.get(timeout=max(0.0, pending.until_s - time.monotonic()))
@@ -305,10 +282,10 @@ class ToolClient:
             outcome = msgspec.structs.replace(
                 outcome, status="timeout", result=None, error="late by the modelled latency"
             )
-        self._record(pending.sent_ns, outcome)
+        self._record(pending.sent_ns, outcome, pending.traceparent)
         return outcome
 
-    def _outcome(self, pending: _Pending, reply: Reply | None, elapsed_ms: float, *, gone: bool = False) -> Outcome:
+    def _outcome(self, pending: Pending, reply: Reply | None, elapsed_ms: float, *, gone: bool = False) -> Outcome:
         base = Outcome(
             tool=pending.tool,
             status="timeout",
@@ -320,7 +297,8 @@ class ToolClient:
         if reply is None:
             if not gone:
                 return msgspec.structs.replace(base, error="no answer before the deadline")
-            return msgspec.structs.replace(base, status="unavailable", error="nobody answered: the server is gone")
+            why = CANCELLED if pending.cancelled else "nobody answered: the server is gone"
+            return msgspec.structs.replace(base, status="unavailable", error=why)
         return _with_error(base, reply.error) if reply.error is not None else _with_result(base, reply.payload or b"")
 
     def _without(self, tool: str, payload: bytes, error: str, status: CallStatus = "unavailable") -> Outcome:
@@ -328,7 +306,7 @@ class ToolClient:
         self._record(self._now_ns(), outcome)
         return outcome
 
-    def _record(self, sent_ns: int, outcome: Outcome) -> None:
+    def _record(self, sent_ns: int, outcome: Outcome, traceparent: str = "") -> None:
         self._log_call(
             CallRecord(
                 call_id=outcome.call_id,
@@ -341,8 +319,13 @@ class ToolClient:
                 arguments_sha256=outcome.arguments_sha256,
                 result_sha256=outcome.result_sha256,
                 error=outcome.error[:200],
+                traceparent=traceparent,
             )
         )
+
+
+def _ignore(_: Reply | None) -> None:
+    """What a cancelled call's server says of it."""
 
 
 def _with_error(base: Outcome, payload: bytes) -> Outcome:

@@ -4,6 +4,7 @@ import hashlib
 import logging
 import threading
 import time
+from collections import OrderedDict
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
@@ -18,6 +19,7 @@ from proto import PROTO_VERSION
 from proto.keys import catalogue_key, tool_key
 from proto.tools import (
     BUSY,
+    CANCELLED,
     DENIED,
     INTERNAL_ERROR,
     INVALID_PARAMS,
@@ -32,6 +34,9 @@ from proto.tools import (
 _HEAD = msgspec.msgpack.Decoder(CallHead)
 _ENCODER = msgspec.json.Encoder()
 CLOSE_GRACE_S = 2.0
+MOST_CANCELLED = 256
+MOST_TRACEPARENT = 55
+"""Characters, as W3C Trace Context has it."""
 Authorize = Callable[[Tool, CallHead, bytes], str]
 """Why a call of an actuation tool is refused; empty: it is allowed."""
 
@@ -65,6 +70,8 @@ class ToolServer:
         self._max_pending = max_pending + workers
         self._pending = 0
         self._lock = threading.Lock()
+        self._cancelled: OrderedDict[tuple[str, str], None] = OrderedDict()
+        """Caller and id of calls that were given up; those that came too late are forgotten in their turn."""
         self.served = 0
         self.refused = 0
 
@@ -112,6 +119,8 @@ class ToolServer:
         key = tool_key(self._vehicle, self._server, name)
 
         def receive(query: Query) -> None:
+            if not query.payload and self._cancels(query):
+                return
             with self._lock:
                 full = self._pending >= self._max_pending
                 self._pending += not full
@@ -122,6 +131,24 @@ class ToolServer:
                 self._jobs.put(lambda: self._work(tool, decoder, key, query))
 
         return receive
+
+    def _cancels(self, query: Query) -> bool:
+        """Whether it is the end of a call, which is noted."""
+        try:
+            head = _HEAD.decode(query.attachment)
+        except MALFORMED:
+            return False
+        if head.cancels:
+            with self._lock:
+                self._cancelled[head.caller, head.call_id] = None
+                while len(self._cancelled) > MOST_CANCELLED:
+                    self._cancelled.popitem(last=False)
+            query.drop()
+        return head.cancels
+
+    def _given_up(self, head: CallHead) -> bool:
+        with self._lock:
+            return (head.caller, head.call_id) in self._cancelled
 
     def _serve(self) -> None:
         while (job := self._jobs.get()) is not None:
@@ -152,10 +179,19 @@ class ToolServer:
             query.drop()  # the caller no longer waits: work past the deadline helps nobody
             self._record(head, tool, query, received_ns, "timeout", b"", "deadline passed before the work began")
             return
+        if self._given_up(head):
+            self.refused += 1
+            query.drop()
+            self._record(head, tool, query, received_ns, "unavailable", b"", f"{CANCELLED} before the work began")
+            return
         status, payload, error = self._run(tool, decoder, query)
         with self._lock:
             self.served += 1  # before the caller has the answer: what it counts then includes its own call
-        query.answer(key, payload)
+        if self._given_up(head):
+            query.drop()
+            error = error or f"{CANCELLED}; the work was done"
+        else:
+            query.answer(key, payload)
         self._record(head, tool, query, received_ns, status, payload, error)
 
     def _check(self, tool: Tool, query: Query) -> tuple[CallHead | None, tuple[int, str]]:
@@ -203,6 +239,7 @@ class ToolServer:
                 arguments_sha256=hashlib.sha256(query.payload).hexdigest(),
                 result_sha256=hashlib.sha256(result).hexdigest() if result else "",
                 error=error[:200],
+                traceparent=head.traceparent[:MOST_TRACEPARENT],
             )
         )
 

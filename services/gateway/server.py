@@ -13,6 +13,7 @@ from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
 from proto.tools import INVALID_PARAMS, Outcome, ToolEntry
+from services.gateway.calls import call
 from services.gateway.changes import RESOURCES, TOOLS, Changes
 from services.gateway.completion import Completion
 from services.gateway.drives import Drives
@@ -85,14 +86,12 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         tools = [as_tool(entry) for entry in offered.tools()]
         return types.ListToolsResult(tools=tools, ttl_ms=1000, cache_scope="private")
 
-    async def call_tool(_: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
+    async def call_tool(ctx: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
         entry = callable_tools(node).get(params.name)
         if entry is None:
             raise MCPError(INVALID_PARAMS, f"no tool {params.name[:80]!r}")
         limit_ms = entry.meta.deadline_ms + GRACE_MS
-        outcome = await anyio.to_thread.run_sync(
-            lambda: node.call(params.name, params.arguments or {}, deadline_ms=limit_ms)
-        )
+        outcome = await call(node, ctx, params.name, params.arguments or {}, limit_ms)
         result = as_result(outcome)
         if images:
             result.content += await anyio.to_thread.run_sync(picture_of, node, outcome)
