@@ -17,7 +17,7 @@ FUZZ_EXAMPLES ?= 75000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties fuzz stack chaos soak mutation bench evaluate clean
+.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -28,6 +28,7 @@ help:
 	@echo "make properties  the families of safety properties, 20,000 examples each"
 	@echo "make fuzz     every reader of foreign files on disturbed files, about an hour (FUZZ_EXAMPLES=3000 for less)"
 	@echo "make stack    whole processes and containers (needs a Docker engine for the latter), make chaos, make properties, make fuzz"
+	@echo "make conformance  the official conformance suite of MCP against the gateway (needs npm)"
 	@echo "make chaos    drives whose processes, network, disk, memory, files and clock fail (CHAOS_SEED=1)"
 	@echo "make soak     memory of each process over a drive of 30 minutes (ARGS='--minutes 15')"
 	@echo "make mutation what no test of the arbiter tells from a changed arbiter, all mutants (ARGS='--sample 30 --seed 7')"
@@ -87,6 +88,15 @@ stack: $(VENV)/.full
 	$(BIN)/pytest -m stack $(ARGS)
 	SAFETY_EXAMPLES=$(SAFETY_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) $(SAFETY)
 	FUZZ_EXAMPLES=$(FUZZ_EXAMPLES) $(BIN)/pytest $(SIDE_BY_SIDE) tests/fuzz
+
+# pinned by its lock; without npm the test is skipped, and says so
+.conformance/.made: tests/conformance/package.json tests/conformance/package-lock.json
+	@mkdir -p .conformance && cp $^ .conformance/
+	@if command -v npm >/dev/null; then npm --prefix .conformance ci --silent --no-audit --no-fund && touch $@; \
+		else echo "npm is not there: the conformance suite of MCP is skipped" >&2; fi
+
+conformance: $(VENV)/.full .conformance/.made
+	$(BIN)/pytest tests/conformance $(ARGS)
 
 chaos: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python

@@ -13,6 +13,7 @@ from mcp.server import ServerRequestContext
 from mcp.server.subscriptions import (
     InMemorySubscriptionBus,
     ListenHandler,
+    PromptsListChanged,
     ResourcesListChanged,
     ResourceUpdated,
     ServerEvent,
@@ -34,6 +35,7 @@ EVERY_S: dict[ServerEvent, float] = {
     ResourceUpdated(uri=ADVICE): 0.5,
     TOOLS: 1.0,
     RESOURCES: 1.0,
+    PromptsListChanged(): 1.0,
     ResourceUpdated(uri=HEALTH): 2.0,
     ResourceUpdated(uri=WORLD): 2.0,
 }

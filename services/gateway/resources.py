@@ -55,7 +55,12 @@ class Resources:
         ]
         names = await anyio.to_thread.run_sync(self._drives.names)
         found += [
-            types.Resource(uri=REPORT.replace("{id}", name), name=f"Report of drive {name}", mime_type=_HTML)
+            types.Resource(
+                uri=REPORT.replace("{id}", name),
+                name=f"Report of drive {name}",
+                description=_TEMPLATES[REPORT][1],
+                mime_type=_HTML,
+            )
             for name in names
         ]
         return types.ListResourcesResult(resources=found, ttl_ms=1000, cache_scope="private")
@@ -76,7 +81,8 @@ class Resources:
         """One resource. Raises MCPError."""
         address = parsed(params.uri)
         if address is None:
-            raise MCPError(INVALID_PARAMS, f"no resource {params.uri[:120]!r}; see resources/list and its templates")
+            shown = params.uri[:120]
+            raise MCPError(INVALID_PARAMS, f"no resource {shown!r}; see resources/list and templates", {"uri": shown})
         mime = _HTML if address.form == "report" else _JSON
         text = await anyio.to_thread.run_sync(self.text, address)
         content = types.TextResourceContents(uri=params.uri, mime_type=mime, text=text, _meta={"drivemcp/note": DATA})

@@ -102,6 +102,7 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         version="0.1.0",
         instructions=_INSTRUCTIONS,
         lifespan=changes.running,
+        get_tool_input_schema=lambda name: entry.inputSchema if (entry := callable_tools(node).get(name)) else None,
         on_list_tools=list_tools,
         on_call_tool=call_tool,
         on_list_resources=resources.listed,
