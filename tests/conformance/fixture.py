@@ -250,11 +250,8 @@ class Fixture:
             await anyio.sleep(0.05)
         return types.CallToolResult(content=[text("done")])
 
-    async def _reconnect(self, ctx: Context, _: Any) -> Any:
-        if ctx.close_sse_stream is not None:
-            await ctx.close_sse_stream()
-        await anyio.sleep(0.1)
-        return types.CallToolResult(content=[text("reconnected")])
+    async def _reconnect(self, _: Context, __: Any) -> Any:
+        return types.CallToolResult(content=[text("not closed: without stored events no stream is taken up again")])
 
     async def _need_sampling(self, ctx: Context, _: Any) -> Any:
         capabilities = ctx.session.client_capabilities
