@@ -1,4 +1,4 @@
-"""`python -m benchmarks [call|parallel|neighbours|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
+"""`python -m benchmarks [call|parallel|neighbours|gateway|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
 
 import argparse
 import sys
@@ -12,6 +12,7 @@ from benchmarks.diagnostics import diagnostics
 from benchmarks.drive import stages
 from benchmarks.figures import machine_now
 from benchmarks.footprint import footprint
+from benchmarks.gateway import gateway
 from benchmarks.neighbours import neighbours
 from benchmarks.report import report
 from benchmarks.subject import make_peers
@@ -21,6 +22,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "call": tool_call,
     "parallel": parallel,
     "neighbours": neighbours,
+    "gateway": gateway,
     "drive": stages,
     "can": can,
     "diagnostics": diagnostics,

@@ -22,7 +22,6 @@ from drivemcp.config import ServiceConfig
 from drivemcp.errors import MALFORMED, ContractError, LockstepError
 from drivemcp.tools.client import Ask, ToolClient
 from drivemcp.tools.definition import Tool
-from drivemcp.tools.pending import Cancellation
 from drivemcp.tools.server import Authorize, ToolServer
 from proto import topics
 from proto.health import ServiceHealth
@@ -241,18 +240,9 @@ class Node:
 
         return register
 
-    def call(
-        self,
-        tool: str,
-        arguments: Mapping[str, Any] | msgspec.Struct,
-        *,
-        deadline_ms: float,
-        traceparent: str = "",
-        cancellation: Cancellation | None = None,
-    ) -> Outcome:
+    def call(self, tool: str, arguments: Mapping[str, Any] | msgspec.Struct, *, deadline_ms: float) -> Outcome:
         """Call one tool by its bare name; never raises."""
-        asks = [(tool, arguments, deadline_ms)]
-        return self.client.call_all(asks, traceparent=traceparent, cancellation=cancellation)[0]
+        return self.client.call_all([(tool, arguments, deadline_ms)])[0]
 
     def call_all(self, asks: Iterable[Ask]) -> list[Outcome]:
         """Call several in parallel: (tool, arguments, deadline_ms) each; outcomes in the same order."""

@@ -51,7 +51,8 @@ def token_of(config: HttpConfig) -> str:
 def listen(config: HttpConfig) -> socket.socket:
     """A socket that listens. Raises ConfigError on a port that is taken."""
     family = socket.AF_INET6 if ":" in config.host else socket.AF_INET
-    listener = socket.socket(family, socket.SOCK_STREAM)
+    # named, or asyncio leaves Nagle's algorithm on: an answer in two parts then waits 40 ms for the client's acknowledgement
+    listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((config.host, config.port))

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -13,7 +14,7 @@ import msgspec
 
 from drivemcp.bus.session import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
-from drivemcp.tools.pending import Cancellation, Pending
+from drivemcp.tools.pending import Pending
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, is_chunk, tool_key
 from proto.services import OWNERS
@@ -101,27 +102,37 @@ class ToolClient:
         done.wait(timeout_s + 0.2)
         return self.catalogue()
 
-    def call_all(
-        self,
-        asks: Iterable[Ask],
-        *,
-        grant: str = "",
-        confirmation: str = "",
-        traceparent: str = "",
-        cancellation: Cancellation | None = None,
-    ) -> list[Outcome]:
+    def call_all(self, asks: Iterable[Ask], *, grant: str = "", confirmation: str = "") -> list[Outcome]:
         """Issue all calls, then collect: the slowest decides, each has its own deadline (ms). One outcome per ask, in order."""
         ended: SimpleQueue[None] = SimpleQueue()
-        context = CallHead(
-            call_id="",
-            caller=self._caller,
-            deadline_ns=0,
-            grant=grant,
-            confirmation=confirmation,
-            traceparent=traceparent,
-        )
-        started = [self._start(tool, arguments, limit, ended, context, cancellation) for tool, arguments, limit in asks]
-        return [self._collect(item) if isinstance(item, Pending) else item for item in started]
+        context = CallHead(call_id="", caller=self._caller, deadline_ns=0, grant=grant, confirmation=confirmation)
+        wake = partial(ended.put, None)
+        started = [self._start(tool, arguments, limit, wake, context) for tool, arguments, limit in asks]
+        return [self._collect(item, ended) if isinstance(item, Pending) else item for item in started]
+
+    def begin(
+        self,
+        tool: str,
+        arguments: Mapping[str, Any],
+        limit_ms: float,
+        wake: Callable[[], None],
+        *,
+        traceparent: str = "",
+    ) -> Pending | Outcome:
+        """For a caller with a loop of its own: one call, of a tool in the catalogue. `wake` is called, on the bus's thread, once it
+        has ended; then, or when its time is over, `finish` gives the outcome. An outcome at once: it could not be made.
+        """
+        context = CallHead(call_id="", caller=self._caller, deadline_ns=0, traceparent=traceparent)
+        return self._start(tool, arguments, limit_ms, wake, context)
+
+    def cancel(self, pending: Pending) -> None:
+        """End a call before its time, and tell its server; one that has ended is left alone."""
+        if pending.done or pending.collected:
+            return
+        pending.cancelled = True
+        head = CallHead(call_id=pending.call_id, caller=self._caller, deadline_ns=0, cancels=True)
+        self._queriers[pending.tool][1].get(b"", _HEAD.encode(head), _ignore)
+        pending.end(None)
 
     def late(self) -> list[Outcome]:
         """Replies that came after their deadline since the last look, with their age."""
@@ -192,9 +203,8 @@ class ToolClient:
         tool: str,
         arguments: Mapping[str, Any] | msgspec.Struct,
         limit_ms: float,
-        ended: "SimpleQueue[None]",
+        wake: Callable[[], None],
         context: CallHead,
-        cancellation: Cancellation | None,
     ) -> Pending | Outcome:
         try:
             payload = _ARGUMENTS.encode(arguments)
@@ -205,28 +215,14 @@ class ToolClient:
             return self._without(tool, payload, f"no server offers the tool {tool!r}")
         server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
-        pending = Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, ended)
+        pending = Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, wake)
         pending.limit_ms, pending.traceparent = limit_ms, context.traceparent
         head = msgspec.structs.replace(context, call_id=pending.call_id, deadline_ns=pending.deadline_ns)
         self._waiting.add(pending)
         with self._lock:
             self._called.add(server)
         querier.get(payload, _HEAD.encode(head), lambda reply: self._on_reply(pending, reply))
-        if cancellation is not None:
-            cancellation.bind(lambda: self._cancel(pending, querier))
         return pending
-
-    def _cancel(self, pending: Pending, querier: Querier) -> None:
-        """End a call here, and tell its server."""
-        if pending.done or pending.collected:
-            return
-        pending.cancelled = True
-        querier.get(
-            b"",
-            _HEAD.encode(CallHead(call_id=pending.call_id, caller=self._caller, deadline_ns=0, cancels=True)),
-            _ignore,
-        )
-        pending.end(None)
 
     def _querier(self, tool: str) -> tuple[str, Querier] | None:
         known = self._queriers.get(tool)
@@ -265,12 +261,16 @@ class ToolClient:
             return
         pending.end(reply)
 
-    def _collect(self, pending: Pending) -> Outcome:
+    def _collect(self, pending: Pending, ended: "SimpleQueue[None]") -> Outcome:
         while not pending.finished():
             try:  # a token for each of the batch's calls that has ended, whichever it was
-                pending.ended.get(timeout=max(0.0, pending.until_s - time.monotonic()))
+                ended.get(timeout=max(0.0, pending.until_s - time.monotonic()))
             except Empty:
                 break
+        return self.finish(pending)
+
+    def finish(self, pending: Pending) -> Outcome:
+        """The outcome now: of a call that has not ended its deadline is over."""
         done, pending.collected = pending.done, True
         self._waiting.discard(pending)
         elapsed_ms = (self._now_ns() - pending.sent_ns) / 1e6

@@ -1,11 +1,9 @@
-"""Calls under way, and what ends them before their time."""
+"""A call under way."""
 
 import itertools
-import threading
 import time
 import uuid
 from collections.abc import Callable
-from queue import SimpleQueue
 from typing import Any
 
 from drivemcp.bus.session import Reply
@@ -24,7 +22,6 @@ class Pending:
         "collected",
         "deadline_ns",
         "done",
-        "ended",
         "limit_ms",
         "payload",
         "reply",
@@ -33,6 +30,7 @@ class Pending:
         "tool",
         "traceparent",
         "until_s",
+        "wake",
     )
 
     def __init__(
@@ -43,7 +41,7 @@ class Pending:
         payload: bytes,
         sent_ns: int,
         deadline_ms: float,
-        ended: SimpleQueue[None],
+        wake: Callable[[], None],
     ) -> None:
         self.tool = tool
         self.server = server
@@ -53,7 +51,7 @@ class Pending:
         self.sent_ns = sent_ns
         self.deadline_ns = self.sent_ns + int(deadline_ms * 1e6)
         self.until_s = time.monotonic() + deadline_ms / 1e3  # the same for our own wait, whatever becomes of the clock
-        self.ended = ended
+        self.wake = wake
         self.reply: Reply | None = None
         self.done = False
         self.collected = False
@@ -66,32 +64,8 @@ class Pending:
         """The answer is in, or there will be none."""
         self.reply = reply
         self.done = True
-        self.ended.put(None)
+        self.wake()
 
     def finished(self) -> bool:
         """Whether `end` was called, on the bus's thread."""
         return self.done
-
-
-class Cancellation:
-    """Ends the calls that it was given to, from any thread; those that have ended are left alone."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._cancelled = False
-        self._ends: list[Callable[[], None]] = []
-
-    def cancel(self) -> None:
-        """End them, and those that are still to come."""
-        with self._lock:
-            self._cancelled, ends, self._ends = True, self._ends, []
-        for end in ends:
-            end()
-
-    def bind(self, end: Callable[[], None]) -> None:
-        """What ends one call."""
-        with self._lock:
-            if not self._cancelled:
-                self._ends.append(end)
-                return
-        end()

@@ -13,7 +13,7 @@ from proto.tools import Outcome
 MOST_BYTES = 200_000
 PICTURE_MS = 1500.0
 Which = Mapping[str, int]
-_PICTURED: Mapping[str, Callable[[Any], Which]] = {
+PICTURED: Mapping[str, Callable[[Any], Which]] = {
     "describe_scene": lambda result: {"frame": result["graph"]["frame"]},
     "ask_scene": lambda result: {"frame": result["frame"]},
     "explain_decision": lambda result: {"tick": result["tick"]},
@@ -23,7 +23,7 @@ _PICTURED: Mapping[str, Callable[[Any], Which]] = {
 
 def picture_of(node: Node, outcome: Outcome) -> list[types.ContentBlock]:
     """The picture, or nothing: where the tool has none, or it is no longer kept. Blocks."""
-    which = _PICTURED.get(outcome.tool)
+    which = PICTURED.get(outcome.tool)
     if which is None or not outcome.ok:
         return []
     try:

@@ -17,7 +17,7 @@ from services.gateway.calls import call
 from services.gateway.changes import RESOURCES, TOOLS, Changes
 from services.gateway.completion import Completion
 from services.gateway.drives import Drives
-from services.gateway.images import picture_of
+from services.gateway.images import PICTURED, picture_of
 from services.gateway.offered import Offered, callable_tools
 from services.gateway.prompts import Prompts
 from services.gateway.resources import Resources
@@ -93,7 +93,7 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         limit_ms = entry.meta.deadline_ms + GRACE_MS
         outcome = await call(node, ctx, params.name, params.arguments or {}, limit_ms)
         result = as_result(outcome)
-        if images:
+        if images and params.name in PICTURED:
             result.content += await anyio.to_thread.run_sync(picture_of, node, outcome)
         return result
 
@@ -102,7 +102,9 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         version="0.1.0",
         instructions=_INSTRUCTIONS,
         lifespan=changes.running,
-        get_tool_input_schema=lambda name: entry.inputSchema if (entry := callable_tools(node).get(name)) else None,
+        get_tool_input_schema=lambda _: (
+            None
+        ),  # no tool asks for an argument in a header; looking for one took a tenth of a call
         on_list_tools=list_tools,
         on_call_tool=call_tool,
         on_list_resources=resources.listed,

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 
 import msgspec
 
@@ -10,7 +11,7 @@ from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import Collected, bus
-from drivemcp.tools.pending import Cancellation
+from drivemcp.tools.pending import Pending
 from proto import topics
 from proto.tools import CallHead, CallRecord, CallRecords
 
@@ -47,31 +48,26 @@ def _records(calls: Collected[CallRecords], side: str, count: int) -> list[CallR
     return found()
 
 
+def _begun(caller: Node, wake: Callable[[], None] = lambda: None) -> Pending:
+    begun = caller.client.begin("slow", {}, 60_000, wake, traceparent=TRACE)
+    assert isinstance(begun, Pending)
+    return begun
+
+
 def test_a_cancelled_call_ends_at_once_and_what_still_waits_is_never_run() -> None:
-    slow = Slow()
+    slow, woken = Slow(), threading.Semaphore(0)
     with bus() as b:
         b.start(slow.service, ServiceConfig(tool_workers=1))
         calls = b.collect(topics.CALLS)
         caller = b.node("orchestrator")
         caller.client.discover()
-        running, waiting = Cancellation(), Cancellation()
-        outcomes = {}
-
-        def call(name: str, cancellation: Cancellation) -> None:
-            outcomes[name] = caller.call("slow", {}, deadline_ms=60_000, traceparent=TRACE, cancellation=cancellation)
-
-        threads = [threading.Thread(target=call, args=each) for each in (("running", running), ("waiting", waiting))]
-        threads[0].start()
+        running = _begun(caller, woken.release)
         assert slow.begun.acquire(timeout=10.0)
-        threads[1].start()
-        assert wait_settled(lambda: len(caller.client._waiting) == 2, 10.0)
-        begun_s = time.monotonic()
-        running.cancel()
-        waiting.cancel()
-        for thread in threads:
-            thread.join(10.0)
-        assert time.monotonic() - begun_s < 10.0, "neither waited for its deadline"
-        for outcome in outcomes.values():
+        waiting = _begun(caller, woken.release)
+        for pending in (running, waiting):
+            caller.client.cancel(pending)
+            assert woken.acquire(timeout=10.0)
+            outcome = caller.client.finish(pending)
             assert (outcome.status, outcome.error) == ("unavailable", "cancelled by the caller")
         slow.go.set()
         ran, dropped = sorted(_records(calls, "server", 2), key=lambda each: each.status)
@@ -81,17 +77,16 @@ def test_a_cancelled_call_ends_at_once_and_what_still_waits_is_never_run() -> No
         assert caller.call("slow", {}, deadline_ms=5000).result == {"runs": 2}
 
 
-def test_what_is_cancelled_beforehand_is_not_waited_for_and_what_is_over_stays_as_it_is() -> None:
-    slow = Slow()
+def test_what_is_over_stays_as_it_is() -> None:
+    slow, woken = Slow(), threading.Event()
     slow.go.set()
     with bus() as b:
         b.start(slow.service)
-        before, after = Cancellation(), Cancellation()
-        before.cancel()
         b.probe.client.discover()
-        assert b.probe.call("slow", {}, deadline_ms=60_000, cancellation=before).status == "unavailable"
-        assert b.probe.call("slow", {}, deadline_ms=5000, cancellation=after).ok
-        after.cancel()
+        begun = _begun(b.probe, woken.set)
+        assert woken.wait(10.0)
+        b.probe.client.cancel(begun)
+        assert b.probe.client.finish(begun).result == {"runs": 1}
         assert b.probe.call("slow", {}, deadline_ms=5000).ok
 
 

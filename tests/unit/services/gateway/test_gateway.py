@@ -17,6 +17,7 @@ from drivemcp.bus.session import wait_settled
 from drivemcp.config import ServiceConfig
 from drivemcp.errors import ConfigError, ToolFailed
 from drivemcp.http.limits import FREE_TRIES, LONGEST_WAIT_S, MOST_ADDRESSES, BackOff
+from drivemcp.http.serving import listen
 from drivemcp.node import Node
 from drivemcp.service import Service
 from drivemcp.testing import TestBus, bus
@@ -108,6 +109,13 @@ def test_a_taken_port_is_told_in_one_line(running: tuple[TestBus, Node]) -> None
     port = int(running[1].detail["mcp"].rsplit(":", 1)[1].split("/")[0])
     with pytest.raises(ConfigError, match=f"port {port}"):
         running[0].start(SERVICE, GatewayConfig(port=port))
+
+
+def test_no_answer_waits_for_an_acknowledgement() -> None:
+    with listen(GatewayConfig()) as listener, socket.create_connection(listener.getsockname()):
+        accepted, _ = listener.accept()
+        with accepted:
+            assert accepted.proto == socket.IPPROTO_TCP, "asyncio switches Nagle's algorithm off on such sockets alone"
 
 
 TOKEN = "a-token-of-enough-length"
