@@ -11,7 +11,17 @@ from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
 from proto.tools import INTERNAL_ERROR, INVALID_PARAMS, Outcome
-from services.gateway.addresses import ADVICE, CITATION, DECISION, HEALTH, REPORT, WORLD, Address, parsed
+from services.gateway.addresses import (
+    ADVICE,
+    CITATION,
+    DECISION,
+    HEALTH,
+    REPORT,
+    WORLD,
+    Address,
+    citation_address,
+    parsed,
+)
 from services.gateway.drives import NO_REPORT, Drives
 from services.gateway.seen import Seen
 
@@ -112,7 +122,14 @@ class Resources:
                 return {"health": self._asked("vehicle_health", {})}
             case _, uri if uri == WORLD:
                 return self._world()
-        messages = [{"age_s": each.age_s, "advice": each.message} for each in self._seen.messages()]
+        messages = [
+            {
+                "age_s": each.age_s,
+                "advice": each.message,
+                "cited": [citation_address(cited.document, cited.start) for cited in each.message.citations],
+            }
+            for each in self._seen.messages()
+        ]
         return {"last": messages[0] if messages else None, "before": messages[1:], "tick": self._seen.tick()}
 
     def _world(self) -> Mapping[str, Any]:

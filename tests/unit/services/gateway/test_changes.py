@@ -13,7 +13,9 @@ from mcp.shared.exceptions import MCPError
 from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
+from services.gateway import older_sessions
 from services.gateway.changes import EVERY_S, MOST_ADDRESSES, MOST_STREAMS, Changes
+from services.gateway.older_sessions import OlderSessions
 from tests.unit.services.gateway.conftest import Running
 
 ADVICE, WORLD = "drivemcp://advice/last", "drivemcp://world"
@@ -146,3 +148,37 @@ def test_streams_are_bounded(running: Running) -> None:
                 group.cancel_scope.cancel()
 
     anyio.run(talk)
+
+
+class Stuck:
+    """A session whose client takes nothing."""
+
+    async def send_tool_list_changed(self) -> None:
+        """Never ends."""
+        await anyio.sleep_forever()
+
+
+class Taking:
+    """A session whose client takes everything."""
+
+    def __init__(self) -> None:
+        self.taken = 0
+
+    async def send_tool_list_changed(self) -> None:
+        """Counts."""
+        self.taken += 1
+
+
+def test_a_session_that_takes_nothing_holds_up_no_other_and_is_sent_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(older_sessions, "SEND_S", 0.05)
+    sessions, taking = OlderSessions(), Taking()
+    known: Any = sessions._known
+    known["stuck"], known["taking"] = (Stuck(), set()), (taking, set())
+
+    async def talk() -> None:
+        with anyio.fail_after(WAIT_S):
+            await sessions.send(ToolsListChanged())
+            await sessions.send(ToolsListChanged())
+
+    anyio.run(talk)
+    assert (set(known), taking.taken) == ({"taking"}, 2)

@@ -13,6 +13,7 @@ from mcp import types
 from mcp.client.client import Client
 from mcp.shared.exceptions import MCPError
 
+from proto.rules import Citation
 from services.gateway.addresses import parsed
 from services.gateway.drives import Drives
 from services.gateway.prompts import PROMPTS
@@ -38,7 +39,8 @@ def test_every_resource_is_listed_and_read(running: Running, era: str) -> None:
     drive(running.drives, "monday")
     running.believe(3)
     running.advise(directive="Slow to 80", tick=6)
-    running.advise(directive="Slow to 60", tick=7)
+    citation = Citation(document="TEST-v1/sources/law.en.md", start=120, end=130, excerpt="", section="1")
+    running.advise(directive="Slow to 60", tick=7, citations=(citation,))
     running.advise(kind="SILENT", tick=8)
 
     async def talk() -> None:
@@ -57,6 +59,7 @@ def test_every_resource_is_listed_and_read(running: Running, era: str) -> None:
             assert advice["last"]["advice"]["directive"] == "Slow to 60"
             assert [each["advice"]["directive"] for each in advice["before"]] == ["Slow to 80"]
             assert advice["tick"] == 8
+            assert advice["last"]["cited"] == ["rulepack://TEST-v1/sources/law.en.md#120"]
             assert (await read(client, "drivemcp://vehicle/health"))["health"] == {"h": 0.0}
             assert (await read(client, "drivemcp://decision/7"))["decision"]["kind"] == "SPEAK"
             assert await read(client, "drivemcp://drives/monday/report") == "<html>the drive</html>"
