@@ -24,7 +24,13 @@ class BusError(DriveMcpError, ConnectionError):
 
 
 class ToolFailed(DriveMcpError, RuntimeError):
-    """Raised by a tool that cannot answer: what, and what to do. Becomes a result with `isError`."""
+    """Raised by a tool that cannot answer: what, which argument, and what to do. Becomes a result with `isError`."""
+
+    def __init__(self, problem: str, *, field: str = "", do: str = "") -> None:
+        """`field`: the argument that caused it, by its path; `do`: what the caller may do about it."""
+        super().__init__(problem)
+        self.field = field
+        self.do = do
 
 
 class ContractError(DriveMcpError, TypeError):

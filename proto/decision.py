@@ -224,7 +224,9 @@ class Feedback(msgspec.Struct, frozen=True, kw_only=True):
 
 Part = Annotated[
     str,
-    msgspec.Meta(pattern=r"^([A-Z]{3}-[A-Z0-9]{1,3})?$", description="a part of a country, as USA-TX; empty: unknown"),
+    msgspec.Meta(
+        pattern=r"^([A-Z]{3}-[A-Z0-9]{1,3})?$", description="a part of a country; empty: unknown", examples=["USA-TX"]
+    ),
 ]
 
 

@@ -23,7 +23,7 @@ VehicleClass = Literal[
 MonthDay = Annotated[
     str,
     msgspec.Meta(
-        pattern=r"^(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$", description="for example 11-15", examples=["11-15"]
+        pattern=r"^(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$", description="month and day", examples=["11-15"]
     ),
 ]
 
@@ -54,13 +54,17 @@ class PlaceName(msgspec.Struct, frozen=True, kw_only=True):
 class PostedLimit(msgspec.Struct, frozen=True, kw_only=True):
     """A limit as a sign shows it, and how it was seen."""
 
-    value: float
-    unit: Unit
-    scope: Scope = "permanent"
-    confidence: float = 1.0
-    plates: tuple[str, ...] = ()
-    reading: str = ""
-    age_s: float = 0.0
+    value: Annotated[float, msgspec.Meta(ge=0.0, description="number on the sign, in its unit", examples=[80])]
+    unit: Annotated[Unit, msgspec.Meta(description="unit of the number on the sign")]
+    scope: Annotated[Scope, msgspec.Meta(description="where or when it holds")] = "permanent"
+    confidence: Annotated[
+        float, msgspec.Meta(ge=0.0, description="probability of the reading, 0 to 1", examples=[0.9])
+    ] = 1.0
+    plates: Annotated[
+        tuple[str, ...], msgspec.Meta(description="plates below it, as read", examples=[["22-06 h"]])
+    ] = ()
+    reading: Annotated[str, msgspec.Meta(description="sign code as read", examples=["limit:80"])] = ""
+    age_s: Annotated[float, msgspec.Meta(description="time since it was passed, s", examples=[12.0])] = 0.0
 
 
 class Situation(msgspec.Struct, frozen=True, kw_only=True):
@@ -70,51 +74,71 @@ class Situation(msgspec.Struct, frozen=True, kw_only=True):
     licence, no street lamps outside towns. Null says that they are unknown.
     """
 
-    jurisdiction: Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3 code, for example DEU")] = None
-    road_type: Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"] | None = None
-    vehicle_class: VehicleClass | None = "car"
-    posted: tuple[PostedLimit, ...] = ()
-    ended: tuple[str, ...] = ()
-    wet: bool | None = None
-    visibility_m: float | None = None
-    snow: bool | None = None
-    time_of_day_h: float | None = None
+    jurisdiction: Annotated[
+        str | None, msgspec.Meta(description="country, ISO 3166 alpha-3, or a part of one", examples=["DEU"])
+    ] = None
+    road_type: Annotated[
+        Literal["urban", "rural", "motorway", "dual_carriageway", "living_street", "expressway"] | None,
+        msgspec.Meta(description="what kind of road this is"),
+    ] = None
+    vehicle_class: Annotated[VehicleClass | None, msgspec.Meta(description="class of the vehicle; null: unknown")] = (
+        "car"
+    )
+    posted: Annotated[tuple[PostedLimit, ...], msgspec.Meta(description="limits that signs show here")] = ()
+    ended: Annotated[
+        tuple[str, ...], msgspec.Meta(description="signs that ended limits", examples=[["limit_end:80"]])
+    ] = ()
+    wet: Annotated[bool | None, msgspec.Meta(description="the road is wet")] = None
+    visibility_m: Annotated[float, msgspec.Meta(ge=0.0, description="how far one sees, m", examples=[150.0])] | None = (
+        None
+    )
+    snow: Annotated[bool | None, msgspec.Meta(description="it snows, or snow lies")] = None
+    time_of_day_h: (
+        Annotated[float, msgspec.Meta(ge=0.0, le=24.0, description="local time, h", examples=[22.5])] | None
+    ) = None
     day: MonthDay | None = None
-    zone: float | None = None
-    road_name: str | None = None
-    """As signs number it, for example `A 10`."""
-    lit: bool | None = False
-    """Street lamps stand along the road."""
-    divided: bool | None = None
-    """Something built separates the two directions."""
-    snow_chains: bool | None = False
-    novice: bool | None = False
-    """The driver's licence is probationary, or the driver is a learner."""
-    electric: bool | None = None
-    """Driven by electricity or a fuel cell alone, and marked so as the country asks."""
-    plate_100: bool | None = None
-    """The vehicle or its trailer is approved for 100 km/h and bears the plate."""
-    mass_t: float | None = None
-    """Permissible mass in tonnes; so are the next two."""
-    trailer_t: float | None = None
-    combination_t: float | None = None
-    segment_id: str = ""
-    candidates: tuple[Candidate, ...] = ()
-    language: str = "en"
-    home_unit: Unit = "km/h"
+    zone: (
+        Annotated[float, msgspec.Meta(ge=0.0, description="speed of the zone, country's unit", examples=[30])] | None
+    ) = None
+    road_name: Annotated[str | None, msgspec.Meta(description="number of the road on signs", examples=["A 10"])] = None
+    lit: Annotated[bool | None, msgspec.Meta(description="street lamps stand along the road; null: unknown")] = False
+    divided: Annotated[bool | None, msgspec.Meta(description="something built separates the two directions")] = None
+    snow_chains: Annotated[bool | None, msgspec.Meta(description="chains are on; null: unknown")] = False
+    novice: Annotated[bool | None, msgspec.Meta(description="learner or probationary licence; null: unknown")] = False
+    electric: Annotated[
+        bool | None, msgspec.Meta(description="driven by electricity or a fuel cell alone, and marked so")
+    ] = None
+    plate_100: Annotated[
+        bool | None, msgspec.Meta(description="vehicle or trailer is approved for 100 km/h and bears the plate")
+    ] = None
+    mass_t: Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass, t", examples=[3.5])] | None = None
+    trailer_t: (
+        Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of the trailer, t", examples=[0.75])] | None
+    ) = None
+    combination_t: (
+        Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of both, t", examples=[4.25])] | None
+    ) = None
+    segment_id: Annotated[str, msgspec.Meta(description="map segment of the road", examples=["s12"])] = ""
+    candidates: Annotated[tuple[Candidate, ...], msgspec.Meta(description="readings of a sign that is in doubt")] = ()
+    language: Annotated[str, msgspec.Meta(description="the answer's language", examples=["de"])] = "en"
+    home_unit: Annotated[Unit, msgspec.Meta(description="the driver's unit")] = "km/h"
 
 
 class VehicleFacts(msgspec.Struct, frozen=True, kw_only=True):
     """What stays as it is over a drive and limits hang on: the car, its trailer, its driver. The fields are those of `Situation`."""
 
-    vehicle_class: VehicleClass = "car"
-    snow_chains: bool = False
-    novice: bool = False
-    electric: bool = False
-    plate_100: bool = False
-    mass_t: float | None = None
-    trailer_t: float | None = None
-    combination_t: float | None = None
+    vehicle_class: Annotated[VehicleClass, msgspec.Meta(description="class of the vehicle")] = "car"
+    snow_chains: Annotated[bool, msgspec.Meta(description="chains are on")] = False
+    novice: Annotated[bool, msgspec.Meta(description="learner or probationary licence")] = False
+    electric: Annotated[bool, msgspec.Meta(description="electric or fuel cell alone, and marked so")] = False
+    plate_100: Annotated[bool, msgspec.Meta(description="approved for 100 km/h, with the plate")] = False
+    mass_t: Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass, t", examples=[3.5])] | None = None
+    trailer_t: (
+        Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of the trailer, t", examples=[0.75])] | None
+    ) = None
+    combination_t: (
+        Annotated[float, msgspec.Meta(ge=0.0, description="permissible mass of both, t", examples=[4.25])] | None
+    ) = None
 
 
 class Citation(msgspec.Struct, frozen=True, kw_only=True):
@@ -204,14 +228,21 @@ Light = Literal["red", "red_amber", "amber", "green", "off", "amber_flashing", "
 class RightOfWayQuestion(msgspec.Struct, frozen=True, kw_only=True):
     """A junction as seen: signs and light that face the ego, what the ego does there, and whether there are other road users."""
 
-    jurisdiction: str | None = None
-    signs: tuple[str, ...] = ()
-    light: Light | None = None
-    """`green_arrow`: one that points the ego's way."""
-    circumstances: tuple[Circumstance, ...] = ()
-    pedestrians_on_crossing: bool | None = None
-    traffic_from_priority_side: bool | None = None
-    language: str = "en"
+    jurisdiction: Annotated[str | None, msgspec.Meta(description="country, ISO 3166 alpha-3", examples=["DEU"])] = None
+    signs: Annotated[
+        tuple[str, ...], msgspec.Meta(description="codes of the signs that face the ego", examples=[["yield"]])
+    ] = ()
+    light: Annotated[Light | None, msgspec.Meta(description="light for the ego; green_arrow points the ego's way")] = (
+        None
+    )
+    circumstances: Annotated[
+        tuple[Circumstance, ...], msgspec.Meta(description="what the ego does or meets", examples=[["turning_left"]])
+    ] = ()
+    pedestrians_on_crossing: Annotated[bool | None, msgspec.Meta(description="somebody is on the crossing")] = None
+    traffic_from_priority_side: Annotated[
+        bool | None, msgspec.Meta(description="somebody comes from the side that goes first")
+    ] = None
+    language: Annotated[str, msgspec.Meta(description="the answer's language", examples=["de"])] = "en"
 
 
 class RulepackInfo(msgspec.Struct, frozen=True, kw_only=True):

@@ -1,6 +1,6 @@
 """What the vision-language front end publishes: typed facts and the GVQA graph."""
 
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 
@@ -15,8 +15,8 @@ Scope = Literal["permanent", "gantry", "when_wet", "zone", "end", "temporary"]
 class Candidate(msgspec.Struct, frozen=True, kw_only=True):
     """One possible reading."""
 
-    reading: str
-    confidence: float
+    reading: Annotated[str, msgspec.Meta(description="sign code as read", examples=["limit:60"])]
+    confidence: Annotated[float, msgspec.Meta(ge=0.0, description="probability, 0 to 1", examples=[0.4])]
 
 
 class Fact(msgspec.Struct, frozen=True, kw_only=True):

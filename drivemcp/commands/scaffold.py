@@ -61,12 +61,17 @@ def advise(rain_mm_h: float | None) -> Advice:
 ''',
     "$package/service.py": '''"""Binds the $name expert to the bus; decides nothing."""
 
+from typing import Annotated
+
+import msgspec
 from $package.advice import Advice, advise
 
 from drivemcp.config import ServiceConfig
 from drivemcp.node import Node
 from drivemcp.service import Service
 from proto.tools import Effect
+
+Rain = Annotated[float, msgspec.Meta(ge=0.0, description="rain, mm/h", examples=[4.0])]
 
 
 def build(config: ServiceConfig, node: Node) -> None:
@@ -77,7 +82,7 @@ def build(config: ServiceConfig, node: Node) -> None:
         answers=("low_friction", "speed_limit_change"),
         effect=Effect(speed_factor_field="speed_factor", text_field="reason"),
     )
-    def assess_$name(rain_mm_h: float | None = None) -> Advice:
+    def assess_$name(rain_mm_h: Rain | None = None) -> Advice:
         """How much slower to drive, in the eyes of the $name expert."""
         return advise(rain_mm_h)
 

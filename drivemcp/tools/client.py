@@ -15,6 +15,7 @@ import msgspec
 from drivemcp.bus.session import Bus, Querier, Reply
 from drivemcp.errors import MALFORMED
 from drivemcp.tools.pending import Pending
+from drivemcp.tools.refusal import refusal, unknown_tool
 from proto import PROTO_VERSION
 from proto.keys import alive_key, catalogue_key, is_chunk, tool_key
 from proto.services import OWNERS
@@ -209,10 +210,11 @@ class ToolClient:
         try:
             payload = _ARGUMENTS.encode(arguments)
         except UnicodeEncodeError:
-            return self._without(tool, b"", f"arguments of {tool}: a text in them is no Unicode", "protocol_error")
+            why = refusal(f"arguments of {tool}: a text in them is no Unicode", do="leave out lone surrogates")
+            return self._without(tool, b"", why, "protocol_error")
         found = self._querier(tool)
         if found is None:
-            return self._without(tool, payload, f"no server offers the tool {tool!r}")
+            return self._without(tool, payload, unknown_tool(tool, tuple(self.catalogue())))
         server, querier = found
         wall_ms = LOCKSTEP_BOUND_MS if self._modelled_ms is not None else limit_ms
         pending = Pending(tool, server, arguments, payload, self._now_ns(), wall_ms, wake)

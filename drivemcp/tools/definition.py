@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from drivemcp.errors import ContractError
+from drivemcp.tools.schema import argument_schema
 from proto import PROTO_VERSION
 from proto.keys import chunk
 from proto.services import RESERVED
@@ -54,7 +55,7 @@ def define(
         name=tool_name,
         title=title or tool_name.replace("_", " "),
         description=description,
-        inputSchema=object_schema(arguments),
+        inputSchema=argument_schema(arguments),
         outputSchema=object_schema(hints["return"]),
         annotations={
             "readOnlyHint": capability == "context" if read_only is None else read_only,

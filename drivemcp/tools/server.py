@@ -12,9 +12,10 @@ from typing import Any
 import msgspec
 
 from drivemcp.bus.session import Bus, Query
-from drivemcp.choices import explained
 from drivemcp.errors import MALFORMED, ContractError, ToolFailed
+from drivemcp.tools.arguments import ArgumentDecoder, ArgumentsRefused
 from drivemcp.tools.definition import Tool, as_object, define
+from drivemcp.tools.refusal import SEE_TEXT, refusal
 from proto import PROTO_VERSION
 from proto.keys import catalogue_key, tool_key
 from proto.tools import (
@@ -63,7 +64,7 @@ class ToolServer:
         self._authorize = authorize
         self._logger = logger
         self._tools: dict[str, Tool] = {}
-        self._decoders: dict[str, msgspec.json.Decoder[Any]] = {}
+        self._decoders: dict[str, ArgumentDecoder] = {}
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._workers = workers
         self._threads: list[threading.Thread] = []
@@ -81,7 +82,7 @@ class ToolServer:
         if tool.entry.name in self._tools:
             raise ContractError(f"tool {tool.entry.name!r} is defined twice in {self._server!r}")
         self._tools[tool.entry.name] = tool
-        self._decoders[tool.entry.name] = msgspec.json.Decoder(tool.arguments)
+        self._decoders[tool.entry.name] = ArgumentDecoder(tool)
         return tool
 
     @property
@@ -126,7 +127,7 @@ class ToolServer:
                 self._pending += not full
             if full:
                 self.refused += 1
-                self._refuse(query, BUSY, f"{name} is busy: its queue is full")
+                self._refuse(query, BUSY, refusal(f"{name} is busy: its queue is full", do="call again in a second"))
             else:
                 self._jobs.put(lambda: self._work(tool, decoder, key, query))
 
@@ -157,17 +158,17 @@ class ToolServer:
     def _refuse(self, query: Query, code: int, message: str) -> None:
         query.refuse(_ENCODER.encode(ProtocolError(code=code, message=message)))
 
-    def _work(self, tool: Tool, decoder: msgspec.json.Decoder[Any], key: str, query: Query) -> None:
+    def _work(self, tool: Tool, decoder: ArgumentDecoder, key: str, query: Query) -> None:
         try:
             self._answer(tool, decoder, key, query)
         except Exception:
             self._logger.exception("tool %s broke outside its function", tool.entry.name)
-            self._refuse(query, INTERNAL_ERROR, f"{tool.entry.name} failed inside the server")
+            self._refuse(query, INTERNAL_ERROR, self._broke(f"{tool.entry.name} failed inside the server"))
         finally:
             with self._lock:
                 self._pending -= 1
 
-    def _answer(self, tool: Tool, decoder: msgspec.json.Decoder[Any], key: str, query: Query) -> None:
+    def _answer(self, tool: Tool, decoder: ArgumentDecoder, key: str, query: Query) -> None:
         received_ns = time.time_ns()
         head, problem = self._check(tool, query)
         if head is None:
@@ -198,31 +199,34 @@ class ToolServer:
         try:
             head = _HEAD.decode(query.attachment)
         except MALFORMED as error:
-            return None, (INVALID_PARAMS, f"no valid call head in the attachment: {error}")
+            why = refusal(f"no valid call head in the attachment: {error}", do="attach a CallHead of proto/tools.py")
+            return None, (INVALID_PARAMS, why)
         if head.proto_major != PROTO_VERSION[0]:
-            return None, (
-                INVALID_PARAMS,
-                f"caller {head.caller!r} speaks message version {head.proto_major}, this server {PROTO_VERSION[0]}",
-            )
+            why = f"caller {head.caller!r} speaks message version {head.proto_major}, this server {PROTO_VERSION[0]}"
+            return None, (INVALID_PARAMS, refusal(why, do="install the same version of both"))
         if tool.entry.meta.callers and head.caller not in tool.entry.meta.callers:
-            return None, (DENIED, f"{tool.entry.name} is for {', '.join(tool.entry.meta.callers)} alone")
+            why = f"{tool.entry.name} is for {', '.join(tool.entry.meta.callers)} alone"
+            return None, (DENIED, refusal(why, do="do without it"))
         if tool.entry.meta.capability == "actuation" and (why := self._authorize(tool, head, query.payload)):
-            return None, (DENIED, f"{tool.entry.name} is refused: {why}")
+            return None, (DENIED, refusal(f"{tool.entry.name} is refused: {why}", do="get a grant, then confirm"))
         return head, (0, "")
 
-    def _run(self, tool: Tool, decoder: msgspec.json.Decoder[Any], query: Query) -> tuple[CallStatus, bytes, str]:
+    def _run(self, tool: Tool, decoder: ArgumentDecoder, query: Query) -> tuple[CallStatus, bytes, str]:
         try:
             arguments = decoder.decode(query.payload or b"{}")
-        except MALFORMED as error:
-            return _failure(f"arguments of {tool.entry.name}: {explained(error, tool.arguments)}")
+        except ArgumentsRefused as error:
+            return _failure(str(error))
         try:
             result = tool.run(arguments)
         except ToolFailed as error:
-            return _failure(str(error))
+            return _failure(refusal(str(error), field=error.field, do=error.do or SEE_TEXT))
         except Exception as error:
             self._logger.exception("tool %s raised", tool.entry.name)
-            return _failure(f"{tool.entry.name} failed: {type(error).__name__}")
+            return _failure(self._broke(f"{tool.entry.name} failed: {type(error).__name__}"))
         return "ok", b'{"structuredContent":%b,"isError":false}' % _ENCODER.encode(as_object(result)), ""
+
+    def _broke(self, problem: str) -> str:
+        return refusal(problem, do=f"look into the log of the service {self._server}, which says why")
 
     def _record(
         self, head: CallHead, tool: Tool, query: Query, received_ns: int, status: CallStatus, result: bytes, error: str

@@ -99,7 +99,11 @@ class Arbiter:
             key = next(reversed(self._decided), None) if tick is None else tick
             kept = self._decided.get(key) if key is not None else None
         if kept is None:
-            raise ToolFailed(f"no decision of tick {tick} is kept; the last {KEPT_DECISIONS} are")
+            raise ToolFailed(
+                f"no decision of tick {tick} is kept",
+                field="tick",
+                do=f"take one of the last {KEPT_DECISIONS}, or none for the last",
+            )
         return explain(*kept, self.profile)
 
     def keep_grant(self) -> None:
@@ -188,7 +192,9 @@ def build(config: ArbiterConfig, node: Node) -> None:
 
     @node.tool(deadline_ms=1000)
     def explain_decision(
-        tick: Annotated[int | None, msgspec.Meta(description="tick of the decision; absent: the last one")] = None,
+        tick: Annotated[
+            int | None, msgspec.Meta(description="number of the decision's tick; absent: the last", examples=[1200])
+        ] = None,
     ) -> Explanation:
         """Why a decision came out so: numbers, objections to acting, and the smallest change that would flip it."""
         return arbiter.explain(tick)

@@ -9,6 +9,15 @@ class ProfileError(CanError, ValueError):
     """A vehicle profile that does not fit its DBC."""
 
 
+class UnknownSignal(ProfileError):
+    """A signal that no bus description has."""
+
+    def __init__(self, name: str, do: str) -> None:
+        """`do`: the nearest names, or where they are listed."""
+        super().__init__(f"no signal {name!r} in the bus description")
+        self.do = do
+
+
 class RequestRefused(CanError, PermissionError):
     """A request that may not leave on the bus."""
 

@@ -20,21 +20,32 @@ from services.can.buses.link import FrameLink
 from services.can.buses.opening import BusConfig, check_buses, open_links
 from services.can.diagnostics.addresses import is_extended
 from services.can.diagnostics.trouble_codes import DtcBook
-from services.can.errors import HeldBack, ProfileError
+from services.can.errors import HeldBack, ProfileError, UnknownSignal
 from services.can.health import degradation
 from services.can.j1939.bus import J1939Bus
 from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy, installation_salt
 from services.can.profiles.profile import Profile, find_descriptions, load_profile
 from services.can.tools import answers, diagnostic_tools, disclosure, j1939_tools
-from services.can.tools.answers import CodeReport, DecodedFrame, FrameRow, Sample, Snapshot
+from services.can.tools.answers import CodeReport, DecodedFrame, FrameBytes, FrameId, FrameRow, Sample, Snapshot
 from services.can.vehicle import Vehicle
 
 NS = 1_000_000_000
 R = TypeVar("R")
 
-Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=600.0, description="length of the window that ends now, s")]
-Language = Annotated[str, msgspec.Meta(description="en, de, fr, nl, pl, it or es (summaries of codes: en or de)")]
+Seconds = Annotated[
+    float, msgspec.Meta(ge=0.0, le=600.0, description="length of the window that ends now, s", examples=[2.0])
+]
+Language = Annotated[
+    str, msgspec.Meta(description="en, de, fr, nl, pl, it or es (summaries: en or de)", examples=["de"])
+]
+SignalName = Annotated[
+    str,
+    msgspec.Meta(
+        description="signal of the bus description; get_vehicle_snapshot lists them", examples=["VehicleSpeed"]
+    ),
+]
+Trouble = Annotated[str, msgspec.Meta(description="trouble code", examples=["P0301"])]
 
 
 class CanConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -209,7 +220,11 @@ def _or_failed(function: Callable[[], R]) -> R:
     """An unknown name, a bad number or something held back is the caller's to mend."""
     try:
         return function()
-    except (ProfileError, HeldBack, ValueError) as error:
+    except UnknownSignal as error:
+        raise ToolFailed(str(error), field="signal_name", do=error.do) from error
+    except HeldBack as error:
+        raise ToolFailed(str(error), do="take a curated signal, or allow raw_access in the vehicle profile") from error
+    except (ProfileError, ValueError) as error:
         raise ToolFailed(str(error)) from error
 
 
@@ -225,20 +240,20 @@ def _offer_reading(node: Node, vehicle: Vehicle) -> None:
         return disclosure.frame_rows(vehicle, since_ns)
 
     @node.tool(deadline_ms=40)
-    def decode_can_frame(arbitration_id: int | str, data: list[int]) -> DecodedFrame:
+    def decode_can_frame(arbitration_id: FrameId, data: FrameBytes) -> DecodedFrame:
         """Decode one frame by the car's bus description: id as a number or as hex text, data as bytes."""
         return answers.decoded(vehicle.descriptions.values(), arbitration_id, data)
 
     @node.tool(deadline_ms=200)
     def filter_frames(
-        arbitration_id: int | str | None = None, signal_name: str | None = None, duration_s: Seconds = 1.0
+        arbitration_id: FrameId | None = None, signal_name: SignalName | None = None, duration_s: Seconds = 1.0
     ) -> list[FrameRow]:
         """Frames heard in the last seconds with this id, or carrying this signal, with the signal's value."""
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
         return _or_failed(lambda: disclosure.frame_rows(vehicle, since_ns, arbitration_id, signal_name))
 
     @node.tool(deadline_ms=200)
-    def monitor_signal(signal_name: str, duration_s: Seconds = 2.0) -> list[Sample]:
+    def monitor_signal(signal_name: SignalName, duration_s: Seconds = 2.0) -> list[Sample]:
         """The values of one signal over the last seconds, from the history, at once."""
         since_ns = answers.window_ns(duration_s, node.clock.now_ns())
         return _or_failed(lambda: disclosure.samples(vehicle, signal_name, since_ns))
@@ -256,7 +271,7 @@ def _offer_health(node: Node, vehicle: Vehicle) -> None:
         return answers.code_report(vehicle, language, node.clock.now_ns())
 
     @node.tool(deadline_ms=40)
-    def explain_dtc(code: str, language: Language = "en") -> DtcText:
+    def explain_dtc(code: Trouble, language: Language = "en") -> DtcText:
         """A trouble code in words: system, severity, what it means, what to do next."""
         return _or_failed(lambda: vehicle.book.explain(code, language))
 

@@ -265,7 +265,13 @@ class Bindings:
         return received.message if received is not None and self.node.health(topic).alive else None
 
     def ask_scene(
-        self, question: Annotated[str, msgspec.Meta(description="a question about what is seen now", max_length=500)]
+        self,
+        question: Annotated[
+            str,
+            msgspec.Meta(
+                description="a question about what is seen now", max_length=500, examples=["What is ahead of us?"]
+            ),
+        ],
     ) -> SceneAnswer:
         """Answer a question about the scene ahead from the scene graph; `method` tells how the answer was found.
 
@@ -311,7 +317,7 @@ class Bindings:
         graph = self.graph
         if graph is None:
             raise ToolFailed(
-                "nothing was seen within the last second; ask again when a camera and perception are running"
+                "nothing was seen within the last second", do="ask again when a camera and perception are running"
             )
         return graph
 

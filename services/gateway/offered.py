@@ -2,25 +2,26 @@
 
 from drivemcp.node import Node
 from proto.tools import ToolEntry
+from services.gateway.tool_list import offered
 
 
-def callable_tools(node: Node) -> dict[str, ToolEntry]:
-    """The catalogue without what only services may call."""
-    return {name: entry for name, entry in node.catalogue().items() if not entry.meta.callers}
+def callable_tools(node: Node, groups: frozenset[str] = frozenset()) -> dict[str, ToolEntry]:
+    """The catalogue without what only services may call; of groups, where any are named, theirs."""
+    return offered(node.catalogue(), groups)
 
 
 class Offered:
     """Follows which services came and went; `look` is called on one thread, `tools` on any."""
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, groups: frozenset[str] = frozenset()) -> None:
+        self._node, self._groups = node, groups
         self._came: frozenset[str] = frozenset()
         self._gone: frozenset[str] = frozenset()
         self._listed: frozenset[str] = frozenset()
 
     def tools(self) -> tuple[ToolEntry, ...]:
         """In the order of their names. A service that was never seen alive counts as there: its token may be on its way."""
-        gone, found = self._gone, callable_tools(self._node)
+        gone, found = self._gone, callable_tools(self._node, self._groups)
         return tuple(found[name] for name in sorted(found) if found[name].meta.server not in gone)
 
     def look(self) -> bool:

@@ -8,35 +8,25 @@ from mcp import types
 from mcp.server import ServerRequestContext
 from mcp.server.lowlevel import NotificationOptions, Server
 from mcp.server.models import InitializationOptions
+from mcp.server.request_state import RequestStateBoundary, RequestStateSecurity
 from mcp.server.subscriptions import ResourceUpdated
 from mcp.shared.exceptions import MCPError
 
 from drivemcp.node import Node
-from proto.tools import INVALID_PARAMS, Outcome, ToolEntry
+from drivemcp.tools.refusal import unknown_tool
+from proto.tools import INVALID_PARAMS, Outcome
 from services.gateway.calls import call
 from services.gateway.changes import RESOURCES, TOOLS, Changes
 from services.gateway.completion import Completion
+from services.gateway.confirming import ANSWER_WITHIN_S
 from services.gateway.drives import Drives
 from services.gateway.images import PICTURED, picture_of
 from services.gateway.offered import Offered, callable_tools
+from services.gateway.permitting import Gate
 from services.gateway.prompts import Prompts
 from services.gateway.resources import Resources
 from services.gateway.seen import Seen
-
-_META = "drivemcp/tool"
-
-
-def as_tool(entry: ToolEntry) -> types.Tool:
-    """A catalogue entry under its bare name; capability, deadline and server in `_meta`."""
-    return types.Tool(
-        name=entry.name,
-        title=entry.title,
-        description=entry.description,
-        input_schema=entry.inputSchema,
-        output_schema=entry.outputSchema,
-        annotations=types.ToolAnnotations.model_validate(entry.annotations),
-        _meta={_META: msgspec.to_builtins(entry.meta)},
-    )
+from services.gateway.tool_list import as_tool
 
 
 def as_result(outcome: Outcome) -> types.CallToolResult:
@@ -57,7 +47,8 @@ LOOK_S, REPORTS_S = 0.5, 5.0
 """How often it is looked whether tools, and reports, have come or gone."""
 _INSTRUCTIONS = (
     "Tools of a running DriveMCP vehicle: traffic law with citations, weather and traction, CAN and diagnostics, the scene as "
-    "seen, decisions and their reasons. Tools whose capability is `actuation` are refused without a grant."
+    "seen, decisions and their reasons. What changes something is done only after a person has said yes to it in the client; tools "
+    "whose capability is `actuation` take a grant as well. A refusal says what was wrong, which field, and what to do."
 )
 
 
@@ -72,9 +63,20 @@ class GatewayServer(Server[Any]):
         return super().create_initialization_options(changes, *args, **others)
 
 
-def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = True) -> GatewayServer:
-    """A server bound to a node that watches the bus; `changes` tells its clients what happens there."""
-    offered = Offered(node)
+def make_server(
+    node: Node,
+    changes: Changes,
+    drives: Drives,
+    *,
+    images: bool = True,
+    groups: frozenset[str] = frozenset(),
+    gate: Gate | None = None,
+) -> GatewayServer:
+    """A server bound to a node that watches the bus; `changes` tells its clients what happens there. `groups`: the part of the
+    tools that it offers; none: all.
+    """
+    gate = gate or Gate()
+    offered = Offered(node, groups)
     seen = Seen(node, lambda uri, urgent: changes.tell(ResourceUpdated(uri=uri), urgent=urgent))
     resources = Resources(node, seen, drives)
     prompts = Prompts(resources)
@@ -86,12 +88,22 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         tools = [as_tool(entry) for entry in offered.tools()]
         return types.ListToolsResult(tools=tools, ttl_ms=1000, cache_scope="private")
 
-    async def call_tool(ctx: ServerRequestContext[Any], params: types.CallToolRequestParams) -> types.CallToolResult:
-        entry = callable_tools(node).get(params.name)
+    async def call_tool(
+        ctx: ServerRequestContext[Any], params: types.CallToolRequestParams
+    ) -> types.CallToolResult | types.InputRequiredResult:
+        known = callable_tools(node, groups)
+        entry = known.get(params.name)
         if entry is None:
-            raise MCPError(INVALID_PARAMS, f"no tool {params.name[:80]!r}")
+            raise MCPError(INVALID_PARAMS, unknown_tool(params.name, tuple(known)))
         limit_ms = entry.meta.deadline_ms + GRACE_MS
-        outcome = await call(node, ctx, params.name, params.arguments or {}, limit_ms)
+        permit = await gate.judge(ctx, params, entry)
+        if isinstance(permit, types.InputRequiredResult):
+            return permit
+        if isinstance(permit, Outcome):
+            return as_result(permit)
+        if permit.grant:
+            return as_result(await anyio.to_thread.run_sync(permit.make, node, limit_ms))
+        outcome = await call(node, ctx, params.name, permit.arguments, limit_ms)
         result = as_result(outcome)
         if images and params.name in PICTURED:
             result.content += await anyio.to_thread.run_sync(picture_of, node, outcome)
@@ -118,6 +130,8 @@ def make_server(node: Node, changes: Changes, drives: Drives, *, images: bool = 
         on_completion=Completion(seen, resources, drives).complete,
     )
     server.middleware.append(changes.older.notice)
+    security = RequestStateSecurity.ephemeral(ttl=ANSWER_WITHIN_S, audience="drivemcp")
+    server.middleware.append(RequestStateBoundary(security, default_audience="drivemcp"))
     return server
 
 

@@ -140,12 +140,18 @@ def _take(
     return take
 
 
+Limit = Annotated[int, msgspec.Meta(ge=1, le=500, description="number of entries at most", examples=[20])]
+Nanoseconds = Annotated[
+    int, msgspec.Meta(ge=0, description="ns since 1970; 0: no bound", examples=[1_780_000_000_000_000_000])
+]
+
+
 def _offer_tools(node: Node, memory: MemoryStore) -> None:
     @node.tool(deadline_ms=100, title="Recall from long-term memory")
     def recall(
         kind: Annotated[Kind, msgspec.Meta(description="what kind of memory")],
-        key: Annotated[str, msgspec.Meta(description="its key; empty: every key")] = "",
-        limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 20,
+        key: Annotated[str, msgspec.Meta(description="its key; empty: every key", examples=["driver"])] = "",
+        limit: Limit = 20,
     ) -> Recalled:
         """What long-term memory holds of a kind, newest first: the newest counts, the older are its history."""
         return Recalled(entries=_asked(lambda: memory.recall(kind, key, limit=limit)))
@@ -155,20 +161,24 @@ def _offer_tools(node: Node, memory: MemoryStore) -> None:
     )
     def remember(
         kind: Annotated[Kind, msgspec.Meta(description="what kind of memory")],
-        key: Annotated[str, msgspec.Meta(min_length=1, max_length=200)],
-        value: Annotated[dict[str, Any], msgspec.Meta(description="an object of at most 64 KiB")],
+        key: Annotated[
+            str, msgspec.Meta(min_length=1, max_length=200, description="what it is found by", examples=["garage"])
+        ],
+        value: Annotated[
+            dict[str, Any], msgspec.Meta(description="an object of at most 64 KiB", examples=[{"door": "left"}])
+        ],
     ) -> Remembered:
         """Keeps something for later drives. Nothing is overwritten: the newest of a key counts."""
         return Remembered(id=_asked(lambda: memory.remember(kind, key, value, stamp_ns=node.clock.now_ns())))
 
     @node.tool(deadline_ms=200, title="Find traces of past ticks")
     def find_traces(
-        event: Annotated[str, msgspec.Meta(description="kind of an event of the tick, for example overspeed")] = "",
-        decision: Annotated[str, msgspec.Meta(description="SILENT, SPEAK or ACT")] = "",
-        text: Annotated[str, msgspec.Meta(description="part of what was said")] = "",
-        after_ns: int = 0,
-        before_ns: int = 0,
-        limit: Annotated[int, msgspec.Meta(ge=1, le=500)] = 20,
+        event: Annotated[str, msgspec.Meta(description="kind of an event of the tick", examples=["overspeed"])] = "",
+        decision: Annotated[str, msgspec.Meta(description="SILENT, SPEAK or ACT", examples=["SPEAK"])] = "",
+        text: Annotated[str, msgspec.Meta(description="part of what was said", examples=["limit"])] = "",
+        after_ns: Nanoseconds = 0,
+        before_ns: Nanoseconds = 0,
+        limit: Limit = 20,
     ) -> FoundTraces:
         """Ticks by event, decision, words and time, newest first, with the log file that holds each whole trace."""
         query = TraceQuery(
@@ -181,7 +191,7 @@ def _asked(question: Callable[[], T]) -> T:
     try:
         return question()
     except (sqlite3.Error, ValueError) as error:
-        raise ToolFailed(f"long-term memory does not answer: {error}") from error
+        raise ToolFailed(f"long-term memory does not answer: {error}", do="mend the value, or free the disk") from error
 
 
 def _report(node: Node, log_dir: Path, recorder: Recorder, writer: LogWriter, view: ViewPipe | None) -> None:

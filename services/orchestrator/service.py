@@ -55,10 +55,18 @@ Label = Literal["late_warning", "false_positive", "override", "helpful", "annoyi
 Tolerance = Annotated[
     float,
     msgspec.Meta(
-        ge=0.0, le=MOST_TOLERANCE, description="above limits up to 60 km/h, or above higher ones; driver's unit"
+        ge=0.0,
+        le=MOST_TOLERANCE,
+        description="no sound so far above a limit (low: up to 60 km/h, high: above), driver's unit",
+        examples=[3],
     ),
 ]
-Question = Annotated[str, msgspec.Meta(max_length=400, description="the driver's question in plain words")]
+Question = Annotated[
+    str,
+    msgspec.Meta(
+        max_length=400, description="the driver's question in plain words", examples=["Why did the limit change?"]
+    ),
+]
 
 
 class OrchestratorConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -312,7 +320,7 @@ class Orchestrator:
         with self._lock:
             self._given, refused = admit(self._given, self._node.clock.now_ns())
             if refused:
-                raise ToolFailed(f"{refused}; try again later")
+                raise ToolFailed(refused, field="label", do="try again later")
             self._feedback.append(given)
         self._remember("feedback", label, {"tick": given.tick, "note": given.note})
         return given.tick, say(self.state.preferences, "feedback", label if self._config.learns else "kept")
@@ -370,7 +378,8 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
     def ask(
         question: Question,
         language: Annotated[
-            str | None, msgspec.Meta(description="en, de, fr, nl, pl, it or es; absent: the driver's")
+            str | None,
+            msgspec.Meta(description="en, de, fr, nl, pl, it or es; absent: the driver's", examples=["de"]),
         ] = None,
     ) -> Answer:
         """Answer a driver's question from the running drive: signs, units and country, a changed limit, a warning lamp, the law."""
@@ -378,9 +387,13 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
 
     @node.tool(deadline_ms=200, capability="diagnostic", read_only=False, idempotent=False)
     def feedback(
-        label: Label,
-        tick: Annotated[int, msgspec.Meta(description="the tick meant; 0: the last one")] = 0,
-        note: Annotated[str, msgspec.Meta(max_length=200)] = "",
+        label: Annotated[Label, msgspec.Meta(description="what the warning was to the driver")],
+        tick: Annotated[
+            int, msgspec.Meta(description="number of the tick meant; 0: the last one", examples=[1200])
+        ] = 0,
+        note: Annotated[
+            str, msgspec.Meta(max_length=200, description="why, in plain words", examples=["it was a bridge"])
+        ] = "",
     ) -> Labelled:
         """A label on a warning: it moves, within bounds, how soon the car acts. Rate-limited and traced."""
         number, changes = orchestrator.give_feedback(label, tick, note)
@@ -388,10 +401,12 @@ def _offer(node: Node, orchestrator: Orchestrator) -> None:
 
     @node.tool(deadline_ms=200, read_only=False)
     def set_preferences(
-        language: Language | None = None,
-        unit: Unit | None = None,
-        verbosity: Literal["short", "normal", "full"] | None = None,
-        tone: Literal["neutral", "friendly"] | None = None,
+        language: Annotated[Language | None, msgspec.Meta(description="language of what is said")] = None,
+        unit: Annotated[Unit | None, msgspec.Meta(description="the driver's unit of speed")] = None,
+        verbosity: Annotated[
+            Literal["short", "normal", "full"] | None, msgspec.Meta(description="how much is said")
+        ] = None,
+        tone: Annotated[Literal["neutral", "friendly"] | None, msgspec.Meta(description="how it is said")] = None,
         muted: Annotated[
             bool | None, msgspec.Meta(description="for this drive; hazards and first notices are spoken anyway")
         ] = None,

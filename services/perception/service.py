@@ -145,7 +145,7 @@ def build(config: PerceptionConfig, node: Node) -> None:
         """
         known = latest.get("tracks")
         if known is None or node.clock.now_ns() - known[0] > config.stale_ms * 1e6:
-            raise ToolFailed("no picture was understood within the last second; check the cameras")
+            raise ToolFailed("no picture was understood within the last second", do="check the cameras")
         return known[1]
 
 

@@ -24,20 +24,26 @@ from services.retrieval.ranking.tuning import read_tuning
 
 WATCHED = (*FILES, "sources/*.md")
 
-Query = Annotated[str, msgspec.Meta(max_length=600, description="the question, in the words of whoever asks")]
+Query = Annotated[
+    str,
+    msgspec.Meta(max_length=600, description="the question in plain words", examples=["priority at a roundabout"]),
+]
 Jurisdiction = Annotated[
-    str | None, msgspec.Meta(description="ISO 3166 alpha-3; packs of other countries are left out")
+    str | None, msgspec.Meta(description="this country's texts alone, ISO 3166 alpha-3", examples=["DEU"])
 ]
-Language = Annotated[str | None, msgspec.Meta(description="prefer texts in this language where the pack has them")]
-Context = Annotated[str, msgspec.Meta(max_length=600, description="words on the road here, for example: motorway, wet")]
+Language = Annotated[str | None, msgspec.Meta(description="texts in this language first", examples=["de"])]
+Context = Annotated[str, msgspec.Meta(max_length=600, description="words on the road here", examples=["motorway, wet"])]
 RoadType = Annotated[
-    str | None, msgspec.Meta(description="leave out what holds on other types of road only, for example motorway")
+    str | None, msgspec.Meta(description="leave out what holds on other roads only", examples=["motorway"])
 ]
+Parts = Annotated[Wanted, msgspec.Meta(description="which texts are searched")]
 Day = Annotated[
     str,
-    msgspec.Meta(pattern=r"^(\d{4}-\d{2}-\d{2})?$", description="ISO date: leave out packs that are not in force then"),
+    msgspec.Meta(
+        pattern=r"^(\d{4}-\d{2}-\d{2})?$", description="date: packs in force then alone", examples=["2026-05-01"]
+    ),
 ]
-Count = Annotated[int, msgspec.Meta(ge=1, le=20, description="how many passages")]
+Count = Annotated[int, msgspec.Meta(ge=1, le=20, description="number of passages at most", examples=[5])]
 
 
 class RetrievalConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -99,7 +105,7 @@ def build(config: RetrievalConfig, node: Node) -> None:
     def retrieve(
         query: Query,
         jurisdiction: Jurisdiction = None,
-        corpus: Wanted = "all",
+        corpus: Parts = "all",
         language: Language = None,
         road_context: Context = "",
         road_type: RoadType = None,
@@ -112,7 +118,9 @@ def build(config: RetrievalConfig, node: Node) -> None:
         about traffic law gets no passage, and `out_of_scope`.
         """
         if not library.packs:
-            raise ToolFailed("no rulepack is indexed; the log of the retrieval service says why for each")
+            raise ToolFailed(
+                "no rulepack is indexed", do="look into the log of the retrieval service, which says why for each"
+            )
         return library.search(
             Request(
                 query=query,

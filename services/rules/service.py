@@ -46,13 +46,25 @@ WARM_UP_PERIOD_S = 1.0
 MAX_QUERY = 500
 MAX_PLACES = 1000
 
-Reading = Annotated[str, msgspec.Meta(max_length=64, description="sign code as read, for example limit:80 or stop")]
-Jurisdiction = Annotated[str | None, msgspec.Meta(description="ISO 3166 alpha-3, for example DEU; GBR-WLS for a part")]
-Language = Annotated[
-    str, msgspec.Meta(max_length=16, description="the driver's language: en, de, fr, nl, pl, it or es")
+Reading = Annotated[str, msgspec.Meta(max_length=64, description="sign code as read", examples=["limit:80"])]
+Jurisdiction = Annotated[
+    str | None, msgspec.Meta(description="country, ISO 3166 alpha-3, or a part of one", examples=["GBR-WLS"])
 ]
-Query = Annotated[str, msgspec.Meta(max_length=MAX_QUERY, description="the question in the driver's words")]
-Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="how many passages are cited at most")]
+Language = Annotated[
+    str, msgspec.Meta(max_length=16, description="of the answer: en, de, fr, nl, pl, it or es", examples=["de"])
+]
+Plates = Annotated[tuple[str, ...], msgspec.Meta(description="plates below it, as read", examples=[["22-06 h"]])]
+Candidates = Annotated[tuple[Candidate, ...], msgspec.Meta(description="other readings, where it is in doubt")]
+HomeUnit = Annotated[Unit, msgspec.Meta(description="the driver's unit")]
+Class = Annotated[VehicleClass | None, msgspec.Meta(description="class of the vehicle")]
+Query = Annotated[
+    str,
+    msgspec.Meta(
+        max_length=MAX_QUERY, description="the question in plain words", examples=["How fast may I drive in fog?"]
+    ),
+]
+RoadWords = Annotated[str, msgspec.Meta(description="words on the road here", examples=["motorway, wet"])]
+Count = Annotated[int, msgspec.Meta(ge=1, le=10, description="number of passages cited at most", examples=[3])]
 
 Document = Annotated[
     str, msgspec.Meta(max_length=200, description="as citations name it, for example DEU-v1/sources/signs.en.md")
@@ -263,7 +275,7 @@ def _now(shelf: Shelf) -> Edition:
     """The edition that one answer is made from, from its beginning to its end."""
     edition = shelf.edition
     if not edition.book.packs:
-        raise ToolFailed("no rulepack could be loaded; the log of the rules service says why for each")
+        raise ToolFailed("no rulepack could be loaded", do="look into the log of the rules service, which says why")
     return edition
 
 
@@ -296,10 +308,10 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
         reading: Reading,
         jurisdiction: Jurisdiction = None,
         language: Language = "en",
-        plates: tuple[str, ...] = (),
-        candidates: tuple[Candidate, ...] = (),
-        home_unit: Unit = "km/h",
-        vehicle_class: VehicleClass | None = None,
+        plates: Plates = (),
+        candidates: Candidates = (),
+        home_unit: HomeUnit = "km/h",
+        vehicle_class: Class = None,
     ) -> SignMeaning:
         """What a sign means in this country, in the driver's language, with its national number and the law behind it.
 
@@ -327,7 +339,11 @@ def _offer_signs(node: Node, shelf: Shelf) -> None:
 def _offer_lookup(node: Node, shelf: Shelf, found: _Evidence) -> None:
     @node.tool(deadline_ms=60)
     def lookup_rule(
-        query: Query, jurisdiction: Jurisdiction = None, language: Language = "en", road_context: str = "", k: Count = 3
+        query: Query,
+        jurisdiction: Jurisdiction = None,
+        language: Language = "en",
+        road_context: RoadWords = "",
+        k: Count = 3,
     ) -> RulesAnswer:
         """What the law says on a question in plain words: the best passages, cited with document and offsets."""
         edition = _now(shelf)

@@ -283,9 +283,14 @@ class Simulator:
             self._node.publish(topics.SCENARIO, self.state())
 
 
-Seed = Annotated[int, msgspec.Meta(ge=0, description="varies drivers, traffic, looks and noise")]
-Name = Annotated[str, msgspec.Meta(description="urb-rain, cross-border, dynamic-vsl, or the path of a scenario file")]
-Seconds = Annotated[float, msgspec.Meta(ge=0, description="how long; 0: to the end of the route")]
+Seed = Annotated[int, msgspec.Meta(ge=0, description="number that varies traffic, looks and noise", examples=[7])]
+Name = Annotated[
+    str,
+    msgspec.Meta(
+        description="urb-rain, cross-border, dynamic-vsl, or the path of a scenario file", examples=["urb-rain"]
+    ),
+]
+Seconds = Annotated[float, msgspec.Meta(ge=0, description="how long, s; 0: to the end of the route", examples=[60.0])]
 
 
 def find_scenario(name: str) -> Scenario:
@@ -334,7 +339,7 @@ def _add_tools(config: SimulatorConfig, node: Node, simulator: Simulator) -> Non
         try:
             found = find_scenario(scenario)
         except ValueError as error:
-            raise ToolFailed(str(error)) from error
+            raise ToolFailed(str(error), field="scenario", do="name a shipped scenario or a scenario file") from error
         simulator.begin(found, seed, length_s(found, seconds))
         return ScenarioState(
             scenario=found.name, seed=seed, time_s=0.0, duration_s=length_s(found, seconds), running=True

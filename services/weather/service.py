@@ -28,14 +28,19 @@ NS = 1_000_000_000
 ABS_DECELERATION_MPS2 = 0.3
 """Below this an anti-lock system at work says nothing of grip: the car hardly brakes."""
 
-Rain = Annotated[float | None, msgspec.Meta(description="rain, mm/h; unset: as sensed")]
-Snow = Annotated[float | None, msgspec.Meta(description="snowfall as water, mm/h; unset: as sensed")]
-Sight = Annotated[float | None, msgspec.Meta(description="visibility, m; unset: as sensed")]
-Celsius = Annotated[float | None, msgspec.Meta(description="temperature, degC; unset: as sensed")]
-Film = Annotated[float | None, msgspec.Meta(description="water film on the road, mm; unset: as sensed")]
-Stage = Annotated[int | None, msgspec.Meta(description="wiper stage 0 to 3; unset: as sensed")]
-Speed = Annotated[float | None, msgspec.Meta(description="speed to judge grip at, m/s; unset: the ego's")]
-Limit = Annotated[float | None, msgspec.Meta(description="limit that the speed factor will scale, m/s; unset: unknown")]
+Rain = Annotated[float, msgspec.Meta(ge=0.0, description="rain, mm/h", examples=[4.0])]
+Snow = Annotated[float, msgspec.Meta(ge=0.0, description="snowfall as water, mm/h", examples=[1.0])]
+Sight = Annotated[float, msgspec.Meta(ge=0.0, description="visibility, m", examples=[150.0])]
+Air = Annotated[float, msgspec.Meta(ge=-90.0, le=70.0, description="air temperature, degC", examples=[2.0])]
+Road = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0, description="road temperature, degC", examples=[-1.0])]
+Film = Annotated[float, msgspec.Meta(ge=0.0, description="water film on the road, mm", examples=[0.5])]
+Stage = Annotated[int, msgspec.Meta(ge=0, le=3, description="wiper stage, 0 to 3", examples=[2])]
+Speed = Annotated[
+    float, msgspec.Meta(ge=0.0, description="speed to judge grip at, m/s; unset: the ego's", examples=[27.8])
+]
+Limit = Annotated[
+    float, msgspec.Meta(ge=0.0, description="limit that the speed factor will scale, m/s", examples=[33.3])
+]
 
 
 class WeatherConfig(ServiceConfig, frozen=True, kw_only=True):
@@ -134,15 +139,15 @@ def build(config: WeatherConfig, node: Node) -> None:
 
     @node.tool(deadline_ms=40)
     def assess_weather(
-        rain_mm_h: Rain = None,
-        snow_mm_h: Snow = None,
-        visibility_m: Sight = None,
-        air_temperature_c: Celsius = None,
-        road_temperature_c: Celsius = None,
-        water_film_mm: Film = None,
-        wiper_stage: Stage = None,
-        speed_mps: Speed = None,
-        limit_mps: Limit = None,
+        rain_mm_h: Rain | None = None,
+        snow_mm_h: Snow | None = None,
+        visibility_m: Sight | None = None,
+        air_temperature_c: Air | None = None,
+        road_temperature_c: Road | None = None,
+        water_film_mm: Film | None = None,
+        wiper_stage: Stage | None = None,
+        speed_mps: Speed | None = None,
+        limit_mps: Limit | None = None,
     ) -> Conditions:
         """Grip, sight and risk here and now, and what they ask of speed and following distance.
 

@@ -15,7 +15,8 @@ from services.can.errors import LinkDown
 if TYPE_CHECKING:
     from drivemcp.node import Node
 
-Steps = Annotated[int, msgspec.Meta(ge=1, le=10_000, description="how many steps")]
+Steps = Annotated[int, msgspec.Meta(ge=1, le=10_000, description="number of steps", examples=[10])]
+BusName = Annotated[str, msgspec.Meta(description="a recorded bus; without: the first", examples=["main"])]
 NS = 1_000_000_000
 PERIOD_S = 0.01
 LOOP_GAP_S = 0.01
@@ -170,10 +171,12 @@ def offer(node: "Node", links: Mapping[str, FrameLink]) -> None:
         return
 
     @node.tool(deadline_ms=200, read_only=False, idempotent=False)
-    def step_recording(steps: Steps = 1, bus: str = "") -> StepAnswer:
+    def step_recording(steps: Steps = 1, bus: BusName = "") -> StepAnswer:
         """Replay the next steps of a recorded bus; without a name, of the first that is stepped."""
         name = bus or next(iter(stepped))
         if name not in stepped:
-            raise ToolFailed(f"no stepped recording on bus {name[:40]!r}; there are {', '.join(stepped)}")
+            raise ToolFailed(
+                f"no stepped recording on bus {name[:40]!r}", field="bus", do=f"take one of {', '.join(stepped)}"
+            )
         frames, position_s, ended = stepped[name].advance(steps)
         return StepAnswer(bus=name, frames=frames, position_s=position_s, ended=ended)

@@ -69,6 +69,10 @@ class Dbc:
         """Whether the description names this signal."""
         return name in self._signals
 
+    def signal_names(self) -> tuple[str, ...]:
+        """Every signal that the description names."""
+        return tuple(self._signals)
+
     def decode(self, arbitration_id: int, data: bytes, *, extended: bool | None = None) -> dict[str, float | str]:
         """Every signal of a frame, named choices as text; `extended` None: whichever is described. Raises
         MalformedFrame where frame and description do not fit.

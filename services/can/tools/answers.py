@@ -1,6 +1,7 @@
 """What the tools of the MCP-CAN catalogue answer: its names and shapes."""
 
 from collections.abc import Iterable
+from typing import Annotated
 
 import msgspec
 
@@ -15,6 +16,10 @@ MAX_ROWS = 2000
 MAX_DURATION_S = 600.0
 
 Scalar = float | int | str
+FrameId = Annotated[int | str, msgspec.Meta(description="arbitration id, a number or hex text", examples=["0x1A0"])]
+
+
+FrameBytes = Annotated[list[int], msgspec.Meta(description="bytes of the frame, as numbers", examples=[[255, 12, 0]])]
 
 
 class FrameRow(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

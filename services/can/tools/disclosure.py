@@ -1,10 +1,11 @@
 """What the buses carried, as far as it may be told: curated signals, and the rest only where raw access is allowed."""
 
 import contextlib
+from difflib import get_close_matches
 
 from proto.sensors import CanFrame
 from services.can.diagnostics.addresses import ANSWER_IDS
-from services.can.errors import HeldBack, MalformedFrame, ProfileError
+from services.can.errors import HeldBack, MalformedFrame, UnknownSignal
 from services.can.profiles.dbc import pgn_of
 from services.can.profiles.privacy import HELD_BACK, VIN_HELD_BACK, spells_vin
 from services.can.tools.answers import MAX_ROWS, NS, FrameRow, Sample, Scalar, SignalNow, Snapshot, parse_id
@@ -121,4 +122,15 @@ def _place(vehicle: Vehicle, signal_name: str) -> tuple[str, frozenset[int]]:
             if not vehicle.privacy.raw_access:
                 raise HeldBack(f"{signal_name} is no curated signal, and raw_access is off")
             return bus, frozenset({int(dbc.signal(signal_name)[0].frame_id)})
-    raise ProfileError(f"no signal {signal_name!r} in the bus description")
+    raise UnknownSignal(signal_name[:80], _nearest_signal(vehicle, signal_name))
+
+
+def _nearest_signal(vehicle: Vehicle, signal_name: str) -> str:
+    """Names of signals that may be told, nearest first; the tool that lists them where none is near."""
+    curated = {name for messages in vehicle.curated.values() for names in messages.values() for name in names}
+    all_names = {name for dbc in vehicle.descriptions.values() for name in dbc.signal_names()}
+    known = all_names if vehicle.privacy.raw_access else curated
+    by_folded = {name.replace("_", "").casefold(): name for name in known}
+    near = get_close_matches(signal_name[:80].replace("_", "").casefold(), by_folded, 3, 0.5)
+    names = ", ".join(by_folded[each] for each in near)
+    return f"write one of {names}" if names else "take a name that get_vehicle_snapshot lists"

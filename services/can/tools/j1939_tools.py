@@ -16,7 +16,7 @@ from services.can.j1939.transport import Group
 from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy
 from services.can.tools import answers
-from services.can.tools.answers import Scalar
+from services.can.tools.answers import FrameId, Scalar
 from services.can.tools.diagnostic_tools import Byte, Timeout
 from services.can.vehicle import Vehicle
 
@@ -24,10 +24,16 @@ NS = 1_000_000_000
 DEADLINE_MS = 11_000.0
 """The longest wait for the line and for an answer, and a second."""
 
-Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=600.0, description="length of the window that ends now, s")]
-BusName = Annotated[str, msgspec.Meta(description="a J1939 bus of the vehicle profile; without: the first")]
-Pgn = Annotated[int, msgspec.Meta(ge=0, le=0x3FFFF, description="parameter group number")]
-Payload = Annotated[list[Byte], msgspec.Meta(max_length=1785)]
+Seconds = Annotated[
+    float, msgspec.Meta(gt=0.0, le=600.0, description="length of the window that ends now, s", examples=[3.0])
+]
+BusName = Annotated[
+    str, msgspec.Meta(description="a J1939 bus of the vehicle profile; without: the first", examples=["truck"])
+]
+Pgn = Annotated[int, msgspec.Meta(ge=0, le=0x3FFFF, description="parameter group number", examples=[65262])]
+Payload = Annotated[
+    list[Byte], msgspec.Meta(max_length=1785, description="bytes of the message, as numbers", examples=[[255, 12, 0]])
+]
 
 
 class J1939Frame(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -110,12 +116,16 @@ def offer(node: Node, vehicle: Vehicle, buses: Mapping[str, J1939Bus]) -> None:
     def on(bus: str) -> _Bus:
         name = bus or next(iter(buses), "")
         if name not in buses:
-            known = ", ".join(buses) or 'none; set protocol = "j1939" for a bus in the vehicle profile'
-            raise ToolFailed(f"no J1939 bus {name[:40]!r}; there are {known}")
+            known = (
+                f"take one of {', '.join(buses)}"
+                if buses
+                else 'set protocol = "j1939" for a bus in the vehicle profile'
+            )
+            raise ToolFailed(f"no J1939 bus {name[:40]!r}", field="bus", do=known)
         return _Bus(name, buses[name], vehicle.descriptions[name], vehicle.curated[name], vehicle.privacy)
 
     @node.tool(deadline_ms=40)
-    def decode_j1939_frame(arbitration_id: int | str, data: Payload, bus: BusName = "") -> J1939Frame:
+    def decode_j1939_frame(arbitration_id: FrameId, data: Payload, bus: BusName = "") -> J1939Frame:
         """What a 29-bit id says by J1939, and the group's signals by the bus's description."""
         return _decoded(on(bus).dbc, arbitration_id, bytes(data))
 

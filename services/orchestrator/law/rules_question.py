@@ -41,7 +41,7 @@ def situation(state: State) -> Situation:
 
 
 def _coarse(posted: PostedLimit) -> PostedLimit:
-    return msgspec.structs.replace(posted, age_s=0.0, confidence=int(posted.confidence * 20) / 20)
+    return msgspec.structs.replace(posted, age_s=0.0, confidence=int(min(max(posted.confidence, 0.0), 1.0) * 20) / 20)
 
 
 def _step(visibility_m: float | None) -> float | None:

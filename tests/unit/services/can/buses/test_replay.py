@@ -89,7 +89,7 @@ def test_a_recording_is_stepped_by_calls(tmp_path: Path, patient: str) -> None:
     assert ego.speed_mps == pytest.approx(13.9, abs=0.02)
     assert end.result is not None
     assert end.result["ended"]
-    assert "no stepped recording on bus 'x'; there are can0" in wrong.error
+    assert "no stepped recording on bus 'x' [field: bus] [do: take one of can0]" in wrong.error
 
 
 def test_in_lockstep_every_step_of_the_clock_is_a_step_of_two_buses_of_one_log(tmp_path: Path) -> None:

@@ -317,4 +317,4 @@ def test_a_car_without_j1939_says_so() -> None:
     with bus() as b:
         b.start(SERVICE, CanConfig())
         outcome = b.call("list_j1939_pgns", {})
-    assert 'there are none; set protocol = "j1939" for a bus in the vehicle profile' in outcome.error
+    assert '[field: bus] [do: set protocol = "j1939" for a bus in the vehicle profile]' in outcome.error
