@@ -17,7 +17,7 @@ FUZZ_EXAMPLES ?= 75000
 SIDE_BY_SIDE := -n logical --maxprocesses 4 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench evaluate clean
+.PHONY: help demo install check format test replay properties fuzz stack conformance chaos soak mutation bench mcpb evaluate clean
 
 help:
 	@echo "make demo     set up what a drive needs, then drive urb-rain for 60 s (ARGS='--headless ...')"
@@ -33,6 +33,7 @@ help:
 	@echo "make soak     memory of each process over a drive of 30 minutes (ARGS='--minutes 15')"
 	@echo "make mutation what no test of the arbiter tells from a changed arbiter, all mutants (ARGS='--sample 30 --seed 7')"
 	@echo "make bench    ours beside what one would pick instead, in one run"
+	@echo "make mcpb     a bundle that a desktop client installs, and server.json (ARGS='--url URL')"
 	@echo "make evaluate the paper's tables, measured (ARGS='results --quick'; without: all of them, for hours)"
 
 $(VENV)/.made:
@@ -118,6 +119,9 @@ mutation: $(VENV)/.full
 bench: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
 	$(BIN)/python -m benchmarks $(ARGS)
+
+mcpb: $(VENV)/.made
+	$(BIN)/python scripts/mcp_bundle.py $(ARGS)
 
 evaluate: $(VENV)/.full
 	@scripts/system-packages $(BIN)/python
