@@ -21,24 +21,22 @@ def register(subparsers: Subparsers) -> None:
         "Zsh: drivemcp completion zsh > a file _drivemcp in a folder of $fpath.",
     )
     parser.add_argument("shell", choices=SHELLS)
+
+    def command(flags: argparse.Namespace) -> int:
+        whole = argparse.ArgumentParser(prog="drivemcp")
+        whole._add_action(subparsers)
+        sys.stdout.write(script(whole, flags.shell) + "\n")
+        return 0
+
     parser.set_defaults(run=command)
 
 
-def command(flags: argparse.Namespace) -> int:
-    """Print it."""
-    sys.stdout.write(script(flags.shell) + "\n")
-    return 0
-
-
-def script(shell: str) -> str:
-    """The script of one of `SHELLS`, of all commands that are installed. Raises UserError without shtab."""
-    from drivemcp.cli import make_parser
-
+def script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """The script of one of `SHELLS` for a parser. Raises UserError without shtab."""
     try:
         import shtab
     except ModuleNotFoundError:
         raise UserError("completion needs shtab: pip install 'drivemcp[completion]'") from None
-    parser = make_parser()
     for action in _actions(parser):
         if action.choices is None and action.metavar in _FILES:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
