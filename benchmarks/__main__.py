@@ -1,4 +1,4 @@
-"""`python -m benchmarks [call|parallel|neighbours|gateway|drive|can|diagnostics|footprint ...] [--out FILE]`: all of them unless named."""
+"""`python -m benchmarks [SECTION ...] [--out FILE]`: all of them unless named."""
 
 import argparse
 import sys
@@ -14,6 +14,7 @@ from benchmarks.figures import machine_now
 from benchmarks.footprint import footprint
 from benchmarks.gateway import gateway
 from benchmarks.neighbours import neighbours
+from benchmarks.peykan import peykan
 from benchmarks.report import report
 from benchmarks.subject import make_peers
 from drivemcp.errors import UserError
@@ -26,6 +27,7 @@ SECTIONS: dict[str, Callable[[], str]] = {
     "drive": stages,
     "can": can,
     "diagnostics": diagnostics,
+    "peykan": peykan,
     "footprint": footprint,
 }
 NEED_PEERS = {"call", "parallel"}

@@ -16,9 +16,12 @@ from proto import topics
 from proto.sensors import CanFrame
 from proto.vehicle import DtcText, VehicleHealth
 from services.can.buses import replay
+from services.can.buses.guarded import GuardedLink, Rule, TransmitPolicy
 from services.can.buses.link import FrameLink
 from services.can.buses.opening import BusConfig, check_buses, open_links
+from services.can.diagnostics import gate
 from services.can.diagnostics.addresses import is_extended
+from services.can.diagnostics.client import Refused
 from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.errors import HeldBack, ProfileError, UnknownSignal
 from services.can.health import degradation
@@ -26,7 +29,8 @@ from services.can.j1939.bus import J1939Bus
 from services.can.profiles.dbc import Dbc
 from services.can.profiles.privacy import Privacy, installation_salt
 from services.can.profiles.profile import Profile, find_descriptions, load_profile
-from services.can.tools import answers, diagnostic_tools, disclosure, j1939_tools
+from services.can.recorded import log_tools
+from services.can.tools import answers, diagnostic_tools, disclosure, j1939_tools, transmit_tools, uds_tools
 from services.can.tools.answers import CodeReport, DecodedFrame, FrameBytes, FrameId, FrameRow, Sample, Snapshot
 from services.can.vehicle import Vehicle
 
@@ -70,6 +74,8 @@ class CanConfig(ServiceConfig, frozen=True, kw_only=True):
     """Whether tools tell raw bytes and signals that are not curated. Unset: of our simulated car alone."""
     allow_vin: bool = False
     """Whether the vehicle's identification number is told; else its hash."""
+    log_folder: str = ""
+    """Where recorded logs lie that tools may list and read. Empty: none."""
     vin_salt_file: str = ""
     """Where the salt of that hash is kept, made at the first start. Empty: a new salt, so another hash, at every start."""
 
@@ -86,17 +92,40 @@ def build(config: CanConfig, node: Node) -> None:
         )
         links[bus].transmit((frame,))
 
-    vehicle = _vehicle(config, lambda arbitration_id, payload: send(asked.name, arbitration_id, payload))
+    def refused(bus: str, arbitration_id: int, payload: bytes, reason: str) -> None:
+        links[bus].note(arbitration_id, payload, is_extended(arbitration_id), reason)
+
+    vehicle = _vehicle(config, lambda *frame: send(asked.name, *frame), lambda *why: refused(asked.name, *why))
     check_buses(config.buses, vehicle.profile.buses)
     asked = _asked(config)
-    links = open_links(config.buses, node)
-    groups = {bus: J1939Bus(partial(send, bus)) for bus in links if _speaks_j1939(vehicle, bus)}
+    opened = open_links(config.buses, node)
+    links = {bus.name: _guarded(opened[bus.name], bus, config, node) for bus in config.buses}
+    groups = {bus: J1939Bus(partial(send, bus), partial(refused, bus)) for bus in links if _speaks_j1939(vehicle, bus)}
     j1939_tools.offer(node, vehicle, groups)
-    replay.offer(node, links)
+    replay.offer(node, opened)
+    transmit_tools.offer(node, links, asked.name)
+    log_tools.offer(node, vehicle, config.log_folder)
     _offer_reading(node, vehicle)
     _offer_health(node, vehicle)
+    uds_tools.offer(node, vehicle)
     diagnostic_tools.offer(node, vehicle, fault_scenarios=config.allow_fault_scenarios and asked.carried)
     _publish(config, node, vehicle, links, groups)
+
+
+def _guarded(link: FrameLink, bus: BusConfig, config: CanConfig, node: Node) -> GuardedLink:
+    """The bus behind what may leave on it."""
+    policy = TransmitPolicy(
+        bus=bus.name,
+        interface="recording" if bus.recording else bus.interface,
+        transmit_allowed=bus.transmit and not bus.recording,
+        write_services_allowed=bus.transmit
+        and not bus.recording
+        and bool(config.trusted_keys or config.trusted_keys_file),
+        allowlist=tuple(f"0x{each:X}" for each in bus.transmit_ids) or gate.SENDABLE,
+    )
+    rule = Rule(check=gate.check_at_bus, purpose=gate.purpose, writes=gate.writes)
+    ids = frozenset(bus.transmit_ids)
+    return GuardedLink(link, policy, rule, transmit=bus.transmit, ids=ids, clock=node.clock.now_ns)
 
 
 def _speaks_j1939(vehicle: Vehicle, bus: str) -> bool:
@@ -115,7 +144,7 @@ def _asked(config: CanConfig) -> BusConfig:
     return asked
 
 
-def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
+def _vehicle(config: CanConfig, send: Callable[[int, bytes], None], refused: Refused) -> Vehicle:
     path = data(config.profile)
     try:
         profile = load_profile(path)
@@ -132,6 +161,7 @@ def _vehicle(config: CanConfig, send: Callable[[int, bytes], None]) -> Vehicle:
             history_mb=config.history_mb,
             diagnostics_bus=config.diagnostics_bus or "".join(bus.name for bus in config.buses[:1]),
             privacy=_privacy(config, profile),
+            refused=refused,
         )
     except ProfileError as error:
         raise ConfigError(str(error)) from error
@@ -165,7 +195,7 @@ class _Publisher:
         """A silent bus is news too."""
         self._ego(self._node.clock.now_ns(), 1.3)
 
-    def degradation(self, links: Mapping[str, FrameLink], poll_s: float) -> None:
+    def degradation(self, links: Mapping[str, GuardedLink], poll_s: float) -> None:
         """The health of the car, and how its buses are."""
         now_ns, vehicle = self._node.clock.now_ns(), self._vehicle
         self._node.publish(topics.DEGRADATION, vehicle.degradation(now_ns))
@@ -183,7 +213,7 @@ class _Publisher:
 
 
 def _publish(
-    config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, FrameLink], groups: Mapping[str, J1939Bus]
+    config: CanConfig, node: Node, vehicle: Vehicle, links: Mapping[str, GuardedLink], groups: Mapping[str, J1939Bus]
 ) -> None:
     poll_s = config.poll_dtcs_s if config.poll_dtcs_s is not None else (4.0 if _asked(config).carried else 0.0)
     publisher = _Publisher(node, vehicle, groups, config.ego_hz)

@@ -7,11 +7,11 @@ from proto.vehicle import Degradation, Ego
 from services.can.buses.history import History
 from services.can.diagnostics import obd
 from services.can.diagnostics.addresses import ANSWER_IDS
-from services.can.diagnostics.client import Diagnostics, Send
+from services.can.diagnostics.client import Diagnostics, Refused, Send
 from services.can.diagnostics.exchange import Exchange
 from services.can.diagnostics.trouble_codes import DtcBook
 from services.can.ego import read_ego
-from services.can.errors import LinkDown
+from services.can.errors import LinkDown, RequestRefused
 from services.can.health import degradation, indicators
 from services.can.health.crosscheck import SAMPLE_NS, SENSORS, CrossChecks
 from services.can.health.degradation import Assessment, Held
@@ -70,13 +70,15 @@ class Vehicle:
         history_mb: float = 16.0,
         diagnostics_bus: str = "",
         privacy: Privacy | None = None,
+        refused: Refused = lambda arbitration_id, data, reason: None,
     ) -> None:
         self.descriptions, self.profile, self.book = descriptions, profile, book
         self.privacy = privacy if privacy is not None else Privacy(salt=installation_salt(None))
         self.curated = curated_signals(profile, descriptions)
         self.board = Board(descriptions, profile)
         self.history = History(descriptions, history_mb)
-        self.diagnostics, self._diagnostics_bus = Diagnostics(send, profile.ecu_names), diagnostics_bus
+        self.diagnostics = Diagnostics(send, profile.ecu_names, refused=refused)
+        self._diagnostics_bus = diagnostics_bus
         listed = self.diagnostics.responders.listed
         self.stored, self.pending = CodeMemory(listed), CodeMemory(listed)
         self.table = indicators.table(profile.vehicle.tyre_nominal_bar)
@@ -145,14 +147,14 @@ class Vehicle:
             return
         try:
             asked = self._ask_for_codes(now_ns)
-        except LinkDown:
+        except (LinkDown, RequestRefused):
             self._last_poll_ns, self._pause_ns = now_ns, period_ns
             return
         if asked:
             self._last_poll_ns, self._pause_ns = now_ns, period_ns // len(self._polls)
 
     def _ask_for_codes(self, now_ns: int) -> bool:
-        """Whether the line was free. Raises LinkDown."""
+        """Whether the line was free. Raises LinkDown, RequestRefused where nothing may be sent."""
         payload, memory = self._polls[self._turn]
         exchange = self.diagnostics.start(payload, lambda: (self._now_ns - now_ns) / NS)
         if exchange is None:

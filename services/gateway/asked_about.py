@@ -25,6 +25,10 @@ CHANGES: Mapping[str, Change] = MappingProxyType(
         "clear_dtcs": Change(
             "Clear the stored trouble codes", "for good; a code comes back when its fault does", "ecu", "every control unit"
         ),
+        "uds_clear_dtcs": Change(
+            "Clear the stored trouble codes of one control unit", "for good; a code comes back when its fault does",
+            "request_id", "the engine's unit",
+        ),
         "reset_ecu": Change("Restart a control unit", "once; it is away for some seconds", "ecu"),
         "activate_fault_scenario": Change(
             "Give the simulated car a fault, or end all", "until it is ended", "preset", "all faults, ended"

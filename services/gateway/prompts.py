@@ -34,6 +34,7 @@ class Prompt(NamedTuple):
 
 
 _LANGUAGE = ("language", "two letters, for example de; en otherwise", False)
+_OTHERWISE: Arguments = {"language": "en", "seconds": "10", "preset": '"abs_fault"'}
 _TICK = ("tick", "number of the tick; the last message's otherwise", False)
 
 
@@ -73,6 +74,57 @@ PROMPTS: Mapping[str, Prompt] = {
         "cites, messages that were late or wrong, tools that were late or missing, settings that differ from their defaults, faults "
         "of the vehicle. Quote tick numbers. {language} is the language of the audit.",
         lambda arguments: (REPORT.replace("{id}", arguments["drive"]),),
+    ),
+    "diagnose_vehicle": Prompt(
+        "Diagnose the vehicle",
+        "What the car's units and signals say of its health: faults, evidence, what to do next.",
+        (_LANGUAGE,),
+        "Diagnose the vehicle, from its health below and by asking: `get_vehicle_snapshot` for values, `read_dtcs` and `uds_read_dtcs` "
+        "for trouble codes with their status, `read_j1939_dtcs` where the car has such a bus, `explain_dtc` for each code. Clear "
+        "nothing, reset nothing, give the car no fault. Say first whether the car needs attention or has to stop, then each fault with "
+        "the value or code that shows it, its likely cause and the next step. A unit that did not answer and a value that is old are "
+        f"not known, and what is not known is no sign of health. Never promise that driving is safe. {_ANSWER}",
+        lambda _: (HEALTH,),
+    ),
+    "explain_code": Prompt(
+        "Explain a trouble code",
+        "What a code means, how urgent it is, and whether the fault is there now.",
+        (("code", "a trouble code, for example C0035, or SPN and FMI of J1939", True), _LANGUAGE),
+        "Explain the trouble code {code} (quoted, as it was typed). Ask `explain_dtc` for its meaning. Then say whether it is active "
+        "on this vehicle: `uds_read_dtcs` of the unit and `read_dtcs`, of J1939 `read_j1939_dtcs`. `test_failed` is a fault that is "
+        "there now, `confirmed` alone one that was; without an answer that is not known. Name the common causes, the likeliest "
+        f"first, how urgent it is, and what to look at first. {_ANSWER}",
+        lambda _: (),
+    ),
+    "summarise_last_seconds": Prompt(
+        "Summarise the last seconds",
+        "How the car was driven just now: speed, engine, pedals, what stood out.",
+        (("seconds", "how far back, 1 to 600 s; 10 otherwise", False), _LANGUAGE),
+        "Summarise how the vehicle was driven in the last {seconds} s. Ask `get_vehicle_snapshot` for the signals there are, then "
+        "`monitor_signal` with that `duration_s` for speed, engine speed, brake and steering. Give least, mean and greatest of each "
+        "with its unit, say whether the car sped up, held its speed or slowed down, and what is unusual. A window without samples "
+        f"is not known, and no standstill. {_ANSWER}",
+        lambda _: (WORLD,),
+    ),
+    "fault_drill": Prompt(
+        "Fault drill on the simulated car",
+        "Gives the simulated car a fault, diagnoses it from the evidence, and ends it.",
+        (("preset", "fault scenario of the simulated car; abs_fault otherwise", False), _LANGUAGE),
+        "Run a drill on the simulated car, and on no other: where `activate_fault_scenario` is refused, say so and stop. Call it with "
+        "the preset {preset}. Then diagnose as if its name were not known, from `get_vehicle_snapshot`, `read_dtcs`, `uds_read_dtcs` "
+        "and `vehicle_health` alone, and say what each showed. Compare that with the description that the first call gave. End every "
+        f"fault by `activate_fault_scenario` without a preset, also where a step failed, and check that the codes are gone. {_ANSWER}",
+        lambda _: (),
+    ),
+    "investigate_log": Prompt(
+        "Investigate a recorded log",
+        "What happened in a recorded CAN log, when, and why.",
+        (("log", "a log as list_can_logs names it", True), _LANGUAGE),
+        "Investigate the recorded CAN log {log} (quoted, as it was typed): `list_can_logs`, then `analyze_can_log` for its length, "
+        "messages, codes, silences and what could not be read. For each signal with an unusual range ask `get_log_signal` and find "
+        "when the change began. Give a short timeline with times in s, the likeliest cause, the evidence, and what the log does not "
+        "show: signals that are held back, records that are malformed, an end that was left out. {language} is the language.",
+        lambda _: (),
     ),
     "write_provision": Prompt(
         "Write a rulepack's provision",
@@ -130,7 +182,7 @@ class Prompts:
         quoted = {
             name: value if name == "language" else json.encode(value).decode() for name, value in arguments.items()
         }
-        text = row.text.format_map({"language": "en", **quoted})
+        text = row.text.format_map({**_OTHERWISE, **quoted})
         content: list[types.ContentBlock] = [types.TextContent(text=f"{text}\n\n{DATA}")]
         content += [self._embedded(uri) for uri in row.embedded(arguments)]
         if "document" in arguments:
@@ -173,4 +225,6 @@ def _checked(row: Prompt, given: Arguments) -> Arguments:
         raise MCPError(INVALID_PARAMS, f"language is one of {', '.join(LANGUAGES)}")
     if given.get("tick") and not given["tick"].isdecimal():
         raise MCPError(INVALID_PARAMS, "tick is a number")
+    if given.get("seconds") and not (given["seconds"].isdecimal() and 1 <= int(given["seconds"]) <= 600):
+        raise MCPError(INVALID_PARAMS, "seconds is a number from 1 to 600")
     return {name: value for name, value in given.items() if value}

@@ -49,15 +49,17 @@ def offered(catalogue: Mapping[str, ToolEntry], groups: frozenset[str] = frozens
 
 
 def as_tool(entry: ToolEntry) -> types.Tool:
-    """A catalogue entry under its bare name; its server in `_meta`, and its capability where that is more than reading."""
+    """A catalogue entry under its bare name; its capability in `_meta` where that is more than reading.
+
+    What results look like is left out: the whole schemas stand in the catalogue (`drivemcp tools list --json`).
+    """
     more = {} if entry.meta.capability == "context" else {"capability": entry.meta.capability}
     return types.Tool(
         name=entry.name,
         description=" ".join(entry.description.split()),
         input_schema=_open(entry.inputSchema),
-        output_schema=_named(entry.outputSchema),
         annotations=types.ToolAnnotations.model_validate(_hints(entry.annotations)),
-        _meta={META: {"server": entry.meta.server, **more}},
+        _meta={META: more} if more else None,
     )
 
 
@@ -82,8 +84,3 @@ def _open(schema: Any) -> Any:
         for key, each in schema.items()
         if not (key == "additionalProperties" and each is False) and not (key == "default" and each in ("", []))
     }
-
-
-def _named(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a result its fields' names; the whole schema stands in the catalogue (`drivemcp tools list --json`)."""
-    return {"type": "object", "properties": {name: {} for name in schema.get("properties", {})}}

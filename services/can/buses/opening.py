@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from drivemcp.node import Node
 
 CARRIED = "zenoh"
+ArbitrationId = Annotated[int, msgspec.Meta(ge=0, lt=1 << 29, description="arbitration id")]
 BitRate = Annotated[int, msgspec.Meta(gt=0, description="bit/s")]
 
 
@@ -46,6 +47,11 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Not paced but stepped: so many frames, or so much recorded time, at each lockstep step or call of
     step_recording.
     """
+
+    transmit: bool = True
+    """Whether anything may be sent on it: requests to control units and flow control. Changing services take more."""
+    transmit_ids: tuple[ArbitrationId, ...] = ()
+    """Only these ids may be sent on; empty: every id of a diagnostic request."""
 
     @property
     def carried(self) -> bool:

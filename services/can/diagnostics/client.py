@@ -1,5 +1,6 @@
 """Requests to control units and their answers, matched by id, service and parameter. Knows no bus."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -13,6 +14,8 @@ from services.can.errors import RequestRefused
 
 Send = Callable[[int, bytes], None]
 Clock = Callable[[], float]
+Refused = Callable[[int, bytes, str], None]
+"""Told of a frame that did not leave, and why."""
 
 
 class Reply(NamedTuple):
@@ -27,9 +30,15 @@ class Diagnostics:
     """One request at a time leaves; every frame that comes back is offered to it. `ecus`: physical request ids."""
 
     def __init__(
-        self, send: Send, ecus: Iterable[int], pace: gate.Pace | None = None, *, owed_s: float = OWED_S
+        self,
+        send: Send,
+        ecus: Iterable[int],
+        pace: gate.Pace | None = None,
+        *,
+        owed_s: float = OWED_S,
+        refused: Refused = lambda arbitration_id, data, reason: None,
     ) -> None:
-        self._send, self._pace, self._owed_s = send, pace or gate.Pace(), owed_s
+        self._send, self._pace, self._owed_s, self._refused = send, pace or gate.Pace(), owed_s, refused
         units = frozenset(ecus)
         self.everybody = functional_ids(units)
         self.responders = Responders(frozenset(map(answer_id, units)))
@@ -99,7 +108,7 @@ class Diagnostics:
         ids = self.everybody if to is None else (to,)
         frame = isotp.single_frame(payload) if len(payload) <= 7 else payload
         for each in ids:
-            gate.check(each, frame, allowed)
+            self._check(each, frame, allowed)
         awaited = self._all if to is None else frozenset({answer_id(to)})
         self._receivers = {}  # a new one: the worker may still be feeding the last exchange's
         expected = self.responders.expected(payload) if to is None else awaited
@@ -109,6 +118,13 @@ class Diagnostics:
             self._wait_for_pace()
             self._send(each, frame)
         return exchange
+
+    def _check(self, arbitration_id: int, data: bytes, allowed: frozenset[int] = gate.NOTHING) -> None:
+        try:
+            gate.check(arbitration_id, data, allowed)
+        except RequestRefused as error:
+            self._refused(arbitration_id, data, str(error))
+            raise
 
     def _wait_for_pace(self) -> None:
         while (wait_s := self._pace.take(gate.RESERVE)) > 0.0:
@@ -142,9 +158,12 @@ class Diagnostics:
 
     def _flow(self, arbitration_id: int, data: bytes) -> None:
         """Flow control is not waited for: without a frame to spare the answer breaks off and is asked for again."""
-        gate.check(arbitration_id, data)
+        self._check(arbitration_id, data)
         if self._pace.take() == 0.0:
-            self._send(arbitration_id, data)
+            with contextlib.suppress(RequestRefused):  # the bus keeps the reason; the answer breaks off
+                self._send(arbitration_id, data)
+        else:
+            self._refused(arbitration_id, data, "no frame to spare: the answer is asked for again")
 
     def _close(self) -> None:
         self._last, self._open = self._open, None

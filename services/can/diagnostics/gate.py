@@ -80,6 +80,34 @@ def check_j1939_request(arbitration_id: int, data: bytes) -> None:
         raise RequestRefused(f"group {pgn} is the maker's own; what asking for it does is not known")
 
 
+SENDABLE = ("0x7DF", "0x7E0-0x7E7", "0x18DB33F1", "0x18DAxxF1", "J1939 59904 (request for a group)")
+"""The ids that a bus without transmit_ids sends on."""
+
+
+def check_at_bus(arbitration_id: int, data: bytes) -> None:
+    """The last check, of every frame whoever made it: raise RequestRefused unless some command could make it leave. That
+    this one may was checked where the command is known.
+    """
+    if arbitration_id >> 8 & 0x3FF00 == J1939_REQUEST and arbitration_id not in REQUEST_IDS:
+        check_j1939_request(arbitration_id, data)
+    else:
+        check(arbitration_id, data, ACTUATING | {ROUTINE})
+
+
+def purpose(arbitration_id: int, data: bytes) -> str:
+    """What a frame is for, in words."""
+    if arbitration_id not in REQUEST_IDS:
+        return "request for a group (J1939)" if len(data) == 3 else "unknown"
+    if data[:1] and data[0] >> 4 == 0x3:
+        return "flow control"
+    return f"request, service 0x{data[1]:02X}" if len(data) > 1 else "unknown"
+
+
+def writes(arbitration_id: int, data: bytes) -> bool:
+    """Whether a frame asks for more than reading."""
+    return arbitration_id in REQUEST_IDS and len(data) > 1 and data not in isotp.FLOW_FRAMES and data[1] not in READING
+
+
 class Pace:
     """A bucket of frames that fills at a rate: never more than `burst` + rate * time leave in any time."""
 

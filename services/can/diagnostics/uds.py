@@ -27,7 +27,7 @@ TEXTS: Mapping[int, str] = {
     0xF18C: "serial_number", 0xF191: "hardware_number", 0xF195: "supplier_software_version", 0xF197: "system_name",
     **dict.fromkeys(VINS, "vin"),
 }  # fmt: skip
-_FLAGS = (
+FLAGS = (
     "test_failed", "test_failed_this_operation_cycle", "pending", "confirmed",
     "test_not_completed_since_last_clear", "test_failed_since_last_clear",
     "test_not_completed_this_operation_cycle", "warning_indicator_requested",
@@ -105,10 +105,10 @@ def words(payload: bytes, answer: bytes) -> dict[str, Any]:
 def _identifier(identifier: int, answer: bytes) -> dict[str, Any]:
     config: Codecs = {identifier: _Bytes(None)}
     found = ReadDataByIdentifier.interpret_response(Response.from_payload(answer), [identifier], config)
-    return _meaning(identifier, bytes(found.service_data.values[identifier]))
+    return meaning(identifier, bytes(found.service_data.values[identifier]))
 
 
-def _meaning(identifier: int, data: bytes) -> dict[str, Any]:
+def meaning(identifier: int, data: bytes) -> dict[str, Any]:
     if OBD_FIRST <= identifier <= OBD_FIRST | 0xFF and (value := obd.parameter(identifier & 0xFF, data)):
         return value
     if identifier in TEXTS:
@@ -131,11 +131,11 @@ def _code(dtc: Dtc) -> dict[str, Any]:
     row: dict[str, Any] = {
         "code": code_of(high, low),
         "failure_type": f"{failure:02X}",
-        "status": [name for i, name in enumerate(_FLAGS) if status >> i & 1],
+        "status": [name for i, name in enumerate(FLAGS) if status >> i & 1],
     }
     kept = [each for each in dtc.snapshots if isinstance(each, Dtc.Snapshot)]
     if kept:
-        row["snapshot"] = [_meaning(each.did or 0, each.raw_data or b"") for each in kept]
+        row["snapshot"] = [meaning(each.did or 0, each.raw_data or b"") for each in kept]
     if dtc.extended_data:
         row["extended"] = {f"0x{each.record_number or 0:02X}": _hex(each.raw_data) for each in dtc.extended_data}
     return row

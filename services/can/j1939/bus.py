@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from proto.sensors import CanFrame
 from services.can.diagnostics import gate
+from services.can.errors import RequestRefused
 from services.can.j1939 import messages
 from services.can.j1939.transport import Group, Transport
 
@@ -20,6 +21,8 @@ QUIET_S = 0.25
 REQUESTS_PER_S, BURST = 3.0, 6.0
 
 Send = Callable[[int, bytes], None]
+Refused = Callable[[int, bytes, str], None]
+"""Told of a request that did not leave, and why."""
 
 
 class Heard:
@@ -46,8 +49,8 @@ class _Asked(NamedTuple):
 class J1939Bus:
     """One bus. One thread feeds it; tools read and ask."""
 
-    def __init__(self, send: Send) -> None:
-        self._send = send
+    def __init__(self, send: Send, refused: Refused = lambda arbitration_id, data, reason: None) -> None:
+        self._send, self._refused = send, refused
         self._transport = Transport()
         self._heard: OrderedDict[tuple[int, int], Heard] = OrderedDict()
         self._changed = threading.Condition()
@@ -81,7 +84,11 @@ class J1939Bus:
     def ask(self, pgn: int, timeout_s: float, clock: Callable[[], int]) -> list[Group]:
         """Ask everybody for a group; what was answered, acknowledgements too. Raises RequestRefused, TimeoutError."""
         frame_id = messages.id_of(messages.REQUEST, messages.TOOL_ADDRESS)
-        gate.check_j1939_request(frame_id, messages.request_data(pgn))
+        try:
+            gate.check_j1939_request(frame_id, messages.request_data(pgn))
+        except RequestRefused as error:
+            self._refused(frame_id, messages.request_data(pgn), str(error))
+            raise
         if not self._asking.acquire(timeout=timeout_s):
             raise TimeoutError("another request is still waiting for its answer")
         try:

@@ -60,6 +60,17 @@ def snapshot(vehicle: Vehicle, now_ns: int, started_ns: int) -> Snapshot:
     )
 
 
+def told_names(vehicle: Vehicle, bus: str, extended: bool, arbitration_id: int) -> frozenset[str]:
+    """The signals of a described message that may be told; none of one that may spell the identification number."""
+    message = vehicle.descriptions[bus].find((extended, arbitration_id))
+    frame = CanFrame(stamp_ns=0, arbitration_id=arbitration_id, data=b"", extended=extended)
+    if message is None or _held_back(vehicle, bus, frame) == VIN_HELD_BACK:
+        return frozenset()
+    if vehicle.privacy.raw_access:
+        return frozenset(signal.name for signal in message.signals)
+    return _curated(vehicle, bus, extended, arbitration_id)
+
+
 def _row(vehicle: Vehicle, bus: str, frame: CanFrame, signal_name: str | None) -> FrameRow | None:
     signals, held_back = _signals(vehicle, bus, frame), _held_back(vehicle, bus, frame)
     if not signals and not vehicle.privacy.raw_access:

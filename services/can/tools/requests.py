@@ -30,10 +30,10 @@ class Found(NamedTuple):
     message: str | None = None
 
 
-def _ask(
+def ask(
     vehicle: Vehicle,
     payload: Callable[[], bytes],
-    ecu: str | None,
+    ecu: str | int | None,
     timeout_s: float,
     allowed: frozenset[int] = gate.NOTHING,
 ) -> Found:
@@ -53,10 +53,10 @@ def _ask(
     return Found(asked, reply)
 
 
-def _unit(vehicle: Vehicle, ecu: str | None) -> int | None:
-    """The physical request id of the unit with this name. Raises ValueError."""
-    if ecu is None:
-        return None
+def _unit(vehicle: Vehicle, ecu: str | int | None) -> int | None:
+    """The physical request id of a unit, by its name or that id. Raises ValueError."""
+    if ecu is None or isinstance(ecu, int):
+        return ecu
     ids = {name: request_id for request_id, name in vehicle.profile.ecu_names.items()}
     if ecu not in ids:
         raise ValueError(f"ecu: there is no unit {ecu[:40]!r}; there are {', '.join(ids)}")
@@ -75,7 +75,7 @@ def send_obd(
 ) -> ObdAnswer:
     """One OBD request to everybody, or to one unit: the answers of all who have one."""
     wanted = pids or (() if pid is None else (pid,))
-    found = _ask(vehicle, lambda: obd.request(service, wanted, frame), ecu, timeout_s)
+    found = ask(vehicle, lambda: obd.request(service, wanted, frame), ecu, timeout_s)
     if found.message is not None:
         return ObdAnswer(status=found.status, pid=pid, message=found.message)
     return _obd_answer(vehicle, found, pid)
@@ -125,7 +125,7 @@ def send_diagnostic(
     vehicle: Vehicle, service_id: int, parameter_id: int, data_field: int, timeout_s: float, ecu: str | None = None
 ) -> DiagnosticAnswer:
     """One request to every unit or to one, answered in numbers."""
-    found = _ask(vehicle, lambda: diagnostic_payload(service_id, parameter_id, data_field), ecu, timeout_s)
+    found = ask(vehicle, lambda: diagnostic_payload(service_id, parameter_id, data_field), ecu, timeout_s)
     return _numbers(vehicle, found, parameter_id)
 
 
@@ -145,7 +145,7 @@ def _numbers(vehicle: Vehicle, found: Found, parameter_id: int = 0) -> Diagnosti
 
 def read_units(vehicle: Vehicle, payload: Callable[[], bytes], ecu: str | None, timeout_s: float) -> UnitReport:
     """One reading request to every unit or to one, answered in words."""
-    found = _ask(vehicle, payload, ecu, timeout_s)
+    found = ask(vehicle, payload, ecu, timeout_s)
     names = vehicle.profile.ecu_names
     units = replies.unit_answers(names, vehicle.privacy, found.payload, found.reply)
     refused = bool(units) and all(unit.refused is not None for unit in units)
@@ -197,12 +197,14 @@ def _not_standing(vehicle: Vehicle, now_ns: int) -> str:
     return "" if abs(speed_mps) <= STANDING_MPS else f"the car moves at {speed_mps:.1f} m/s; this is done standing only"
 
 
-def clear_codes(vehicle: Vehicle, by: ClearBy, ecu: str | None, timeout_s: float, *, now_ns: int) -> DiagnosticAnswer:
+def clear_codes(
+    vehicle: Vehicle, by: ClearBy, ecu: str | int | None, timeout_s: float, *, now_ns: int
+) -> DiagnosticAnswer:
     """Clear trouble codes: service 04, or 14 for all groups. The caller has checked grant and confirmation."""
     if reason := _not_standing(vehicle, now_ns):
         return DiagnosticAnswer(status="refused", responses=[], message=reason)
     payload = CLEARS[by]
-    return _numbers(vehicle, _ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({payload[0]})))
+    return _numbers(vehicle, ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({payload[0]})))
 
 
 def reset_unit(vehicle: Vehicle, ecu: str, kind: Reset, timeout_s: float, *, now_ns: int) -> DiagnosticAnswer:
@@ -210,4 +212,4 @@ def reset_unit(vehicle: Vehicle, ecu: str, kind: Reset, timeout_s: float, *, now
     if reason := _not_standing(vehicle, now_ns):
         return DiagnosticAnswer(status="refused", responses=[], message=reason)
     payload = bytes([gate.RESET, RESETS[kind]])
-    return _numbers(vehicle, _ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({gate.RESET})))
+    return _numbers(vehicle, ask(vehicle, lambda: payload, ecu, timeout_s, frozenset({gate.RESET})))

@@ -27,7 +27,11 @@ from services.simulator.ecus.bank import EcuBank
 from services.simulator.ecus.can_frames import FrameEncoder
 
 KEY = grants.make_key()
-COMMANDS = {"clear_dtcs": {"by": "obd"}, "reset_ecu": {"ecu": "body", "kind": "soft"}}
+COMMANDS: dict[str, dict[str, Any]] = {
+    "clear_dtcs": {"by": "obd"},
+    "reset_ecu": {"ecu": "body", "kind": "soft"},
+    "uds_clear_dtcs": {"request_id": "0x7E3", "response_id": "0x7EB"},
+}
 
 
 def grant(tool: str, hours: float = 1.0) -> str:
@@ -50,7 +54,7 @@ class Car:
     def __init__(self, b: TestBus, speed_mps: float) -> None:
         wheels = (speed_mps, speed_mps, speed_mps, speed_mps)
         self.state, self.sent = CarState(speed_mps=speed_mps, wheel_speeds_mps=wheels), list[CanFrame]()
-        self._bus, self._ecus = b, EcuBank()
+        self._bus, self.ecus = b, EcuBank()
         self._encoder, self._node = FrameEncoder(data("vehicles/sim/sim.dbc")), b.node("car")
         self._node.subscribe(topics.CAN_TX, lambda message, _: self._asked(message.frames), id="can0")
         self._node.every(0.02, lambda: self._say(self._encoder.due(self.state, self._node.clock.now_ns())))
@@ -58,7 +62,7 @@ class Car:
     def _asked(self, frames: tuple[CanFrame, ...]) -> None:
         self.sent.extend(frames)
         now_ns = self._node.clock.now_ns()
-        self._say([answer for frame in frames for answer in self._ecus.on_frame(frame, self.state, now_ns)])
+        self._say([answer for frame in frames for answer in self.ecus.on_frame(frame, self.state, now_ns)])
 
     def _say(self, frames: list[CanFrame]) -> None:
         self._node.publish(topics.CAN_RX, CanFrames(frames=tuple(frames)), id="can0")
@@ -94,15 +98,18 @@ def asked_confirmation(refusal: str) -> str:
 
 
 @contextmanager
-def car(profile: str, speed_mps: float = 0.0) -> Iterator[Car]:
+def car(profile: str, speed_mps: float = 0.0, **config: Any) -> Iterator[Car]:
+    chosen: dict[str, Any] = {"poll_dtcs_s": 0.0, "trusted_keys": (KEY.public,)} | config
     with bus() as b:
-        b.start(SERVICE, CanConfig(profile=profile, poll_dtcs_s=0.0, trusted_keys=(KEY.public,)))
+        b.start(SERVICE, CanConfig(profile=profile, **chosen))
         found = Car(b, speed_mps)
         b.wait_for(topics.EGO, lambda ego: ego.speed_mps is not None)
         yield found
 
 
-@pytest.mark.parametrize(("tool", "payload"), [("clear_dtcs", b"\x04"), ("reset_ecu", b"\x11\x03")])
+@pytest.mark.parametrize(
+    ("tool", "payload"), [("clear_dtcs", b"\x04"), ("reset_ecu", b"\x11\x03"), ("uds_clear_dtcs", b"\x14\xff\xff\xff")]
+)
 def test_a_granted_and_confirmed_command_on_a_standing_car_leaves(tool: str, payload: bytes, patient: str) -> None:
     with car(patient) as standing:
         arguments = COMMANDS[tool]
@@ -162,6 +169,14 @@ READS = st.one_of(
             },
         ),
     ),
+    st.tuples(
+        st.just("uds_read_data"),
+        st.fixed_dictionaries(
+            {"dids": st.lists(st.integers(0, 0xFFFF), min_size=1, max_size=3), "timeout_s": st.just(0.05)},
+            optional={"request_id": st.sampled_from(["0x7E0", "0x7E3", "0x7DF", "0x100", 0x18DA10F1])},
+        ),
+    ),
+    st.tuples(st.just("read_vin"), st.just({"timeout_s": 0.05})),
     st.tuples(st.just("activate_fault_scenario"), st.just({"preset": "overheat"})),
 )
 REFUSED = st.tuples(
