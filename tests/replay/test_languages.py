@@ -10,6 +10,7 @@ import msgspec
 import pytest
 
 from domain.languages import LANGUAGES
+from drivemcp.files.place_names import installed, named
 from services.orchestrator.speech.wording import FOLDER
 from tests.replay.compare import outcomes
 from tests.replay.files import LOGS, Parts, read_lines
@@ -39,7 +40,8 @@ def _for_language(arguments: Any, language: str) -> Any:
 def patterns(language: str) -> tuple[re.Pattern[str], ...]:
     """What the directives of a language look like, with any values but its own names of countries, plates and sides."""
     table = tomllib.loads((FOLDER / f"{language}.toml").read_text(encoding="utf-8"))
-    names = {"country": table["country"].values(), "plate": table["plate"].values(),
+    places = [name.said or name.name for each in installed().values() if (name := named(each, language)) is not None]
+    names = {"country": places, "plate": table["plate"].values(),
              "side": (table["word"]["left"], table["word"]["right"])}  # fmt: skip
     own = {name: f"(?:{'|'.join(map(re.escape, each))})" for name, each in names.items()}
     parts = (re.split(r"\{(\w+)\}", template) for template in table["directive"].values())

@@ -87,8 +87,8 @@ def test_no_code_stands_in_for_the_name_of_a_country_that_no_pack_names(language
         assert "QQQ" not in words
 
 
-def test_a_border_is_read_as_its_country_and_every_other_sign_as_its_code() -> None:
-    assert [reading_words(speaking("de"), each) for each in ("border:NLD", "limit:80")] == ["Niederlande", "limit:80"]
+def test_a_border_is_read_as_its_country_and_a_limit_as_its_number() -> None:
+    assert [reading_words(speaking("de"), each) for each in ("border:NLD", "limit:80")] == ["Niederlande", "80"]
 
 
 def test_what_the_rules_call_a_country_goes_before_what_the_installed_packs_do() -> None:
