@@ -18,6 +18,9 @@ _MISSING = re.compile(r"missing required field `([^`]*)`")
 _STEP = re.compile(r"\.([^.\[\]]+)|\[[^\]]*\]")
 
 
+ANY, TAG = inspect.AnyType(), inspect.StrType()
+
+
 class ArgumentsRefused(ValueError):
     """Arguments that a tool does not take, in words."""
 
@@ -28,7 +31,7 @@ class ArgumentDecoder:
     def __init__(self, tool: Tool) -> None:
         self._tool = tool
         self._decoder = msgspec.json.Decoder(tool.arguments)
-        self._kind = inspect.type_info(tool.arguments)
+        self._kind, self._shapes = inspect.type_info(tool.arguments), _Shapes()
         self._looks_inside = not tool.entry.meta.callers and _nested(self._kind)
 
     def decode(self, payload: bytes) -> msgspec.Struct:
@@ -38,7 +41,7 @@ class ArgumentDecoder:
         except MALFORMED as error:
             decoded = self._second_try(payload, error)
         if self._looks_inside:
-            for path, word, known in _strangers(msgspec.json.decode(payload), self._kind, ""):
+            for path, word, known in self._shapes.strangers(msgspec.json.decode(payload), self._kind):
                 raise self._refused(f"unknown field `{word}`", f"{path}.{word}".lstrip("."), _instead(word, known))
         return decoded
 
@@ -101,7 +104,7 @@ def _items(kind: inspect.Type, place: int) -> inspect.Type:
             return each.item_type
         if isinstance(each, inspect.TupleType) and place < len(each.item_types):
             return each.item_types[place]
-    return inspect.AnyType()
+    return ANY
 
 
 def _nested(kind: inspect.Type) -> bool:
@@ -113,21 +116,37 @@ def _nested(kind: inspect.Type) -> bool:
     )
 
 
-def _strangers(value: Any, kind: inspect.Type, path: str) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    """Fields that no struct at their place has: where, the word, and the fields that there are."""
-    if isinstance(value, list):
-        for number, each in enumerate(value):
-            yield from _strangers(each, _items(kind, number), f"{path}[{number}]")
-    structs = _structs(kind)
-    if not isinstance(value, dict) or not structs:
-        return
-    known = {field.encode_name: field.type for struct in structs for field in struct.fields}
-    tags = {struct.tag_field for struct in structs}
-    for word, each in value.items():
-        if word in known:
-            yield from _strangers(each, known[word], f"{path}.{word}".lstrip("."))
-        elif word not in tags:
-            yield path, word, tuple(sorted(known))
+class _Shapes:
+    """Which fields an object of a type may have, looked up once a type: arguments come many times a second.
+
+    Only for types of one tree that lives as long as this does.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, dict[str, inspect.Type] | None] = {}
+
+    def strangers(self, value: Any, kind: inspect.Type, path: str = "") -> Iterator[tuple[str, str, tuple[str, ...]]]:
+        """Fields that no struct at their place has: where, the word, and the fields that there are."""
+        if isinstance(value, list):
+            for number, each in enumerate(value):
+                if isinstance(each, dict | list):
+                    yield from self.strangers(each, _items(kind, number), f"{path}[{number}]")
+        if not isinstance(value, dict) or (known := self._of(kind)) is None:
+            return
+        for word, each in value.items():
+            if word not in known:
+                yield path, word, tuple(name for name, field in sorted(known.items()) if field is not TAG)
+            elif isinstance(each, dict | list):
+                yield from self.strangers(each, known[word], f"{path}.{word}".lstrip("."))
+
+    def _of(self, kind: inspect.Type) -> dict[str, inspect.Type] | None:
+        """Types by the names of fields; None: a type without fields of its own, which may hold any."""
+        if id(kind) not in self._known:
+            structs = _structs(kind)
+            tags = {struct.tag_field: TAG for struct in structs if struct.tag_field is not None}
+            found = {field.encode_name: field.type for struct in structs for field in struct.fields}
+            self._known[id(kind)] = {**tags, **found} if structs else None
+        return self._known[id(kind)]
 
 
 def _whole(value: Any, kind: inspect.Type) -> Any:
@@ -136,7 +155,7 @@ def _whole(value: Any, kind: inspect.Type) -> Any:
         return [_whole(each, _items(kind, number)) for number, each in enumerate(value)]
     if isinstance(value, dict):
         known = {field.encode_name: field.type for struct in _structs(kind) for field in struct.fields}
-        return {word: _whole(each, known.get(word, inspect.AnyType())) for word, each in value.items()}
+        return {word: _whole(each, known.get(word, ANY)) for word, each in value.items()}
     kinds = {type(each) for each in _members(kind)}
     if isinstance(value, float) and value.is_integer() and inspect.IntType in kinds and inspect.FloatType not in kinds:
         return int(value)
