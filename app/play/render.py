@@ -3,14 +3,10 @@
 import textwrap
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import cv2
 import msgspec
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
 
 from app.pictures import jpeg_of, unpacked
 from drivemcp.errors import UserError
@@ -19,33 +15,12 @@ from proto import topics
 from proto.decision import Advisory
 from proto.perception import Boxes
 from proto.rules import LegalLimit
+from services.logger.format.reader import messages
 
 BANNER_PX, LINE_PX, MOST_LINES = 84, 18, 3
 RATE_HZ = 10.0
 CHARACTER_PX = 5.6
 """Of the banner's letters, in the mean of a line of reasons (5.1 to 5.5), and a little room."""
-
-
-class Logged(NamedTuple):
-    """One record of a log."""
-
-    topic: str
-    stamp_ns: int
-    data: bytes
-
-
-def read_log(path: Path) -> Iterator[Logged]:
-    """Records in the order of the file; a cut file ends at the cut."""
-    channels: dict[int, str] = {}
-    with path.open("rb") as file:
-        try:
-            for record in StreamReader(file).records:
-                if isinstance(record, Channel):
-                    channels[record.id] = record.topic
-                elif isinstance(record, Message):
-                    yield Logged(channels.get(record.channel_id, ""), record.publish_time, record.data)
-        except (McapError, EOFError):
-            return
 
 
 def render_video(logs: Iterable[Path], target: Path) -> int:
@@ -68,22 +43,22 @@ def render_video(logs: Iterable[Path], target: Path) -> int:
 
 def annotated(logs: Iterable[Path]) -> Iterator[Image]:
     """The pictures, each with the boxes of its own stamp and the advice that was given on it."""
-    records = [record for log in logs for record in read_log(log)]
+    records = [record for log in logs for record in messages(log)]
     boxes = {
         record.stamp_ns: decoded
         for record in records
-        if record.topic == topics.BOXES.name
+        if record.name == topics.BOXES.name
         and (decoded := msgspec.json.decode(record.data, type=Boxes)).camera == "front"
     }
     advice = {
         advisory.snapshot_stamp_ns: advisory
         for record in records
-        if record.topic == topics.ADVISORY.name
+        if record.name == topics.ADVISORY.name
         for advisory in [msgspec.json.decode(record.data, type=Advisory)]
     }
     said: Advisory | None = None
     for record in records:
-        if record.topic != "sensor/camera/front":
+        if record.name != "sensor/camera/front":
             continue
         bgr = unpacked(jpeg_of(record.data))
         if bgr is None:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from app.play.render import read_log
 from evaluation.corruption.logged import logged_records
 from evaluation.corruption.record import read_records
 from proto.truth import Corrupted
+from services.logger.format.reader import messages
 from tests.stack.test_drive import cli, traces, up
 
 pytestmark = pytest.mark.stack
@@ -30,7 +30,7 @@ def corrupted(folder: Path) -> tuple[tuple[Corrupted, ...], list[tuple[object, .
 
 def kinds_of(log: Path) -> set[str]:
     """The kinds of facts in the traces."""
-    records = (json.loads(record.data) for record in read_log(log) if record.topic.endswith("trace"))
+    records = (json.loads(record.data) for record in messages(log) if record.name.endswith("trace"))
     return {
         fact["kind"] for trace in records for facts in trace["inputs"]["facts"] for fact in facts["message"]["facts"]
     }

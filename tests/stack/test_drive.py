@@ -68,11 +68,11 @@ def test_two_lockstep_runs_decide_alike_and_replay_alike(tmp_path: Path) -> None
 
 def traces(log: Path) -> list[tuple[object, ...]]:
     """What each tick came to."""
-    from app.play.render import read_log
+    from services.logger.format.reader import messages
 
     found: list[tuple[object, ...]] = []
-    for record in read_log(log):
-        if record.topic.endswith("/trace") or record.topic == "trace":
+    for record in messages(log):
+        if record.name.endswith("/trace") or record.name == "trace":
             trace = json.loads(record.data)
             advisory = trace["advisory"]
             found.append(

@@ -66,20 +66,20 @@ def play(recording: Path, folder: Path, *more: str) -> Any:
 
 def topics_of(log: Path) -> set[str]:
     """The topics of a log."""
-    from app.play.render import read_log
+    from services.logger.format.reader import messages
 
-    return {record.topic for record in read_log(log)}
+    return {record.name for record in messages(log)}
 
 
 def tracked(log: Path) -> int:
     """How many different vehicles were tracked; the ego speed must be unknown throughout."""
-    from app.play.render import read_log
+    from services.logger.format.reader import messages
 
     vehicles = set()
-    for record in read_log(log):
-        if record.topic == "perception/boxes":
+    for record in messages(log):
+        if record.name == "perception/boxes":
             boxes = json.loads(record.data)["boxes"]
             vehicles |= {box["track_id"] for box in boxes if box["kind"] == "vehicle" and box["track_id"]}
-        if record.topic == "perception/tracks":
+        if record.name == "perception/tracks":
             assert json.loads(record.data)["ego_speed_used_mps"] is None
     return len(vehicles)
