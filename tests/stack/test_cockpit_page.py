@@ -1,6 +1,5 @@
 """The cockpit's page in a real browser, on a real session: what it shows, how soon it says that it knows nothing, how it reads."""
 
-import shutil
 import statistics
 import sys
 import threading
@@ -22,16 +21,10 @@ from proto.decision import Advisory, Language
 from proto.rules import Citation
 from proto.speed_assistance import Face, Picture, SpeedAssistance
 from services.cockpit.service import SERVICE
+from tests.browser import chromium, needs_chromium
 from tests.unit.services.cockpit.messages import SILENT, assistance, told
 
-playwright = pytest.importorskip(
-    "playwright.sync_api", reason="playwright is not installed (pip install 'drivemcp[dev]')"
-)
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.stack,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path (apt-get install chromium)"),
-]
+pytestmark = [pytest.mark.stack, needs_chromium]
 SMALL, LARGE = (360, 640), (1280, 800)
 CITED = Citation(document="StVO", start=0, end=4, excerpt="bei Nässe", section="Anlage 2")
 
@@ -101,10 +94,8 @@ class Orchestrator:
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """One browser for all tests."""
-    with playwright.sync_playwright() as play:
-        chromium = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """The report of a drive in a real browser: it asks no host, it fits a phone, and it reads in light, dark and on paper."""
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,25 +8,17 @@ import pytest
 
 from app.replay.again import AtHand
 from app.report.command import write_report
+from tests.browser import chromium, needs_chromium
 from tests.unit.app.replay.drive import drive, write_log
 
-playwright = pytest.importorskip(
-    "playwright.sync_api", reason="playwright is not installed (pip install 'drivemcp[dev]')"
-)
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.stack,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path (apt-get install chromium)"),
-]
+pytestmark = [pytest.mark.stack, needs_chromium]
 PHONE, DESK = (360, 740), (1280, 900)
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as play:
-        chromium = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture(scope="module")

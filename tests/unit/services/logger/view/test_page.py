@@ -1,7 +1,6 @@
 """The viewer's page as we serve it: Rerun's files, and a policy that lets a browser ask this machine alone."""
 
 import http.client
-import shutil
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -11,8 +10,8 @@ import pytest
 from services.logger.view.page import FILES, Page
 from services.logger.view.server import Server, free_port
 from services.logger.view.settings import ViewSettings
+from tests.browser import chromium, needs_chromium
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 INDEX = (
     b'<html><link rel="preconnect" href="https://fonts.googleapis.com" /><link\n href="https://fonts.googleapis.com/css2?x"\n'
     b' rel="stylesheet"\n/><link rel="icon" href="favicon.ico" /><title>t</title></html>'
@@ -37,8 +36,9 @@ def port() -> Iterator[int]:
     thread = threading.Thread(target=upstream.serve_forever)
     thread.start()
     own = free_port("127.0.0.1")
-    with Page("127.0.0.1", own, f"http://127.0.0.1:{upstream.server_port}", "http://127.0.0.1:9"):
-        yield own
+    page = Page("127.0.0.1", own, f"http://127.0.0.1:{upstream.server_port}", "http://127.0.0.1:9")
+    yield own
+    page.close()
     upstream.shutdown()
     thread.join(5.0)
     upstream.server_close()
@@ -76,19 +76,14 @@ def test_a_file_of_the_page_comes_as_it_is(port: int, path: str) -> None:
 
 
 @pytest.mark.stack
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path (apt-get install chromium)")
+@needs_chromium
 def test_a_browser_with_the_viewer_asks_this_machine_alone() -> None:
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed (pip install 'drivemcp[dev]')"
-    )
-    with Server(ViewSettings(mode="web")) as server, playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--enable-unsafe-swiftshader"])
+    with Server(ViewSettings(mode="web")) as server, chromium("--enable-unsafe-swiftshader") as browser:
         page = browser.new_page()
         asked: list[str] = []
         page.on("request", lambda request: asked.append(request.url))
         with page.expect_request(lambda request: "ReadMessages" in request.url, timeout=60_000):
             page.goto(server.page)
         page.wait_for_event("console", lambda said: "Content Security Policy" in said.text, timeout=60_000)
-        browser.close()
     outside = [url for url in asked if not url.startswith(("http://127.0.0.1:", "blob:", "data:"))]
     assert outside == []
