@@ -43,6 +43,15 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--against", metavar="FILE", action="append", default=[], help="compare with another drive's log, tick by tick"
     )
+    add_profile(parser)
+    parser.add_argument("--tick", type=int, help="this tick alone, with what would have changed its decision")
+    parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
+    parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
+    parser.set_defaults(run=command)
+
+
+def add_profile(parser: argparse.ArgumentParser) -> None:
+    """The flag for what `AtHand` takes."""
     parser.add_argument(
         "--profile",
         metavar="FILE",
@@ -51,10 +60,6 @@ def register(subparsers: Subparsers) -> None:
         type=Path,
         help="a profile of the drive's that is not shipped",
     )
-    parser.add_argument("--tick", type=int, help="this tick alone, with what would have changed its decision")
-    parser.add_argument("--all", action="store_true", help=f"list every tick that differs, not the first {LISTED}")
-    parser.add_argument("--json", action="store_true", help="one JSON object instead of text")
-    parser.set_defaults(run=command)
 
 
 def command(flags: argparse.Namespace) -> int:

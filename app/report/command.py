@@ -2,9 +2,11 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from app.replay.again import AtHand
+from app.replay.command import add_profile
 from drivemcp.commands import Subparsers
 from drivemcp.errors import UserError
 from drivemcp.files.modes import others_denied
@@ -25,14 +27,7 @@ def register(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--out", metavar="FILE", type=Path, help="the page; report.html in the drive's folder otherwise"
     )
-    parser.add_argument(
-        "--profile",
-        metavar="FILE",
-        action="append",
-        default=[],
-        type=Path,
-        help="a profile of the drive's that is not shipped",
-    )
+    add_profile(parser)
     parser.set_defaults(run=command)
 
 
@@ -48,7 +43,6 @@ def write_report(files: list[Path], out: Path | None, at_hand: AtHand) -> Path:
     try:
         from app.report.drive_log import read_drive
         from app.report.page import page
-        from app.report.story import default_file
     except ModuleNotFoundError as error:
         raise UserError(f"the report needs {error.name}: pip install 'drivemcp[report]'") from None
     log = read_drive(files)
@@ -60,3 +54,9 @@ def write_report(files: list[Path], out: Path | None, at_hand: AtHand) -> Path:
     except OSError as error:
         raise UserError(f"{target} cannot be written: {error.strerror}") from None
     return target
+
+
+def default_file(files: Sequence[Path]) -> Path:
+    """`report.html` in the folder of the drive: beside `logs`, where the files lie in such a folder."""
+    folder = files[0].resolve().parent
+    return (folder.parent if folder.name == "logs" else folder) / "report.html"

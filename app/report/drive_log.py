@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from app.pictures import jpeg_of
-from app.report.ticks import Tick
+from app.report.ticks import Inputs, Tick
 from drivemcp.errors import MALFORMED
 from proto import topics
 from proto.perception import Boxes
@@ -184,12 +184,10 @@ def _add_tick(log: DriveLog, trace: bytes, pictures: _Held, boxes: _Held) -> Non
 
 def slim(tick: Tick) -> Tick:
     """What the timeline and the counts need: thousands of ticks are kept."""
-    ego = tick.inputs.ego
-    inputs = msgspec.structs.replace(Tick().inputs, ego=ego)
     return Tick(
         tick=tick.tick,
         stamp_ns=tick.stamp_ns,
-        inputs=inputs,
+        inputs=Inputs(ego=tick.inputs.ego),
         decision=tick.decision,
         advisory=msgspec.structs.replace(tick.advisory, justification=""),
         versions=tick.versions,

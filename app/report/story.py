@@ -4,7 +4,6 @@ import base64
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 
 import msgspec
 
@@ -275,9 +274,3 @@ def versions_of(ticks: Sequence[Tick]) -> list[tuple[str, str]]:
 def settings_of(log: DriveLog) -> list[tuple[str, str]]:
     """What each service was given that is not its default, as it said itself."""
     return [(name, told) for name, health in sorted(log.health.items()) if (told := health.detail.get("settings", ""))]
-
-
-def default_file(files: Sequence[Path]) -> Path:
-    """`report.html` in the folder of the drive: beside `logs`, where the files lie in such a folder."""
-    folder = files[0].resolve().parent
-    return (folder.parent if folder.name == "logs" else folder) / "report.html"

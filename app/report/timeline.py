@@ -96,7 +96,7 @@ def timeline(ticks: Sequence[Tick], unit: str) -> Timeline | None:
 
 
 def _scaled(mps: float | None, factor: float) -> float | None:
-    return mps * factor if mps is not None and mps == mps and 0.0 <= mps < 200.0 else None
+    return mps * factor if mps is not None and 0.0 <= mps < 200.0 else None
 
 
 def _limit(tick: Tick, *, assumed: bool, factor: float) -> float | None:
